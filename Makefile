@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+# make run     the main job: a simulated UR5e moves, in real time; report and plot in out/
+# make test    every test, Rust and Python
+# make bench   ratios against hand-written loops and peers, taken in one run
+.PHONY: run test bench setup test-rust test-loom test-sanitizer test-python lint clean
+.DEFAULT_GOAL := run
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+NATIVE := python/opengpac/_native.abi3.so
+RUST := $(shell find crates -name '*.rs' -o -name '*.c' -o -name '*.h' -o -name '*.py' -o -name Cargo.toml 2>/dev/null) Cargo.toml Cargo.lock
+# Where the plant's physics library lies: the Rust tests of its driver need it.
+MUJOCO = $(shell $(BIN)/python -c 'import pathlib, importlib.util as u; print(pathlib.Path(u.find_spec("mujoco").origin).parent)' 2>/dev/null)
+
+run: setup
+	$(BIN)/python examples/coordinated_motion.py
+
+setup: $(VENV)/ready $(NATIVE)
+
+$(VENV)/ready: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check maturin numpy mujoco matplotlib pytest hypothesis pyright ruff
+	touch $@
+
+$(NATIVE): $(RUST) pyproject.toml $(VENV)/ready
+	$(BIN)/maturin develop --release --quiet
+	touch $@
+
+test: lint test-rust test-loom test-sanitizer test-python
+
+lint: setup
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --quiet -- -D warnings
+	$(BIN)/ruff check python tests examples
+	$(BIN)/pyright
+
+test-rust: setup
+	OPENGPAC_MUJOCO=$(MUJOCO) cargo test --workspace --profile checked --quiet
+
+test-loom:
+	RUSTFLAGS="--cfg loom" cargo test -p interconnect --release --test loom --target-dir target/loom
+
+test-sanitizer:
+	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" cargo test -p kernel --test rtsan --target x86_64-unknown-linux-gnu --target-dir target/rtsan
+
+test-python: setup
+	$(BIN)/python -m pytest
+
+bench: setup
+	$(BIN)/python bench/run.py
+
+clean:
+	rm -rf target $(VENV) out $(NATIVE)

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Bindings: the supervisor's `System` for Python. Conversions only; `python/opengpac/_native.pyi` says what each call means.
+mod convert;
+mod system;
+
+use crate::convert::{Refused, from_json, refused, to_json};
+use indexmap::IndexMap;
+use model::value::Value;
+use pyo3::prelude::*;
+use std::path::PathBuf;
+
+#[pyfunction]
+fn version() -> &'static str {
+    env!("CARGO_PKG_VERSION")
+}
+
+#[pyfunction]
+fn library_json() -> String {
+    supervisor::library_json().to_string()
+}
+
+#[pyfunction]
+fn header_text() -> &'static str {
+    opengpac::HEADER
+}
+
+#[pyfunction]
+#[pyo3(signature = (sources, output=None))]
+fn build(py: Python<'_>, sources: Vec<PathBuf>, output: Option<PathBuf>) -> PyResult<String> {
+    let python = convert::interpreter(py)?;
+    let path = py.detach(|| supervisor::build(&sources, output, &python)).map_err(refused)?;
+    Ok(path.display().to_string())
+}
+
+#[pyfunction]
+fn trial(py: Python<'_>, module: &str, block: &str, values_json: &str, inputs_json: &str, times: usize) -> PyResult<String> {
+    let python = convert::interpreter(py)?;
+    let values: IndexMap<String, Value> = from_json(values_json)?;
+    let inputs: IndexMap<String, Vec<Value>> = from_json(inputs_json)?;
+    let run = py.detach(|| supervisor::trial(module, block, &values, &inputs, times, &python)).map_err(refused)?;
+    Ok(run.to_string())
+}
+
+#[pyfunction]
+fn type_json(type_text: &str, types_json: &str) -> PyResult<String> {
+    let types: IndexMap<String, String> = from_json(types_json)?;
+    let of = model::types::Type::parse(type_text, &types).map_err(|refusal| refused(vec![refusal]))?;
+    to_json(&supervisor::type_tree(&of))
+}
+
+#[pymodule]
+fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    m.add("Refused", m.py().get_type::<Refused>())?;
+    m.add_class::<system::System>()?;
+    m.add_function(wrap_pyfunction!(version, m)?)?;
+    m.add_function(wrap_pyfunction!(library_json, m)?)?;
+    m.add_function(wrap_pyfunction!(header_text, m)?)?;
+    m.add_function(wrap_pyfunction!(build, m)?)?;
+    m.add_function(wrap_pyfunction!(trial, m)?)?;
+    m.add_function(wrap_pyfunction!(type_json, m)?)?;
+    Ok(())
+}

@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `_native.System`: one call of the supervisor each. Calls that wait release the interpreter and look at signals.
+use crate::convert::{from_json, interpreter, refused, to_json};
+use indexmap::IndexMap;
+use interconnect::{Carrier, Faults, Memory, Message};
+use kernel::ClockKind;
+use model::configuration::SourceKind;
+use model::definition::{Application, DeviceType, Graph, Verb};
+use model::refusal::{Class, Place, Refusal, Refusals};
+use model::value::Value;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use serde::Deserialize;
+use std::path::PathBuf;
+use std::time::Duration;
+use supervisor::{DeviceRequest, Limits, SvvRequest, Waited};
+
+/// How long a wait goes on without looking at signals.
+const SLICE: Duration = Duration::from_millis(50);
+
+#[derive(Deserialize)]
+#[serde(default)]
+struct Options {
+    seed: u64,
+    interconnect: Interconnect,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { seed: 1, interconnect: Interconnect::Memory }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+enum Interconnect {
+    Memory,
+    Message {
+        #[serde(default)]
+        seed: u64,
+        #[serde(default)]
+        delay_ns: (i64, i64),
+        #[serde(default)]
+        drop: f64,
+        #[serde(default)]
+        repeat: f64,
+        #[serde(default)]
+        reorder: f64,
+        #[serde(default)]
+        corrupt: f64,
+    },
+}
+
+fn carrier(of: Interconnect) -> Box<dyn Carrier> {
+    match of {
+        Interconnect::Memory => Box::new(Memory),
+        Interconnect::Message { seed, delay_ns, drop, repeat, reorder, corrupt } => {
+            let faults = Faults { drop, repeat, reorder, corrupt, ..Faults::delay(delay_ns.0, delay_ns.1) };
+            Box::new(Message::new(seed, faults))
+        }
+    }
+}
+
+/// One real-time system, embedded in this process.
+#[pyclass(frozen, module = "opengpac._native")]
+pub struct System {
+    inner: supervisor::System,
+}
+
+/// Waits in slices, so that Ctrl-C ends it.
+fn in_slices<T: Send>(py: Python<'_>, mut wait: impl FnMut(Duration) -> Result<Waited<T>, Refusals> + Send) -> PyResult<Option<T>> {
+    loop {
+        match py.detach(|| wait(SLICE)).map_err(refused)? {
+            Waited::Done(result) => return Ok(Some(result)),
+            Waited::TimedOut => return Ok(None),
+            Waited::Slice => py.check_signals()?,
+        }
+    }
+}
+
+fn error(class: Class, message: String) -> PyErr {
+    refused(vec![Refusal { class, message, ends: Vec::new(), remedy: String::new(), place: None }])
+}
+
+#[pymethods]
+impl System {
+    #[new]
+    fn new(name: &str, clock: &str, options_json: &str) -> PyResult<Self> {
+        let options: Options = from_json(options_json)?;
+        let kind = match clock {
+            "monotonic" => ClockKind::Monotonic,
+            "virtual" => ClockKind::Virtual { seed: options.seed },
+            other => return Err(error(Class::DefinitionError, format!("there is no clock '{other}': take \"monotonic\" or \"virtual\""))),
+        };
+        if kind == ClockKind::Monotonic && matches!(options.interconnect, Interconnect::Message { .. }) {
+            return Err(error(Class::DefinitionError, "the message interconnect needs the virtual clock: take clock=\"virtual\"".to_owned()));
+        }
+        let inner = supervisor::System::new(name, kind, carrier(options.interconnect)).map_err(refused)?;
+        Ok(System { inner })
+    }
+
+    fn processor(&self, name: &str, core: Option<usize>, supervisor: bool) -> PyResult<()> {
+        self.inner.processor(name, core, supervisor).map_err(refused)
+    }
+
+    fn source(&self, py: Python<'_>, processor: &str, name: &str, kind: &str, period_ns: u64, priority: u8, virtual_cost_ns: u64) -> PyResult<()> {
+        let kind = match kind {
+            "timer" => SourceKind::Timer { period_ns },
+            "trigger" => SourceKind::Trigger,
+            "software" => SourceKind::Software,
+            other => return Err(error(Class::DefinitionError, format!("there is no kind of source '{other}'"))),
+        };
+        py.detach(|| self.inner.source(processor, name, kind, priority, virtual_cost_ns)).map_err(refused)
+    }
+
+    fn request(&self, source: &str) -> PyResult<()> {
+        self.inner.request(source).map_err(refused)
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "the arguments are those of the Python call")]
+    fn physical_device(&self, py: Python<'_>, processor: &str, name: &str, kind: &str, options_json: &str, source: &str, place_json: &str) -> PyResult<String> {
+        let options: serde_json::Value = from_json(options_json)?;
+        let place: Option<Place> = from_json(place_json)?;
+        let opened = py.detach(|| self.inner.physical_device(processor, name, kind, &options, source, place)).map_err(refused)?;
+        to_json(&opened)
+    }
+
+    fn download(&self, py: Python<'_>, path: PathBuf, name: Option<&str>) -> PyResult<String> {
+        let python = interpreter(py)?;
+        let module = py.detach(|| self.inner.download(&path, name, &python)).map_err(refused)?;
+        to_json(&module)
+    }
+
+    fn place(&self, placement_json: &str) -> PyResult<()> {
+        self.inner.place(from_json(placement_json)?).map_err(refused)
+    }
+
+    fn define_verb(&self, py: Python<'_>, verb_json: &str) -> PyResult<()> {
+        let verb: Verb = from_json(verb_json)?;
+        py.detach(|| self.inner.define_verb(verb)).map_err(refused)
+    }
+
+    fn check_graph(&self, graph_json: &str) -> PyResult<()> {
+        let graph: Graph = from_json(graph_json)?;
+        self.inner.check_graph(&graph).map_err(refused)
+    }
+
+    fn define_device_type(&self, type_json: &str) -> PyResult<()> {
+        let of: DeviceType = from_json(type_json)?;
+        self.inner.define_device_type(of).map_err(refused)
+    }
+
+    fn svv(&self, name: &str, specification_json: &str, place_json: &str) -> PyResult<()> {
+        let request: SvvRequest = from_json(specification_json)?;
+        self.inner.svv(name, &request, from_json(place_json)?).map_err(refused)
+    }
+
+    fn delete_svv(&self, name: &str) -> PyResult<()> {
+        self.inner.delete_svv(name).map_err(refused)
+    }
+
+    fn device(&self, py: Python<'_>, name: &str, device_json: &str) -> PyResult<()> {
+        let request: DeviceRequest = from_json(device_json)?;
+        py.detach(|| self.inner.device(name, request)).map_err(refused)
+    }
+
+    fn enable(&self, py: Python<'_>, device: &str) -> PyResult<u64> {
+        py.detach(|| self.inner.enable(device)).map_err(refused)
+    }
+
+    fn disable(&self, py: Python<'_>, device: &str) -> PyResult<()> {
+        in_slices(py, |slice| self.inner.disable(device, slice))?;
+        Ok(())
+    }
+
+    fn delete_device(&self, py: Python<'_>, device: &str) -> PyResult<()> {
+        py.detach(|| self.inner.delete_device(device)).map_err(refused)
+    }
+
+    fn device_state(&self, device: &str) -> PyResult<&'static str> {
+        self.inner.device_state(device).map_err(refused)
+    }
+
+    fn wait_enabled(&self, py: Python<'_>, device: &str, timeout_ns: Option<i64>) -> PyResult<bool> {
+        let until_ns = timeout_ns.map(|t| self.inner.now_ns() + t);
+        Ok(in_slices(py, |slice| self.inner.wait_enabled(device, until_ns, slice))?.unwrap_or(false))
+    }
+
+    fn set_device_parameter(&self, py: Python<'_>, device: &str, parameter: &str, value_json: &str) -> PyResult<()> {
+        let value: Value = from_json(value_json)?;
+        py.detach(|| self.inner.set_device_parameter(device, parameter, value)).map_err(refused)
+    }
+
+    fn device_parameter(&self, device: &str, parameter: &str) -> PyResult<String> {
+        to_json(&self.inner.device_parameter(device, parameter).map_err(refused)?)
+    }
+
+    fn check(&self, py: Python<'_>, application_json: &str) -> PyResult<String> {
+        let application: Application = from_json(application_json)?;
+        let plan = py.detach(|| self.inner.check(&application)).map_err(refused)?;
+        to_json(&plan)
+    }
+
+    fn create(&self, py: Python<'_>, application_json: &str) -> PyResult<u64> {
+        let application: Application = from_json(application_json)?;
+        py.detach(|| self.inner.create(&application)).map_err(refused)
+    }
+
+    fn instance_json(&self, instance: u64) -> PyResult<String> {
+        to_json(&self.inner.instance_json(instance).map_err(refused)?)
+    }
+
+    fn start(&self, py: Python<'_>, instance: u64, values_json: &str, options_json: &str) -> PyResult<()> {
+        let values: IndexMap<String, Value> = from_json(values_json)?;
+        let limits: Limits = from_json(options_json)?;
+        py.detach(|| self.inner.start(instance, &values, limits)).map_err(refused)
+    }
+
+    fn suspend(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
+        py.detach(|| self.inner.suspend(instance)).map_err(refused)
+    }
+
+    fn resume(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
+        py.detach(|| self.inner.resume(instance)).map_err(refused)
+    }
+
+    fn halt(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
+        py.detach(|| self.inner.halt(instance)).map_err(refused)?;
+        in_slices(py, |slice| self.inner.wait(instance, None, slice))?;
+        Ok(())
+    }
+
+    /// Asks for the halt and does not wait.
+    fn halt_soon(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
+        py.detach(|| self.inner.halt(instance)).map_err(refused)
+    }
+
+    fn wait(&self, py: Python<'_>, instance: u64, timeout_ns: Option<i64>, slice_ns: u64) -> PyResult<Option<String>> {
+        let until_ns = timeout_ns.map(|t| self.inner.now_ns() + t);
+        let report = if slice_ns == 0 {
+            in_slices(py, |slice| self.inner.wait(instance, until_ns, slice))?
+        } else {
+            let waited = py.detach(|| self.inner.wait(instance, until_ns, Duration::from_nanos(slice_ns))).map_err(refused)?;
+            py.check_signals()?;
+            supervisor::System::waited_report(waited)
+        };
+        report.map(|r| to_json(&r)).transpose()
+    }
+
+    fn report(&self, instance: u64) -> PyResult<Option<String>> {
+        self.inner.report(instance).map_err(refused)?.map(|r| to_json(&r)).transpose()
+    }
+
+    fn state(&self, instance: u64) -> &'static str {
+        self.inner.state(instance)
+    }
+
+    fn delete(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
+        py.detach(|| self.inner.delete(instance)).map_err(refused)
+    }
+
+    fn set(&self, py: Python<'_>, instance: u64, values_json: &str) -> PyResult<()> {
+        let values: IndexMap<String, Value> = from_json(values_json)?;
+        py.detach(|| self.inner.set(instance, &values)).map_err(refused)
+    }
+
+    fn ended_fd(&self) -> i32 {
+        self.inner.ended_fd()
+    }
+
+    #[allow(clippy::type_complexity, reason = "the tuple is the Python face")]
+    fn read<'py>(&self, py: Python<'py>, names: Vec<String>) -> PyResult<(i64, Vec<(Bound<'py, PyBytes>, u64, i64)>)> {
+        let (time_ns, readings) = py.detach(|| self.inner.read(&names)).map_err(refused)?;
+        let readings = readings.into_iter().map(|(bytes, number, at)| (PyBytes::new(py, &bytes), number, at)).collect();
+        Ok((time_ns, readings))
+    }
+
+    fn write(&self, py: Python<'_>, name: &str, value_json: &str) -> PyResult<()> {
+        let value: Value = from_json(value_json)?;
+        py.detach(|| self.inner.write(name, &value)).map_err(refused)
+    }
+
+    fn history<'py>(&self, py: Python<'py>, name: &str, count: usize) -> PyResult<Vec<(u64, i64, Bound<'py, PyBytes>)>> {
+        let values = py.detach(|| self.inner.history(name, count)).map_err(refused)?;
+        Ok(values.into_iter().map(|(number, at, bytes)| (number, at, PyBytes::new(py, &bytes))).collect())
+    }
+
+    fn svv_json(&self, name: &str) -> PyResult<String> {
+        to_json(&self.inner.svv_json(name).map_err(refused)?)
+    }
+
+    fn now(&self) -> i64 {
+        self.inner.now_ns()
+    }
+
+    fn advance(&self, py: Python<'_>, duration_ns: i64) -> PyResult<()> {
+        let end_ns = self.inner.now_ns().saturating_add(duration_ns.max(0));
+        while self.inner.now_ns() < end_ns {
+            let slice_ns = (end_ns - self.inner.now_ns()).min(ADVANCE_SLICE_NS);
+            py.detach(|| self.inner.advance(slice_ns)).map_err(refused)?;
+            py.check_signals()?;
+        }
+        Ok(())
+    }
+
+    fn step(&self, py: Python<'_>) -> PyResult<bool> {
+        py.detach(|| self.inner.step()).map_err(refused)
+    }
+
+    fn emergency_stop(&self, py: Python<'_>, reason: &str) -> PyResult<()> {
+        py.detach(|| self.inner.emergency_stop(reason)).map_err(refused)
+    }
+
+    fn emergency_stop_input(&self, device: &str, channel: &str) -> PyResult<()> {
+        self.inner.emergency_stop_input(device, channel).map_err(refused)
+    }
+
+    fn reset(&self) -> PyResult<()> {
+        self.inner.reset().map_err(refused)
+    }
+
+    fn statistics_json(&self) -> PyResult<String> {
+        to_json(&self.inner.statistics_json())
+    }
+
+    fn names_json(&self) -> PyResult<String> {
+        to_json(&self.inner.names_json())
+    }
+
+    fn log_json(&self, since: u64) -> PyResult<String> {
+        to_json(&self.inner.log_since(since))
+    }
+
+    fn close(&self, py: Python<'_>) {
+        py.detach(|| self.inner.close());
+    }
+}
+
+/// Virtual time between two looks at signals.
+const ADVANCE_SLICE_NS: i64 = 100_000_000;

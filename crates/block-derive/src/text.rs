@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Names and descriptions taken from a declaration.
+
+use proc_macro2::{TokenStream, TokenTree};
+use syn::{Attribute, Expr, Lit, Meta};
+
+/// The doc comment, one line.
+pub fn doc(attributes: &[Attribute]) -> String {
+    let mut lines = Vec::new();
+    for attribute in attributes {
+        if let Meta::NameValue(pair) = &attribute.meta
+            && pair.path.is_ident("doc")
+            && let Expr::Lit(literal) = &pair.value
+            && let Lit::Str(line) = &literal.lit
+        {
+            lines.push(line.value().trim().to_string());
+        }
+    }
+    lines.join(" ").trim().to_string()
+}
+
+/// Up to the first full stop that ends a sentence.
+pub fn first_sentence(doc: &str) -> String {
+    match doc.find(". ") {
+        Some(end) => doc[..=end].to_string(),
+        None => doc.to_string(),
+    }
+}
+
+/// `SetpointGenerator` → `setpoint_generator`.
+pub fn snake(name: &str) -> String {
+    let mut snake = String::new();
+    for (i, c) in name.chars().enumerate() {
+        if c.is_uppercase() && i > 0 {
+            snake.push('_');
+        }
+        snake.extend(c.to_lowercase());
+    }
+    snake
+}
+
+/// `a, b = expression, c` as names with what was given to them.
+pub fn arguments(tokens: TokenStream) -> syn::Result<Vec<(TokenTree, Option<TokenStream>)>> {
+    let mut arguments = Vec::new();
+    let mut tokens = tokens.into_iter().peekable();
+    while let Some(name) = tokens.next() {
+        let mut value: Option<TokenStream> = None;
+        for token in tokens.by_ref() {
+            match &token {
+                TokenTree::Punct(p) if p.as_char() == ',' => break,
+                TokenTree::Punct(p) if p.as_char() == '=' && value.is_none() => value = Some(TokenStream::new()),
+                _ => match &mut value {
+                    Some(value) => value.extend([token]),
+                    None => return Err(syn::Error::new(token.span(), "expected `name` or `name = value` between commas")),
+                },
+            }
+        }
+        arguments.push((name, value));
+    }
+    Ok(arguments)
+}
+
+/// The name given by `#[block(name = "...")]`, if there is one.
+pub fn given_name(attributes: &[Attribute]) -> syn::Result<Option<String>> {
+    let Some(attribute) = attributes.iter().find(|attribute| attribute.path().is_ident("block")) else { return Ok(None) };
+    let list = attribute.meta.require_list()?;
+    match arguments(list.tokens.clone())?.as_slice() {
+        [(word, Some(value))] if word.to_string() == "name" => Ok(Some(syn::parse2::<syn::LitStr>(value.clone())?.value())),
+        _ => Err(syn::Error::new_spanned(attribute, "expected #[block(name = \"...\")]")),
+    }
+}

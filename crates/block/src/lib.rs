@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The block interface: the C ABI of a function block and its Rust face.
+//!
+//! A block is a struct whose fields are the items of its interface, and one method. Field comments are the descriptions, the
+//! first sentence of the struct's comment says what the block computes:
+//!
+//! ```
+//! use opengpac::{FunctionBlock, Invocation, Outcome, Step, trial::Trial};
+//!
+//! /// First-order low-pass filter: y += alpha (u - y).
+//! #[derive(FunctionBlock)]
+//! pub struct Lowpass {
+//!     /// raw signal
+//!     #[input]                u: f64,
+//!     /// filtered signal
+//!     #[output]               y: f64,
+//!     /// smoothing factor, 0 to 1
+//!     #[param(default = 0.1)] alpha: f64,
+//! }
+//! impl Step for Lowpass {
+//!     fn step(&mut self, _: &Invocation) -> Outcome { self.y += self.alpha * (self.u - self.y); Outcome::Done }
+//! }
+//!
+//! let mut trial = Trial::new(Lowpass::descriptor());
+//! trial.set_number("u", 10.0).unwrap();
+//! trial.run().unwrap();
+//! assert_eq!(trial.number("y").unwrap(), 1.0);
+//! ```
+//!
+//! | attribute | what the field is |
+//! |---|---|
+//! | `#[input]`, `#[input(asynchronous)]`, `#[input(ratio = n)]`, `#[input(default = v)]` | an input, latched; `default`: it may stay unbound |
+//! | `#[output]`, `#[output(ratio = n)]`, `#[output(nonfinite)]` | an output, stored after success |
+//! | `#[param(default = v)]` | a parameter |
+//! | `#[state]`, `#[state(initial = v)]`, `#[state(keep)]`, `#[state(opaque)]` | memory; `opaque`: any `Copy + Default` type |
+//! | `#[device(read)]`, `#[device(write)]` | a channel of a physical device |
+//! | `#[condition] done: Condition` | a condition, reported by `self.done.report()` |
+//! | `#[condition(preset = v)] above: ConditionOf<f64>` | one with a value: `self.above.preset`, `self.above.report(x)` |
+//! | `#[size(1, 16)] n: u32` | the number of elements of the items that say `sized`: `#[input(sized)] q: [f64; 16]` |
+//!
+//! Each takes `unit = "rad"`. The types are the [`Type`]s.
+
+pub mod abi;
+mod condition;
+pub mod generated;
+mod panics;
+pub mod read;
+mod step;
+pub mod trial;
+mod types;
+
+pub use abi::Invocation;
+pub use condition::{Condition, ConditionOf};
+pub use opengpac_derive::{FunctionBlock, Type};
+pub use step::{FunctionBlock, Outcome, Step};
+pub use types::Type;
+
+/// The C face, `opengpac.h`, as text: what a code module in C includes.
+pub const HEADER: &str = include_str!("../include/opengpac.h");
+
+/// Makes a `cdylib` crate a code module with these blocks: `opengpac::module!(Lowpass, Gain);`, once a crate.
+#[macro_export]
+macro_rules! module {
+    ($($block:ty),+ $(,)?) => {
+        /// Lists the blocks of this code module.
+        #[unsafe(no_mangle)]
+        pub extern "C" fn opengpac_module() -> *const $crate::abi::Module {
+            static MODULE: ::std::sync::OnceLock<&'static $crate::abi::Module> = ::std::sync::OnceLock::new();
+            *MODULE.get_or_init(|| {
+                let mut types = ::std::vec::Vec::new();
+                $(types.extend(<$block as $crate::FunctionBlock>::types());)+
+                $crate::generated::describe_module(vec![$(<$block as $crate::FunctionBlock>::descriptor()),+], types)
+            })
+        }
+    };
+}

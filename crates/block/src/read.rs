@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Descriptors as ordinary Rust values, checked: what the programming system and the supervisor know of a block.
+
+mod check;
+mod text;
+
+use crate::abi::{self, Descriptor, Item, Module, TypeDescriptor, flag};
+use check::check_block;
+use core::ffi::{CStr, c_char};
+pub use text::{TypeText, normalise};
+
+/// What an item is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    Input,
+    Output,
+    DeviceRead,
+    DeviceWrite,
+    Condition,
+    Parameter,
+    State,
+    Size,
+}
+
+/// Relation of a port's updates to the block's invocations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Mode {
+    Synchronous,
+    /// With its n.
+    Ratio(u32),
+    Asynchronous,
+}
+
+/// One item of a block.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ItemFace {
+    pub kind: Kind,
+    /// Of a port; synchronous for everything else.
+    pub mode: Mode,
+    pub name: String,
+    /// Normalised: `double`, `double[6]`, `double[n]`, `pose`; empty for a condition without a value.
+    pub type_text: String,
+    /// Empty where it has none.
+    pub unit: String,
+    pub doc: String,
+    /// An input that may stay unbound.
+    pub has_default: bool,
+    /// An output that need not be finite.
+    pub nonfinite: bool,
+    /// A state that survives a new start.
+    pub keep: bool,
+    /// An array of as many elements as the block's size says.
+    pub sized: bool,
+    /// Of a size: the least and the most number of elements.
+    pub limits: Option<(u32, u32)>,
+    /// Where the value (of a condition: its preset) lies in the instance, bytes.
+    pub offset: Option<usize>,
+    /// Bytes of the value.
+    pub size: usize,
+    /// Bytes of one element of a sized item, else `size`.
+    pub element: usize,
+    /// Where the address of a port or device lies in the instance, bytes.
+    pub address: Option<usize>,
+    /// Where the value that a condition reported last lies in the instance, bytes.
+    pub report: Option<usize>,
+    /// The value in the image: default of an input, a parameter or a preset, initial value of a state.
+    pub initial: Vec<u8>,
+}
+
+/// One function block.
+#[derive(Clone, Debug)]
+pub struct BlockFace {
+    pub name: String,
+    /// First sentence: what it computes.
+    pub doc: String,
+    /// Where it is declared.
+    pub file: String,
+    pub line: u32,
+    pub items: Vec<ItemFace>,
+    /// Bytes of an instance.
+    pub instance_size: usize,
+    pub instance_align: usize,
+    /// What the kernel installs. Modules are never unloaded.
+    pub descriptor: &'static Descriptor,
+}
+
+/// One struct type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TypeFace {
+    pub name: String,
+    /// `struct { double x; double[4] q; }`
+    pub declaration: String,
+    pub doc: String,
+    pub size: usize,
+    pub align: usize,
+}
+
+/// A code module.
+#[derive(Clone, Debug)]
+pub struct ModuleFace {
+    pub blocks: Vec<BlockFace>,
+    pub types: Vec<TypeFace>,
+    pub target: String,
+    pub compiler: String,
+}
+
+impl core::fmt::Debug for Descriptor {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Descriptor").field("name", &string(self.name)).field("item_count", &self.item_count).finish_non_exhaustive()
+    }
+}
+
+/// Why a module's tables are refused.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The module is of another version of the ABI.
+    AbiVersion { module: u32, here: u32 },
+    /// It lists no block.
+    NoBlocks,
+    /// Something in it contradicts `abi`. `item` is empty where the block itself is meant, `block` where the module is.
+    Invalid { block: String, item: String, what: String },
+}
+
+impl core::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Refusal::AbiVersion { module, here } => write!(f, "the module is of ABI version {module}, this system of {here}: compile it again with this system's opengpac.h"),
+            Refusal::NoBlocks => write!(f, "the module has no function block: declare one with FUNCTION_BLOCK"),
+            Refusal::Invalid { block, item, what } if item.is_empty() => write!(f, "block '{block}' of the module is damaged: {what}"),
+            Refusal::Invalid { block, item, what } => write!(f, "item '{block}.{item}' of the module is damaged: {what}"),
+        }
+    }
+}
+
+impl std::error::Error for Refusal {}
+
+const BLOCKS_MAX: u32 = 10_000;
+
+impl BlockFace {
+    /// Reads a descriptor of this program or of a module that is never unloaded, and checks it against `types`.
+    ///
+    /// # Errors
+    /// What in the descriptor contradicts `abi`.
+    pub fn read(descriptor: &'static Descriptor, types: &[TypeFace]) -> Result<BlockFace, Refusal> {
+        if descriptor.abi != abi::ABI {
+            return Err(Refusal::AbiVersion { module: descriptor.abi, here: abi::ABI });
+        }
+        let name = string(descriptor.name).ok_or_else(|| invalid("", "", "a block has no name in UTF-8"))?;
+        let bad = |what: &str| invalid(&name, "", what);
+        if descriptor.item_count as usize > abi::ITEMS_MAX {
+            return Err(bad("it has more than 32 items"));
+        }
+        if descriptor.image.is_null() || descriptor.run as usize == 0 || (descriptor.items.is_null() && descriptor.item_count > 0) {
+            return Err(bad("it has no image, no entry or no items"));
+        }
+        check::check_memory(&name, descriptor)?;
+        let mut items = Vec::new();
+        for index in 0..descriptor.item_count as usize {
+            // SAFETY: a descriptor has `item_count` items, `abi::Descriptor` says so.
+            let item = unsafe { &*descriptor.items.add(index) };
+            items.push(read_item(&name, descriptor, item)?);
+        }
+        let face = BlockFace {
+            doc: string(descriptor.doc).ok_or_else(|| bad("its description is no UTF-8"))?,
+            file: string(descriptor.file).ok_or_else(|| bad("its file name is no UTF-8"))?,
+            line: descriptor.line,
+            items,
+            instance_size: descriptor.instance_size as usize,
+            instance_align: descriptor.instance_align as usize,
+            descriptor,
+            name,
+        };
+        check_block(&face, types)?;
+        Ok(face)
+    }
+
+    /// A block of this program, in Rust.
+    ///
+    /// # Panics
+    /// If what the derive made contradicts `abi`, which no declaration that compiles should bring about; two items cannot have
+    /// one name, for they are fields.
+    pub fn of<B: crate::FunctionBlock>() -> BlockFace {
+        let types: Result<Vec<_>, _> = B::types().into_iter().map(TypeFace::read).collect();
+        match types.and_then(|types| BlockFace::read(B::descriptor(), &types)) {
+            Ok(face) => face,
+            Err(refusal) => panic!("{refusal}"),
+        }
+    }
+
+    /// The item of this name.
+    pub fn item(&self, name: &str) -> Option<(usize, &ItemFace)> {
+        self.items.iter().enumerate().find(|(_, item)| item.name == name)
+    }
+
+    /// The block's size item, if it has one.
+    pub fn size(&self) -> Option<(usize, &ItemFace)> {
+        self.items.iter().enumerate().find(|(_, item)| item.kind == Kind::Size)
+    }
+}
+
+impl TypeFace {
+    /// Reads a type of this program or of a module that is never unloaded.
+    ///
+    /// # Errors
+    /// A name or text that is no UTF-8, or an impossible size.
+    pub fn read(descriptor: &'static TypeDescriptor) -> Result<TypeFace, Refusal> {
+        let name = string(descriptor.name).ok_or_else(|| invalid("", "", "a type has no name in UTF-8"))?;
+        let bad = |what: &str| invalid("", &name, what);
+        let face = TypeFace {
+            declaration: normalise(&string(descriptor.declaration).ok_or_else(|| bad("its declaration is no UTF-8"))?),
+            doc: string(descriptor.doc).ok_or_else(|| bad("its description is no UTF-8"))?,
+            size: descriptor.size as usize,
+            align: descriptor.align as usize,
+            name: name.clone(),
+        };
+        if !face.align.is_power_of_two() || face.size == 0 || !face.size.is_multiple_of(face.align) {
+            return Err(bad("its size and alignment contradict each other"));
+        }
+        Ok(face)
+    }
+}
+
+impl ModuleFace {
+    /// Reads what `opengpac_module()` returned.
+    ///
+    /// # Errors
+    /// Another ABI version, no block, or tables that contradict `abi`.
+    ///
+    /// # Safety
+    /// `module` is null or leads to a table as `abi::Module` says (of any version), whose module is never unloaded.
+    pub unsafe fn read(module: *const Module) -> Result<ModuleFace, Refusal> {
+        if module.is_null() {
+            return Err(invalid("", "", "opengpac_module() returned nothing"));
+        }
+        // SAFETY: the version comes first in every version of the table.
+        let version = unsafe { *module.cast::<u32>() };
+        if version != abi::ABI {
+            return Err(Refusal::AbiVersion { module: version, here: abi::ABI });
+        }
+        // SAFETY: the caller's promise, for this version.
+        let module = unsafe { &*module };
+        if module.block_count == 0 {
+            return Err(Refusal::NoBlocks);
+        }
+        if module.block_count > BLOCKS_MAX || module.type_count > BLOCKS_MAX || module.blocks.is_null() {
+            return Err(invalid("", "", "its table of blocks is damaged"));
+        }
+        let mut types: Vec<TypeFace> = Vec::new();
+        for index in 0..module.type_count as usize {
+            // SAFETY: a module has `type_count` types that live as long as it.
+            let ty = TypeFace::read(unsafe { &**module.types.add(index) })?;
+            match types.iter().find(|other| other.name == ty.name) {
+                Some(other) if other.declaration == ty.declaration => {}
+                Some(_) => return Err(invalid("", &ty.name, "two files of the module declare this type differently")),
+                None => types.push(ty),
+            }
+        }
+        let mut blocks: Vec<BlockFace> = Vec::new();
+        for index in 0..module.block_count as usize {
+            // SAFETY: a module has `block_count` blocks that live as long as it.
+            let block = BlockFace::read(unsafe { &**module.blocks.add(index) }, &types)?;
+            if blocks.iter().any(|other| other.name == block.name) {
+                return Err(invalid(&block.name, "", "the module has two blocks of this name"));
+            }
+            blocks.push(block);
+        }
+        order_blocks(&mut blocks);
+        let types = order_types(types);
+        let text = |text, what: &str| string(text).ok_or_else(|| invalid("", "", what));
+        Ok(ModuleFace { blocks, types, target: text(module.target, "its target is no UTF-8")?, compiler: text(module.compiler, "its compiler is no UTF-8")? })
+    }
+}
+
+/// The order of declaration: a compiler may turn it round.
+fn order_blocks(blocks: &mut [BlockFace]) {
+    let files: Vec<String> = blocks.iter().map(|block| block.file.clone()).collect();
+    blocks.sort_by_key(|block| (files.iter().position(|file| *file == block.file), block.line));
+}
+
+/// A type comes behind those of its members.
+fn order_types(types: Vec<TypeFace>) -> Vec<TypeFace> {
+    let mut rest = types;
+    let mut ordered: Vec<TypeFace> = Vec::new();
+    rest.sort_by(|a, b| a.name.cmp(&b.name));
+    while !rest.is_empty() {
+        let uses = |ty: &TypeFace, name: &str| ty.declaration.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').any(|word| word == name);
+        let free = rest.iter().position(|ty| !rest.iter().any(|other| other.name != ty.name && uses(ty, &other.name)));
+        // Members named like types may look like a circle: then any order is as good.
+        ordered.push(rest.remove(free.unwrap_or(0)));
+    }
+    ordered
+}
+
+fn read_item(block: &str, descriptor: &'static Descriptor, item: &Item) -> Result<ItemFace, Refusal> {
+    let name = string(item.name).ok_or_else(|| invalid(block, "", "an item has no name in UTF-8"))?;
+    let bad = |what: &str| invalid(block, &name, what);
+    let text = |text, what: &str| string(text).ok_or_else(|| invalid(block, &name, what));
+    let kind = match item.kind {
+        abi::kind::INPUT => Kind::Input,
+        abi::kind::OUTPUT => Kind::Output,
+        abi::kind::DEVICE_READ => Kind::DeviceRead,
+        abi::kind::DEVICE_WRITE => Kind::DeviceWrite,
+        abi::kind::CONDITION => Kind::Condition,
+        abi::kind::PARAMETER => Kind::Parameter,
+        abi::kind::STATE => Kind::State,
+        abi::kind::SIZE => Kind::Size,
+        _ => return Err(bad("its kind is unknown")),
+    };
+    let mode = match item.mode {
+        abi::mode::SYNCHRONOUS => Mode::Synchronous,
+        abi::mode::RATIO if item.ratio > 0 => Mode::Ratio(item.ratio),
+        abi::mode::ASYNCHRONOUS => Mode::Asynchronous,
+        _ => return Err(bad("its mode is unknown")),
+    };
+    check::check_item(block, &name, descriptor, item, kind)?;
+    let some = |offset: u32| (offset != abi::NONE).then_some(offset as usize);
+    let offset = some(item.offset);
+    let initial = match offset {
+        // SAFETY: `check_item` has found offset and size inside the image.
+        Some(offset) => unsafe { core::slice::from_raw_parts(descriptor.image.cast::<u8>().add(offset), item.size as usize) }.to_vec(),
+        None => Vec::new(),
+    };
+    Ok(ItemFace {
+        kind,
+        mode,
+        type_text: normalise(&text(item.type_text, "its type is no UTF-8")?),
+        unit: text(item.unit, "its unit is no UTF-8")?,
+        doc: text(item.doc, "its description is no UTF-8")?,
+        has_default: item.flags & flag::DEFAULT != 0,
+        nonfinite: item.flags & flag::NONFINITE != 0,
+        keep: item.flags & flag::KEEP != 0,
+        sized: item.flags & flag::SIZED != 0,
+        limits: (kind == Kind::Size).then_some((item.ratio, item.element)),
+        offset,
+        size: item.size as usize,
+        element: item.element as usize,
+        address: some(item.address),
+        report: some(item.report),
+        initial,
+        name: name.clone(),
+    })
+}
+
+fn invalid(block: &str, item: &str, what: &str) -> Refusal {
+    Refusal::Invalid { block: block.to_string(), item: item.to_string(), what: what.to_string() }
+}
+
+fn string(text: *const c_char) -> Option<String> {
+    if text.is_null() {
+        return None;
+    }
+    // SAFETY: the strings of a descriptor end in NUL and live as long as its module.
+    unsafe { CStr::from_ptr(text) }.to_str().ok().map(str::to_string)
+}

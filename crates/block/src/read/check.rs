@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What must hold of a descriptor before anything installs it.
+
+use super::{BlockFace, Kind, Refusal, TypeFace, TypeText, invalid};
+use crate::abi::{self, Descriptor, Header, Item};
+
+const INSTANCE_BYTES_MAX: u32 = 1 << 28;
+
+/// The memory of an instance as a whole.
+pub(super) fn check_memory(block: &str, descriptor: &Descriptor) -> Result<(), Refusal> {
+    let (size, align) = (descriptor.instance_size, descriptor.instance_align);
+    if (size as usize) < size_of::<Header>() || size > INSTANCE_BYTES_MAX || !align.is_power_of_two() || align > 4096 || !size.is_multiple_of(align) {
+        return Err(invalid(block, "", &format!("an instance of {size} bytes, aligned to {align}, is impossible")));
+    }
+    Ok(())
+}
+
+/// Where the parts of an item lie.
+pub(super) fn check_item(block: &str, name: &str, descriptor: &Descriptor, item: &Item, kind: Kind) -> Result<(), Refusal> {
+    let bad = |what: &str| Err(invalid(block, name, what));
+    let inside = |offset: u32, size: u32| offset as usize >= size_of::<Header>() && u64::from(offset) + u64::from(size) <= u64::from(descriptor.instance_size);
+    let bound = matches!(kind, Kind::Input | Kind::Output | Kind::DeviceRead | Kind::DeviceWrite);
+    let valued = kind != Kind::Condition || item.offset != abi::NONE;
+    if valued && (item.size == 0 || !inside(item.offset, item.size)) {
+        return bad("its value lies outside the instance");
+    }
+    if !valued && (item.size != 0 || item.report != abi::NONE) {
+        return bad("it has no value and yet a size");
+    }
+    if bound != (item.address != abi::NONE) || (bound && (!inside(item.address, 8) || !item.address.is_multiple_of(8))) {
+        return bad("its address is missing or outside the instance");
+    }
+    let reports = kind == Kind::Condition && valued;
+    if reports != (item.report != abi::NONE) || (reports && !inside(item.report, item.size)) {
+        return bad("its reported value is missing or outside the instance");
+    }
+    if kind == Kind::Size {
+        if item.size != 4 || item.ratio == 0 || item.ratio > item.element {
+            return bad("its limits are impossible");
+        }
+    } else if item.flags & abi::flag::SIZED == 0 && item.element != item.size {
+        return bad("its size and that of its element differ");
+    } else if item.flags & abi::flag::SIZED != 0 && (item.element == 0 || !item.size.is_multiple_of(item.element)) {
+        return bad("its size is no multiple of its element's");
+    }
+    Ok(())
+}
+
+/// The items of a block together: names, sizes, types.
+pub(super) fn check_block(block: &BlockFace, types: &[TypeFace]) -> Result<(), Refusal> {
+    let bad = |item: &str, what: &str| Err(invalid(&block.name, item, what));
+    if !is_name(&block.name) {
+        return bad("", "its name is no identifier");
+    }
+    let mut sizes = block.items.iter().filter(|item| item.kind == Kind::Size);
+    let size = sizes.next();
+    if let Some(second) = sizes.next() {
+        return bad(&second.name, "a block has one size");
+    }
+    for (index, item) in block.items.iter().enumerate() {
+        if !is_name(&item.name) {
+            return bad(&item.name, "its name is no identifier");
+        }
+        if block.items[..index].iter().any(|other| other.name == item.name) {
+            return bad(&item.name, "the block has two items of this name");
+        }
+        if item.offset.is_none() || item.kind == Kind::Size {
+            continue;
+        }
+        let Some(text) = TypeText::parse(&item.type_text) else { return bad(&item.name, "its type cannot be read") };
+        let Some(element) = text.base_size(types) else {
+            return bad(&item.name, &format!("the type '{}' is not one of the module: declare it with TYPE", text.base));
+        };
+        let count = match (item.sized, size) {
+            (false, _) if text.size_name().is_none() => text.count(),
+            (true, Some(size)) if text.size_name() == Some(&size.name) => text.count_of(size.limits.map_or(0, |limits| limits.1 as usize)),
+            _ => return bad(&item.name, "the length in its type is not a number, nor the name of the block's size"),
+        };
+        if element * count != item.size {
+            return bad(&item.name, &format!("its type '{}' has {} bytes, its value {}", item.type_text, element * count, item.size));
+        }
+    }
+    Ok(())
+}
+
+fn is_name(name: &str) -> bool {
+    let mut letters = name.chars();
+    letters.next().is_some_and(|c| c.is_ascii_alphabetic() || c == '_') && letters.all(|c| c.is_ascii_alphanumeric() || c == '_')
+}

@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Trying a block with no system: one instance, with cells of its own for its ports and devices.
+
+use crate::abi::{Descriptor, Header, Invocation, outcome};
+use crate::read::{BlockFace, ItemFace, Kind, Refusal, TypeFace, TypeText};
+use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
+
+/// Why something cannot be tried.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum TrialError {
+    /// The block has no item of this name; these it has.
+    NoSuchItem { block: String, item: String, items: Vec<String> },
+    /// A value of another length than the item's type has.
+    WrongLength { item: String, type_text: String, given: usize, wanted: usize },
+    /// Its type is a struct: give and take it as bytes.
+    NotNumbers { item: String, type_text: String },
+    /// A size outside its limits.
+    SizeOutOfRange { item: String, given: u32, least: u32, most: u32 },
+    /// The item cannot be set: an output, or a condition without a value.
+    NotSettable { item: String },
+}
+
+impl core::fmt::Display for TrialError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            TrialError::NoSuchItem { block, item, items } => write!(f, "block '{block}' has no item '{item}'; it has {}", items.join(", ")),
+            TrialError::WrongLength { item, type_text, given, wanted } => write!(f, "item '{item}' ({type_text}) takes {wanted} values, not {given}"),
+            TrialError::NotNumbers { item, type_text } => write!(f, "item '{item}' is a {type_text}, not numbers: give its bytes"),
+            TrialError::SizeOutOfRange { item, given, least, most } => write!(f, "size '{item}' must be {least} to {most}, not {given}"),
+            TrialError::NotSettable { item } => write!(f, "item '{item}' cannot be set: it is the block's to write"),
+        }
+    }
+}
+
+impl std::error::Error for TrialError {}
+
+/// Why an invocation failed; it has changed nothing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The body returned this code.
+    Returned(u32),
+    /// The body panicked.
+    Panicked,
+    /// This output was not finite.
+    NonFinite { item: String },
+}
+
+impl core::fmt::Display for Fault {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Fault::Returned(code) => write!(f, "the block returned fault {code}"),
+            Fault::Panicked => write!(f, "the block panicked"),
+            Fault::NonFinite { item } => write!(f, "output '{item}' is not finite"),
+        }
+    }
+}
+
+impl std::error::Error for Fault {}
+
+/// Memory of a size and alignment.
+struct Memory {
+    start: *mut u8,
+    layout: Layout,
+}
+
+impl Memory {
+    fn new(size: usize, align: usize) -> Memory {
+        let layout = Layout::from_size_align(size.max(1), align).expect("the face has been checked");
+        // SAFETY: the layout has at least one byte.
+        let start = unsafe { alloc_zeroed(layout) };
+        if start.is_null() {
+            handle_alloc_error(layout);
+        }
+        Memory { start, layout }
+    }
+    fn bytes(&self) -> &[u8] {
+        // SAFETY: our own memory, initialised, of this size; no invocation runs while the borrow lives.
+        unsafe { core::slice::from_raw_parts(self.start, self.layout.size()) }
+    }
+    fn bytes_mut(&mut self) -> &mut [u8] {
+        // SAFETY: as in `bytes`, and borrowed exclusively.
+        unsafe { core::slice::from_raw_parts_mut(self.start, self.layout.size()) }
+    }
+}
+
+impl Drop for Memory {
+    fn drop(&mut self) {
+        // SAFETY: allocated in `new` with this layout.
+        unsafe { dealloc(self.start, self.layout) }
+    }
+}
+
+// SAFETY: the memory belongs to this value alone.
+unsafe impl Send for Memory {}
+
+/// An instance of a block on trial.
+pub struct Trial {
+    face: BlockFace,
+    instance: Memory,
+    /// For each item: where it is bound, if it is.
+    cells: Vec<Option<Memory>>,
+    /// Time from one invocation to the next; 1 ms unless set.
+    pub period_ns: i64,
+    time_ns: i64,
+    reported: u64,
+}
+
+impl Trial {
+    /// An instance of a block of this program. Its ports have cells of their own, with the defaults of the inputs and zeros.
+    ///
+    /// # Panics
+    /// If the descriptor contradicts `abi`; those that the derive makes do not.
+    pub fn new(descriptor: &'static Descriptor) -> Trial {
+        match Trial::read(descriptor, &[]) {
+            Ok(trial) => trial,
+            Err(refusal) => panic!("{refusal}"),
+        }
+    }
+
+    /// An instance of a block whose items have these struct types.
+    ///
+    /// # Errors
+    /// If the descriptor contradicts `abi`.
+    pub fn read(descriptor: &'static Descriptor, types: &[TypeFace]) -> Result<Trial, Refusal> {
+        Ok(Trial::of(BlockFace::read(descriptor, types)?))
+    }
+
+    /// An instance of a block that has been read.
+    pub fn of(face: BlockFace) -> Trial {
+        let mut instance = Memory::new(face.instance_size, face.instance_align);
+        // SAFETY: a descriptor's image has `instance_size` bytes.
+        let image = unsafe { core::slice::from_raw_parts(face.descriptor.image.cast::<u8>(), face.instance_size) };
+        instance.bytes_mut().copy_from_slice(image);
+        let mut cells = Vec::new();
+        for item in &face.items {
+            cells.push(item.address.map(|address| {
+                let mut cell = Memory::new(item.size, 64);
+                cell.bytes_mut()[..item.size].copy_from_slice(&item.initial);
+                let pointer = (cell.start as usize).to_ne_bytes();
+                instance.bytes_mut()[address..address + pointer.len()].copy_from_slice(&pointer);
+                cell
+            }));
+        }
+        Trial { face, instance, cells, period_ns: 1_000_000, time_ns: 0, reported: 0 }
+    }
+
+    /// What is on trial.
+    pub fn face(&self) -> &BlockFace {
+        &self.face
+    }
+
+    /// Sets an input, device channel, parameter, preset, state or size from the bytes of its type. A sized item takes all its
+    /// elements or as many as the size says.
+    ///
+    /// # Errors
+    /// No such item, one that cannot be set, a wrong length, a size outside its limits.
+    pub fn set(&mut self, name: &str, bytes: &[u8]) -> Result<(), TrialError> {
+        let (index, item) = self.find(name)?;
+        let wanted = self.present_size(&item);
+        let Some(offset) = item.offset.filter(|_| item.kind != Kind::Output) else { return Err(TrialError::NotSettable { item: item.name }) };
+        if bytes.len() != wanted && bytes.len() != item.size {
+            return Err(TrialError::WrongLength { given: bytes.len(), wanted, item: item.name, type_text: item.type_text });
+        }
+        if let (Some((least, most)), Ok(given)) = (item.limits, bytes.try_into().map(u32::from_ne_bytes))
+            && !(least..=most).contains(&given)
+        {
+            return Err(TrialError::SizeOutOfRange { item: item.name, given, least, most });
+        }
+        match &mut self.cells[index] {
+            Some(cell) => cell.bytes_mut()[..bytes.len()].copy_from_slice(bytes),
+            None => self.instance.bytes_mut()[offset..offset + bytes.len()].copy_from_slice(bytes),
+        }
+        Ok(())
+    }
+
+    /// Sets an item of numbers, all elements in order, converted to its type.
+    ///
+    /// # Errors
+    /// As [`Trial::set`], or an item that is a struct.
+    pub fn set_numbers(&mut self, name: &str, values: &[f64]) -> Result<(), TrialError> {
+        let (_, item) = self.find(name)?;
+        let base = TypeText::parse(&item.type_text).map(|text| text.base).unwrap_or_default();
+        let mut bytes = Vec::new();
+        for value in values {
+            if !push_number(&mut bytes, &base, *value) {
+                return Err(TrialError::NotNumbers { item: item.name, type_text: item.type_text });
+            }
+        }
+        let wanted = self.present_size(&item);
+        if bytes.len() != wanted && bytes.len() != item.size {
+            let each = bytes.len().checked_div(values.len()).unwrap_or(1);
+            return Err(TrialError::WrongLength { given: values.len(), wanted: wanted / each.max(1), item: item.name, type_text: item.type_text });
+        }
+        self.set(name, &bytes)
+    }
+
+    /// Sets an item of one number.
+    ///
+    /// # Errors
+    /// As [`Trial::set_numbers`].
+    pub fn set_number(&mut self, name: &str, value: f64) -> Result<(), TrialError> {
+        self.set_numbers(name, &[value])
+    }
+
+    /// The bytes of an item: of an output what it last stored, of a condition what it last reported.
+    ///
+    /// # Errors
+    /// No such item, or a condition without a value.
+    pub fn get(&self, name: &str) -> Result<Vec<u8>, TrialError> {
+        let (index, item) = self.find(name)?;
+        let size = self.present_size(&item);
+        match (&self.cells[index], item.report.or(item.offset)) {
+            (Some(cell), _) => Ok(cell.bytes()[..size].to_vec()),
+            (None, Some(offset)) => Ok(self.instance.bytes()[offset..offset + size].to_vec()),
+            (None, None) => Err(TrialError::NotNumbers { item: item.name, type_text: "condition".to_string() }),
+        }
+    }
+
+    /// The elements of an item as numbers.
+    ///
+    /// # Errors
+    /// As [`Trial::get`], or an item that is a struct.
+    pub fn numbers(&self, name: &str) -> Result<Vec<f64>, TrialError> {
+        let (_, item) = self.find(name)?;
+        let base = TypeText::parse(&item.type_text).map(|text| text.base).unwrap_or_default();
+        numbers(&base, &self.get(name)?).ok_or(TrialError::NotNumbers { item: item.name, type_text: item.type_text })
+    }
+
+    /// An item of one number.
+    ///
+    /// # Errors
+    /// As [`Trial::numbers`]; of an array the first element is given.
+    pub fn number(&self, name: &str) -> Result<f64, TrialError> {
+        let numbers = self.numbers(name)?;
+        numbers.first().copied().ok_or_else(|| TrialError::WrongLength { item: name.to_string(), type_text: String::new(), given: 0, wanted: 1 })
+    }
+
+    /// Runs one invocation; the next one is `period_ns` later.
+    ///
+    /// # Errors
+    /// The invocation faulted: nothing but its number has changed.
+    pub fn run(&mut self) -> Result<(), Fault> {
+        let invocation = Invocation { number: 0, time_ns: self.time_ns, now_ns: self.time_ns };
+        self.time_ns += self.period_ns;
+        self.reported = 0;
+        // SAFETY: our own instance, every address in it bound to a cell of its item's size, aligned to 64; `&mut self` keeps
+        // everybody else away.
+        let result = unsafe { (self.face.descriptor.run)(self.instance.start.cast(), &invocation) };
+        let detail = result >> outcome::SHIFT;
+        match result & outcome::MASK {
+            outcome::DONE => {
+                self.reported = detail;
+                Ok(())
+            }
+            outcome::FAULT => Err(Fault::Returned(detail as u32)),
+            outcome::NONFINITE => Err(Fault::NonFinite { item: self.face.items.get(detail as usize).map(|item| item.name.clone()).unwrap_or_default() }),
+            _ => Err(Fault::Panicked),
+        }
+    }
+
+    /// The conditions that the last invocation reported, in order of declaration.
+    pub fn reported(&self) -> Vec<String> {
+        self.face.items.iter().enumerate().filter(|(index, _)| self.reported >> index & 1 == 1).map(|(_, item)| item.name.clone()).collect()
+    }
+
+    /// The number of the next invocation.
+    pub fn next_number(&self) -> u64 {
+        // SAFETY: an instance begins with its header.
+        unsafe { (*self.instance.start.cast::<Header>()).number }
+    }
+
+    fn find(&self, name: &str) -> Result<(usize, ItemFace), TrialError> {
+        match self.face.item(name) {
+            Some((index, item)) => Ok((index, item.clone())),
+            None => Err(TrialError::NoSuchItem {
+                block: self.face.name.clone(),
+                item: name.to_string(),
+                items: self.face.items.iter().map(|item| item.name.clone()).collect(),
+            }),
+        }
+    }
+
+    /// Bytes of an item at the present size.
+    fn present_size(&self, item: &ItemFace) -> usize {
+        match (item.sized, self.face.size().and_then(|(_, size)| size.offset)) {
+            (true, Some(offset)) => {
+                let n = self.instance.bytes()[offset..offset + 4].try_into().map(u32::from_ne_bytes).unwrap_or(0);
+                item.element * n as usize
+            }
+            _ => item.size,
+        }
+    }
+}
+
+fn push_number(bytes: &mut Vec<u8>, base: &str, value: f64) -> bool {
+    match base {
+        "double" => bytes.extend(value.to_ne_bytes()),
+        "float" => bytes.extend((value as f32).to_ne_bytes()),
+        "int64_t" => bytes.extend((value as i64).to_ne_bytes()),
+        "int32_t" => bytes.extend((value as i32).to_ne_bytes()),
+        "int16_t" => bytes.extend((value as i16).to_ne_bytes()),
+        "int8_t" => bytes.extend((value as i8).to_ne_bytes()),
+        "uint64_t" => bytes.extend((value as u64).to_ne_bytes()),
+        "uint32_t" => bytes.extend((value as u32).to_ne_bytes()),
+        "uint16_t" => bytes.extend((value as u16).to_ne_bytes()),
+        "uint8_t" => bytes.push(value as u8),
+        "bool" => bytes.push(u8::from(value != 0.0)),
+        _ => return false,
+    }
+    true
+}
+
+fn numbers(base: &str, bytes: &[u8]) -> Option<Vec<f64>> {
+    macro_rules! each {
+        ($ty:ty) => {
+            bytes.chunks_exact(size_of::<$ty>()).map(|chunk| chunk.try_into().map(<$ty>::from_ne_bytes).map(|x| x as f64).ok()).collect()
+        };
+    }
+    match base {
+        "double" => each!(f64),
+        "float" => each!(f32),
+        "int64_t" => each!(i64),
+        "int32_t" => each!(i32),
+        "int16_t" => each!(i16),
+        "int8_t" => each!(i8),
+        "uint64_t" => each!(u64),
+        "uint32_t" => each!(u32),
+        "uint16_t" => each!(u16),
+        "uint8_t" | "bool" => each!(u8),
+        _ => None,
+    }
+}

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The types that items may have.
+
+use crate::abi::TypeDescriptor;
+
+/// A type of ports, parameters and states: the fixed-width integers, `f32`, `f64`, `bool`, arrays, and structs with
+/// `#[derive(Type)]`.
+///
+/// # Safety
+/// It has the layout of the C type that `text` names and no pointers or references: the real-time system copies it bytewise.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be the type of an item",
+    label = "no type of an item",
+    note = "an item is an integer of fixed width, f32, f64, bool, an array of these, or a #[repr(C)] struct with #[derive(opengpac::Type)]"
+)]
+pub unsafe trait Type: Copy + 'static {
+    /// The C type: `"double"`, `"double[6]"`, `"pose"`.
+    fn text() -> String;
+    /// All zero.
+    fn zero() -> Self;
+    /// The top bit is set where a floating-point number in it is infinite or not a number.
+    fn nonfinite(&self) -> u64;
+    /// Adds the struct types in it that are not yet in `found`.
+    fn types(found: &mut Vec<&'static TypeDescriptor>);
+}
+
+macro_rules! exact {
+    ($($rust:ty, $c:literal, $zero:literal;)+) => {$(
+        // SAFETY: a scalar with the layout of its C namesake.
+        unsafe impl Type for $rust {
+            fn text() -> String { $c.to_string() }
+            fn zero() -> Self { $zero }
+            #[inline(always)]
+            fn nonfinite(&self) -> u64 { 0 }
+            fn types(_: &mut Vec<&'static TypeDescriptor>) {}
+        }
+    )+};
+}
+
+exact! {
+    i8, "int8_t", 0; i16, "int16_t", 0; i32, "int32_t", 0; i64, "int64_t", 0;
+    u8, "uint8_t", 0; u16, "uint16_t", 0; u32, "uint32_t", 0; u64, "uint64_t", 0; bool, "bool", false;
+}
+
+// SAFETY: a C double.
+unsafe impl Type for f64 {
+    fn text() -> String {
+        "double".to_string()
+    }
+    fn zero() -> Self {
+        0.0
+    }
+    #[inline(always)]
+    fn nonfinite(&self) -> u64 {
+        // An exponent of all ones: one more carries into the top bit.
+        (self.to_bits() & 0x7ff0_0000_0000_0000) + 0x0010_0000_0000_0000
+    }
+    fn types(_: &mut Vec<&'static TypeDescriptor>) {}
+}
+
+// SAFETY: a C float.
+unsafe impl Type for f32 {
+    fn text() -> String {
+        "float".to_string()
+    }
+    fn zero() -> Self {
+        0.0
+    }
+    #[inline(always)]
+    fn nonfinite(&self) -> u64 {
+        u64::from((self.to_bits() & 0x7f80_0000) + 0x0080_0000) << 32
+    }
+    fn types(_: &mut Vec<&'static TypeDescriptor>) {}
+}
+
+// SAFETY: a Rust array lies as a C array does.
+unsafe impl<T: Type, const N: usize> Type for [T; N] {
+    fn text() -> String {
+        // The outer length comes first, as in C: [[f64; 3]; 2] is double[2][3].
+        let element = T::text();
+        match element.find('[') {
+            Some(bracket) => format!("{}[{N}]{}", &element[..bracket], &element[bracket..]),
+            None => format!("{element}[{N}]"),
+        }
+    }
+    fn zero() -> Self {
+        [T::zero(); N]
+    }
+    #[inline(always)]
+    fn nonfinite(&self) -> u64 {
+        self.iter().fold(0, |top, element| top | element.nonfinite())
+    }
+    fn types(found: &mut Vec<&'static TypeDescriptor>) {
+        T::types(found);
+    }
+}

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A mistake in a declaration in Rust is told in plain words.
+
+#[test]
+fn mistakes_are_told_in_plain_words() {
+    let cases = trybuild::TestCases::new();
+    cases.compile_fail("tests/mistakes/*.rs");
+}

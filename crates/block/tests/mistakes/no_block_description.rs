@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+#[derive(FunctionBlock)]
+struct Block {
+    /// raw
+    #[input]
+    u: f64,
+}
+impl Step for Block {
+    fn step(&mut self, _: &Invocation) -> Outcome { Outcome::Done }
+}
+type _Unused = Condition;
+
+fn main() {}

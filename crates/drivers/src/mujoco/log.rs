@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+//! MuJoCo's messages. Its default receiver prints and opens a log file, which allocates: not on a real-time thread.
+//!
+//! Ours is installed when the library is loaded. A message of a thread that is inside a plant is kept in a fixed buffer of that thread
+//! (the first one: the cause); every other message goes on to the receiver that was there before, so that a program that uses
+//! MuJoCo on its own sees what it always saw. An error (level 3) does not return to its caller: after this receiver MuJoCo ends
+//! the process; which is why the plant never calls with sizes or indices that it has not checked.
+use super::library::{LogMessage, LogReceiver, MuJoCo};
+use std::cell::{Cell, UnsafeCell};
+use std::ffi::CStr;
+use std::sync::OnceLock;
+
+const KEPT_MAX: usize = 256;
+
+struct Kept {
+    inside: Cell<bool>,
+    length: Cell<usize>,
+    text: UnsafeCell<[u8; KEPT_MAX]>,
+}
+
+thread_local! {
+    static KEPT: Kept = const { Kept { inside: Cell::new(false), length: Cell::new(0), text: UnsafeCell::new([0; KEPT_MAX]) } };
+}
+static BEFORE: OnceLock<LogReceiver> = OnceLock::new();
+
+/// Makes ours the receiver of the library. Messages that are not a plant's go to the receiver that was there at the first time.
+pub(super) fn install(mujoco: &MuJoCo) {
+    // SAFETY: `receive` has the type that MuJoCo asks for and lives as long as the process, and so does the library.
+    if let Some(before) = unsafe { (mujoco.mju_setLogHandler)(Some(receive)) } {
+        BEFORE.get_or_init(|| before);
+    }
+}
+
+/// Runs `calls` into MuJoCo on behalf of a plant; true when MuJoCo warned during them. [`text`] says of what.
+pub(super) fn watch(calls: impl FnOnce()) -> bool {
+    KEPT.with(|kept| {
+        kept.inside.set(true);
+        kept.length.set(0);
+        calls();
+        kept.inside.set(false);
+        kept.length.get() > 0
+    })
+}
+
+/// The first message of the last [`watch`] of this thread.
+pub(super) fn text() -> String {
+    KEPT.with(|kept| {
+        // SAFETY: only this thread reaches its own buffer, and no `receive` runs during this call.
+        let text = unsafe { &*kept.text.get() };
+        String::from_utf8_lossy(&text[..kept.length.get()]).into_owned()
+    })
+}
+
+unsafe extern "C" fn receive(message: *const LogMessage) {
+    let ours = KEPT.with(|kept| {
+        if kept.inside.get() && kept.length.get() == 0 {
+            // SAFETY: MuJoCo gives a message whose subject ends in NUL.
+            let subject = unsafe { CStr::from_ptr(&raw const (*message).subject as *const _) }.to_bytes();
+            let length = subject.len().min(KEPT_MAX);
+            // SAFETY: only this thread reaches its own buffer, and nobody holds a reference to it while MuJoCo runs.
+            unsafe { (&mut *kept.text.get())[..length].copy_from_slice(&subject[..length]) };
+            kept.length.set(length.max(1));
+        }
+        kept.inside.get()
+    });
+    // SAFETY: the level is the first member of every message.
+    let fatal = unsafe { (*message).level } >= 3;
+    if (!ours || fatal) && let Some(before) = BEFORE.get() {
+        // SAFETY: it was MuJoCo's receiver until ours took its place, and takes the same message.
+        unsafe { before(message) };
+    }
+}

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A compiled MJCF model, and what it says of its arm.
+//!
+//! The model's fields are read by name, through a batch of one simulation: no layout of `mjModel` is assumed. The same way it is
+//! changed once: actuation is off, because every effort goes in as a generalised force (`qfrc_applied`). So an arm whose actuators
+//! are motors and one whose actuators are position servos are commanded alike, by torque; and the automatic reset after a
+//! numerical failure is off, because a plant that jumps to its start is worse than one that is lost.
+use super::library::{BatchConfig, Model, MuJoCo, object};
+use crate::part::{Part, Servo, UNLIMITED};
+use crate::DriverError;
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::path::Path;
+
+const DISABLE_ACTUATION: i32 = 1 << 11;
+const DISABLE_AUTORESET: i32 = 1 << 16;
+const INTEGRATOR_RK4: i32 = 1;
+const JOINT_SLIDE: i32 = 2;
+const JOINT_HINGE: i32 = 3;
+const TRANSMISSION_JOINT: i32 = 0;
+const TRANSMISSION_JOINT_IN_PARENT: i32 = 1;
+const SENSOR_FORCE: i32 = 4;
+/// Columns of `actuator_gear` and of `actuator_gainprm`.
+const GEAR_COLUMNS: usize = 6;
+/// Bandwidth of the servo that a part is given, 20 Hz, critically damped: far below the 1 kHz of the loop, far above a motion.
+const SERVO_RAD_PER_S: f64 = 125.0;
+
+/// Where a commanded joint is.
+#[derive(Clone, Debug)]
+pub(super) struct Joint {
+    pub part: Part,
+    /// Index of its position in qpos and of its velocity in qvel.
+    pub position: usize,
+    pub velocity: usize,
+}
+
+/// Where the tool is: a site named `tool` or `attachment_site`, else the site of the first force sensor.
+#[derive(Clone, Debug)]
+pub(super) struct Tool {
+    pub body: i32,
+    /// The site, and the centre of mass of its body, in the body's frame.
+    pub site_m: [f64; 3],
+    pub centre_m: [f64; 3],
+    /// The sensor that tells the force there, if the model has one.
+    pub sensor: Option<i32>,
+}
+
+/// A compiled model; freed when dropped.
+pub(super) struct Arm {
+    pub mujoco: &'static MuJoCo,
+    pub model: *mut Model,
+    pub joints: Vec<Joint>,
+    pub tool: Option<Tool>,
+    /// Viscous damping of each degree of freedom.
+    pub damping: Vec<f64>,
+    pub timestep_ns: i64,
+    pub runge_kutta: bool,
+    /// Index of the keyframe `home`, or -1.
+    pub home: i32,
+}
+
+// SAFETY: the model is owned by this value and constant after `load`; MuJoCo keeps nothing about it for a thread.
+unsafe impl Send for Arm {}
+
+impl Drop for Arm {
+    fn drop(&mut self) {
+        // SAFETY: the model came from `mj_loadXML` and is freed only here.
+        unsafe { (self.mujoco.mj_deleteModel)(self.model) }
+    }
+}
+
+/// Loads and compiles an MJCF file. `timestep_s` replaces the model's own step where it is given.
+pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>) -> Result<Arm, DriverError> {
+    let model = compile(mujoco, path)?;
+    let mut arm = Arm { mujoco, model, joints: vec![], tool: None, damping: vec![], timestep_ns: 0, runge_kutta: false, home: -1 };
+    let fields = Fields::new(&arm, path)?;
+    fields.set_flags("opt.disableflags", DISABLE_ACTUATION | DISABLE_AUTORESET);
+    if let Some(step) = timestep_s {
+        fields.set_real("opt.timestep", step);
+    }
+    // SAFETY: the batch was made from this very model, so the sizes are equal.
+    unsafe { (arm.mujoco.mjb_getModel)(fields.batch, 0, model) };
+    let timestep_ns = (fields.reals("opt.timestep")[0] * 1e9).round() as i64;
+    let runge_kutta = fields.ints("opt.integrator")[0] == INTEGRATOR_RK4;
+    let home = arm.id(object::KEY, "home");
+    let joints = joints(&arm, &fields, home);
+    let tool = tool(&arm, &fields);
+    let damping = fields.reals("dof_damping");
+    drop(fields);
+    if joints.is_empty() {
+        return Err(DriverError::NoActuatedJoint { path: path.into() });
+    }
+    if timestep_ns < 1_000 {
+        return Err(DriverError::Model { path: path.into(), problem: format!("its time step, {timestep_ns} ns, is below 1 us") });
+    }
+    (arm.joints, arm.tool, arm.damping) = (joints, tool, damping);
+    (arm.timestep_ns, arm.runge_kutta, arm.home) = (timestep_ns, runge_kutta, home);
+    Ok(arm)
+}
+
+fn compile(mujoco: &MuJoCo, path: &Path) -> Result<*mut Model, DriverError> {
+    // MuJoCo shortens `a/../b` by text, which is wrong behind a symbolic link.
+    let whole = path.canonicalize().map_err(|e| DriverError::File { kind: "mujoco".into(), path: path.into(), problem: e.to_string() })?;
+    let failed = |problem: String| DriverError::Model { path: path.into(), problem };
+    let file = CString::new(whole.as_os_str().as_encoded_bytes()).map_err(|_| failed("its name holds a NUL".into()))?;
+    let mut message = [0 as c_char; 1000];
+    let mut model = std::ptr::null_mut();
+    super::log::watch(|| {
+        // SAFETY: the file name ends in NUL and the message has the size that is passed.
+        model = unsafe { (mujoco.mj_loadXML)(file.as_ptr(), std::ptr::null(), message.as_mut_ptr(), message.len() as c_int) };
+    });
+    if model.is_null() {
+        // SAFETY: MuJoCo ends the message in NUL.
+        let text = unsafe { CStr::from_ptr(message.as_ptr()) }.to_string_lossy().trim().replace('\n', "; ");
+        return Err(failed(text));
+    }
+    Ok(model)
+}
+
+impl Arm {
+    fn id(&self, object: i32, name: &str) -> i32 {
+        let name = CString::new(name).expect("names here hold no NUL");
+        // SAFETY: the model is valid and the name ends in NUL.
+        unsafe { (self.mujoco.mj_name2id)(self.model, object, name.as_ptr()) }
+    }
+
+    fn name(&self, object: i32, id: i32) -> Option<String> {
+        // SAFETY: the model is valid; an id without a name gives null.
+        let name = unsafe { (self.mujoco.mj_id2name)(self.model, object, id) };
+        // SAFETY: a name ends in NUL and lives as long as the model.
+        (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned())
+    }
+}
+
+/// The joints that an actuator drives alone, in the order of the joints.
+fn joints(arm: &Arm, fields: &Fields, home: i32) -> Vec<Joint> {
+    let (kind, position, velocity) = (fields.ints("jnt_type"), fields.ints("jnt_qposadr"), fields.ints("jnt_dofadr"));
+    let (limited, range, inertia) = (fields.flags("jnt_limited"), fields.reals("jnt_range"), fields.reals("dof_M0"));
+    let start = fields.reals("qpos0");
+    let keys = fields.reals("key_qpos");
+    let efforts = efforts(fields, kind.len());
+    let mut joints = Vec::new();
+    for j in 0..kind.len() {
+        let unit = match kind[j] { JOINT_HINGE => "rad", JOINT_SLIDE => "m", _ => continue };
+        let Some(effort_max) = efforts[j] else { continue };
+        let (q, v) = (position[j] as usize, velocity[j] as usize);
+        let home = if home >= 0 { keys[home as usize * start.len() + q] } else { start[q] };
+        let part = Part {
+            name: arm.name(object::JOINT, j as i32).unwrap_or_else(|| format!("joint_{j}")),
+            unit,
+            range_min: if limited[j] { range[2 * j] } else { -UNLIMITED },
+            range_max: if limited[j] { range[2 * j + 1] } else { UNLIMITED },
+            effort_max,
+            home,
+            servo: Servo { kp: inertia[v] * SERVO_RAD_PER_S * SERVO_RAD_PER_S, kd: 2.0 * inertia[v] * SERVO_RAD_PER_S },
+        };
+        joints.push(Joint { part, position: q, velocity: v });
+    }
+    joints
+}
+
+/// For each joint: the greatest effort of its actuators together, `None` without one.
+fn efforts(fields: &Fields, joints: usize) -> Vec<Option<f64>> {
+    let (kind, target, gear) = (fields.ints("actuator_trntype"), fields.ints("actuator_trnid"), fields.reals("actuator_gear"));
+    let (force_limited, force) = (fields.flags("actuator_forcelimited"), fields.reals("actuator_forcerange"));
+    let (input_limited, input) = (fields.flags("actuator_ctrllimited"), fields.reals("actuator_ctrlrange"));
+    let (bias, gain) = (fields.ints("actuator_biastype"), fields.reals("actuator_gainprm"));
+    let (joint_limited, joint_force) = (fields.flags("jnt_actfrclimited"), fields.reals("jnt_actfrcrange"));
+    let gain_columns = gain.len() / kind.len().max(1);
+    let reach = |range: &[f64], i: usize| range[2 * i].abs().max(range[2 * i + 1].abs());
+    let mut efforts = vec![None; joints];
+    for a in 0..kind.len() {
+        if !matches!(kind[a], TRANSMISSION_JOINT | TRANSMISSION_JOINT_IN_PARENT) {
+            continue;
+        }
+        let mut most = UNLIMITED;
+        if force_limited[a] {
+            most = reach(&force, a);
+        }
+        // An input is an effort only where the actuator is a motor: no bias, one input, force = gain * input.
+        if bias[a] == 0 && input_limited.len() == kind.len() && input_limited[a] {
+            most = most.min(reach(&input, a) * gain[a * gain_columns].abs());
+        }
+        let most = if most >= UNLIMITED { UNLIMITED } else { most * gear[a * GEAR_COLUMNS].abs() };
+        let joint = target[2 * a] as usize;
+        efforts[joint] = Some((efforts[joint].unwrap_or(0.0) + most).min(UNLIMITED));
+    }
+    for j in 0..joints {
+        if joint_limited[j] {
+            efforts[j] = efforts[j].map(|most| most.min(reach(&joint_force, j)));
+        }
+    }
+    efforts
+}
+
+fn tool(arm: &Arm, fields: &Fields) -> Option<Tool> {
+    let (sensor_kind, sensor_site) = (fields.ints("sensor_type"), fields.ints("sensor_objid"));
+    let sensed = sensor_kind.iter().position(|k| *k == SENSOR_FORCE);
+    let named = ["tool", "attachment_site"].iter().map(|name| arm.id(object::SITE, name)).find(|id| *id >= 0);
+    let site = sensed.map(|s| sensor_site[s]).or(named)?;
+    let body = fields.ints("site_bodyid")[site as usize];
+    let three = |values: Vec<f64>, i: i32| -> [f64; 3] { std::array::from_fn(|k| values[3 * i as usize + k]) };
+    Some(Tool {
+        body,
+        site_m: three(fields.reals("site_pos"), site),
+        centre_m: three(fields.reals("body_ipos"), body),
+        sensor: sensed.map(|s| s as i32),
+    })
+}
+
+/// The model's fields, by name.
+struct Fields<'a> {
+    arm: &'a Arm,
+    batch: *mut c_void,
+}
+
+impl Drop for Fields<'_> {
+    fn drop(&mut self) {
+        // SAFETY: the batch was made by `new` and is freed only here.
+        unsafe { (self.arm.mujoco.mjb_deleteBatch)(self.batch) }
+    }
+}
+
+impl<'a> Fields<'a> {
+    fn new(arm: &'a Arm, path: &Path) -> Result<Fields<'a>, DriverError> {
+        let mut message = [0 as c_char; 1000];
+        let config = BatchConfig { threads: 1, persistent: true };
+        // SAFETY: the model is valid, the configuration lives through the call, the message has the size that is passed.
+        let batch = unsafe { (arm.mujoco.mjb_makeBatch)(arm.model, 1, &config, message.as_mut_ptr(), message.len() as c_int) };
+        if batch.is_null() {
+            // SAFETY: MuJoCo ends the message in NUL.
+            let problem = unsafe { CStr::from_ptr(message.as_ptr()) }.to_string_lossy().into_owned();
+            return Err(DriverError::Model { path: path.into(), problem });
+        }
+        Ok(Fields { arm, batch })
+    }
+
+    /// Where a field lies in the batch, how many elements it has and how large one is; nothing for a field of no elements.
+    fn place(&self, name: &str) -> (*mut c_void, usize, usize) {
+        let name = CString::new(name).expect("field names hold no NUL");
+        let (mut count, mut size): (c_int, c_int) = (0, 0);
+        // SAFETY: the batch is valid, the name ends in NUL, both results are written before the call returns.
+        let place = unsafe { (self.arm.mujoco.mjb_expand)(self.batch, name.as_ptr(), &mut count, &mut size) };
+        if place.is_null() { (place, 0, 0) } else { (place, count as usize, size as usize) }
+    }
+
+    fn read<T: Copy>(&self, name: &str) -> Vec<T> {
+        let (place, count, size) = self.place(name);
+        assert!(count == 0 || size == size_of::<T>(), "the field '{name}' has elements of {size} bytes");
+        // SAFETY: MuJoCo says that `count` elements of this size lie there; they live as long as the batch.
+        (0..count).map(|i| unsafe { *place.cast::<T>().add(i) }).collect()
+    }
+
+    fn reals(&self, name: &str) -> Vec<f64> {
+        self.read(name)
+    }
+
+    fn ints(&self, name: &str) -> Vec<i32> {
+        self.read(name)
+    }
+
+    fn flags(&self, name: &str) -> Vec<bool> {
+        self.read::<u8>(name).into_iter().map(|b| b != 0).collect()
+    }
+
+    fn set_real(&self, name: &str, value: f64) {
+        let (place, count, size) = self.place(name);
+        if count > 0 && size == 8 {
+            // SAFETY: one element of eight bytes lies there.
+            unsafe { *place.cast::<f64>() = value };
+        }
+    }
+
+    fn set_flags(&self, name: &str, bits: i32) {
+        let (place, count, size) = self.place(name);
+        if count > 0 && size == 4 {
+            // SAFETY: one element of four bytes lies there.
+            unsafe { *place.cast::<i32>() |= bits };
+        }
+    }
+}

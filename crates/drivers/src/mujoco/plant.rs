@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The plant: an arm that is advanced, read and commanded as a physical device.
+use super::brake::Brakes;
+use super::channels::channels;
+use super::library::{Data, MuJoCo, state};
+use super::log;
+use super::model::{Arm, Tool};
+use crate::bytes::{get, put};
+use kernel::{Channel, DeviceError, Driver};
+
+/// The most that one reading advances; a plant that was not read for longer stands still for the rest.
+const ADVANCE_NS_MAX: i64 = 1_000_000_000;
+/// Steps that are made and taken back before the first firing, so that every page and branch has been used.
+const WARM_UP_STEPS: usize = 50;
+
+/// What MuJoCo computes with: one configuration and its room, freed when dropped.
+struct Motion(*mut Data, &'static MuJoCo);
+
+// SAFETY: the data is owned by this value; MuJoCo keeps nothing about it for a thread.
+unsafe impl Send for Motion {}
+
+impl Drop for Motion {
+    fn drop(&mut self) {
+        // SAFETY: the data came from `mj_makeData` and is freed only here.
+        unsafe { (self.1.mj_deleteData)(self.0) }
+    }
+}
+
+/// A simulated arm behind a [`Driver`].
+pub(super) struct Plant {
+    // Declared before the model: data is freed first.
+    motion: Motion,
+    arm: Arm,
+    channels: Vec<Channel>,
+    /// Time that the state is at, on the system's clock.
+    time_ns: i64,
+    /// qpos, then qvel.
+    state: Vec<f64>,
+    positions: usize,
+    /// qfrc_applied, then xfrc_applied, as `mj_setState` takes them.
+    forces: Vec<f64>,
+    bias: Vec<f64>,
+    inertia: Vec<f64>,
+    drift: Vec<f64>,
+    brakes: Brakes,
+    /// For each degree of freedom: whether a brake holds it. All do at first.
+    braked: Vec<bool>,
+    /// For each joint: the effort written last, and where its brake holds it.
+    efforts: Vec<f64>,
+    held: Vec<f64>,
+    push: [f64; 3],
+}
+
+impl Plant {
+    pub fn new(arm: Arm) -> Plant {
+        let size = |component| {
+            // SAFETY: the model is valid.
+            (unsafe { (arm.mujoco.mj_stateSize)(arm.model, component) }) as usize
+        };
+        let (nq, nv) = (size(state::QPOS), size(state::QVEL));
+        let forces = vec![0.0; nv + size(state::XFRC_APPLIED)];
+        // SAFETY: the model is valid; MuJoCo ends the process where it has no memory.
+        let data = unsafe { (arm.mujoco.mj_makeData)(arm.model) };
+        let mut braked = vec![false; nv];
+        for joint in &arm.joints {
+            braked[joint.velocity] = true;
+        }
+        let count = arm.joints.len();
+        let mut plant = Plant {
+            motion: Motion(data, arm.mujoco),
+            channels: channels(&arm),
+            time_ns: 0,
+            state: vec![0.0; nq + nv],
+            positions: nq,
+            forces,
+            bias: vec![0.0; nv],
+            inertia: vec![0.0; nv * nv],
+            drift: vec![0.0; nv],
+            brakes: Brakes::new(nv),
+            braked,
+            efforts: vec![0.0; count],
+            held: vec![0.0; count],
+            push: [0.0; 3],
+            arm,
+        };
+        plant.reset();
+        plant
+    }
+
+    /// Puts the arm at the keyframe `home` (else its zero configuration), at rest, with every brake on.
+    fn reset(&mut self) {
+        // SAFETY: model and data belong together; key -1 resets to the zero configuration.
+        unsafe { (self.arm.mujoco.mj_resetDataKeyframe)(self.arm.model, self.motion.0, self.arm.home) };
+        self.efforts.fill(0.0);
+        self.push = [0.0; 3];
+        for joint in &self.arm.joints {
+            self.braked[joint.velocity] = true;
+        }
+        self.sense();
+        for (held, joint) in self.held.iter_mut().zip(&self.arm.joints) {
+            *held = self.state[joint.position];
+        }
+    }
+
+    /// Goes through the steps of a braked arm and of one whose first joint alone is braked.
+    fn warm_up(&mut self) {
+        (0..WARM_UP_STEPS).for_each(|_| self.step());
+        for joint in &self.arm.joints[1..] {
+            self.braked[joint.velocity] = false;
+        }
+        (0..WARM_UP_STEPS).for_each(|_| self.step());
+    }
+
+    /// Takes the state out of MuJoCo and has it compute what depends on it: kinematics, inertia, bias.
+    fn sense(&mut self) {
+        let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.0);
+        // SAFETY: model and data belong together; `state` and `bias` have the sizes that `mj_stateSize` gave.
+        unsafe {
+            (mujoco.mj_step1)(model, data);
+            (mujoco.mj_getState)(model, data, self.state.as_mut_ptr(), state::QPOS | state::QVEL);
+            (mujoco.mj_rne)(model, data, 0, self.bias.as_mut_ptr());
+        }
+    }
+
+    /// One time step under the last commands.
+    fn step(&mut self) {
+        self.load_efforts();
+        self.load_push();
+        let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.0);
+        // SAFETY: model and data belong together; `forces` has the size of both components, `state` as in `sense`.
+        unsafe {
+            (mujoco.mj_setState)(model, data, self.forces.as_ptr(), state::QFRC_APPLIED | state::XFRC_APPLIED);
+            if self.arm.runge_kutta { (mujoco.mj_step)(model, data) } else { (mujoco.mj_step2)(model, data) }
+            (mujoco.mj_getState)(model, data, self.state.as_mut_ptr(), state::QPOS | state::QVEL);
+        }
+        for (joint, held) in self.arm.joints.iter().zip(&self.held) {
+            if self.braked[joint.velocity] {
+                self.state[joint.position] = *held;
+                self.state[self.positions + joint.velocity] = 0.0;
+            }
+        }
+        // SAFETY: as above.
+        unsafe { (mujoco.mj_setState)(model, data, self.state.as_ptr(), state::QPOS | state::QVEL) };
+        self.sense();
+    }
+
+    /// Efforts of the commanded joints, and what the brakes bear.
+    fn load_efforts(&mut self) {
+        let nv = self.bias.len();
+        let effort = &mut self.forces[..nv];
+        effort.fill(0.0);
+        let mut free = false;
+        for (joint, command) in self.arm.joints.iter().zip(&self.efforts) {
+            if !self.braked[joint.velocity] {
+                effort[joint.velocity] = command.clamp(-joint.part.effort_max, joint.part.effort_max);
+                free = true;
+            }
+        }
+        if free && self.braked.contains(&true) {
+            for i in 0..nv {
+                self.drift[i] = -self.bias[i] - self.arm.damping[i] * self.state[self.positions + i];
+            }
+            // SAFETY: model and data belong together; `inertia` has nv * nv elements.
+            unsafe { (self.arm.mujoco.mj_fullM)(self.arm.model, self.motion.0, self.inertia.as_mut_ptr()) };
+            self.brakes.hold(&self.inertia, &self.drift, &self.braked, effort);
+        }
+    }
+
+    /// The push at the tool as a force and a torque at the centre of mass of its body, which is where MuJoCo takes them.
+    fn load_push(&mut self) {
+        let Some(tool) = &self.arm.tool else { return };
+        let (site, centre) = (self.world(tool, &tool.site_m), self.world(tool, &tool.centre_m));
+        let arm: [f64; 3] = std::array::from_fn(|k| site[k] - centre[k]);
+        let force = self.push;
+        let torque = [
+            arm[1] * force[2] - arm[2] * force[1],
+            arm[2] * force[0] - arm[0] * force[2],
+            arm[0] * force[1] - arm[1] * force[0],
+        ];
+        let place = self.bias.len() + 6 * tool.body as usize;
+        self.forces[place..place + 3].copy_from_slice(&force);
+        self.forces[place + 3..place + 6].copy_from_slice(&torque);
+    }
+
+    /// Where a point of the tool's body is in the world.
+    fn world(&self, tool: &Tool, point_m: &[f64; 3]) -> [f64; 3] {
+        let (mut place, mut turn, upright) = ([0.0; 3], [0.0; 9], [1.0, 0.0, 0.0, 0.0]);
+        // SAFETY: the body is one of this model, and the arrays have the sizes of the header.
+        unsafe {
+            (self.arm.mujoco.mj_local2Global)(self.motion.0, place.as_mut_ptr(), turn.as_mut_ptr(), point_m.as_ptr(), upright.as_ptr(), tool.body, 0)
+        };
+        place
+    }
+
+    fn force(&self, sensor: i32) -> [f64; 3] {
+        let mut force = [0.0; 3];
+        // SAFETY: the sensor is one of this model and has three elements; a null result means that `force` was written instead.
+        unsafe {
+            let place = (self.arm.mujoco.mj_readSensor)(self.arm.model, self.motion.0, sensor, self.time_ns as f64 * 1e-9, force.as_mut_ptr(), 0);
+            if !place.is_null() {
+                force = *place.cast::<[f64; 3]>();
+            }
+        }
+        force
+    }
+
+    fn advance(&mut self, release_ns: i64) -> Result<(), DeviceError> {
+        let span = release_ns - self.time_ns;
+        if span > ADVANCE_NS_MAX {
+            self.time_ns += (span - ADVANCE_NS_MAX) / self.arm.timestep_ns * self.arm.timestep_ns;
+        }
+        while self.time_ns + self.arm.timestep_ns <= release_ns {
+            self.time_ns += self.arm.timestep_ns;
+            if log::watch(|| self.step()) {
+                return Err(self.lost(log::text()));
+            }
+        }
+        match self.state.iter().position(|x| !x.is_finite()) {
+            None => Ok(()),
+            Some(_) => Err(self.lost("its state is not finite".into())),
+        }
+    }
+
+    fn lost(&self, reason: String) -> DeviceError {
+        DeviceError { message: format!("the simulated arm failed at {} ns: {reason}", self.time_ns) }
+    }
+}
+
+impl Driver for Plant {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        // Again: the program may have put a receiver of its own in the place of ours since.
+        log::install(self.arm.mujoco);
+        if log::watch(|| self.warm_up()) {
+            return Err(self.lost(log::text()));
+        }
+        self.reset();
+        self.time_ns = now_ns;
+        Ok(())
+    }
+
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        self.advance(release_ns)?;
+        let mut place = 0;
+        for joint in &self.arm.joints {
+            put(readings, place, self.state[joint.position]);
+            put(readings, place + 8, self.state[self.positions + joint.velocity]);
+            put(readings, place + 16, self.bias[joint.velocity]);
+            place += 24;
+        }
+        if let Some(sensor) = self.arm.tool.as_ref().and_then(|tool| tool.sensor) {
+            for (k, value) in self.force(sensor).into_iter().enumerate() {
+                put(readings, place + 8 * k, value);
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, _: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        for (j, joint) in self.arm.joints.iter().enumerate() {
+            let command = get(commands, 8 * j);
+            if !command.is_finite() {
+                let message = format!("the effort written to '{}.effort' is not finite; see which block writes it", joint.part.name);
+                return Err(DeviceError { message });
+            }
+            self.efforts[j] = command;
+            if !engaged[j] && !self.braked[joint.velocity] {
+                self.held[j] = self.state[joint.position];
+            }
+            self.braked[joint.velocity] = !engaged[j];
+        }
+        if self.arm.tool.is_some() {
+            let place = 8 * self.arm.joints.len();
+            self.push = std::array::from_fn(|k| get(commands, place + 8 * k));
+            if self.push.iter().any(|f| !f.is_finite()) {
+                return Err(DeviceError { message: "the force written to 'tool.push' is not finite".into() });
+            }
+        }
+        Ok(())
+    }
+
+    fn safe_state(&mut self) {
+        self.push = [0.0; 3];
+        for (j, joint) in self.arm.joints.iter().enumerate() {
+            self.efforts[j] = 0.0;
+            if !self.braked[joint.velocity] {
+                self.held[j] = self.state[joint.position];
+                self.braked[joint.velocity] = true;
+            }
+        }
+    }
+
+    fn close(&mut self) {
+        self.safe_state();
+    }
+}

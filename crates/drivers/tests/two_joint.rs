@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The plant on an arm whose equations fit on a line: efforts, brakes, limits, time, and what goes wrong.
+//!
+//! As in `ur5e.rs`, `OPENGPAC_MUJOCO` says where the library is; without it these tests check what the driver says then.
+mod common;
+use common::{Machine, robot, scratch, with_mujoco};
+use serde_json::json;
+
+const MS: i64 = 1_000_000;
+const G: f64 = 9.81;
+
+#[test]
+fn its_parts_are_found_whatever_drives_them() {
+    with_mujoco(|library| {
+        let machine = Machine::open("mujoco", json!({ "path": robot("two_joint.xml"), "library": library }));
+        let part = |i: usize, key: &str| machine.about["parts"][i][key].clone();
+        assert_eq!((part(0, "name"), part(1, "name")), (json!("shoulder"), json!("elbow")));
+        // A motor of gear 2 with inputs to 30; a position servo whose force is limited to 20.
+        assert_eq!((part(0, "effort_max"), part(1, "effort_max")), (json!(60.0), json!(20.0)));
+        assert_eq!((part(0, "range_min"), part(0, "range_max"), part(1, "home")), (json!(-3.0), json!(3.0), json!(0.0)));
+        assert_eq!(machine.about["tool"], json!(false));
+        let names: Vec<_> = machine.driver.channels().iter().map(|c| c.name.as_str()).collect();
+        let expected = ["shoulder.position", "shoulder.velocity", "shoulder.bias", "elbow.position", "elbow.velocity", "elbow.bias", "shoulder.effort", "elbow.effort"];
+        assert_eq!(names, expected);
+    });
+}
+
+#[test]
+fn the_bias_is_the_weight_of_the_links_and_holds_them() {
+    with_mujoco(|library| {
+        let mut machine = Machine::open("mujoco", json!({ "path": robot("two_joint.xml"), "library": library }));
+        machine.read(MS);
+        let (shoulder, elbow) = (machine.get("shoulder.bias")[0], machine.get("elbow.bias")[0]);
+        assert!((shoulder - G * (2.0 * 0.5 + 1.0 * 0.9)).abs() < 1e-9 && (elbow - G * 0.4).abs() < 1e-9, "{shoulder}, {elbow}");
+        for k in 1..=1000 {
+            machine.read(k * MS);
+            for joint in ["shoulder", "elbow"] {
+                let bias = machine.get(&format!("{joint}.bias"));
+                machine.set(&format!("{joint}.effort"), &bias);
+            }
+            machine.write(k * MS, &[true, true]);
+        }
+        assert!(machine.get("shoulder.position")[0].abs() < 1e-9 && machine.get("elbow.position")[0].abs() < 1e-9);
+    });
+}
+
+#[test]
+fn a_joint_that_nobody_commands_is_held_by_its_brake() {
+    with_mujoco(|library| {
+        let mut machine = Machine::open("mujoco", json!({ "path": robot("two_joint.xml"), "library": library }));
+        // The elbow is commanded with nothing, and falls; the shoulder is braked.
+        for k in 1..=50 {
+            machine.read(k * MS);
+            machine.write(k * MS, &[false, true]);
+        }
+        machine.read(51 * MS);
+        assert_eq!((machine.get("shoulder.position")[0], machine.get("shoulder.velocity")[0]), (0.0, 0.0));
+        // A pendulum from the level: q'' = -m g l / (m l^2 + armature) at first.
+        let acceleration = -G * 0.4 / (0.16 + 0.01 + 1e-6);
+        let fallen = machine.get("elbow.position")[0];
+        assert!((fallen - 0.5 * acceleration * 0.05f64.powi(2)).abs() < 2.0e-3, "the braked shoulder is as a wall: {fallen}");
+        // Now nobody commands it: it stops where it is.
+        machine.write(51 * MS, &[false, false]);
+        machine.read(300 * MS);
+        assert_eq!((machine.get("elbow.position")[0], machine.get("elbow.velocity")[0]), (fallen, 0.0));
+    });
+}
+
+#[test]
+fn an_effort_is_a_torque_within_the_limit_of_the_joint() {
+    with_mujoco(|library| {
+        let after = |effort: f64| {
+            let mut machine = Machine::open("mujoco", json!({ "path": robot("two_joint.xml"), "library": library }));
+            machine.set("elbow.effort", &[effort]);
+            machine.write(0, &[false, true]);
+            machine.read(MS);
+            machine.get("elbow.velocity")[0]
+        };
+        let expected = (10.0 - G * 0.4) / (0.16 + 0.01 + 1e-6) * 1e-3;
+        assert!((after(10.0) - expected).abs() < 1e-6, "{} rad/s, expected {expected}", after(10.0));
+        assert_eq!(after(500.0), after(20.0));
+        assert_eq!(after(-500.0), after(-20.0));
+    });
+}
+
+#[test]
+fn the_same_commands_give_the_same_bits_and_every_step_is_made() {
+    with_mujoco(|library| {
+        let run = |period: i64, timestep: f64| {
+            let mut machine = Machine::open("mujoco", json!({ "path": robot("two_joint.xml"), "library": library, "timestep": timestep }));
+            machine.set("elbow.effort", &[5.0]);
+            machine.write(0, &[false, true]);
+            for k in 1..=100 / period {
+                machine.read(k * period * MS);
+            }
+            machine.readings().to_vec()
+        };
+        assert_eq!(run(1, 0.001), run(1, 0.001));
+        assert_eq!(run(1, 0.001), run(20, 0.001), "how often it is read does not matter");
+        assert_ne!(run(1, 0.001), run(1, 0.0005), "the time step does");
+    });
+}
+
+#[test]
+fn what_is_not_finite_is_refused_and_what_diverges_is_lost() {
+    with_mujoco(|library| {
+        let mut machine = Machine::open("mujoco", json!({ "path": robot("two_joint.xml"), "library": library }));
+        machine.set("elbow.effort", &[f64::NAN]);
+        let error = machine.try_write(0, &[false, true]).expect_err("refused");
+        assert!(error.contains("'elbow.effort'"), "{error}");
+        // A spring that throws the arm out of all numbers, in some tenths of a second.
+        let text = std::fs::read_to_string(robot("two_joint.xml")).expect("the model")
+            .replace(r#"axis="0 -1 0" range="-2.5 2.5""#, r#"axis="0 -1 0" stiffness="-1e4""#);
+        let mut machine = Machine::open("mujoco", json!({ "path": scratch("diverges", &text), "library": library }));
+        machine.set("elbow.effort", &[1.0]);
+        machine.write(0, &[true, true]);
+        let error = (1..2000).find_map(|k| machine.try_read(k * MS).err()).expect("it is lost");
+        assert!(error.contains("simulated arm failed") && error.contains("Nan"), "{error}");
+    });
+}
+
+#[test]
+fn after_the_safe_state_every_brake_holds() {
+    with_mujoco(|library| {
+        let mut machine = Machine::open("mujoco", json!({ "path": robot("two_joint.xml"), "library": library }));
+        machine.set("elbow.effort", &[15.0]);
+        machine.write(0, &[true, true]);
+        machine.read(20 * MS);
+        machine.driver.safe_state();
+        let before = machine.get("elbow.position");
+        machine.read(500 * MS);
+        assert_eq!(machine.get("elbow.position"), before);
+        assert_ne!(before, [0.0]);
+    });
+}
+
+#[test]
+fn a_model_that_does_not_do_says_why() {
+    with_mujoco(|library| {
+        let error = |text: &str| drivers::open("mujoco", &json!({ "path": scratch("wrong", text), "library": library })).err().expect("refused").to_string();
+        let parse = error("<mujoco><worldbody><body><joint nme='a'/></body></worldbody></mujoco>");
+        assert!(parse.contains("cannot load the model") && parse.contains("nme"), "{parse}");
+        let idle = error("<mujoco><worldbody><body><joint name='a'/><geom size='1'/></body></worldbody></mujoco>");
+        assert!(idle.contains("no actuated joint"), "{idle}");
+        let missing = drivers::open("mujoco", &json!({ "path": "no_such.xml", "library": library })).err().expect("refused").to_string();
+        assert!(missing.contains("no_such.xml"), "{missing}");
+        let option = drivers::open("mujoco", &json!({ "path": robot("two_joint.xml"), "library": library, "timestep": 5.0 })).err().expect("refused").to_string();
+        assert!(option.contains("timestep"), "{option}");
+    });
+}
+
+#[test]
+fn a_free_body_beside_the_arm_shifts_no_channel() {
+    with_mujoco(|library| {
+        let text = std::fs::read_to_string(robot("two_joint.xml")).expect("the model")
+            .replace("<worldbody>", "<worldbody><geom type='plane' size='2 2 .1'/><body name='ball' pos='3 0 1'><freejoint/><geom size='.1' mass='1'/></body>")
+            .replace("</mujoco>", "<keyframe><key name='home' qpos='3 0 1 1 0 0 0 0.25 -0.5'/></keyframe></mujoco>");
+        let mut machine = Machine::open("mujoco", json!({ "path": scratch("ball", &text), "library": library }));
+        machine.read(200 * MS);
+        assert_eq!((machine.get("shoulder.position"), machine.get("elbow.position")), (vec![0.25], vec![-0.5]));
+        assert_eq!(machine.about["parts"][1]["home"], json!(-0.5));
+    });
+}

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The interconnect: what carries values between interrupt sources, and to the programming system and the recorder.
+//!
+//! For each pair (writing source → reading source) there is one connection. Its asynchronous members, the *group*, travel in
+//! a triple buffer, its synchronous and ratio members in a queue of rows, taken by number. The programming system and the
+//! recorder read from a ring of rows. No interrupt source ever blocks, retries or spins here.
+//!
+//! | module | carries | writer | reader |
+//! |---|---|---|---|
+//! | [`triple`] | the newest group | one, wait-free | one, wait-free |
+//! | [`mod@queue`] | every row, in order, once | one, wait-free | one, wait-free |
+//! | [`mod@rows`] | the last rows | one, wait-free | any number; they retry when overtaken |
+//!
+//! A [`Carrier`] makes connections of these: [`Memory`] between threads, [`Message`] over a link that can delay, drop, repeat,
+//! reorder and corrupt, for tests under the virtual clock. A block, graph or verb cannot tell which.
+//!
+//! ```
+//! use interconnect::{Carrier, ConnectionSpec, Memory};
+//!
+//! let spec = ConnectionSpec { writer: 0, reader: 1, asynchronous_len: 8, queue_row_len: 8, queue_depth: 2 };
+//! let (mut sender, mut receiver) = Memory.connect(&spec);
+//! // at the end of the writer's firing 7, released at 7 ms
+//! sender.group().copy_from_slice(&1.5f64.to_ne_bytes());
+//! sender.publish(7, 7_000_000);
+//! sender.push(7, 7_000_000, &mut |row| row.copy_from_slice(&2.5f64.to_ne_bytes()))?;
+//! // at the start of the reader's next firing
+//! let header = receiver.latch(8_000_000).expect("there is news");
+//! assert_eq!((header.number, header.age_ns(8_000_000)), (7, 1_000_000));
+//! assert_eq!(receiver.group(), 1.5f64.to_ne_bytes());
+//! assert_eq!(receiver.peek_row(), Some((7, 2.5f64.to_ne_bytes().as_slice())));
+//! assert!(receiver.pop_row());
+//! # Ok::<(), interconnect::Full>(())
+//! ```
+//!
+//! It knows bytes and numbers; no type, block, verb, clock, file or network.
+mod aligned;
+pub mod carrier;
+pub mod memory;
+pub mod message;
+pub mod queue;
+pub mod rows;
+mod sync;
+pub mod triple;
+
+pub use carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
+pub use memory::Memory;
+pub use message::{Counters, Faults, Message};
+pub use queue::{QueueReader, QueueWriter, queue};
+pub use rows::{Row, RowSink, RowsReader, RowsWriter, rows};
+pub use triple::{TripleReader, TripleWriter, triple_buffer};

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Connections in memory, between the threads of one process.
+use crate::carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
+use crate::queue::{QueueReader, QueueWriter, queue};
+use crate::triple::{TripleReader, TripleWriter, triple_buffer};
+
+/// Carries the group in a triple buffer and the rows in a queue; everything arrives within the sender's call.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Memory;
+
+impl Carrier for Memory {
+    fn connect(&mut self, spec: &ConnectionSpec) -> (Box<dyn Sender>, Box<dyn Receiver>) {
+        let (group_writer, group_reader) = triple_buffer(HEADER_LEN + spec.asynchronous_len);
+        let (queue_writer, queue_reader) = match spec.queue_depth {
+            0 => (None, None),
+            depth => {
+                let (writer, reader) = queue(spec.queue_row_len, depth);
+                (Some(writer), Some(reader))
+            }
+        };
+        let sender = MemorySender { group: group_writer, queue: queue_writer };
+        (Box::new(sender), Box::new(MemoryReceiver { group: group_reader, queue: queue_reader }))
+    }
+
+    fn next_arrival(&self) -> Option<i64> {
+        None
+    }
+
+    fn deliver(&mut self, _now_ns: i64, _raise: &mut dyn FnMut(u32)) {}
+}
+
+/// A whole cache line before the group, so that the group starts on one too.
+const HEADER_LEN: usize = crate::aligned::LINE;
+
+struct MemorySender {
+    group: TripleWriter,
+    queue: Option<QueueWriter>,
+}
+
+impl Sender for MemorySender {
+    fn group(&mut self) -> &mut [u8] {
+        &mut self.group.back()[HEADER_LEN..]
+    }
+
+    fn publish(&mut self, number: u64, now_ns: i64) {
+        let header = &mut self.group.back()[..HEADER_LEN];
+        header[..8].copy_from_slice(&number.to_ne_bytes());
+        header[8..16].copy_from_slice(&now_ns.to_ne_bytes());
+        self.group.publish();
+    }
+
+    fn push(&mut self, number: u64, _now_ns: i64, fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full> {
+        self.queue.as_mut().expect("rows are pushed only into a connection that was made with a queue").push(number, fill)
+    }
+}
+
+struct MemoryReceiver {
+    group: TripleReader,
+    queue: Option<QueueReader>,
+}
+
+impl Receiver for MemoryReceiver {
+    fn latch(&mut self, _now_ns: i64) -> Option<Header> {
+        if !self.group.latch() {
+            return None;
+        }
+        let header = self.group.front();
+        let word = |at: usize| header[at..at + 8].try_into().expect("eight bytes were cut out");
+        Some(Header { number: u64::from_ne_bytes(word(0)), time_ns: i64::from_ne_bytes(word(8)) })
+    }
+
+    fn group(&self) -> &[u8] {
+        &self.group.front()[HEADER_LEN..]
+    }
+
+    fn peek_row(&mut self) -> Option<(u64, &[u8])> {
+        self.queue.as_mut()?.peek()
+    }
+
+    fn pop_row(&mut self) -> bool {
+        self.queue.as_mut().is_some_and(QueueReader::pop)
+    }
+
+    fn rows(&self) -> usize {
+        self.queue.as_ref().map_or(0, QueueReader::len)
+    }
+}

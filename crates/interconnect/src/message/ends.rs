@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the two ends of a connection over messages know. No link, no time: those are in `traffic`.
+//!
+//! Group: the newest publication wins. The writing end keeps it until the reading end has said that it is there; an older one
+//! that comes late is ignored.
+//! Rows: each is kept by the writing end until the reading end has all rows up to it, and is read in order, once. How many
+//! were popped goes back until the reading end knows that it is known: so a writing end that was full always learns of the room.
+use super::packet::Content;
+use crate::carrier::Header;
+use std::collections::{BTreeMap, VecDeque};
+
+/// The writing end's side.
+pub(super) struct WritingEnd {
+    depth: u64,
+    window: u64,
+    /// Publications so far: the sequence of the newest.
+    published: u64,
+    /// The newest publication, until it is known to have arrived.
+    group: Option<(Header, Vec<u8>)>,
+    /// Rows pushed; known to have arrived; known to be popped.
+    pushed: u64,
+    received: u64,
+    popped: u64,
+    /// The rows from `received` to `pushed`.
+    rows: VecDeque<(u64, Vec<u8>)>,
+}
+
+impl WritingEnd {
+    pub(super) fn new(depth: usize, window: usize) -> Self {
+        let (depth, window) = (depth as u64, window as u64);
+        WritingEnd { depth, window, published: 0, group: None, pushed: 0, received: 0, popped: 0, rows: VecDeque::new() }
+    }
+
+    pub(super) fn publish(&mut self, header: Header, bytes: &[u8]) {
+        self.published += 1;
+        self.group = Some((header, bytes.to_vec()));
+    }
+
+    /// The newest publication, if it is not known to have arrived.
+    pub(super) fn group(&self) -> Option<Content<'_>> {
+        let (header, bytes) = self.group.as_ref()?;
+        Some(Content::Group { sequence: self.published, header: *header, bytes })
+    }
+
+    pub(super) fn group_received(&mut self, sequence: u64) {
+        if sequence == self.published {
+            self.group = None;
+        }
+    }
+
+    /// True where another row may be pushed: the reader has fewer than `depth` waiting, as far as is known, and fewer than
+    /// `window` are on their way.
+    pub(super) fn has_room(&self) -> bool {
+        self.received - self.popped < self.depth && self.pushed - self.received < self.window
+    }
+
+    /// Appends a row and returns its sequence.
+    pub(super) fn push(&mut self, number: u64, bytes: Vec<u8>) -> u64 {
+        self.rows.push_back((number, bytes));
+        self.pushed += 1;
+        self.pushed - 1
+    }
+
+    /// The rows that are not known to have arrived, from `sequence` on.
+    pub(super) fn rows(&self, sequence: u64) -> impl Iterator<Item = Content<'_>> {
+        let rows = (self.received..).zip(&self.rows).skip_while(move |(of, _)| *of < sequence);
+        rows.map(|(sequence, (number, bytes))| Content::Row { sequence, number: *number, bytes })
+    }
+
+    pub(super) fn has_rows(&self) -> bool {
+        !self.rows.is_empty()
+    }
+
+    /// True if that is news.
+    pub(super) fn rows_received(&mut self, count: u64) -> bool {
+        let news = count.min(self.pushed).saturating_sub(self.received);
+        self.rows.drain(..news as usize);
+        self.received += news;
+        news > 0
+    }
+
+    /// Returns how many are known to be popped, of those that are known to have arrived.
+    pub(super) fn rows_popped(&mut self, count: u64) -> u64 {
+        self.popped = self.popped.max(count.min(self.received));
+        self.popped
+    }
+}
+
+/// The reading end's side.
+pub(super) struct ReadingEnd {
+    group_len: usize,
+    row_len: usize,
+    /// The sequence of the newest publication that has come.
+    newest: u64,
+    /// It, until it is latched.
+    group: Option<(Header, Vec<u8>)>,
+    /// Rows that came before one that is missing.
+    early: BTreeMap<u64, (u64, Vec<u8>)>,
+    /// Rows that can be read.
+    ready: VecDeque<(u64, Vec<u8>)>,
+    /// Rows that came in order; that were popped; that the writing end knows to be popped.
+    received: u64,
+    popped: u64,
+    popped_known: u64,
+}
+
+impl ReadingEnd {
+    pub(super) fn new(group_len: usize, row_len: usize) -> Self {
+        let (early, ready) = (BTreeMap::new(), VecDeque::new());
+        ReadingEnd { group_len, row_len, newest: 0, group: None, early, ready, received: 0, popped: 0, popped_known: 0 }
+    }
+
+    /// A publication came; returns the newest one's sequence. `None`: it is not one of this connection.
+    pub(super) fn group_came(&mut self, sequence: u64, header: Header, bytes: &[u8]) -> Option<u64> {
+        if bytes.len() != self.group_len {
+            return None;
+        }
+        if sequence > self.newest {
+            self.newest = sequence;
+            self.group = Some((header, bytes.to_vec()));
+        }
+        Some(self.newest)
+    }
+
+    /// Takes the publication that was not latched yet.
+    pub(super) fn latch(&mut self) -> Option<(Header, Vec<u8>)> {
+        self.group.take()
+    }
+
+    /// A row came; returns how many rows became readable by it. `None`: it is not one of this connection.
+    pub(super) fn row_came(&mut self, sequence: u64, number: u64, bytes: &[u8]) -> Option<usize> {
+        if bytes.len() != self.row_len {
+            return None;
+        }
+        if sequence >= self.received {
+            self.early.insert(sequence, (number, bytes.to_vec()));
+        }
+        let before = self.received;
+        while let Some(row) = self.early.remove(&self.received) {
+            self.ready.push_back(row);
+            self.received += 1;
+        }
+        Some((self.received - before) as usize)
+    }
+
+    /// Rows that came in order.
+    pub(super) fn received(&self) -> u64 {
+        self.received
+    }
+
+    pub(super) fn oldest(&self) -> Option<&(u64, Vec<u8>)> {
+        self.ready.front()
+    }
+
+    pub(super) fn ready(&self) -> usize {
+        self.ready.len()
+    }
+
+    /// True if there was a row to pop.
+    pub(super) fn pop(&mut self) -> bool {
+        let popped = self.ready.pop_front().is_some();
+        self.popped += u64::from(popped);
+        popped
+    }
+
+    /// How many rows were popped, if the writing end is not known to know.
+    pub(super) fn room_news(&self) -> Option<Content<'static>> {
+        (self.popped_known < self.popped).then_some(Content::RowsPopped { count: self.popped })
+    }
+
+    pub(super) fn room_known(&mut self, count: u64) {
+        self.popped_known = self.popped_known.max(count.min(self.popped));
+    }
+}
+
+#[cfg(all(test, not(loom)))]
+mod tests {
+    use super::*;
+
+    const HEADER: Header = Header { number: 0, time_ns: 0 };
+
+    #[test]
+    fn a_row_that_comes_again_is_not_kept() {
+        let mut reading = ReadingEnd::new(0, 1);
+        for (sequence, readable) in [(2, 0), (1, 0), (2, 0), (0, 3), (0, 0), (1, 0), (3, 1)] {
+            assert_eq!(reading.row_came(sequence, sequence, &[0]), Some(readable), "row {sequence}");
+        }
+        assert!(reading.early.is_empty());
+        let numbers = std::iter::from_fn(|| reading.oldest().map(|row| row.0).filter(|_| reading.pop()));
+        assert_eq!(numbers.collect::<Vec<_>>(), [0, 1, 2, 3]);
+    }
+
+    #[test]
+    fn a_group_or_row_of_another_length_is_refused() {
+        let mut reading = ReadingEnd::new(2, 3);
+        assert_eq!(reading.group_came(1, HEADER, &[0; 3]), None);
+        assert_eq!(reading.row_came(0, 0, &[0; 2]), None);
+        assert!(reading.latch().is_none() && reading.oldest().is_none());
+    }
+
+    #[test]
+    fn room_is_what_neither_waits_nor_is_on_its_way() {
+        let mut writing = WritingEnd::new(2, 3);
+        let fill = |writing: &mut WritingEnd| {
+            let mut pushed = 0;
+            while writing.has_room() {
+                writing.push(0, Vec::new());
+                pushed += 1;
+            }
+            pushed
+        };
+        assert_eq!(fill(&mut writing), 3, "three may be on their way");
+        assert!(writing.rows_received(1));
+        assert_eq!(fill(&mut writing), 1);
+        assert!(writing.rows_received(2));
+        assert_eq!(fill(&mut writing), 0, "two wait");
+        assert_eq!(writing.rows_popped(1), 1);
+        assert_eq!(fill(&mut writing), 1);
+        assert!(!writing.rows_received(1), "an old answer is no news");
+        assert_eq!(writing.rows_popped(9), 2, "no more are popped than have arrived");
+    }
+}

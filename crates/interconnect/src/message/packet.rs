@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What travels on the message link: a checked view of bytes, [`Packet`], and what it says, [`Repr`].
+//!
+//! | bytes | field |
+//! |---|---|
+//! | 0..8 | FNV-1a checksum of all bytes after it |
+//! | 8..12 | length of the packet |
+//! | 12..16 | connection |
+//! | 16..24 | kind |
+//! | 24..32 | sequence, or a count |
+//! | 32..40 | number |
+//! | 40..48 | time, ns |
+//! | 48.. | the group or the row |
+//!
+//! All little-endian. A field that a kind does not use is zero.
+use crate::carrier::Header;
+
+/// Bytes that were found whole: the length and the checksum agree.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Packet<'a>(&'a [u8]);
+
+impl<'a> Packet<'a> {
+    /// Checks length and checksum.
+    pub(crate) fn new_checked(bytes: &'a [u8]) -> Result<Self, Damaged> {
+        if bytes.len() < PAYLOAD || word(bytes, LENGTH) as u32 as usize != bytes.len() {
+            return Err(Damaged);
+        }
+        if word(bytes, 0) != checksum(&bytes[CHECKED..]) {
+            return Err(Damaged);
+        }
+        Ok(Packet(bytes))
+    }
+
+    fn connection(self) -> u32 {
+        (word(self.0, LENGTH) >> 32) as u32
+    }
+}
+
+/// The bytes are not those of a packet as it was sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Damaged;
+
+/// What a packet says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Repr<'a> {
+    pub(crate) connection: u32,
+    pub(crate) content: Content<'a>,
+}
+
+/// The kinds of packets, from the writing end to the reading end unless it says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Content<'a> {
+    /// Publication `sequence` (from 1) of the group.
+    Group { sequence: u64, header: Header, bytes: &'a [u8] },
+    /// To the writing end: publication `sequence` is here; no older one is wanted.
+    GroupReceived { sequence: u64 },
+    /// Row `sequence` (from 0).
+    Row { sequence: u64, number: u64, bytes: &'a [u8] },
+    /// To the writing end: all of the first `count` rows are here.
+    RowsReceived { count: u64 },
+    /// To the writing end: the reader has popped `count` rows, so there is room.
+    RowsPopped { count: u64 },
+    /// The writing end knows that `count` rows were popped.
+    RoomKnown { count: u64 },
+}
+
+impl<'a> Repr<'a> {
+    /// What the packet says; an unknown kind is [`Damaged`].
+    pub(crate) fn parse(packet: Packet<'a>) -> Result<Self, Damaged> {
+        let (sequence, number, bytes) = (word(packet.0, SEQUENCE), word(packet.0, NUMBER), &packet.0[PAYLOAD..]);
+        let content = match word(packet.0, KIND) {
+            1 => Content::Group { sequence, header: Header { number, time_ns: word(packet.0, TIME).cast_signed() }, bytes },
+            2 => Content::GroupReceived { sequence },
+            3 => Content::Row { sequence, number, bytes },
+            4 => Content::RowsReceived { count: sequence },
+            5 => Content::RowsPopped { count: sequence },
+            6 => Content::RoomKnown { count: sequence },
+            _ => return Err(Damaged),
+        };
+        Ok(Repr { connection: packet.connection(), content })
+    }
+
+    /// The packet that says it.
+    pub(crate) fn emit(&self) -> Vec<u8> {
+        let (kind, sequence, number, time_ns, payload): (u64, u64, u64, i64, &[u8]) = match self.content {
+            Content::Group { sequence, header, bytes } => (1, sequence, header.number, header.time_ns, bytes),
+            Content::GroupReceived { sequence } => (2, sequence, 0, 0, &[]),
+            Content::Row { sequence, number, bytes } => (3, sequence, number, 0, bytes),
+            Content::RowsReceived { count } => (4, count, 0, 0, &[]),
+            Content::RowsPopped { count } => (5, count, 0, 0, &[]),
+            Content::RoomKnown { count } => (6, count, 0, 0, &[]),
+        };
+        let len = u32::try_from(PAYLOAD + payload.len()).expect("groups and rows are far below 4 GiB");
+        let mut bytes = vec![0; CHECKED];
+        bytes.extend_from_slice(&len.to_le_bytes());
+        bytes.extend_from_slice(&self.connection.to_le_bytes());
+        for word in [kind, sequence, number, time_ns.cast_unsigned()] {
+            bytes.extend_from_slice(&word.to_le_bytes());
+        }
+        bytes.extend_from_slice(payload);
+        let sum = checksum(&bytes[CHECKED..]);
+        bytes[..CHECKED].copy_from_slice(&sum.to_le_bytes());
+        bytes
+    }
+
+    /// True for a packet to the writing end.
+    pub(crate) fn answers(&self) -> bool {
+        matches!(self.content, Content::GroupReceived { .. } | Content::RowsReceived { .. } | Content::RowsPopped { .. })
+    }
+}
+
+const CHECKED: usize = 8;
+const LENGTH: usize = 8;
+const KIND: usize = 16;
+const SEQUENCE: usize = 24;
+const NUMBER: usize = 32;
+const TIME: usize = 40;
+const PAYLOAD: usize = 48;
+
+fn word(bytes: &[u8], at: usize) -> u64 {
+    u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes were cut out"))
+}
+
+/// FNV-1a, 64 bits: finds every change within one byte, and all but one in 2^64 of the others.
+fn checksum(bytes: &[u8]) -> u64 {
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |sum, &byte| (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+#[cfg(all(test, not(loom)))]
+mod tests {
+    use super::*;
+
+    const HEADER: Header = Header { number: 11, time_ns: -5 };
+
+    fn all() -> Vec<Repr<'static>> {
+        [
+            Content::Group { sequence: 3, header: HEADER, bytes: b"group" },
+            Content::Group { sequence: 4, header: HEADER, bytes: b"" },
+            Content::GroupReceived { sequence: 3 },
+            Content::Row { sequence: 0, number: u64::MAX, bytes: b"row" },
+            Content::RowsReceived { count: 1 },
+            Content::RowsPopped { count: 2 },
+            Content::RoomKnown { count: 2 },
+        ]
+        .map(|content| Repr { connection: 77, content })
+        .to_vec()
+    }
+
+    #[test]
+    fn what_was_said_is_heard() {
+        for repr in all() {
+            let bytes = repr.emit();
+            assert_eq!(Packet::new_checked(&bytes).and_then(Repr::parse), Ok(repr));
+        }
+    }
+
+    #[test]
+    fn a_changed_bit_or_a_cut_end_is_found() {
+        for repr in all() {
+            let bytes = repr.emit();
+            for bit in 0..bytes.len() * 8 {
+                let mut changed = bytes.clone();
+                changed[bit / 8] ^= 1 << (bit % 8);
+                assert_eq!(Packet::new_checked(&changed).err(), Some(Damaged), "{repr:?}, bit {bit}");
+            }
+            for len in 0..bytes.len() {
+                assert_eq!(Packet::new_checked(&bytes[..len]).err(), Some(Damaged), "{repr:?}, {len} bytes");
+            }
+        }
+    }
+
+    #[test]
+    fn an_unknown_kind_is_refused() {
+        let mut bytes = Repr { connection: 1, content: Content::GroupReceived { sequence: 1 } }.emit();
+        bytes[KIND] = 99;
+        let sum = checksum(&bytes[CHECKED..]);
+        bytes[..CHECKED].copy_from_slice(&sum.to_le_bytes());
+        assert_eq!(Packet::new_checked(&bytes).and_then(Repr::parse), Err(Damaged));
+    }
+}

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The queue: carries every row, in order and once, from one writer to one reader.
+//!
+//! | | writer | reader |
+//! |---|---|---|
+//! | may block the other | never; a full queue refuses the push | never; an empty queue has no row |
+//! | steps | one atomic store; one load where the remembered count says full | one store a pop; one load where the remembered count says empty |
+//! | if the other is preempted, stopped or killed anywhere | goes on until full | goes on until empty |
+//!
+//! `depth` rows, all made at construction, none added later: a deeper queue would only hide a reader that does not keep up.
+//! Each count is written by one end only and lies on a cache line of its own; so does each end, with what it remembers of the
+//! other's count.
+use crate::aligned::AlignedBytes;
+use crate::carrier::Full;
+use crate::sync::{Arc, AtomicUsize, Ordering, OwnLine, UnsafeCell};
+
+/// Makes a queue of `depth` rows of `row_len` bytes. Panics if `depth` is 0.
+pub fn queue(row_len: usize, depth: usize) -> (QueueWriter, QueueReader) {
+    assert!(depth > 0, "a queue needs room for one row or more");
+    let slots = (0..depth).map(|_| UnsafeCell::new(Slot { number: 0, row: AlignedBytes::new(row_len) })).collect();
+    let shared = Arc::new(Shared { popped: OwnLine(AtomicUsize::new(0)), pushed: OwnLine(AtomicUsize::new(0)), slots });
+    let writer = QueueWriter { shared: shared.clone(), pushed: 0, next: 0, popped_seen: 0 };
+    (writer, QueueReader { shared, popped: 0, next: 0, pushed_seen: 0 })
+}
+
+/// The writing end.
+#[repr(align(64))]
+pub struct QueueWriter {
+    shared: Arc<Shared>,
+    /// Rows pushed so far (wraps).
+    pushed: usize,
+    /// The slot of the next row.
+    next: usize,
+    /// The reader's count when it was last looked at.
+    popped_seen: usize,
+}
+
+impl QueueWriter {
+    /// Appends a row: `fill` writes its bytes, which hold some earlier row. [`Full`], without calling `fill`, where `depth`
+    /// rows wait. A `fill` that panics appends nothing. Real-time safe.
+    #[inline]
+    pub fn push(&mut self, number: u64, fill: impl FnOnce(&mut [u8])) -> Result<(), Full> {
+        let depth = self.shared.slots.len();
+        if self.pushed.wrapping_sub(self.popped_seen) == depth {
+            self.popped_seen = self.shared.popped.0.load(Ordering::Acquire);
+            if self.pushed.wrapping_sub(self.popped_seen) == depth {
+                return Err(Full);
+            }
+        }
+        self.shared.slots[self.next].with_mut(|slot| {
+            // SAFETY: fewer than `depth` rows wait, so the slot `next` is not among those that the reader may touch: it has
+            // popped the row that was here (acquired above) and sees the new one only after the store below.
+            let slot = unsafe { &mut *slot };
+            slot.number = number;
+            fill(slot.row.bytes_mut());
+        });
+        self.pushed = self.pushed.wrapping_add(1);
+        self.next = following(self.next, depth);
+        self.shared.pushed.0.store(self.pushed, Ordering::Release);
+        Ok(())
+    }
+
+    /// Rows that wait. The reader may be taking some meanwhile.
+    pub fn len(&self) -> usize {
+        self.pushed.wrapping_sub(self.shared.popped.0.load(Ordering::Acquire))
+    }
+
+    /// True where no row waits.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// The reading end.
+#[repr(align(64))]
+pub struct QueueReader {
+    shared: Arc<Shared>,
+    /// Rows popped so far (wraps).
+    popped: usize,
+    /// The slot of the oldest row.
+    next: usize,
+    /// The writer's count when it was last looked at.
+    pushed_seen: usize,
+}
+
+impl QueueReader {
+    /// The number and bytes of the oldest row, which stays; none where no row waits. Real-time safe.
+    #[inline]
+    pub fn peek(&mut self) -> Option<(u64, &[u8])> {
+        if !self.waits() {
+            return None;
+        }
+        Some(self.shared.slots[self.next].with(|slot| {
+            // SAFETY: the row is pushed (acquired in `waits`) and not popped, so the writer does not touch it; popping needs
+            // `&mut self` and so ends this borrow.
+            let slot = unsafe { &*slot };
+            (slot.number, slot.row.bytes())
+        }))
+    }
+
+    /// Removes the oldest row; false where no row waits. Real-time safe.
+    #[inline]
+    pub fn pop(&mut self) -> bool {
+        if !self.waits() {
+            return false;
+        }
+        self.popped = self.popped.wrapping_add(1);
+        self.next = following(self.next, self.shared.slots.len());
+        self.shared.popped.0.store(self.popped, Ordering::Release);
+        true
+    }
+
+    /// Rows that wait. The writer may be adding some meanwhile.
+    pub fn len(&self) -> usize {
+        self.shared.pushed.0.load(Ordering::Acquire).wrapping_sub(self.popped)
+    }
+
+    /// True where no row waits.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    #[inline]
+    fn waits(&mut self) -> bool {
+        if self.pushed_seen == self.popped {
+            self.pushed_seen = self.shared.pushed.0.load(Ordering::Acquire);
+        }
+        self.pushed_seen != self.popped
+    }
+}
+
+struct Slot {
+    number: u64,
+    row: AlignedBytes,
+}
+
+struct Shared {
+    /// Written by the reader.
+    popped: OwnLine<AtomicUsize>,
+    /// Written by the writer.
+    pushed: OwnLine<AtomicUsize>,
+    slots: Box<[UnsafeCell<Slot>]>,
+}
+
+// SAFETY: the slots are reached only through the two ends, of which there is one each, neither `Clone`; which end may touch
+// which slot follows from the two counts, each stored with release by one end and loaded with acquire by the other.
+unsafe impl Sync for Shared {}
+// SAFETY: it owns numbers and bytes only.
+unsafe impl Send for Shared {}
+
+/// The slot after `slot`, without a division.
+#[inline]
+fn following(slot: usize, depth: usize) -> usize {
+    if slot + 1 == depth { 0 } else { slot + 1 }
+}
+
+#[cfg(all(test, not(loom)))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_come_in_order_with_their_numbers() {
+        let (mut writer, mut reader) = queue(2, 3);
+        for number in 10..13 {
+            writer.push(number, |row| row.fill(number as u8)).expect("there is room for three");
+        }
+        assert_eq!((writer.len(), reader.len()), (3, 3));
+        for number in 10..13 {
+            assert_eq!(reader.peek(), Some((number, [number as u8; 2].as_slice())));
+            assert_eq!(reader.peek(), Some((number, [number as u8; 2].as_slice())), "a look takes nothing");
+            assert!(reader.pop());
+        }
+        assert_eq!(reader.peek(), None);
+        assert!(!reader.pop());
+        assert!(writer.is_empty() && reader.is_empty());
+    }
+
+    #[test]
+    fn a_full_queue_refuses_without_filling() {
+        let (mut writer, mut reader) = queue(1, 1);
+        assert_eq!(writer.push(0, |row| row[0] = 1), Ok(()));
+        assert_eq!(writer.push(1, |_| panic!("filled a row that there is no room for")), Err(Full));
+        assert_eq!(reader.peek(), Some((0, [1].as_slice())));
+        assert!(reader.pop());
+        assert_eq!(writer.push(2, |row| row[0] = 3), Ok(()));
+        assert_eq!(reader.peek(), Some((2, [3].as_slice())));
+    }
+
+    #[test]
+    fn a_fill_that_panics_appends_nothing() {
+        let (mut writer, mut reader) = queue(1, 2);
+        let push = std::panic::AssertUnwindSafe(|| writer.push(0, |_| panic!("the writer faults here")));
+        assert!(std::panic::catch_unwind(push).is_err());
+        assert_eq!(reader.peek(), None);
+        assert_eq!(writer.push(1, |row| row[0] = 9), Ok(()));
+        assert_eq!(reader.peek(), Some((1, [9].as_slice())));
+    }
+}

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The triple buffer: carries the newest group of bytes from one writer to one reader, never torn.
+//!
+//! | | writer | reader |
+//! |---|---|---|
+//! | may block the other | never | never |
+//! | steps of an exchange | one swap | one load where there is no news, else one load and one swap |
+//! | retries | none | none |
+//! | if the other is preempted, stopped or killed anywhere | goes on | goes on, with the last complete publication |
+//!
+//! Why three buffers: the writer fills one (*back*), the reader reads one (*front*), and the third (*middle*) holds the newest
+//! complete publication, so that either side can always exchange its own against it without asking the other. With two, one side would have
+//! to wait for the other or write over what is being read; a fourth would never be used. The word in the middle names the
+//! buffer that lies there and whether the reader has seen it; each swap moves a whole buffer, so a group is never torn.
+//!
+//! Each buffer and the word lie on cache lines of their own.
+use crate::aligned::AlignedBytes;
+use crate::sync::{Arc, AtomicU8, Ordering, OwnLine, UnsafeCell};
+
+/// Makes a triple buffer for groups of `len_bytes` bytes, zero until the first publication.
+pub fn triple_buffer(len_bytes: usize) -> (TripleWriter, TripleReader) {
+    let buffers = std::array::from_fn(|_| UnsafeCell::new(AlignedBytes::new(len_bytes)));
+    let shared = Arc::new(Shared { middle: OwnLine(AtomicU8::new(1)), buffers });
+    (TripleWriter { shared: shared.clone(), back: 0 }, TripleReader { shared, front: 2 })
+}
+
+/// The writing end.
+pub struct TripleWriter {
+    shared: Arc<Shared>,
+    /// The buffer that only this end touches.
+    back: u8,
+}
+
+impl TripleWriter {
+    /// The buffer of the next publication, starting on a cache line. It holds some earlier group: fill it whole each time.
+    /// Real-time safe.
+    #[inline]
+    pub fn back(&mut self) -> &mut [u8] {
+        self.shared.buffers[self.back as usize].with_mut(|buffer| {
+            // SAFETY: `back`, `front` and the middle always name three different buffers (they start different and are only
+            // ever exchanged by atomic swaps), so no other reference to this one exists; acquire-release on the swap orders
+            // the reader's last use before this one. The borrow of `self` ends it before the next `publish`.
+            unsafe { (*buffer).bytes_mut() }
+        })
+    }
+
+    /// Publishes the back buffer: the reader's next latch gets it, whole. One atomic swap. Real-time safe.
+    #[inline]
+    pub fn publish(&mut self) {
+        self.back = self.shared.middle.0.swap(self.back | NEWS, Ordering::AcqRel) & INDEX;
+    }
+}
+
+/// The reading end.
+pub struct TripleReader {
+    shared: Arc<Shared>,
+    /// The buffer that only this end touches.
+    front: u8,
+}
+
+impl TripleReader {
+    /// Takes the newest publication, if there is one that it has not had: then true, and [`front`](Self::front) is that one.
+    /// Real-time safe.
+    #[inline]
+    pub fn latch(&mut self) -> bool {
+        let middle = &self.shared.middle.0;
+        if middle.load(Ordering::Relaxed) & NEWS == 0 {
+            return false;
+        }
+        // Only this end takes the mark away, so the buffer that comes back is a new one.
+        self.front = middle.swap(self.front, Ordering::AcqRel) & INDEX;
+        true
+    }
+
+    /// The publication latched last; zeros before the first. Real-time safe.
+    #[inline]
+    pub fn front(&self) -> &[u8] {
+        self.shared.buffers[self.front as usize].with(|buffer| {
+            // SAFETY: as in `TripleWriter::back`: the writer cannot get at this buffer until the next `latch`, which needs
+            // `&mut self` and so ends this borrow.
+            unsafe { (*buffer).bytes() }
+        })
+    }
+}
+
+struct Shared {
+    /// Index of the buffer in the middle, and [`NEWS`] if the reader has not had it.
+    middle: OwnLine<AtomicU8>,
+    buffers: [UnsafeCell<AlignedBytes>; 3],
+}
+
+const INDEX: u8 = 0b011;
+const NEWS: u8 = 0b100;
+
+// SAFETY: the cells are reached only through the two ends, of which there is one each, neither `Clone`; which end may touch
+// which cell is exchanged by acquire-release swaps on `middle`.
+unsafe impl Sync for Shared {}
+// SAFETY: it owns bytes only.
+unsafe impl Send for Shared {}
+
+#[cfg(all(test, not(loom)))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_news_before_the_first_publication() {
+        let (_writer, mut reader) = triple_buffer(4);
+        assert!(!reader.latch());
+        assert_eq!(reader.front(), [0; 4]);
+    }
+
+    #[test]
+    fn the_newest_publication_is_latched_once() {
+        let (mut writer, mut reader) = triple_buffer(1);
+        for value in 1..=5 {
+            writer.back()[0] = value;
+            writer.publish();
+        }
+        assert!(reader.latch());
+        assert_eq!(reader.front(), [5]);
+        assert!(!reader.latch());
+        assert_eq!(reader.front(), [5]);
+    }
+
+    #[test]
+    fn a_latched_group_stays_while_the_writer_goes_on() {
+        let (mut writer, mut reader) = triple_buffer(1);
+        writer.back()[0] = 1;
+        writer.publish();
+        assert!(reader.latch());
+        for value in 2..=9 {
+            writer.back()[0] = value;
+            writer.publish();
+            assert_eq!(reader.front(), [1]);
+        }
+        assert!(reader.latch());
+        assert_eq!(reader.front(), [9]);
+    }
+
+    #[test]
+    fn a_writer_that_ends_inside_a_group_leaves_its_last_complete_one() {
+        let (mut writer, mut reader) = triple_buffer(2);
+        writer.back().fill(7);
+        writer.publish();
+        writer.back()[0] = 8;
+        drop(writer);
+        assert!(reader.latch());
+        assert_eq!(reader.front(), [7, 7]);
+        assert!(!reader.latch());
+    }
+
+    #[test]
+    fn buffers_start_on_cache_lines() {
+        let (mut writer, reader) = triple_buffer(24);
+        for _ in 0..3 {
+            assert_eq!(writer.back().as_ptr().addr() % 64, 0);
+            writer.publish();
+        }
+        assert_eq!(reader.front().as_ptr().addr() % 64, 0);
+    }
+}

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A function block instance as the kernel sees it: memory with an entry.
+use crate::memory::Cell;
+use opengpac::abi::{Descriptor, Header, Item, NONE, flag, kind};
+use std::any::Any;
+use std::sync::Arc;
+
+/// Name of an installed block in events; given by the supervisor, never used again while the system lives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BlockId(pub u32);
+
+/// An installed function block instance.
+pub struct Block {
+    id: BlockId,
+    name: String,
+    descriptor: &'static Descriptor,
+    /// The instance itself, as `opengpac::abi` lays it out.
+    memory: Cell,
+    /// What `Op::Reset` goes back to: the descriptor's image with the bindings and values of this instance.
+    initial: Box<[u8]>,
+    /// The stretches (offset, length) of the instance that a reset restores: all but the header and what is declared `keep`.
+    restored: Vec<(usize, usize)>,
+    /// Cells that the addresses lead to, held for as long as the block.
+    bound: Vec<Option<Cell>>,
+    /// Keeps the code loaded.
+    _module: Arc<dyn Any + Send + Sync>,
+}
+
+impl Block {
+    /// Installs a block: copies the descriptor's image into `memory` (instance_size bytes, aligned), all addresses null.
+    /// `module` keeps the code loaded. The code module's memory must be as `opengpac::abi` says. Panics where `memory` is too
+    /// small or not aligned.
+    pub fn install(id: BlockId, name: &str, descriptor: &'static Descriptor, module: Arc<dyn Any + Send + Sync>, memory: Cell) -> Block {
+        let size = descriptor.instance_size as usize;
+        let memory = memory.part(0, size);
+        assert_eq!(memory.start() as usize % descriptor.instance_align.max(1) as usize, 0, "the memory of block '{name}' is not aligned as its descriptor asks");
+        // SAFETY: a descriptor's image is `instance_size` bytes and lives as long as its module.
+        let initial: Box<[u8]> = unsafe { std::slice::from_raw_parts(descriptor.image.cast::<u8>(), size) }.into();
+        memory.store(&initial);
+        let items = items(descriptor);
+        Block { id, name: name.to_owned(), descriptor, restored: restored(items, size), memory, initial, bound: vec![None; items.len()], _module: module }
+    }
+
+    /// Binds item `item` (a port or device) to `cell`. Before it is in a table. Panics where the item has no address or the
+    /// cell is smaller than the item.
+    pub fn bind(&mut self, item: usize, cell: &Cell) {
+        let declared = &self.items()[item];
+        assert!(declared.address != NONE, "item {item} of block '{}' is no port or device, so it cannot be bound", self.name);
+        let (at, size) = (declared.address as usize, declared.size as usize);
+        let sized = declared.flags & flag::SIZED != 0;
+        assert!(sized || cell.len() >= size, "item {item} of block '{}' has {size} bytes, its cell {}", self.name, cell.len());
+        self.write(at, &(cell.start() as usize).to_ne_bytes());
+        self.bound[item] = Some(cell.clone());
+    }
+
+    /// Sets the value of a parameter, preset or size before it is in a table; it becomes part of the initial image that
+    /// [`Op::Reset`](crate::Op::Reset) goes back to. Panics where the item has no value or `bytes` is longer than it.
+    pub fn set(&mut self, item: usize, bytes: &[u8]) {
+        let declared = &self.items()[item];
+        assert!(declared.offset != NONE, "item {item} of block '{}' has no value", self.name);
+        assert!(bytes.len() <= declared.size as usize, "item {item} of block '{}' has {} bytes, not {}", self.name, declared.size, bytes.len());
+        self.write(declared.offset as usize, bytes);
+    }
+
+    /// Where a parameter's, preset's or output's own value lies (`self.field`), for `Op::Store` and `Op::Capture`.
+    pub fn value(&self, item: usize) -> Cell {
+        let declared = &self.items()[item];
+        assert!(declared.offset != NONE, "item {item} of block '{}' has no value", self.name);
+        self.memory.part(declared.offset as usize, declared.size as usize)
+    }
+
+    /// Where the value that condition `item` reported last lies, if it has one.
+    pub fn report(&self, item: usize) -> Option<Cell> {
+        let declared = self.items().get(item)?;
+        (declared.kind == kind::CONDITION && declared.report != NONE).then(|| self.memory.part(declared.report as usize, declared.size as usize))
+    }
+
+    /// Its name in events.
+    pub fn id(&self) -> BlockId {
+        self.id
+    }
+
+    /// Its name for people.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What its module says about it.
+    pub fn descriptor(&self) -> &'static Descriptor {
+        self.descriptor
+    }
+
+    /// The instance, for its entry.
+    pub(crate) fn instance(&self) -> *mut u8 {
+        self.memory.start()
+    }
+
+    /// The first bytes of the instance, which the kernel writes between two invocations.
+    pub(crate) fn header(&self) -> *mut Header {
+        self.memory.start().cast()
+    }
+
+    /// The bytes that condition `item` reported last: address and length; length 0 where it has no value.
+    pub(crate) fn report_bytes(&self, item: usize) -> (*const u8, usize) {
+        match self.items().get(item) {
+            Some(declared) if declared.kind == kind::CONDITION && declared.report != NONE => {
+                (self.memory.start().wrapping_add(declared.report as usize), declared.size as usize)
+            }
+            _ => (std::ptr::null(), 0),
+        }
+    }
+
+    /// Goes back to the initial image, but for what is kept; number 0. The source's own thread, between two invocations.
+    pub(crate) fn reset(&self) {
+        let start = self.memory.start();
+        for &(at, len) in &self.restored {
+            // SAFETY: the stretch lies within the instance and within `initial`, which has the same length.
+            unsafe { start.add(at).copy_from_nonoverlapping(self.initial.as_ptr().add(at), len) };
+        }
+        // SAFETY: the instance starts with its header.
+        unsafe { self.header().write(Header::default()) };
+    }
+
+    /// True where an output of this block stores to `cell` (all of it or a part).
+    pub(crate) fn writes(&self, cell: &Cell) -> bool {
+        let (start, end) = (cell.start() as usize, cell.start() as usize + cell.len());
+        let outputs = self.items().iter().zip(&self.bound).filter(|(item, _)| item.kind == kind::OUTPUT);
+        outputs.filter_map(|(_, bound)| bound.as_ref()).any(|bound| (bound.start() as usize) < end && start < bound.start() as usize + bound.len())
+    }
+
+    fn items(&self) -> &'static [Item] {
+        items(self.descriptor)
+    }
+
+    fn write(&mut self, at: usize, bytes: &[u8]) {
+        self.memory.part(at, bytes.len()).store(bytes);
+        self.initial[at..at + bytes.len()].copy_from_slice(bytes);
+    }
+}
+
+fn items(descriptor: &'static Descriptor) -> &'static [Item] {
+    if descriptor.item_count == 0 {
+        return &[];
+    }
+    // SAFETY: a descriptor's table has `item_count` items and lives as long as its module.
+    unsafe { std::slice::from_raw_parts(descriptor.items, descriptor.item_count as usize) }
+}
+
+/// The stretches of an instance of `size` bytes between the header and its end that no kept state lies in.
+fn restored(items: &[Item], size: usize) -> Vec<(usize, usize)> {
+    let mut kept: Vec<(usize, usize)> = items.iter().filter(|item| item.kind == kind::STATE && item.flags & flag::KEEP != 0).map(|item| (item.offset as usize, item.size as usize)).collect();
+    kept.sort_unstable();
+    let mut stretches = Vec::new();
+    let mut at = size_of::<Header>();
+    for (offset, len) in kept.into_iter().chain([(size, 0)]) {
+        if offset > at {
+            stretches.push((at, offset - at));
+        }
+        at = offset + len;
+    }
+    stretches
+}

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Between two firings: scripts are carried out.
+use crate::firing::Kernel;
+use crate::script::Submission;
+use crate::{Activation, Cell, Due, Op, Process, Table};
+use std::mem;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+impl Kernel {
+    /// Carries out every script that has come, in the order of submission.
+    pub(crate) fn carry_out_all(&mut self, now_ns: i64) {
+        if self.source.restarting.swap(false, Ordering::AcqRel) {
+            self.stopped = false;
+            self.source.counters.stopped.store(false, Ordering::Release);
+        }
+        if self.source.mailbox.is_empty() {
+            return;
+        }
+        let submissions = self.source.mailbox.take();
+        submissions.for_each(|submission| self.carry_out(submission, now_ns));
+    }
+
+    /// One script as one: then what it stored is published, the conditions of its executes are served, and it is acknowledged.
+    #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
+    fn carry_out(&mut self, mut submission: Box<Submission>, now_ns: i64) {
+        let mut captured = mem::take(&mut submission.captured);
+        for op in &mut submission.script.ops {
+            match op {
+                Op::Table(table) => {
+                    self.serve(now_ns);
+                    self.swap(table, now_ns);
+                }
+                Op::While { process, generation } => {
+                    let before = process.word();
+                    self.serve_entered(now_ns);
+                    self.serve(now_ns);
+                    if process.word() != before || !before.acts() || before.generation != *generation {
+                        break;
+                    }
+                }
+                op => self.apply(op, now_ns, &mut captured),
+            }
+        }
+        self.serve_entered(now_ns);
+        self.serve(now_ns);
+        submission.captured = captured;
+        submission.firing = self.firing;
+        submission.time_ns = now_ns;
+        submission.serial = self.shared.serials.fetch_add(1, Ordering::AcqRel);
+        // Publication before acknowledgement: who waits for the script then sees what it stored.
+        self.settle(now_ns);
+        self.source.done.put(submission);
+        self.shared.supervisor.ring();
+    }
+
+    /// The present table goes into `table`, which is in force from now on.
+    fn swap(&mut self, table: &mut Box<Table>, now_ns: i64) {
+        mem::swap(&mut self.table, table);
+        for (slot, activation) in self.table.activations.iter().enumerate() {
+            // SAFETY: an activation of this source.
+            unsafe { (*activation.state()).slot = slot as u32 };
+        }
+        // SAFETY: this is the kernel of the connections' source.
+        unsafe {
+            let sent = |outbound: &Arc<crate::Outbound>| table.outbound.iter().any(|old| Arc::ptr_eq(old, outbound));
+            self.table.outbound.iter().filter(|outbound| !sent(outbound)).for_each(|outbound| outbound.publish_at_once(self.firing, now_ns));
+            let known = |inbound: &Arc<crate::Inbound>| table.inbound.iter().any(|old| Arc::ptr_eq(old, inbound));
+            self.table.inbound.iter().filter(|inbound| !known(inbound)).for_each(|inbound| inbound.latch_at_once(now_ns));
+        }
+        self.write_row(now_ns);
+        let (declared, some_without) = self.table.budget_ns;
+        let default = if some_without { self.budget_ns } else { 0 };
+        self.source.guard.set_budget(default.max(declared as i64));
+    }
+
+    /// One operation, of a script or a reaction.
+    pub(crate) fn apply(&mut self, op: &Op, now_ns: i64, captured: &mut Vec<u8>) {
+        match op {
+            Op::Table(_) => unreachable!("a script's table is swapped by `carry_out`, and a process refuses reactions that swap"),
+            Op::Store(cell, bytes) => {
+                cell.store(bytes);
+                self.stored = true;
+            }
+            Op::Copy(from, to) => {
+                // SAFETY: both cells are held by the script; this source's own image.
+                unsafe { std::ptr::copy(from.start(), to.start(), from.len().min(to.len())) };
+                self.stored = true;
+            }
+            Op::Reset(block) => block.reset(),
+            Op::On(activation, every) => self.switch_on(activation, (*every).max(1)),
+            Op::Off(activation) => {
+                // SAFETY: an activation of this source.
+                let state = unsafe { &mut *activation.state() };
+                (state.on, state.due) = (false, false);
+            }
+            Op::Execute(blocks) => self.execute(blocks, now_ns),
+            Op::Stage { process, stage, generation } => {
+                if process.enter(*stage, *generation) {
+                    self.enter(process);
+                }
+            }
+            // Of a reaction: its loop has looked.
+            Op::While { .. } => {}
+            Op::StartClock(process) => self.with_time(process, |time| time.start(now_ns)),
+            Op::StopClock(process) => self.with_time(process, |time| time.stop(now_ns)),
+            Op::ResumeClock(process) => self.with_time(process, |time| time.resume(now_ns)),
+            Op::Capture(cells) => cells.iter().for_each(|cell| capture(cell, captured)),
+            Op::Safe { device, channels } => {
+                // SAFETY: a device of this source.
+                if let Err(error) = unsafe { device.make_safe(now_ns, channels) } {
+                    let (name, message) = (device.name().to_owned(), error.message);
+                    self.tell(crate::Event::DeviceLost { source: self.source.id, device: name, message, time_ns: now_ns }, &[], &[]);
+                }
+            }
+        }
+    }
+
+    fn with_time(&self, process: &Process, change: impl FnOnce(&mut crate::process::TimeState)) {
+        if let Some(time) = process.time(self.source.id) {
+            // SAFETY: the process's time in this source.
+            change(unsafe { &mut *time.state() });
+        }
+    }
+
+    fn switch_on(&mut self, activation: &Arc<Activation>, every: u32) {
+        let slot = self.table.slot(activation);
+        // SAFETY: an activation of this source.
+        let state = unsafe { &mut *activation.state() };
+        if state.on && state.every == every {
+            return;
+        }
+        state.on = true;
+        state.every = every;
+        state.next = (self.firing / u64::from(every) + 1) * u64::from(every);
+        let mut headers = slot.into_iter().flat_map(|slot| self.table.steps_of(slot)).filter_map(|step| self.table.header(step)).peekable();
+        if let Some(&header) = headers.peek() {
+            // SAFETY: the block is in the table, and no step runs.
+            state.number = unsafe { (*header).number };
+        }
+        state.activated = state.number;
+        for header in headers {
+            // SAFETY: as above.
+            unsafe { (*header).activated = (*header).number };
+        }
+        if let Due::Queued { members, .. } = activation.due() {
+            for ((inbound, member), had) in members.iter().zip(state.had.iter_mut()) {
+                // SAFETY: a connection to this source.
+                *had = unsafe { inbound.skip(*member) };
+            }
+        }
+    }
+}
+
+/// Room was made when the script was submitted, or, for a reaction, when its process got its stages.
+fn capture(cell: &Cell, captured: &mut Vec<u8>) {
+    debug_assert!(captured.len() + cell.len() <= captured.capacity());
+    let at = captured.len();
+    captured.resize(at + cell.len(), 0);
+    // SAFETY: the cell is held by the script; `captured` has room.
+    unsafe { captured.as_mut_ptr().add(at).copy_from_nonoverlapping(cell.start(), cell.len()) };
+}

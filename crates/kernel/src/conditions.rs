@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+//! When a condition acts: at the end of the firing that reported it, by priority, order of declaration, order of creation; only
+//! the first that moves its process.
+use crate::firing::Kernel;
+use crate::process::{TimeState, Watch, Word};
+use crate::steps::{SIGNAL, fault};
+use crate::table::{Candidate, Report};
+use crate::{BlockId, Event, Op, Process, Response};
+use opengpac::abi::outcome;
+use std::cmp::Reverse;
+
+/// How often the conditions of `execute`s in reactions are served at once where no further firing is certain to come.
+const ROUNDS: usize = 16;
+
+impl Kernel {
+    /// Serves what was reported in this firing. Conditions that a reaction's `execute` reports wait for the next firing, so that a
+    /// cycle of transitions never runs without time passing; on a software source, whose next firing may never come, they are
+    /// served at once, up to a bound.
+    pub(crate) fn serve(&mut self, now_ns: i64) {
+        let rounds = if self.source.period_ns().is_some() { 1 } else { ROUNDS };
+        for _ in 0..rounds {
+            if self.table.reports.is_empty() {
+                return;
+            }
+            self.serve_once(now_ns);
+        }
+    }
+
+    fn serve_once(&mut self, now_ns: i64) {
+        self.pass += 1;
+        self.collect();
+        let table = &mut *self.table;
+        table.reports.clear();
+        table.candidates.sort_unstable_by_key(|candidate| (Reverse(candidate.priority), candidate.order, candidate.created, candidate.step, candidate.item));
+        let count = table.candidates.len();
+        // What is remembered is so before anything moves: a wait that is reached in this firing then finds it.
+        for remembered in [true, false] {
+            for index in 0..count {
+                let candidate = self.table.candidates[index];
+                if remembered == self.is_remembered(&candidate) {
+                    self.answer(&candidate, now_ns);
+                }
+            }
+        }
+        self.table.candidates.clear();
+    }
+
+    fn collect(&mut self) {
+        for index in 0..self.table.reports.len() {
+            let report = self.table.reports[index];
+            let process = self.table.steps[report.step as usize].process;
+            if fault(report.result).is_none() {
+                let mut conditions = report.result >> outcome::SHIFT;
+                while conditions != 0 {
+                    self.candidate(&report, process, conditions.trailing_zeros() as u8);
+                    conditions &= conditions - 1;
+                }
+                continue;
+            }
+            self.candidate(&report, process, Watch::FAULT);
+            if report.result & outcome::MASK == SIGNAL {
+                for other in (0..self.table.processes.len() as u32).filter(|&other| other != process) {
+                    if self.is_on(other) {
+                        self.candidate(&report, other, Watch::FAULT);
+                    }
+                }
+            }
+        }
+    }
+
+    /// True where the process has a step that is switched on here.
+    fn is_on(&self, process: u32) -> bool {
+        self.table.steps.iter().any(|step| {
+            // SAFETY: an activation of this source.
+            step.process == process && unsafe { (*self.table.activations[step.slot as usize].state()).on }
+        })
+    }
+
+    fn candidate(&mut self, report: &Report, process: u32, item: u8) {
+        let table = &mut *self.table;
+        let found = &table.processes[process as usize];
+        let block = block_of(&table.steps, report.step);
+        let stage = found.word().stage;
+        let lines = found.watches(stage).iter().enumerate().filter(|(_, watch)| watch.matches(block, item));
+        let watch = lines.min_by_key(|(line, watch)| (Reverse(watch.priority), *line));
+        let (priority, order) = watch.map_or((i32::MIN, u32::MAX), |(line, watch)| (watch.priority, line as u32));
+        let candidate = Candidate {
+            priority,
+            order,
+            created: found.created(),
+            step: report.step,
+            process,
+            item,
+            watch: watch.map(|(line, _)| (stage, line as u16)),
+            result: report.result,
+            now_ns: report.now_ns,
+        };
+        if table.candidates.len() < table.candidates.capacity() {
+            table.candidates.push(candidate);
+        } else {
+            self.tell(Event::Lost { source: self.source.id, count: 1 }, &[], &[]);
+        }
+    }
+
+    fn is_remembered(&self, candidate: &Candidate) -> bool {
+        let process = &self.table.processes[candidate.process as usize];
+        candidate.watch.is_some_and(|(stage, line)| matches!(process.watches(stage)[usize::from(line)].response, Response::Remember))
+    }
+
+    fn answer(&mut self, candidate: &Candidate, now_ns: i64) {
+        let process = &raw const *self.table.processes[candidate.process as usize];
+        // SAFETY: the table holds the process, and no reaction swaps the table.
+        let process = unsafe { &*process };
+        let word = process.word();
+        let block = block_of(&self.table.steps, candidate.step);
+        // SAFETY: the block is in the table, and no step runs.
+        let number = self.table.header(candidate.step).map_or(0, |header| unsafe { (*header).number }.saturating_sub(1));
+        let fault = fault(candidate.result);
+        let (source, id, generation, item, time_ns) = (self.source.id, process.id(), word.running_generation(), candidate.item, candidate.now_ns);
+        let Some((stage, line)) = candidate.watch else {
+            return self.tell(Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns }, &[], &[]);
+        };
+        let watch = &process.watches(stage)[usize::from(line)];
+        let moved = self.act(process, word, stage, watch, candidate.process, now_ns);
+        let (acted, ended, next) = (moved.is_some(), moved == Some(Moved::Ended), if let Some(Moved::To(next)) = moved { Some(next) } else { None });
+        let (condition, value, captured) = (watch.condition, Vec::new(), Vec::new());
+        let event = Event::Condition { source, process: id, generation, condition, block, item, fault, number, time_ns, acted, ended, stage: next, value, captured };
+        self.tell_condition(event, candidate.step, item);
+        self.serve_entered(now_ns);
+    }
+
+    /// Lets a condition act, if nothing moved the process before it.
+    fn act(&mut self, process: &Process, word: Word, stage: u16, watch: &Watch, place: u32, now_ns: i64) -> Option<Moved> {
+        self.captured.clear();
+        let time: *mut TimeState = self.table.times[place as usize];
+        // SAFETY: the process's time in this source.
+        if !word.acts() || word.stage != stage || unsafe { (*time).moved } == self.pass {
+            if word.acts() && matches!(watch.response, Response::Remember) {
+                process.remember(watch.condition);
+            }
+            return None;
+        }
+        let moved = self.respond(process, word, watch, now_ns)?;
+        // SAFETY: as above.
+        unsafe { (*time).moved = self.pass };
+        Some(moved)
+    }
+
+    fn respond(&mut self, process: &Process, word: Word, watch: &Watch, now_ns: i64) -> Option<Moved> {
+        match &watch.response {
+            Response::Remember => {
+                process.remember(watch.condition);
+                None
+            }
+            Response::Tell => process.freeze(word).then_some(Moved::Frozen),
+            Response::React { script, next } => {
+                if !process.react(word, *next) {
+                    return None;
+                }
+                let mut captured = std::mem::take(&mut self.captured);
+                for op in &script.ops {
+                    if let Op::While { process, generation } = op
+                        && (process.word().generation != *generation || !process.word().acts())
+                    {
+                        break;
+                    }
+                    self.apply(op, now_ns, &mut captured);
+                }
+                self.captured = captured;
+                let Some(next) = *next else { return Some(Moved::Ended) };
+                self.enter(process);
+                Some(Moved::To(next))
+            }
+        }
+    }
+
+    /// Looks, later in this boundary, at what `process` remembers.
+    pub(crate) fn enter(&mut self, process: &Process) {
+        if self.entered.len() < self.entered.capacity() {
+            self.entered.push(process);
+        }
+    }
+
+    /// Conditions that came before a stage that waits for them act when it is entered.
+    pub(crate) fn serve_entered(&mut self, now_ns: i64) {
+        while let Some(process) = self.entered.pop() {
+            // SAFETY: the script that entered the stage, or the table, holds the process.
+            let process = unsafe { &*process };
+            let word = process.word();
+            if !word.acts() {
+                continue;
+            }
+            let waits = |watch: &&Watch| process.remembers(watch.condition) && !matches!(watch.response, Response::Remember);
+            let Some(watch) = process.watches(word.stage).iter().filter(waits).min_by_key(|watch| Reverse(watch.priority)) else { continue };
+            process.forget(watch.condition);
+            self.captured.clear();
+            let Some(moved) = self.respond(process, word, watch, now_ns) else { continue };
+            let event = Event::Condition {
+                source: self.source.id,
+                process: process.id(),
+                generation: word.generation,
+                condition: watch.condition,
+                block: watch.block.unwrap_or(BlockId(u32::MAX)),
+                item: watch.item,
+                fault: None,
+                number: 0,
+                time_ns: now_ns,
+                acted: true,
+                ended: moved == Moved::Ended,
+                stage: if let Moved::To(next) = moved { Some(next) } else { None },
+                value: Vec::new(),
+                captured: Vec::new(),
+            };
+            let step = self.table.steps.iter().position(|step| step.block.as_ref().is_some_and(|block| Some(block.id()) == watch.block));
+            match step {
+                Some(step) => self.tell_condition(event, step as u32, watch.item),
+                None => self.tell_captured(event, &[]),
+            }
+        }
+    }
+
+    /// Tells a condition with the value that its block reported and what its reaction captured.
+    fn tell_condition(&mut self, event: Event, step: u32, item: u8) {
+        let (start, len) = self.table.steps[step as usize].block.as_ref().map_or((std::ptr::null(), 0), |block| block.report_bytes(usize::from(item)));
+        // SAFETY: the report lies in the instance, and no step runs.
+        let value = if len == 0 { &[][..] } else { unsafe { std::slice::from_raw_parts(start, len) } };
+        self.tell_captured(event, value);
+    }
+
+    fn tell_captured(&mut self, event: Event, value: &[u8]) {
+        let captured = std::mem::take(&mut self.captured);
+        self.tell(event, value, &captured);
+        self.captured = captured;
+        self.captured.clear();
+    }
+}
+
+/// What a condition did.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Moved {
+    Frozen,
+    To(u16),
+    Ended,
+}
+
+fn block_of(steps: &[crate::table::ColdStep], step: u32) -> BlockId {
+    steps[step as usize].block.as_ref().map_or(BlockId(u32::MAX), |block| block.id())
+}

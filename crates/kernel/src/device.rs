@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Physical devices as the kernel serves them: read at the start of a firing of their source, written at its end.
+use crate::{Cell, Extent};
+use std::cell::UnsafeCell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// Which way a channel goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Direction {
+    /// From the machine.
+    Read,
+    /// To the machine.
+    Write,
+}
+
+/// A typed, unit-carrying channel of a physical device.
+#[derive(Clone, Debug)]
+pub struct Channel {
+    /// `part.channel`, for example `elbow.position`; unique in its device.
+    pub name: String,
+    /// Which way it goes.
+    pub direction: Direction,
+    /// C type, for example `double`.
+    pub type_text: String,
+    /// Unit, or empty.
+    pub unit: String,
+    /// What it is, one line.
+    pub doc: String,
+    /// Offset in the readings or in the commands.
+    pub offset: usize,
+    /// Bytes.
+    pub len: usize,
+    /// Write: the value that leaves the machine safe (bytes of the type).
+    pub safe: Vec<u8>,
+    /// Write, `double` only: the fastest change, in units per second; enforced and counted in the write step.
+    pub slew_max: Option<f64>,
+}
+
+/// Why a device could not be read or written. It becomes the condition `device_lost` of the verbs that use the device.
+#[derive(Debug)]
+pub struct DeviceError {
+    /// For people.
+    pub message: String,
+}
+
+/// A driver. All calls but `new`-like construction come from the thread of the device's source (under the virtual clock: from
+/// the one thread of the system); `read` and `write` must not allocate, lock or wait.
+pub trait Driver: Send {
+    /// The channels, fixed for the life of the driver.
+    fn channels(&self) -> &[Channel];
+    /// Called once before the first firing, off the real-time path. `now_ns`: the clock.
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError>;
+    /// Reads every channel at the firing released at `release_ns` (a simulated plant first advances to that time).
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError>;
+    /// Writes every channel. `engaged[i]`: whether channel i (index among the write channels) is claimed by a running verb;
+    /// one that is not carries its safe value.
+    fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError>;
+    /// Brings all outputs to their safe state now: after a fault of the source, an emergency stop, or at the end.
+    fn safe_state(&mut self);
+    /// Called once at the end, off the real-time path.
+    fn close(&mut self);
+}
+
+/// A device in the image of its source.
+pub struct Device {
+    name: String,
+    channels: Vec<Channel>,
+    readings: Cell,
+    /// What blocks stored for the write channels.
+    commands: Cell,
+    /// For each channel: claimed by a running verb.
+    engaged: Vec<AtomicBool>,
+    /// For each channel: how often its slew limit acted.
+    limited: Vec<AtomicU64>,
+    lost: AtomicBool,
+    service: UnsafeCell<Service>,
+}
+
+/// What the kernel of the device's source alone touches.
+struct Service {
+    driver: Box<dyn Driver>,
+    /// What goes to the driver: commands with safe values and slew limits applied; it also remembers what was written last.
+    out: Vec<u8>,
+    engaged: Vec<bool>,
+    written_ns: Option<i64>,
+}
+
+// SAFETY: `service` is touched only by the kernel of the device's source; the rest is atomic or never changes.
+unsafe impl Send for Device {}
+// SAFETY: as for `Send`.
+unsafe impl Sync for Device {}
+
+impl Device {
+    /// Opens it. Commands hold their safe values.
+    pub fn open(name: &str, mut driver: Box<dyn Driver>, now_ns: i64) -> Result<Arc<Device>, DeviceError> {
+        driver.open(now_ns)?;
+        let channels = driver.channels().to_vec();
+        let end = |direction| channels.iter().filter(|channel| channel.direction == direction).map(|channel| channel.offset + channel.len).max().unwrap_or(0);
+        let (readings_len, commands_len) = (end(Direction::Read), end(Direction::Write));
+        let readings = Extent::new(readings_len).cell(0, readings_len);
+        let commands = Extent::new(commands_len).cell(0, commands_len);
+        for channel in channels.iter().filter(|channel| channel.direction == Direction::Write) {
+            assert_eq!(channel.safe.len(), channel.len, "channel '{}' of device '{name}' has {} bytes, its safe value {}", channel.name, channel.len, channel.safe.len());
+            commands.part(channel.offset, channel.len).store(&channel.safe);
+        }
+        let writes = channels.iter().filter(|channel| channel.direction == Direction::Write).count();
+        let service = Service { driver, out: commands.load(), engaged: vec![false; writes], written_ns: None };
+        Ok(Arc::new(Device {
+            name: name.to_owned(),
+            readings,
+            commands,
+            engaged: channels.iter().map(|_| AtomicBool::new(false)).collect(),
+            limited: channels.iter().map(|_| AtomicU64::new(0)).collect(),
+            channels,
+            lost: AtomicBool::new(false),
+            service: UnsafeCell::new(service),
+        }))
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Its channels; their index here is what the other calls take.
+    pub fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    /// The cell of a channel: blocks with a device item bind to it.
+    pub fn cell(&self, channel: usize) -> Cell {
+        let declared = &self.channels[channel];
+        match declared.direction {
+            Direction::Read => self.readings.part(declared.offset, declared.len),
+            Direction::Write => self.commands.part(declared.offset, declared.len),
+        }
+    }
+
+    /// Marks a write channel as claimed or free; a change takes effect at the next write. Atomic flag.
+    pub fn engage(&self, channel: usize, engaged: bool) {
+        self.engaged[channel].store(engaged, Ordering::Release);
+    }
+
+    /// How often the slew limit of a channel acted.
+    pub fn slew_limited(&self, channel: usize) -> u64 {
+        self.limited[channel].load(Ordering::Relaxed)
+    }
+
+    /// True after it failed: it is neither read nor written any more.
+    pub fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Acquire)
+    }
+
+    /// Reads every channel.
+    ///
+    /// # Safety
+    /// Called by the kernel of its source alone.
+    pub(crate) unsafe fn read(&self, release_ns: i64) -> Result<(), DeviceError> {
+        if self.is_lost() {
+            return Ok(());
+        }
+        // SAFETY: the caller is the one that touches both.
+        let (service, readings) = unsafe { (&mut *self.service.get(), std::slice::from_raw_parts_mut(self.readings.start(), self.readings.len())) };
+        let read = service.driver.read(release_ns, readings);
+        self.checked(service, read)
+    }
+
+    /// Writes every channel: claimed ones as stored within their slew limits, the others safe.
+    ///
+    /// # Safety
+    /// As for `read`.
+    pub(crate) unsafe fn write(&self, release_ns: i64) -> Result<(), DeviceError> {
+        if self.is_lost() {
+            return Ok(());
+        }
+        // SAFETY: the caller is the one that touches it.
+        let service = unsafe { &mut *self.service.get() };
+        let elapsed_s = service.written_ns.map_or(0.0, |written| (release_ns - written) as f64 * 1e-9);
+        let writes = self.channels.iter().enumerate().filter(|(_, channel)| channel.direction == Direction::Write);
+        for (place, (index, channel)) in writes.enumerate() {
+            let engaged = self.engaged[index].load(Ordering::Acquire);
+            service.engaged[place] = engaged;
+            let out = &mut service.out[channel.offset..channel.offset + channel.len];
+            if !engaged {
+                out.copy_from_slice(&channel.safe);
+                continue;
+            }
+            // SAFETY: the channel lies within the commands, which only this source stores to.
+            let command = unsafe { std::slice::from_raw_parts(self.commands.start().add(channel.offset), channel.len) };
+            match channel.slew_max {
+                Some(slew_max) if channel.len == size_of::<f64>() => {
+                    if limit(out, command, slew_max * elapsed_s) {
+                        let count = &self.limited[index];
+                        count.store(count.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+                    }
+                }
+                _ => out.copy_from_slice(command),
+            }
+        }
+        service.written_ns = Some(release_ns);
+        let written = service.driver.write(release_ns, &service.out, &service.engaged);
+        self.checked(service, written)
+    }
+
+    /// Stores the safe values of `channels` and writes them at once.
+    ///
+    /// # Safety
+    /// As for `read`.
+    pub(crate) unsafe fn make_safe(&self, release_ns: i64, channels: &[u16]) -> Result<(), DeviceError> {
+        if self.is_lost() {
+            return Ok(());
+        }
+        // SAFETY: the caller is the one that touches it.
+        let service = unsafe { &mut *self.service.get() };
+        for &index in channels {
+            let channel = &self.channels[usize::from(index)];
+            if channel.direction == Direction::Write {
+                // SAFETY: the channel lies within the commands; `safe` has its length (checked at opening).
+                unsafe { self.commands.start().add(channel.offset).copy_from_nonoverlapping(channel.safe.as_ptr(), channel.len) };
+                service.out[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
+            }
+        }
+        let written = service.driver.write(release_ns, &service.out, &service.engaged);
+        self.checked(service, written)
+    }
+
+    /// Brings all outputs to their safe state.
+    ///
+    /// # Safety
+    /// As for `read`.
+    pub(crate) unsafe fn safe_state(&self) {
+        // SAFETY: the caller is the one that touches it.
+        let service = unsafe { &mut *self.service.get() };
+        for channel in self.channels.iter().filter(|channel| channel.direction == Direction::Write) {
+            // SAFETY: as in `make_safe`.
+            unsafe { self.commands.start().add(channel.offset).copy_from_nonoverlapping(channel.safe.as_ptr(), channel.len) };
+            service.out[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
+        }
+        service.driver.safe_state();
+    }
+
+    fn checked(&self, service: &mut Service, result: Result<(), DeviceError>) -> Result<(), DeviceError> {
+        if result.is_err() {
+            self.lost.store(true, Ordering::Release);
+            service.driver.safe_state();
+        }
+        result
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        let service = self.service.get_mut();
+        service.driver.safe_state();
+        service.driver.close();
+    }
+}
+
+/// Moves `out` towards `command` by at most `step`; true where that was less than asked for.
+fn limit(out: &mut [u8], command: &[u8], step: f64) -> bool {
+    let value = |bytes: &[u8]| f64::from_ne_bytes(bytes.try_into().expect("a channel with a slew limit is a double"));
+    let (from, to) = (value(out), value(command));
+    let limited = to.clamp(from - step, from + step);
+    out.copy_from_slice(&limited.to_ne_bytes());
+    limited != to
+}

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What kernels tell the supervisor.
+use crate::script::{Mailbox, Submission};
+use crate::{BlockId, Script, SourceId};
+use rtrb::{Consumer, Producer, RingBuffer};
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Why an invocation faulted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The body returned a fault with this code.
+    Returned(u32),
+    /// The body panicked.
+    Panic,
+    /// Output item that was not finite.
+    NonFinite(u8),
+    /// A signal (SIGSEGV, SIGFPE, SIGBUS, SIGILL) inside block code: the source has stopped, its devices are safe.
+    Signal(i32),
+    /// The time budget ran out inside block code: as for a signal.
+    Budget,
+}
+
+/// One event. Sent through a queue of fixed size that the kernel never waits for; what did not fit is counted and announced.
+/// Acknowledgements (`Done`) have room of their own and are never lost.
+#[derive(Debug)]
+pub enum Event {
+    /// A script was carried out, at this boundary; the script comes back to be freed, with what `Op::Capture`s took, in order.
+    Done { source: SourceId, script: Box<Script>, firing: u64, time_ns: i64, captured: Vec<u8> },
+    /// A watched condition came. `acted`: this one moved the process (to `stage`, or ended or froze it); the others of the
+    /// firing are told with `acted` false. `captured`: what the `Capture` ops of its reaction script took. `number`: of the
+    /// invocation that reported it (0 for a remembered one that acts at a later stage).
+    Condition { source: SourceId, process: u64, generation: u32, condition: u16, block: BlockId, item: u8, fault: Option<Fault>, number: u64, time_ns: i64, acted: bool, ended: bool, stage: Option<u16>, value: Vec<u8>, captured: Vec<u8> },
+    /// A condition or fault that no watch names: recorded.
+    Unwatched { source: SourceId, process: u64, generation: u32, block: BlockId, item: u8, fault: Option<Fault>, number: u64, time_ns: i64 },
+    /// The source stopped after a signal or a spent budget in `block`; pending and later scripts are still carried out.
+    Stopped { source: SourceId, block: BlockId, process: u64, fault: Fault, time_ns: i64 },
+    /// A device failed at reading or writing; it is in its safe state.
+    DeviceLost { source: SourceId, device: String, message: String, time_ns: i64 },
+    /// A queue was full: a synchronous value was lost (`overrun`, naming both ends), or a ratio value came late.
+    Overrun { source: SourceId, reader: SourceId, member: u32, time_ns: i64 },
+    /// A ratio value was absent when its number was due: the old one is kept.
+    Late { source: SourceId, member: u32, time_ns: i64 },
+    /// Events that did not fit.
+    Lost { source: SourceId, count: u64 },
+}
+
+/// An event on its way, and how many bytes of the byte ring belong to its `value` and `captured`.
+pub(crate) struct Told {
+    pub(crate) serial: u64,
+    pub(crate) event: Event,
+    pub(crate) value_len: usize,
+    pub(crate) captured_len: usize,
+}
+
+/// Events that may wait at the supervisor, and bytes of values and captures.
+const EVENTS: usize = 1024;
+const BYTES: usize = 256 * 1024;
+
+/// A source's end: tells without waiting or allocating.
+pub(crate) struct Teller {
+    events: Producer<Told>,
+    bytes: Producer<u8>,
+    lost: u64,
+    source: SourceId,
+}
+
+impl Teller {
+    /// Tells an event. `value` and `captured` go into the event's own when the supervisor takes it.
+    pub(crate) fn tell(&mut self, serials: &AtomicU64, event: Event, value: &[u8], captured: &[u8]) {
+        if self.lost > 0 && self.events.slots() > 1 {
+            let lost = Event::Lost { source: self.source, count: self.lost };
+            let told = Told { serial: serials.fetch_add(1, Ordering::AcqRel), event: lost, value_len: 0, captured_len: 0 };
+            if self.events.push(told).is_ok() {
+                self.lost = 0;
+            }
+        }
+        if self.events.slots() == 0 || self.bytes.slots() < value.len() + captured.len() {
+            self.lost += 1;
+            // The strings of a lost device are the only thing here that could be freed; that device is never served again.
+            std::mem::forget(event);
+            return;
+        }
+        for bytes in [value, captured] {
+            self.bytes.push_entire_slice(bytes).expect("the room was counted above, and only this end takes it");
+        }
+        let told = Told { serial: serials.fetch_add(1, Ordering::AcqRel), event, value_len: value.len(), captured_len: captured.len() };
+        if self.events.push(told).is_err() {
+            unreachable!("the room was counted above, and only this end takes it");
+        }
+    }
+}
+
+/// The supervisor's end of one source.
+pub(crate) struct Listener {
+    events: Consumer<Told>,
+    bytes: Consumer<u8>,
+    done: VecDeque<Box<Submission>>,
+}
+
+/// Makes both ends.
+pub(crate) fn telling(source: SourceId) -> (Teller, Listener) {
+    let (events, told) = RingBuffer::new(EVENTS);
+    let (bytes, said) = RingBuffer::new(BYTES);
+    (Teller { events, bytes, lost: 0, source }, Listener { events: told, bytes: said, done: VecDeque::new() })
+}
+
+impl Listener {
+    /// Serial of the next event of this source, if there is one. A `done` acknowledgement and an event of the ring come in the
+    /// order in which the source made them: what was made before something that is seen is seen too, so looking at the
+    /// acknowledgements before and after the ring finds the older one.
+    pub(crate) fn next_serial(&mut self, done: &Mailbox) -> Option<u64> {
+        self.done.extend(done.take());
+        let acknowledged = self.done.front().map(|submission| submission.serial);
+        let told = self.events.peek().ok().map(|told| told.serial);
+        match (told, acknowledged) {
+            (Some(told), None) => {
+                self.done.extend(done.take());
+                Some(self.done.front().map_or(told, |submission| told.min(submission.serial)))
+            }
+            (Some(told), Some(acknowledged)) => Some(told.min(acknowledged)),
+            (None, acknowledged) => acknowledged,
+        }
+    }
+
+    /// Takes the event with `serial`, which `next_serial` gave.
+    pub(crate) fn take(&mut self, source: SourceId, serial: u64) -> Option<Event> {
+        if let Some(submission) = self.done.pop_front_if(|submission| submission.serial == serial) {
+            let Submission { script, captured, firing, time_ns, .. } = *submission;
+            return Some(Event::Done { source, script, firing, time_ns, captured });
+        }
+        let told = self.events.pop().ok()?;
+        let mut event = told.event;
+        let (said_value, said_captured) = (self.read(told.value_len), self.read(told.captured_len));
+        if let Event::Condition { value, captured, .. } = &mut event {
+            *value = said_value;
+            *captured = said_captured;
+        }
+        Some(event)
+    }
+
+    fn read(&mut self, len: usize) -> Vec<u8> {
+        let mut bytes = vec![0; len];
+        self.bytes.pop_entire_slice(&mut bytes).expect("an event is pushed after its bytes");
+        bytes
+    }
+}

@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One firing of a source, the same under both clocks: latch connections, read devices, run the steps that are due, write
+//! devices, publish connections, serve conditions.
+use crate::clock::monotonic_ns;
+use crate::event::{Event, Teller};
+use crate::preempt::{Never, Preempt};
+use crate::schedule::stores;
+use crate::source::{Source, add};
+use crate::steps::{self, Ended};
+use crate::{Activation, Block, Device, DeviceError, Due, Process, Table};
+use crate::futex::Bell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What all kernels of a host share.
+#[derive(Default)]
+pub(crate) struct Shared {
+    /// Order of the events of the host.
+    pub(crate) serials: AtomicU64,
+    /// What the supervisor sleeps on.
+    pub(crate) supervisor: Bell,
+}
+
+/// The kernel of one source. Its own thread alone touches it; under the virtual clock, the one thread.
+pub(crate) struct Kernel {
+    pub(crate) source: Arc<Source>,
+    pub(crate) shared: Arc<Shared>,
+    pub(crate) table: Box<Table>,
+    pub(crate) teller: Teller,
+    /// Number of the last firing. Scripts switch intervals on from the next.
+    pub(crate) firing: u64,
+    /// A step faulted in this firing, or it is one of `execute`: `Table::ran` says what ran.
+    pub(crate) careful: bool,
+    /// A signal or a spent budget ended a firing: no step runs until a restart.
+    pub(crate) stopped: bool,
+    /// Something was told: the supervisor is to be woken.
+    pub(crate) told: bool,
+    /// A script stored something that is not published yet.
+    pub(crate) stored: bool,
+    /// A source was raised: it is to be woken.
+    pub(crate) raised: bool,
+    /// Number of the pass that serves conditions.
+    pub(crate) pass: u64,
+    /// Processes that entered a stage in the present script, to be looked at for what they remember.
+    pub(crate) entered: Vec<*const Process>,
+    /// What a reaction captures.
+    pub(crate) captured: Vec<u8>,
+    /// Time budget of a firing whose activations declare none.
+    pub(crate) budget_ns: i64,
+}
+
+// SAFETY: the pointers of `entered` live only within one script, whose processes it keeps.
+unsafe impl Send for Kernel {}
+
+/// Bytes that a reaction may capture.
+pub(crate) const CAPTURED_MAX: usize = 128 * 1024;
+
+impl Kernel {
+    pub(crate) fn new(source: Arc<Source>, shared: Arc<Shared>, teller: Teller, firing: u64, budget_ns: i64) -> Kernel {
+        let (entered, captured) = (Vec::with_capacity(1024), Vec::with_capacity(CAPTURED_MAX));
+        let table = Box::new(Table::empty());
+        Kernel { source, shared, table, teller, firing, careful: false, stopped: false, told: false, stored: false, raised: false, pass: 0, entered, captured, budget_ns }
+    }
+
+    /// Firing `number`, released at `release_ns` on the host's clock, started at `started_ns` of CLOCK_MONOTONIC (for the budget).
+    #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
+    pub(crate) fn fire<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) {
+        self.firing = number;
+        if !self.stopped {
+            self.careful = false;
+            self.latch(release_ns, preempt);
+            self.decide(number, release_ns);
+            if self.work(release_ns, started_ns, preempt) {
+                self.stamp(release_ns);
+                self.publish(release_ns, preempt);
+                self.advance();
+            }
+            self.serve(release_ns);
+        }
+        self.settle(release_ns);
+        add(&self.source.counters.firings, 1);
+    }
+
+    /// `execute`: an extra firing at `now_ns` in which `blocks` are due, and what they drive, where that is on.
+    pub(crate) fn execute(&mut self, blocks: &[Arc<Block>], now_ns: i64) {
+        if self.stopped {
+            return;
+        }
+        self.latch(now_ns, &Never);
+        self.table.due.fill(false);
+        self.careful = true;
+        for (step, chosen) in self.table.steps.iter().zip(&mut self.table.chosen) {
+            *chosen = step.block.as_ref().is_some_and(|block| blocks.iter().any(|executed| Arc::ptr_eq(block, executed)));
+        }
+        let worked = self.work(now_ns, monotonic_ns(), &Never);
+        self.table.chosen.fill(false);
+        if worked {
+            self.stamp_executed(now_ns);
+            self.publish(now_ns, &Never);
+            self.advance();
+            for activation in &self.table.activations {
+                // SAFETY: an activation of this source.
+                unsafe { (*activation.state()).due = false };
+            }
+        }
+    }
+
+    /// After a firing or a script: publishes what scripts stored, wakes who is to be woken.
+    pub(crate) fn settle(&mut self, now_ns: i64) {
+        if self.stored {
+            self.stored = false;
+            self.publish_groups(now_ns, &Never);
+            self.write_row(now_ns);
+        }
+        if self.raised {
+            self.raised = false;
+            self.table.wakes.iter().flatten().for_each(|source| source.bell.wake());
+        }
+        if self.told {
+            self.told = false;
+            self.shared.supervisor.ring();
+        }
+    }
+
+    fn latch<P: Preempt>(&mut self, now_ns: i64, preempt: &P) {
+        for inbound in &self.table.inbound {
+            // SAFETY: this is the kernel of the reading source.
+            unsafe {
+                if P::POSSIBLE {
+                    inbound.latch(now_ns, &mut || preempt.point());
+                    preempt.point();
+                } else {
+                    inbound.latch_at_once(now_ns);
+                }
+            }
+        }
+        if self.table.queues {
+            self.take_rows();
+        }
+    }
+
+    fn take_rows(&mut self) {
+        // SAFETY: connections and activations of this source.
+        unsafe {
+            self.table.inbound.iter().for_each(|inbound| inbound.release());
+            for activation in &self.table.activations {
+                let state = &*activation.state();
+                if let (Due::Queued { members, .. }, true) = (activation.due(), state.on) {
+                    members.iter().zip(&state.had).for_each(|((inbound, member), had)| inbound.hold(*member, *had));
+                }
+            }
+            self.table.inbound.iter().filter(|inbound| inbound.queues()).for_each(|inbound| inbound.take());
+        }
+    }
+
+    fn decide(&mut self, number: u64, now_ns: i64) {
+        let table = &mut *self.table;
+        let mut missed = false;
+        for (activation, due) in table.activations.iter().zip(&mut table.due) {
+            // SAFETY: activations of this source, each after those that drive it.
+            unsafe {
+                *due = activation.decide(number);
+                missed |= (*activation.state()).missed != 0;
+            }
+        }
+        if missed {
+            self.count_missed();
+        }
+        if self.table.queues {
+            self.take_ratios(now_ns);
+        }
+    }
+
+    /// Invocations that went with skipped releases consume their numbers.
+    #[cold]
+    fn count_missed(&mut self) {
+        for (slot, activation) in self.table.activations.iter().enumerate() {
+            // SAFETY: an activation of this source.
+            let missed = unsafe { (*activation.state()).missed };
+            if missed > 0 {
+                self.table.steps_of(slot).filter_map(|step| self.table.header(step)).for_each(|header| {
+                    // SAFETY: the block is in the table, and no step runs.
+                    unsafe { (*header).number += missed };
+                });
+            }
+        }
+    }
+
+    fn take_ratios(&mut self, now_ns: i64) {
+        let Kernel { table, teller, shared, source, told, .. } = self;
+        for inbound in table.inbound.iter().filter(|inbound| inbound.queues()) {
+            let late = &mut |member| {
+                *told = true;
+                teller.tell(&shared.serials, Event::Late { source: source.id, member, time_ns: now_ns }, &[], &[]);
+            };
+            // SAFETY: this is the kernel of the reading source.
+            unsafe { inbound.take_ratios(late) };
+        }
+    }
+
+    /// Devices and steps. False if a step stopped the source.
+    fn work<P: Preempt>(&mut self, now_ns: i64, started_ns: i64, preempt: &P) -> bool {
+        for &time in &self.table.times {
+            // SAFETY: running times in this source of processes that the table holds.
+            unsafe { (*time).tell(now_ns) };
+        }
+        self.devices(now_ns, |device| {
+            // SAFETY: this is the kernel of the device's source.
+            unsafe { device.read(now_ns) }
+        });
+        if let Some(ended) = steps::guarded(self, started_ns, now_ns, preempt) {
+            self.stop(ended, now_ns);
+            return false;
+        }
+        self.devices(now_ns, |device| {
+            // SAFETY: as above.
+            unsafe { device.write(now_ns) }
+        });
+        true
+    }
+
+    fn devices(&mut self, now_ns: i64, serve: impl Fn(&Device) -> Result<(), DeviceError>) {
+        for index in 0..self.table.devices.len() {
+            if let Err(error) = serve(&self.table.devices[index]) {
+                self.device_lost(index, error, now_ns);
+            }
+        }
+    }
+
+    #[cold]
+    fn device_lost(&mut self, index: usize, error: DeviceError, time_ns: i64) {
+        let device = self.table.devices[index].name().to_owned();
+        self.tell(Event::DeviceLost { source: self.source.id, device, message: error.message, time_ns }, &[], &[]);
+    }
+
+    fn stamp(&mut self, now_ns: i64) {
+        for slot in 0..self.table.due.len() {
+            if self.table.due[slot] && (!self.careful || self.table.steps_of(slot).any(|step| self.table.ran[step as usize])) {
+                let activation = &self.table.activations[slot];
+                // SAFETY: an activation of this source.
+                activation.stamp(unsafe { (*activation.state()).number }, now_ns);
+            }
+        }
+    }
+
+    /// Each activation that was due goes on to its next number.
+    fn advance(&mut self) {
+        for (activation, _) in self.table.activations.iter().zip(&self.table.due).filter(|(_, due)| **due) {
+            // SAFETY: an activation of this source.
+            unsafe { (*activation.state()).number += 1 };
+        }
+    }
+
+    /// Stamps of what an `execute` ran, with the numbers of the blocks themselves.
+    fn stamp_executed(&mut self, now_ns: i64) {
+        for (slot, activation) in self.table.activations.iter().enumerate() {
+            let ran = self.table.steps_of(slot).find(|&step| self.table.ran[step as usize] && self.table.header(step).is_some());
+            let Some(header) = ran.and_then(|step| self.table.header(step)) else { continue };
+            // SAFETY: the block is in the table and no step runs; an activation of this source.
+            unsafe {
+                let state = &mut *activation.state();
+                state.number = (*header).number - 1;
+                activation.stamp(state.number, now_ns);
+                state.due = true;
+                self.table.due[slot] = true;
+            }
+        }
+    }
+
+    /// Publishes groups, sends rows, raises sources, writes the row of the programming system.
+    fn publish<P: Preempt>(&mut self, now_ns: i64, preempt: &P) {
+        self.publish_groups(now_ns, preempt);
+        for index in 0..self.table.outbound.len() {
+            self.send_row(index, now_ns);
+            if P::POSSIBLE {
+                preempt.point();
+            }
+        }
+        self.write_row(now_ns);
+    }
+
+    fn publish_groups<P: Preempt>(&mut self, now_ns: i64, preempt: &P) {
+        for outbound in &self.table.outbound {
+            // SAFETY: this is the kernel of the writing source.
+            unsafe {
+                if P::POSSIBLE {
+                    outbound.publish(self.firing, now_ns, &mut || preempt.point());
+                } else {
+                    outbound.publish_at_once(self.firing, now_ns);
+                }
+            }
+        }
+    }
+
+    fn send_row(&mut self, index: usize, now_ns: i64) {
+        let table = &*self.table;
+        let outbound = &table.outbound[index];
+        let stored = |member: usize| !self.careful || table.writers[index][member].is_none_or(|step| table.ran[step as usize]);
+        // SAFETY: this is the kernel of the writing source.
+        match unsafe { outbound.push(self.firing, now_ns, &stored) } {
+            Ok(true) => {
+                if let Some(source) = &table.wakes[index] {
+                    source.request(now_ns);
+                    self.raised = true;
+                }
+            }
+            Ok(false) => {}
+            Err(member) => {
+                let reader = outbound.wake.unwrap_or(crate::SourceId(u32::MAX));
+                self.tell(Event::Overrun { source: self.source.id, reader, member, time_ns: now_ns }, &[], &[]);
+            }
+        }
+    }
+
+    pub(crate) fn write_row(&mut self, now_ns: i64) {
+        if let Some((spans, rows)) = &self.table.rows {
+            // SAFETY: this is the kernel of the source that the ring belongs to.
+            unsafe { rows.writer.write(self.firing, now_ns, spans) };
+        }
+    }
+
+    /// A signal or a spent budget in a block: nothing more of the firing happens, devices go to their safe state.
+    #[cold]
+    fn stop(&mut self, ended: Ended, time_ns: i64) {
+        self.stopped = true;
+        self.source.counters.stopped.store(true, Ordering::Release);
+        for device in &self.table.devices {
+            // SAFETY: this is the kernel of the device's source.
+            unsafe { device.safe_state() };
+        }
+        self.stored = false;
+        let step = &self.table.steps[ended.step as usize];
+        let (block, process) = (step.block.as_ref().map_or(crate::BlockId(u32::MAX), |block| block.id()), self.table.processes[step.process as usize].id());
+        self.tell(Event::Stopped { source: self.source.id, block, process, fault: ended.fault(), time_ns }, &[], &[]);
+        steps::report(self, ended.step, ended.result, time_ns);
+    }
+
+    pub(crate) fn tell(&mut self, event: Event, value: &[u8], captured: &[u8]) {
+        self.told = true;
+        self.teller.tell(&self.shared.serials, event, value, captured);
+    }
+
+    /// In an execute firing: whether `slot` is driven by what ran, on this invocation.
+    pub(crate) fn drives(activation: &Activation) -> bool {
+        // SAFETY: activations of this source.
+        unsafe {
+            (*activation.state()).on
+                && activation.drivers().iter().all(|(driver, n)| {
+                    let state = &*driver.state();
+                    stores(state.number - state.activated.min(state.number), *n)
+                })
+        }
+    }
+}

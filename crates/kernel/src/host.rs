@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The kernels of one process: a thread for each interrupt source, or all of them under the virtual clock.
+use crate::clock::monotonic_ns;
+use crate::event::telling;
+use crate::firing::{Kernel, Shared};
+use crate::script::Submission;
+use crate::source::Source;
+use crate::virtual_clock::Virtual;
+use crate::watchdog::Watchdog;
+use crate::*;
+use interconnect::{Carrier, ConnectionSpec, Receiver, Sender};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, RwLock, RwLockReadGuard};
+use std::thread::JoinHandle;
+
+/// All kernels of this process.
+pub struct Host {
+    carrier: Mutex<Box<dyn Carrier>>,
+    sources: RwLock<Vec<Arc<Source>>>,
+    shared: Arc<Shared>,
+    /// Monotonic: when the host was made. Zero under the virtual clock.
+    epoch_ns: i64,
+    /// Virtual: now.
+    now_ns: AtomicI64,
+    /// Virtual: the executor, used by one thread at a time.
+    executor: Option<Mutex<Virtual>>,
+    watchdog: Arc<Watchdog>,
+    threads: Mutex<Vec<JoinHandle<()>>>,
+    /// Rings of the supervisor's bell when `poll` found nothing last.
+    polled: AtomicU32,
+    closed: AtomicBool,
+}
+
+// SAFETY: the executor, the only part that is not `Sync` by itself, holds kernels, which belong to whoever holds its lock.
+unsafe impl Sync for Host {}
+// SAFETY: as for `Sync`.
+unsafe impl Send for Host {}
+
+/// The least default time budget of a firing, and the one under the virtual clock.
+const BUDGET_MIN_NS: i64 = 100_000_000;
+const BUDGET_VIRTUAL_NS: i64 = 1_000_000_000;
+
+impl Host {
+    /// No sources yet. `carrier`: what carries connections. Installs the fault handlers (once a process; earlier handlers are called for what is not ours).
+    pub fn new(clock: ClockKind, carrier: Box<dyn Carrier>) -> Host {
+        guard::budget_signal();
+        let (epoch_ns, executor) = match clock {
+            ClockKind::Monotonic => (monotonic_ns(), None),
+            ClockKind::Virtual { seed } => (0, Some(Mutex::new(Virtual::new(seed)))),
+        };
+        let host = Host {
+            carrier: Mutex::new(carrier),
+            sources: RwLock::default(),
+            shared: Arc::default(),
+            epoch_ns,
+            now_ns: AtomicI64::new(0),
+            executor,
+            watchdog: Arc::default(),
+            threads: Mutex::default(),
+            polled: AtomicU32::new(0),
+            closed: AtomicBool::new(false),
+        };
+        let watchdog = host.watchdog.clone();
+        let thread = std::thread::Builder::new().name("watchdog".into()).spawn(move || watchdog.run());
+        // Without it only endless loops are not contained.
+        host.threads().extend(thread);
+        host
+    }
+
+    /// Makes a source with an empty table; a monotonic one starts its thread. Fails if the thread cannot be made.
+    pub fn add_source(&self, spec: SourceSpec) -> std::io::Result<SourceId> {
+        let mut sources = self.sources.write().expect("nobody panics with the lock held");
+        let id = SourceId(sources.len() as u32);
+        let budget_ns = match (&self.executor, &spec.kind) {
+            (Some(_), _) => BUDGET_VIRTUAL_NS,
+            (None, SourceKind::Timer { period_ns }) => BUDGET_MIN_NS.max(10 * *period_ns as i64),
+            (None, SourceKind::Software) => BUDGET_MIN_NS,
+        };
+        let (teller, listener) = telling(id);
+        let source = Arc::new(Source::new(id, spec, listener, budget_ns));
+        let kernel = Kernel::new(source.clone(), self.shared.clone(), teller, 0, budget_ns);
+        match &self.executor {
+            Some(executor) => executor.lock().expect("nobody panics with the lock held").add(kernel, self.now_ns()),
+            None => {
+                let epoch_ns = self.epoch_ns;
+                let thread = std::thread::Builder::new().name(source.spec.name.chars().take(15).collect()).spawn(move || thread::run(kernel, epoch_ns))?;
+                self.threads().push(thread);
+            }
+        }
+        self.watchdog.watch(source.clone());
+        sources.push(source);
+        Ok(id)
+    }
+
+    /// A connection between two sources, over the carrier.
+    pub fn connect(&self, spec: &ConnectionSpec) -> (Box<dyn Sender>, Box<dyn Receiver>) {
+        self.carrier.lock().expect("nobody panics with the lock held").connect(spec)
+    }
+
+    /// Hands a script to a source; carried out between two firings, in the order of submission, at once if the source is idle
+    /// (it is woken). Acknowledged by `Event::Done`. Any thread. Under the virtual clock it is carried out before this returns.
+    pub fn submit(&self, source: SourceId, mut script: Box<Script>) {
+        let sources = self.sources();
+        for op in &mut script.ops {
+            match op {
+                Op::Table(table) => table.place(source, &sources),
+                Op::StartClock(process) | Op::StopClock(process) | Op::ResumeClock(process) | Op::Stage { process, .. } => drop(process.prepare_time(source)),
+                _ => {}
+            }
+        }
+        let to = &sources[source.0 as usize];
+        to.mailbox.put(Submission::new(script));
+        match &self.executor {
+            Some(executor) => executor.lock().expect("nobody panics with the lock held").carry_out(source.0 as usize, self.now_ns()),
+            None => to.bell.ring(),
+        }
+    }
+
+    /// Requests a firing of a software source.
+    pub fn request(&self, source: SourceId) {
+        let source = self.source(source);
+        source.request(self.now_ns());
+        source.bell.wake();
+    }
+
+    /// ns on the clock since the host's epoch; the first release of a timer of period T is at T.
+    pub fn now_ns(&self) -> i64 {
+        match self.executor {
+            Some(_) => self.now_ns.load(Ordering::Relaxed),
+            None => monotonic_ns() - self.epoch_ns,
+        }
+    }
+
+    /// The next event, if there is one. For the supervisor alone. Events come in the order in which they were made, over all
+    /// sources; a script's acknowledgement is one of them.
+    pub fn poll(&self) -> Option<Event> {
+        let rings = self.shared.supervisor.rings();
+        let sources = self.sources();
+        let next = sources.iter().filter_map(|source| Some((source.listener().next_serial(&source.done)?, source))).min_by_key(|(serial, _)| *serial);
+        let Some((serial, source)) = next else {
+            self.polled.store(rings, Ordering::Release);
+            return None;
+        };
+        source.listener().take(source.id, serial)
+    }
+
+    /// Monotonic: waits until an event is there, `unpark` was called, or the time has come. Not on a real-time path of a source.
+    /// Call it when `poll` has given nothing. Under the virtual clock it returns at once.
+    pub fn park(&self, until_ns: Option<i64>) {
+        if self.executor.is_none() {
+            self.shared.supervisor.sleep(self.polled.load(Ordering::Acquire), until_ns.map(|until| (self.epoch_ns + until).max(0)));
+        }
+    }
+
+    /// Wakes `park`, now or the next time.
+    pub fn unpark(&self) {
+        self.shared.supervisor.ring();
+    }
+
+    /// Virtual: when the next thing happens (a release, a pending request, an arrival on the carrier).
+    pub fn next_time(&self) -> Option<i64> {
+        let firing = self.executor().next().map(|(time, _)| time);
+        let arrival = self.carrier.lock().expect("nobody panics with the lock held").next_arrival();
+        [firing, arrival].into_iter().flatten().min()
+    }
+
+    /// Virtual: sets the clock to the time of the next firing, if that is not after `limit_ns`, and runs that one firing (with
+    /// whatever preempts it). False if there is none; the clock is then left as it is. Errs when more than 10,000 firings fall in one instant.
+    pub fn fire_next(&self, limit_ns: i64) -> Result<bool, String> {
+        guard::prepare_thread();
+        let executor = self.executor();
+        loop {
+            let firing = executor.next();
+            let arrival = self.carrier.lock().expect("nobody panics with the lock held").next_arrival();
+            if let Some(arrival) = arrival.filter(|&arrival| arrival <= limit_ns && firing.is_none_or(|(time, _)| arrival <= time)) {
+                self.deliver(arrival.max(self.now_ns()));
+                continue;
+            }
+            let Some((time, index)) = firing.filter(|&(time, _)| time <= limit_ns) else { return Ok(false) };
+            executor.fire(index, time, &self.now_ns)?;
+            return Ok(true);
+        }
+    }
+
+    /// Virtual: moves the clock forward where nothing happens.
+    pub fn set_now(&self, now_ns: i64) {
+        self.now_ns.fetch_max(now_ns, Ordering::Relaxed);
+    }
+
+    /// Counters and histograms of a source.
+    pub fn statistics(&self, source: SourceId) -> Statistics {
+        self.source(source).statistics()
+    }
+
+    /// Restarts a source that a fault stopped (after its devices are safe and its blocks gone).
+    pub fn restart(&self, source: SourceId) {
+        let source = self.source(source);
+        source.restarting.store(true, Ordering::Release);
+        match &self.executor {
+            Some(executor) => executor.lock().expect("nobody panics with the lock held").carry_out(source.id.0 as usize, self.now_ns()),
+            None => source.bell.ring(),
+        }
+    }
+
+    /// Stops all sources, brings devices to their safe state, joins the threads.
+    pub fn close(&self) {
+        if self.closed.swap(true, Ordering::AcqRel) {
+            return;
+        }
+        for source in self.sources().iter() {
+            source.closing.store(true, Ordering::Release);
+            source.bell.ring();
+        }
+        if let Some(executor) = &self.executor {
+            executor.lock().expect("nobody panics with the lock held").close();
+        }
+        self.watchdog.close();
+        let threads = std::mem::take(&mut *self.threads());
+        // A thread that panicked has said so; the others are joined all the same.
+        threads.into_iter().for_each(|thread| drop(thread.join()));
+    }
+
+    /// Lets what is under way arrive, and raises who waits for it.
+    fn deliver(&self, now_ns: i64) {
+        self.now_ns.fetch_max(now_ns, Ordering::Relaxed);
+        let sources = self.sources();
+        self.carrier.lock().expect("nobody panics with the lock held").deliver(now_ns, &mut |reader| {
+            if let Some(source) = sources.get(reader as usize).filter(|source| source.period_ns().is_none()) {
+                source.request(now_ns);
+            }
+        });
+    }
+
+    fn executor(&self) -> MutexGuard<'_, Virtual> {
+        let executor = self.executor.as_ref().expect("only a host with the virtual clock is driven firing by firing");
+        executor.lock().expect("nobody panics with the lock held")
+    }
+
+    fn sources(&self) -> RwLockReadGuard<'_, Vec<Arc<Source>>> {
+        self.sources.read().expect("nobody panics with the lock held")
+    }
+
+    fn source(&self, source: SourceId) -> Arc<Source> {
+        self.sources()[source.0 as usize].clone()
+    }
+
+    fn threads(&self) -> MutexGuard<'_, Vec<JoinHandle<()>>> {
+        self.threads.lock().expect("nobody panics with the lock held")
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        self.close();
+    }
+}

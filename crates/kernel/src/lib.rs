@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The kernel: what runs on every real-time processor (RTP). Interrupts, context switching, dispatch.
+//!
+//! It knows tables, connections and reactions; no verb, Python, JSON or file. Everything that it runs was prepared off the
+//! real-time path by the supervisor: a [`Table`] of steps for each interrupt source, [`Script`]s that change what is active
+//! between two firings, and the [`Process`]es whose watches say which script answers which condition.
+//!
+//! A firing of a source, in order: latch connections, read devices, run the steps that are due, write devices, publish
+//! connections, serve conditions. On that path: no lock, allocation, system call (but one wake), hash look-up or page fault.
+//!
+//! `firing` is that path, `steps` its hot loop, `conditions` what answers, `boundary` what changes between two firings; `thread`
+//! and `virtual_clock` are the two ways to drive it.
+#![cfg_attr(rtsan, feature(sanitize))]
+pub mod block;
+mod boundary;
+pub mod clock;
+mod conditions;
+pub mod connection;
+pub mod device;
+pub mod event;
+mod firing;
+mod futex;
+mod guard;
+pub mod host;
+pub mod memory;
+mod preempt;
+pub mod process;
+mod rights;
+pub mod schedule;
+pub mod script;
+pub mod source;
+mod steps;
+pub mod table;
+mod thread;
+mod virtual_clock;
+mod watchdog;
+
+pub use block::{Block, BlockId};
+pub use clock::ClockKind;
+pub use connection::{Inbound, Outbound, QueueMember, RowsEnd, row_prefix};
+pub use device::{Channel, Device, DeviceError, Direction, Driver};
+pub use event::{Event, Fault};
+pub use host::Host;
+pub use memory::{Cell, Extent};
+pub use process::{Process, Response, Stage, Watch};
+pub use schedule::{Activation, Due};
+pub use script::{Op, Script};
+pub use source::{SourceId, SourceKind, SourceSpec, Statistics};
+pub use table::{Rows, Step, StepKind, Table};

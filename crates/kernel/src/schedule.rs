@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Activations: when a set of steps is due.
+use crate::Cell;
+use std::cell::UnsafeCell;
+use std::sync::Arc;
+
+/// When the steps of an activation are due, while it is on.
+pub enum Due {
+    /// At the firings of its source whose number is a multiple of `every` (set by `Op::On`): an execution interval on a timer
+    /// (firing k releases at epoch + k · period), a trigger with `every` 1.
+    Interval,
+    /// In the same firing as all of `by`, on every n-th of their invocations since they were activated (n = 1 but behind a
+    /// ratio output): blocks with synchronous inputs whose writers sit in the same source.
+    Driven { by: Vec<(Arc<Activation>, u32)> },
+    /// When every one of these inbound queue members (connection, member) has a value that it has not had, and all of `by` as above.
+    Queued { members: Vec<(Arc<crate::Inbound>, usize)>, by: Vec<(Arc<Activation>, u32)> },
+}
+
+/// The schedule of steps that are always active together at one rate. Shared by successive tables, so that a new table does
+/// not disturb what runs; changed only by the kernel of its source, between two firings.
+pub struct Activation {
+    due: Due,
+    stamp: Option<Cell>,
+    budget_ns: Option<u64>,
+    state: UnsafeCell<State>,
+}
+
+// SAFETY: `state` is touched only by the kernel of the activation's source: its thread, or the one thread of the virtual clock.
+unsafe impl Send for Activation {}
+// SAFETY: as for `Send`.
+unsafe impl Sync for Activation {}
+
+/// What changes while it runs.
+#[derive(Default)]
+pub(crate) struct State {
+    pub(crate) on: bool,
+    pub(crate) due: bool,
+    pub(crate) every: u32,
+    /// The next firing at which an interval is due.
+    pub(crate) next: u64,
+    /// Number of the next invocation, or of the present one in a firing in which it is due.
+    pub(crate) number: u64,
+    /// `number` when it was switched on.
+    pub(crate) activated: u64,
+    /// Invocations that were skipped with the releases before this firing.
+    pub(crate) missed: u64,
+    /// For each queue member, the sequence of the value that it had last.
+    pub(crate) had: Box<[u64]>,
+    /// Its place in the table that is in force.
+    pub(crate) slot: u32,
+}
+
+impl Activation {
+    /// An activation that is off. `stamp`: 16 bytes of the image that hold, after each due firing, the number of the last
+    /// invocation (u64) and its release time (i64): what the SVVs that its blocks write are stamped with.
+    pub fn new(due: Due, stamp: Option<Cell>) -> Arc<Activation> {
+        Self::with_budget(due, stamp, None)
+    }
+
+    /// The same with a declared time budget, in ns of real time, for a firing of its steps: the guard ends a firing that takes
+    /// longer. Without one: ten periods of the source and at least 100 ms (1 s under the virtual clock).
+    pub fn with_budget(due: Due, stamp: Option<Cell>, budget_ns: Option<u64>) -> Arc<Activation> {
+        if let Some(stamp) = &stamp {
+            assert!(stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number and a time");
+        }
+        let members = match &due {
+            Due::Queued { members, .. } => members.len(),
+            _ => 0,
+        };
+        let state = State { had: vec![0; members].into(), every: 1, ..State::default() };
+        Arc::new(Activation { due, stamp, budget_ns, state: UnsafeCell::new(state) })
+    }
+
+    pub(crate) fn due(&self) -> &Due {
+        &self.due
+    }
+
+    pub(crate) fn budget_ns(&self) -> Option<u64> {
+        self.budget_ns
+    }
+
+    /// What changes. The pointer is used by the kernel of its source alone.
+    #[inline]
+    pub(crate) fn state(&self) -> *mut State {
+        self.state.get()
+    }
+
+    /// The activations that drive it.
+    pub(crate) fn drivers(&self) -> &[(Arc<Activation>, u32)] {
+        match &self.due {
+            Due::Interval => &[],
+            Due::Driven { by } | Due::Queued { by, .. } => by,
+        }
+    }
+
+    /// Decides whether it is due in firing `firing`; what drives it has been decided before, what it queues for was taken.
+    ///
+    /// # Safety
+    /// Called by the kernel of its source alone.
+    #[inline]
+    pub(crate) unsafe fn decide(&self, firing: u64) -> bool {
+        // SAFETY: the caller is the one that touches it.
+        let state = unsafe { &mut *self.state.get() };
+        state.missed = 0;
+        state.due = state.on
+            && match &self.due {
+                Due::Interval => firing >= state.next && interval_due(state, firing),
+                // SAFETY: as for this one.
+                Due::Driven { by } => unsafe { all_due(state, by) },
+                Due::Queued { members, by } => {
+                    // SAFETY: as for this one.
+                    let due = members.iter().zip(&state.had).all(|((inbound, member), had)| unsafe { inbound.sequence(*member) } != *had) && unsafe { all_due(state, by) };
+                    if due {
+                        for ((inbound, member), had) in members.iter().zip(state.had.iter_mut()) {
+                            // SAFETY: as for this one.
+                            *had = unsafe { inbound.sequence(*member) };
+                        }
+                    }
+                    due
+                }
+            };
+        state.due
+    }
+
+    /// Writes the stamp.
+    pub(crate) fn stamp(&self, number: u64, now_ns: i64) {
+        if let Some(stamp) = &self.stamp {
+            // SAFETY: the stamp has 16 bytes (checked when it was made).
+            unsafe {
+                stamp.start().cast::<u64>().write_unaligned(number);
+                stamp.start().add(8).cast::<i64>().write_unaligned(now_ns);
+            }
+        }
+    }
+}
+
+const STAMP_LEN: usize = 16;
+
+/// True where a ratio output n is stored on the invocation that follows `phase` others since activation: on the nth, the 2nth, …
+/// as the entries of blocks do it.
+#[inline]
+pub(crate) fn stores(phase: u64, n: u32) -> bool {
+    n <= 1 || (phase + 1).is_multiple_of(u64::from(n))
+}
+
+/// Firing `firing` is at or after the next due one: due, or were there skipped ones?
+#[inline]
+fn interval_due(state: &mut State, firing: u64) -> bool {
+    if firing == state.next {
+        state.next += u64::from(state.every);
+        return true;
+    }
+    skipped(state, firing)
+}
+
+#[cold]
+fn skipped(state: &mut State, firing: u64) -> bool {
+    let every = u64::from(state.every);
+    let past = firing - state.next;
+    let due = past.is_multiple_of(every);
+    state.missed = past / every + u64::from(!due);
+    state.number += state.missed;
+    state.next = firing - past % every + every;
+    due
+}
+
+/// # Safety
+/// Called by the kernel of the source of all of `by`.
+#[inline]
+unsafe fn all_due(state: &mut State, by: &[(Arc<Activation>, u32)]) -> bool {
+    let mut due = true;
+    for (index, (driver, n)) in by.iter().enumerate() {
+        // SAFETY: as for the caller.
+        let driver = unsafe { &*driver.state() };
+        due &= driver.due && stores(driver.number - driver.activated, *n);
+        if index == 0 && driver.missed > 0 {
+            missed_with(state, driver, *n);
+        }
+    }
+    due
+}
+
+/// The releases that its driver missed are missed here too.
+#[cold]
+fn missed_with(state: &mut State, driver: &State, n: u32) {
+    let phase = driver.number.saturating_sub(driver.activated);
+    state.missed = (phase.saturating_sub(driver.missed)..phase).filter(|&missed| stores(missed, n)).count() as u64;
+    state.number += state.missed;
+}

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Scripts: what changes between two firings of a source, prepared off the real-time path.
+use crate::{Activation, Block, Cell, Process, Table};
+use std::ptr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicPtr, Ordering};
+
+/// One operation of a script.
+pub enum Op {
+    /// Swaps the table. The old one is handed back with the acknowledgement and freed by the supervisor. After the swap every
+    /// outbound connection that is new publishes its present values, and every new inbound one is latched. Not in a reaction.
+    Table(Box<Table>),
+    /// Stores bytes (ψ values, writes from the PS, safe values).
+    Store(Cell, Box<[u8]>),
+    /// Copies one cell to another (`initial="sensed"`).
+    Copy(Cell, Cell),
+    /// Initial state of a new start: the block's image as installed, but for states declared `keep`; invocation number 0.
+    Reset(Arc<Block>),
+    /// Switches an activation on, due at firings that are multiples of `every` (1 for a driven one). Nothing where it is on
+    /// with the same `every` already: instance, state and phase stay.
+    On(Arc<Activation>, u32),
+    /// Switches it off.
+    Off(Arc<Activation>),
+    /// `execute`: one extra firing at once, in which exactly these blocks are due, and what they drive, where that is on.
+    Execute(Vec<Arc<Block>>),
+    /// Stage of the process from now on, in generation `generation` (`None`: keep it; used by local reactions).
+    /// Conditions that came, unserved, and that the stage waits for act at once. A generation that has passed, or that is under
+    /// way already (several sources may be told), changes nothing.
+    Stage { process: Arc<Process>, stage: u16, generation: Option<u32> },
+    /// Serves what the `Execute`s before it reported; the rest of this script acts only if that moved the process nowhere, and it
+    /// is in this generation and not frozen: what a fault of the executed blocks ended is not started after all. The script is
+    /// acknowledged as always.
+    While { process: Arc<Process>, generation: u32 },
+    /// Running time of the process in this source: starts at 0.
+    StartClock(Arc<Process>),
+    /// It stands still.
+    StopClock(Arc<Process>),
+    /// It goes on.
+    ResumeClock(Arc<Process>),
+    /// Copies cells into the acknowledgement (ω, a read of SVVs): all of one boundary.
+    Capture(Vec<Cell>),
+    /// Device channels: goes to the safe value at once (exempt from the slew limit).
+    Safe { device: Arc<crate::Device>, channels: Vec<u16> },
+}
+
+/// Operations carried out in order between two firings of one source, as one.
+pub struct Script {
+    /// For the acknowledgement.
+    pub id: u64,
+    /// In order.
+    pub ops: Vec<Op>,
+}
+
+impl std::fmt::Debug for Script {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Script {{ id: {}, {} ops }}", self.id, self.ops.len())
+    }
+}
+
+impl Script {
+    /// Bytes that its captures take.
+    pub(crate) fn captured_len(&self) -> usize {
+        self.ops.iter().map(|op| if let Op::Capture(cells) = op { cells.iter().map(Cell::len).sum() } else { 0 }).sum()
+    }
+}
+
+/// A script under way: to a source, and, carried out, back. The box is the place of its own acknowledgement, so that none can
+/// be lost and none is allocated on the real-time path.
+pub(crate) struct Submission {
+    pub(crate) script: Box<Script>,
+    /// With room for what is captured.
+    pub(crate) captured: Vec<u8>,
+    pub(crate) firing: u64,
+    pub(crate) time_ns: i64,
+    /// Order among the events of the host.
+    pub(crate) serial: u64,
+    next: *mut Submission,
+}
+
+// SAFETY: `next` is used only by the stack that the submission is in.
+unsafe impl Send for Submission {}
+
+impl Submission {
+    pub(crate) fn new(script: Box<Script>) -> Box<Submission> {
+        let captured = Vec::with_capacity(script.captured_len());
+        Box::new(Submission { script, captured, firing: 0, time_ns: 0, serial: 0, next: ptr::null_mut() })
+    }
+}
+
+/// Submissions under way: any number put, one takes all of them at once.
+///
+/// | | who puts | who takes |
+/// |---|---|---|
+/// | may block the other | never; a put retries only when another put or a take came between | never; one swap |
+#[derive(Default)]
+pub(crate) struct Mailbox(AtomicPtr<Submission>);
+
+impl Mailbox {
+    pub(crate) fn put(&self, submission: Box<Submission>) {
+        let submission = Box::into_raw(submission);
+        let mut head = self.0.load(Ordering::Relaxed);
+        loop {
+            // SAFETY: it is ours until it is in.
+            unsafe { (*submission).next = head };
+            match self.0.compare_exchange_weak(head, submission, Ordering::SeqCst, Ordering::Relaxed) {
+                Ok(_) => return,
+                Err(now) => head = now,
+            }
+        }
+    }
+
+    #[inline]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.load(Ordering::Acquire).is_null()
+    }
+
+    /// Everything that was put, oldest first.
+    pub(crate) fn take(&self) -> Submissions {
+        let mut newest = self.0.swap(ptr::null_mut(), Ordering::SeqCst);
+        let mut oldest = ptr::null_mut();
+        while !newest.is_null() {
+            // SAFETY: the swap made the whole list ours.
+            let next = std::mem::replace(unsafe { &mut (*newest).next }, oldest);
+            oldest = newest;
+            newest = next;
+        }
+        Submissions(oldest)
+    }
+}
+
+impl Drop for Mailbox {
+    fn drop(&mut self) {
+        drop(self.take());
+    }
+}
+
+/// Submissions that were taken, oldest first.
+pub(crate) struct Submissions(*mut Submission);
+
+impl Iterator for Submissions {
+    type Item = Box<Submission>;
+
+    fn next(&mut self) -> Option<Box<Submission>> {
+        if self.0.is_null() {
+            return None;
+        }
+        // SAFETY: the list is ours, each member was a box.
+        let mut first = unsafe { Box::from_raw(self.0) };
+        self.0 = std::mem::replace(&mut first.next, ptr::null_mut());
+        Some(first)
+    }
+}
+
+impl Drop for Submissions {
+    fn drop(&mut self) {
+        self.for_each(drop);
+    }
+}

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The step loop: the hot one, and the careful one that a firing goes over to when a step has faulted.
+use crate::event::Fault;
+use crate::firing::Kernel;
+use crate::guard::{OUTSIDE, budget_signal};
+use crate::preempt::Preempt;
+use crate::source::add;
+use crate::table::Report;
+use opengpac::abi::outcome;
+use std::ffi::c_void;
+
+/// How a guarded loop ended before its end.
+pub(crate) struct Ended {
+    pub(crate) step: u32,
+    pub(crate) result: u64,
+}
+
+impl Ended {
+    pub(crate) fn fault(&self) -> Fault {
+        fault(self.result).expect("a signal is a fault")
+    }
+}
+
+/// Result of a step that a signal ended: the outcome that no entry gives, the signal above; 0 stands for a spent budget.
+pub(crate) const SIGNAL: u64 = 0xff;
+
+/// Why `result` is a fault, if it is one.
+pub(crate) fn fault(result: u64) -> Option<Fault> {
+    let detail = result >> outcome::SHIFT;
+    match result & outcome::MASK {
+        outcome::DONE => None,
+        outcome::PANIC => Some(Fault::Panic),
+        outcome::NONFINITE => Some(Fault::NonFinite(detail as u8)),
+        SIGNAL if detail == 0 => Some(Fault::Budget),
+        SIGNAL => Some(Fault::Signal(detail as i32)),
+        _ => Some(Fault::Returned(detail as u32)),
+    }
+}
+
+struct Frame<'a, P> {
+    kernel: *mut Kernel,
+    now_ns: i64,
+    preempt: &'a P,
+}
+
+/// Runs the steps that are due. `started_ns` of CLOCK_MONOTONIC, for the budget.
+#[inline]
+pub(crate) fn guarded<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns: i64, preempt: &P) -> Option<Ended> {
+    let guard = &raw const kernel.source.guard;
+    let mut frame = Frame { kernel, now_ns, preempt };
+    // SAFETY: the guard lives as long as the kernel's source; the body keeps nothing that must be dropped.
+    let ended = unsafe { (*guard).run(body::<P>, (&raw mut frame).cast::<c_void>(), started_ns) };
+    ended.map(|(signal, step)| Ended { step, result: SIGNAL | if signal == budget_signal() { 0 } else { (signal as u64) << outcome::SHIFT } })
+}
+
+/// What the guard runs. Everything is reached through raw pointers: a signal may end it inside any call of a block, and what
+/// was reported before must then be in memory.
+unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
+    // SAFETY: `guarded` passes its own frame.
+    unsafe {
+        let frame = frame.cast::<Frame<P>>();
+        let (kernel, now_ns, preempt) = ((*frame).kernel, (*frame).now_ns, (*frame).preempt);
+        if (*kernel).careful {
+            careful(kernel, 0, now_ns, preempt);
+        } else {
+            hot(kernel, now_ns, preempt);
+        }
+        (&(*kernel).source).guard.step().write_volatile(OUTSIDE);
+    }
+}
+
+/// # Safety
+/// `kernel` is that of the calling thread, its table placed; nobody else touches either.
+unsafe fn hot<P: Preempt>(kernel: *mut Kernel, now_ns: i64, preempt: &P) {
+    // SAFETY: the lengths are those of the table's own vectors, which do not change during a firing.
+    unsafe {
+        let table = &raw mut *(*kernel).table;
+        let step = (&(*kernel).source).guard.step();
+        let (calls, due) = ((&(*table).calls).as_ptr(), (&(*table).due).as_ptr());
+        let (strips, count) = ((&(*table).strips).as_ptr(), (&(*table).strips).len());
+        for strip in 0..count {
+            let strip = *strips.add(strip);
+            if !*due.add(strip.slot as usize) {
+                continue;
+            }
+            for index in strip.start..strip.end {
+                step.write_volatile(index);
+                let call = &*calls.add(index as usize);
+                let result = (call.run)(call.instance, call.invocation);
+                if result != 0 {
+                    step.write_volatile(OUTSIDE);
+                    if report(kernel, index, result, now_ns) {
+                        begin_careful(kernel, index);
+                        return careful(kernel, index + 1, now_ns, preempt);
+                    }
+                }
+                if P::POSSIBLE {
+                    step.write_volatile(OUTSIDE);
+                    preempt.point();
+                }
+            }
+        }
+    }
+}
+
+/// Keeps what a step gave back for the end of the firing; true if it is a fault.
+#[cold]
+pub(crate) fn report(kernel: *mut Kernel, step: u32, result: u64, now_ns: i64) -> bool {
+    // SAFETY: called by the kernel's own thread with its own kernel.
+    let kernel = unsafe { &mut *kernel };
+    let reports = &mut kernel.table.reports;
+    if reports.len() < reports.capacity() {
+        reports.push(Report { step, result, now_ns });
+    }
+    let fault = result & outcome::MASK != outcome::DONE;
+    if fault {
+        add(&kernel.source.counters.faults, 1);
+    }
+    fault
+}
+
+/// Step `faulted` is the first to fault: the steps before it ran where they were due.
+#[cold]
+fn begin_careful(kernel: *mut Kernel, faulted: u32) {
+    // SAFETY: as for `report`.
+    let kernel = unsafe { &mut *kernel };
+    kernel.careful = true;
+    let table = &mut *kernel.table;
+    for (ran, step) in table.ran.iter_mut().zip(&table.steps).take(faulted as usize) {
+        *ran = table.due[step.slot as usize];
+    }
+    table.ran[faulted as usize] = false;
+}
+
+/// The rest of a firing in which a step has faulted, or one of `execute`: each step looks at what drives it.
+///
+/// # Safety
+/// As for `hot`.
+#[cold]
+unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, preempt: &P) {
+    // SAFETY: as for `hot`.
+    unsafe {
+        let table = &raw mut *(*kernel).table;
+        let step = (&(*kernel).source).guard.step();
+        // Only an execute is careful from its first step on.
+        let execute = from == 0;
+        for index in from..(&(*table).steps).len() as u32 {
+            let place = index as usize;
+            let cold = &(&(*table).steps)[place];
+            let scheduled = (&(*table).due)[cold.slot as usize];
+            let driven = cold.drivers.iter().all(|&driver| (&(*table).ran)[driver as usize]);
+            let chosen = (&(*table).chosen)[place];
+            let executed = || execute && !cold.drivers.is_empty() && Kernel::drives(&(&(*table).activations)[cold.slot as usize]);
+            let copies = || execute && cold.block.is_none() && (*table).steps_of(cold.slot as usize).any(|other| (&(*table).chosen)[other as usize]);
+            if !(chosen || driven && (scheduled || executed() || copies())) {
+                (&mut (*table).ran)[place] = false;
+                if let (true, Some(header)) = (scheduled, (*table).header(index)) {
+                    // Its release is consumed, so that numbers go on in step with the others.
+                    (*header).number += 1;
+                }
+                continue;
+            }
+            step.write_volatile(index);
+            let call = (&(*table).calls)[place];
+            let result = (call.run)(call.instance, call.invocation);
+            step.write_volatile(OUTSIDE);
+            (&mut (*table).ran)[place] = result & outcome::MASK == outcome::DONE;
+            if result != 0 {
+                report(kernel, index, result, now_ns);
+            }
+            if P::POSSIBLE {
+                preempt.point();
+            }
+        }
+    }
+}

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::profile::{COEFFICIENTS, duration_s, evaluate, joints, number};
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// There is no planned motion: the planner has not run.
+const NO_PLAN: u32 = 1;
+/// The motion is planned for another number of joints.
+const OTHER_SIZE: u32 = 2;
+
+/// Setpoint generator: setpoint = q(t) of a planned motion, t being the running time since the plan was first seen.
+///
+/// Running time stands still while the verb is suspended. The output `complete` and the condition `finished` come with the invocation that stores the
+/// last setpoint, exactly the goal, never before. A new plan, by number, starts at its own beginning.
+/// Faults: 1 the planner has not run; 2 the motion is planned for another number of joints.
+#[derive(FunctionBlock)]
+pub struct SetpointGenerator {
+    /// number of joints
+    #[size(1, 16)]
+    n: u32,
+    /// the planned motion
+    #[input(asynchronous)]
+    coefficients: [f64; COEFFICIENTS],
+    /// where the joints are to be
+    #[output(sized, unit = "rad")]
+    setpoint: [f64; 16],
+    /// how fast they are to be there
+    #[output(sized, unit = "rad/s")]
+    velocity: [f64; 16],
+    /// whether the last setpoint is stored: 0 or 1
+    #[output]
+    complete: bool,
+    /// time by which the setpoints are early
+    #[param(default = 0.0, unit = "s")]
+    lead: f64,
+    /// the last setpoint is stored
+    #[condition]
+    finished: Condition,
+    /// plan that is under way
+    #[state]
+    plan: f64,
+    /// running time at its beginning, ns
+    #[state]
+    begun_ns: i64,
+}
+
+impl Step for SetpointGenerator {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let plan = number(&self.coefficients);
+        if plan < 1.0 {
+            return Outcome::Fault(NO_PLAN);
+        }
+        if joints(&self.coefficients) != self.n as usize {
+            return Outcome::Fault(OTHER_SIZE);
+        }
+        if plan != self.plan {
+            (self.plan, self.begun_ns) = (plan, invocation.time_ns);
+        }
+        let n = self.n as usize;
+        let time_s = (invocation.time_ns - self.begun_ns) as f64 * 1e-9 + self.lead;
+        evaluate(&self.coefficients, time_s, &mut self.setpoint[..n], &mut self.velocity[..n]);
+        self.complete = time_s >= duration_s(&self.coefficients);
+        if self.complete {
+            self.finished.report();
+        }
+        Outcome::Done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::profile::{Coefficients, Limits, plan};
+
+    const LIMITS: Limits = Limits { speed: 1.0, acceleration: 2.0, jerk: 8.0 };
+
+    fn generator(coefficients: Coefficients) -> SetpointGenerator {
+        SetpointGenerator {
+            n: 2, coefficients, setpoint: [0.0; 16], velocity: [0.0; 16], complete: false, lead: 0.0, finished: Condition::new(), plan: 0.0, begun_ns: 0,
+        }
+    }
+
+    fn at(ms: i64) -> Invocation {
+        Invocation { number: 0, time_ns: ms * 1_000_000, now_ns: 0 }
+    }
+
+    #[test]
+    fn it_begins_where_it_is_and_finishes_at_the_goal() {
+        let mut block = generator(plan(1.0, &[1.0, 2.0], &[4.0, 0.5], &[LIMITS; 2]));
+        let mut ms = 40;
+        assert_eq!(block.step(&at(ms)), Outcome::Done);
+        assert_eq!((block.setpoint[0], block.setpoint[1], block.complete), (1.0, 2.0, false));
+        while !block.finished.is_reported() {
+            ms += 20;
+            assert_eq!(block.step(&at(ms)), Outcome::Done);
+            assert_eq!(block.complete, block.setpoint[..2] == [4.0, 0.5], "finished with the last setpoint, at {ms} ms");
+        }
+        // 3.75 s by the textbook, the next multiple of 20 ms after it.
+        assert_eq!(ms, 40 + 3760);
+    }
+
+    #[test]
+    fn a_new_plan_starts_at_its_own_beginning() {
+        let mut block = generator(plan(1.0, &[0.0, 0.0], &[1.0, 1.0], &[LIMITS; 2]));
+        assert_eq!(block.step(&at(0)), Outcome::Done);
+        assert_eq!(block.step(&at(5000)), Outcome::Done);
+        assert!(block.complete);
+        block.coefficients = plan(2.0, &[1.0, 1.0], &[0.0, 0.0], &[LIMITS; 2]);
+        assert_eq!(block.step(&at(5020)), Outcome::Done);
+        assert_eq!((block.setpoint[0], block.complete), (1.0, false));
+    }
+
+    #[test]
+    fn without_a_plan_nothing_is_stored() {
+        assert_eq!(generator([0.0; COEFFICIENTS]).step(&at(0)), Outcome::Fault(NO_PLAN));
+        assert_eq!(generator(plan(1.0, &[0.0], &[1.0], &[LIMITS])).step(&at(0)), Outcome::Fault(OTHER_SIZE));
+    }
+}

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+use std::f64::consts::TAU;
+
+/// No shape has that number.
+const UNKNOWN_SHAPE: u32 = 1;
+
+/// Signal generator: y = offset + amplitude f(frequency t + phase), t being the running time of the verb; fault 1: no such shape.
+#[derive(FunctionBlock)]
+pub struct SignalGenerator {
+    /// signal
+    #[output]
+    y: f64,
+    /// f: 0 constant 0, 1 sine, 2 square (1 in the first half of a period, -1 in the second), 3 triangle (0 up to 1, down to -1, up to 0)
+    #[param(default = 1)]
+    shape: u32,
+    /// greatest deviation from the offset
+    #[param(default = 1.0)]
+    amplitude: f64,
+    /// periods in a second
+    #[param(default = 1.0, unit = "Hz")]
+    frequency: f64,
+    /// mean value
+    #[param(default = 0.0)]
+    offset: f64,
+    /// part of a period by which it is ahead, 0 to 1
+    #[param(default = 0.0)]
+    phase: f64,
+}
+
+impl Step for SignalGenerator {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let turn = (self.frequency * (invocation.time_ns as f64 * 1e-9) + self.phase).rem_euclid(1.0);
+        let wave = match self.shape {
+            0 => 0.0,
+            1 => (TAU * turn).sin(),
+            2 if turn < 0.5 => 1.0,
+            2 => -1.0,
+            3 => 1.0 - 4.0 * ((turn + 0.25).rem_euclid(1.0) - 0.5).abs(),
+            _ => return Outcome::Fault(UNKNOWN_SHAPE),
+        };
+        self.y = self.offset + self.amplitude * wave;
+        Outcome::Done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(shape: u32, time_s: f64) -> f64 {
+        let mut block = SignalGenerator { y: 0.0, shape, amplitude: 2.0, frequency: 0.5, offset: 1.0, phase: 0.0 };
+        assert_eq!(block.step(&Invocation { number: 0, time_ns: (time_s * 1e9).round() as i64, now_ns: 0 }), Outcome::Done);
+        block.y
+    }
+
+    #[test]
+    fn each_shape_has_its_closed_form() {
+        for k in 0..200 {
+            let t = k as f64 * 0.037;
+            assert_eq!(at(0, t), 1.0);
+            assert!((at(1, t) - (1.0 + 2.0 * (TAU * 0.5 * t).sin())).abs() < 1e-9);
+            assert_eq!(at(2, t), if (t / 2.0).fract() < 0.5 { 3.0 } else { -1.0 });
+            assert!((at(3, t) - (1.0 + 2.0 * (TAU * 0.5 * t).sin().asin() * 4.0 / TAU)).abs() < 1e-6, "triangle at {t}");
+        }
+        let mut unknown = SignalGenerator { y: 0.0, shape: 9, amplitude: 1.0, frequency: 1.0, offset: 0.0, phase: 0.0 };
+        assert_eq!(unknown.step(&Invocation::default()), Outcome::Fault(UNKNOWN_SHAPE));
+    }
+}

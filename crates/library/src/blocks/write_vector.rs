@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// One of the values to write is not a finite number.
+const NOT_FINITE: u32 = 1;
+
+/// Writes a device channel of three numbers: channel = u; fault 1 where one is not finite, so that no device ever gets such a number.
+#[derive(FunctionBlock)]
+pub struct WriteVector {
+    /// what to write at the end of the firing
+    #[input]
+    u: [f64; 3],
+    /// channel of a physical device
+    #[device(write)]
+    channel: [f64; 3],
+}
+
+impl Step for WriteVector {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        if !self.u.iter().all(|u| u.is_finite()) {
+            return Outcome::Fault(NOT_FINITE);
+        }
+        self.channel = self.u;
+        Outcome::Done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn copies_finite_numbers_only() {
+        let mut block = WriteVector { u: [1.5, 0.0, -1.0], channel: [0.0; 3] };
+        assert_eq!(block.step(&Invocation::default()), Outcome::Done);
+        assert_eq!(block.channel, [1.5, 0.0, -1.0]);
+        block.u[2] = f64::NAN;
+        assert_eq!(block.step(&Invocation::default()), Outcome::Fault(NOT_FINITE));
+        assert_eq!(block.channel, [1.5, 0.0, -1.0]);
+    }
+}

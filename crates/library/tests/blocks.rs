@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The library as a module: what is registered, and a motion made by its blocks through the ABI.
+use opengpac::read::{BlockFace, Kind};
+use opengpac::trial::{Fault, Trial};
+use std::path::Path;
+
+fn faces() -> Vec<BlockFace> {
+    library::blocks().into_iter().map(|descriptor| BlockFace::read(descriptor, &[]).expect("a descriptor of the derive")).collect()
+}
+
+fn block(name: &str) -> Trial {
+    Trial::of(faces().into_iter().find(|face| face.name == name).expect("it is registered"))
+}
+
+fn sized(name: &str, n: u32) -> Trial {
+    let mut trial = block(name);
+    trial.set("n", &n.to_ne_bytes()).expect("a size within its limits");
+    trial
+}
+
+#[test]
+fn every_file_of_the_folder_is_a_block_of_that_name() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/blocks");
+    let mut files: Vec<String> = std::fs::read_dir(folder).expect("the folder").map(|e| e.expect("an entry").path().file_stem().expect("a name").to_string_lossy().into_owned()).collect();
+    files.sort();
+    let names: Vec<String> = faces().into_iter().map(|face| face.name).collect();
+    assert_eq!(names, files);
+}
+
+#[test]
+fn every_block_says_what_it_does_and_every_item_what_it_is() {
+    for face in faces() {
+        assert!(face.doc.contains(['=', '|']), "{}: its first sentence has the equation: {}", face.name, face.doc);
+        for item in &face.items {
+            assert!(!item.doc.is_empty(), "{}.{}", face.name, item.name);
+        }
+    }
+}
+
+/// The interface that programs rely on by name.
+#[test]
+fn the_names_of_the_interface_stay() {
+    let expected = [
+        ("read_channel", "channel y"), ("write_channel", "u channel"), ("pid", "setpoint measured feedforward effort error kp ki kd limit interpolation following_error"),
+        ("joint_servo", "setpoint position velocity bias effort error kp ki kd limit interpolation following_error"),
+        ("trajectory_planner", "n start goal speed speed_max acceleration_max jerk_max position_min position_max target coefficients duration"),
+        ("setpoint_generator", "n coefficients setpoint velocity complete lead finished"), ("in_position", "n sensed goal complete error tolerance dwell done"),
+        ("force_guard", "force magnitude above"), ("time_limit", "remaining limit expired"), ("lowpass", "u y alpha"), ("gain", "u y k"), ("limit", "u y low high limited"), ("sum", "n u y w"),
+    ];
+    for (name, items) in expected {
+        let face = faces().into_iter().find(|face| face.name == name).expect(name);
+        let found: Vec<&str> = face.items.iter().filter(|item| item.kind != Kind::State).map(|item| item.name.as_str()).collect();
+        assert_eq!(found.join(" "), items, "{name}");
+    }
+}
+
+#[test]
+fn planner_generator_and_in_position_make_a_motion() {
+    let mut planner = sized("trajectory_planner", 3);
+    planner.set_numbers("start", &[0.0, 1.0, -1.0]).unwrap();
+    planner.set_numbers("goal", &[0.5, 1.0, -2.0]).unwrap();
+    planner.run().unwrap();
+    assert_eq!(planner.numbers("target").unwrap(), [0.5, 1.0, -2.0]);
+    let mut generator = sized("setpoint_generator", 3);
+    generator.period_ns = 20_000_000;
+    generator.set("coefficients", &planner.get("coefficients").unwrap()).unwrap();
+    let mut near = sized("in_position", 3);
+    near.set_numbers("goal", &[0.5, 1.0, -2.0]).unwrap();
+    let (mut finished_at, mut done_at) = (None, None);
+    for k in 0..200 {
+        generator.run().unwrap();
+        // A perfect arm.
+        near.set_numbers("sensed", &generator.numbers("setpoint").unwrap()).unwrap();
+        near.set_number("complete", generator.number("complete").unwrap()).unwrap();
+        near.run().unwrap();
+        finished_at = finished_at.or(generator.reported().contains(&"finished".to_string()).then_some(k));
+        done_at = done_at.or(near.reported().contains(&"done".to_string()).then_some(k));
+    }
+    let last = (planner.number("duration").unwrap() / 0.02).ceil() as i32;
+    assert_eq!((finished_at, done_at), (Some(last), Some(last + 4)), "its dwell is five invocations");
+    assert_eq!(generator.numbers("setpoint").unwrap(), [0.5, 1.0, -2.0]);
+}
+
+#[test]
+fn a_fault_stores_nothing() {
+    let mut planner = sized("trajectory_planner", 1);
+    planner.set_numbers("start", &[0.0]).unwrap();
+    planner.set_numbers("goal", &[1.0]).unwrap();
+    planner.run().unwrap();
+    let before = planner.get("coefficients").unwrap();
+    planner.set_numbers("goal", &[f64::NAN]).unwrap();
+    assert!(matches!(planner.run(), Err(Fault::Returned(1))));
+    assert_eq!(planner.get("coefficients").unwrap(), before);
+    assert!(matches!(block("setpoint_generator").run(), Err(Fault::Returned(1))), "no plan yet");
+}
+
+/// A bad sample must not poison a filter or an integral.
+#[test]
+fn after_a_sample_that_is_not_finite_filters_go_on() {
+    let mut filter = block("lowpass");
+    filter.set_number("u", 1.0).unwrap();
+    filter.run().unwrap();
+    filter.set_number("u", f64::NAN).unwrap();
+    assert!(matches!(filter.run(), Err(Fault::NonFinite { .. })));
+    filter.set_number("u", 1.0).unwrap();
+    filter.run().unwrap();
+    assert!((filter.number("y").unwrap() - 0.19).abs() < 1e-12);
+    let mut servo = block("joint_servo");
+    servo.set_number("ki", 1.0).unwrap();
+    servo.run().unwrap();
+    servo.set_number("position", f64::NAN).unwrap();
+    assert!(servo.run().is_err());
+    servo.set_number("position", 0.25).unwrap();
+    servo.run().unwrap();
+    assert!(servo.number("effort").unwrap().is_finite());
+}

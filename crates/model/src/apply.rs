@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A verb and its arguments become a plan: bound, placed, related, ordered.
+mod activity;
+mod activations;
+mod arguments;
+mod bind;
+mod finish;
+mod place;
+mod relate;
+mod sequence;
+mod sizes;
+
+use crate::checked::CheckedVerb;
+use crate::configuration::{Configuration, PhysicalDevice, Svv, SvvId};
+use crate::definition::Application;
+use crate::flatten::{FlatBlock, Port};
+use crate::kind::Layout;
+use crate::plan::{CellIndex, Plan, PlannedBlock, PlannedCell, Remark};
+use crate::refusal::{Class, Place, Refusal, Refusals};
+use crate::suggest::did_you_mean;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Applies the verb of that name: checks it, and makes the plan of an instance.
+///
+/// # Errors
+/// Everything that is wrong, in the order found.
+pub fn apply(application: &Application, configuration: &Configuration) -> Result<Plan, Refusals> {
+    let Some(verb) = configuration.verbs.get(&application.verb) else {
+        let remedy = did_you_mean(&application.verb, configuration.verbs.keys().map(String::as_str));
+        let refusal = Refusal::new(Class::UnknownName, format!("there is no verb '{}'", application.verb));
+        return Err(vec![refusal.remedy(remedy).at(&application.place)]);
+    };
+    CheckedVerb::new(verb, configuration)?.apply(application, configuration)
+}
+
+impl CheckedVerb {
+    /// The plan of an instance of this verb.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the arguments, bindings, placement and rates, in the order found.
+    pub fn apply(&self, application: &Application, configuration: &Configuration) -> Result<Plan, Refusals> {
+        let mut draft = Draft::new(self, application, configuration);
+        let given = draft.arguments();
+        draft.stop()?;
+        draft.infer_sizes(&given);
+        draft.bind(&given);
+        draft.stop()?;
+        let activity = draft.activity();
+        let relations = draft.relations()?;
+        draft.place(&activity, &relations, &given);
+        draft.stop()?;
+        let rates = draft.relate(&activity, &relations);
+        draft.one_writer(&activity);
+        draft.stop()?;
+        let activations = draft.activations(&activity, &relations, &rates);
+        let order = draft.order(&relations)?;
+        let lists = draft.lists(&activity, &relations, &activations, &order);
+        draft.stop()?;
+        draft.finish(given, activations, order, lists)
+    }
+}
+
+/// What a group's ports are bound to.
+pub(crate) enum Given<'a> {
+    /// A cell of the instance.
+    Private,
+    /// One SVV, or one for each element (`each`).
+    Svvs(Vec<(&'a str, &'a Svv)>),
+    Channel { device: &'a str, channel: usize, physical: &'a PhysicalDevice },
+}
+
+/// The plan while it is made.
+pub(crate) struct Draft<'a> {
+    pub checked: &'a CheckedVerb,
+    pub application: &'a Application,
+    pub configuration: &'a Configuration,
+    /// Devices of each object, in the order of the verb's objects.
+    pub objects: Vec<Vec<&'a str>>,
+    pub sizes: Vec<Option<u32>>,
+    pub cells: Vec<PlannedCell>,
+    /// Whether a cell can change while the verb runs.
+    pub varies: Vec<bool>,
+    pub svv_cells: HashMap<SvvId, CellIndex>,
+    pub channel_cells: HashMap<(&'a str, usize), CellIndex>,
+    pub blocks: Vec<PlannedBlock>,
+    pub remarks: Vec<Remark>,
+    pub refusals: Refusals,
+}
+
+impl<'a> Draft<'a> {
+    fn new(checked: &'a CheckedVerb, application: &'a Application, configuration: &'a Configuration) -> Draft<'a> {
+        Draft {
+            checked,
+            application,
+            configuration,
+            objects: Vec::new(),
+            sizes: Vec::new(),
+            cells: Vec::with_capacity(checked.groups.len()),
+            varies: Vec::with_capacity(checked.groups.len()),
+            svv_cells: HashMap::new(),
+            channel_cells: HashMap::new(),
+            blocks: Vec::with_capacity(checked.blocks.len()),
+            remarks: Vec::new(),
+            refusals: Vec::new(),
+        }
+    }
+
+    /// Ends here if anything was refused: what follows rests on it.
+    fn stop(&mut self) -> Result<(), Refusals> {
+        if self.refusals.is_empty() { Ok(()) } else { Err(std::mem::take(&mut self.refusals)) }
+    }
+
+    pub fn refuse(&mut self, class: Class, message: String, remedy: &str, place: &Option<Place>) {
+        let place = if place.is_some() { place } else { &self.application.place };
+        self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place).at(&self.checked.place));
+    }
+
+    pub fn flat(&self, block: usize) -> &'a FlatBlock {
+        &self.checked.blocks[block]
+    }
+
+    pub fn layout(&self, (block, item): Port) -> Option<Arc<Layout>> {
+        self.flat(block).kind.layout(item, self.sizes[block])
+    }
+
+    /// `output 'servo.effort' (double[6], N.m)`.
+    pub fn described(&self, port: Port) -> String {
+        let item = self.flat(port.0).kind.item(port.1);
+        let type_text = self.layout(port).map_or_else(|| item.type_text.clone(), |layout| layout.text.clone());
+        let unit = if item.unit.is_empty() { String::new() } else { format!(", {}", item.unit) };
+        let what = crate::kind::kind_name(item.kind);
+        format!("{what} '{}.{}' ({type_text}{unit})", self.flat(port.0).label, item.name)
+    }
+}

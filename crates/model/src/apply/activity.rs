@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Activity: which blocks are on in which stage, as the command lists say.
+use super::Draft;
+use crate::lists::CheckedCommand;
+use crate::refusal::Class;
+use crate::suggest::did_you_mean;
+
+/// A block is on in a stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct On {
+    /// Stages count through all lists.
+    pub stage: u32,
+    /// Its own interval; absent: it is driven, or takes its trigger.
+    pub every_ns: Option<u64>,
+    pub budget_ns: Option<u64>,
+}
+
+/// What the command lists do to the blocks.
+#[derive(Debug, Default)]
+pub(crate) struct Activity {
+    /// For each block the stages in which it is on, ascending.
+    pub on: Vec<Vec<On>>,
+    /// For each block the lists that execute it, ascending.
+    pub executed: Vec<Vec<usize>>,
+    /// List of each stage.
+    pub list_of: Vec<usize>,
+}
+
+impl Draft<'_> {
+    /// Runs the command lists, without time.
+    pub fn activity(&mut self) -> Activity {
+        let checked = self.checked;
+        let count = checked.blocks.len();
+        let mut activity = Activity { on: vec![Vec::new(); count], executed: vec![Vec::new(); count], list_of: Vec::new() };
+        self.check_every();
+        for (index, list) in checked.lists.iter().enumerate() {
+            let mut now: Vec<Option<On>> = vec![None; count];
+            for stage in &list.stages {
+                let number = u32::try_from(activity.list_of.len()).expect("a verb has fewer than 2^32 stages");
+                activity.list_of.push(index);
+                for command in &stage.commands {
+                    match command {
+                        CheckedCommand::Activate { label, blocks, every_ns, budget_ns, divide } => {
+                            for block in blocks.clone() {
+                                let every_ns = self.every(label, block, *every_ns, *divide);
+                                now[block] = Some(On { stage: number, every_ns, budget_ns: *budget_ns });
+                            }
+                        }
+                        CheckedCommand::Deactivate(blocks) => now[blocks.clone()].fill(None),
+                        CheckedCommand::Execute(blocks) => {
+                            for block in blocks.clone() {
+                                if activity.executed[block].last() != Some(&index) {
+                                    activity.executed[block].push(index);
+                                }
+                            }
+                        }
+                        CheckedCommand::Install(_) | CheckedCommand::Ready => {}
+                    }
+                }
+                for (block, on) in now.iter().enumerate() {
+                    if let Some(on) = on {
+                        activity.on[block].push(On { stage: number, ..*on });
+                    }
+                }
+            }
+        }
+        activity
+    }
+
+    /// The interval of a block: changed at application, or the command's times what its graphs divide by.
+    fn every(&self, label: &str, block: usize, every_ns: Option<u64>, divide: u32) -> Option<u64> {
+        if self.checked.driven[block] {
+            return None;
+        }
+        let flat = self.flat(block);
+        if let Some(own) = self.application.every.get(&flat.label) {
+            return Some(*own);
+        }
+        let every_ns = self.application.every.get(label).copied().or(every_ns)?;
+        Some(every_ns.saturating_mul(u64::from(flat.divide / divide.max(1))))
+    }
+
+    fn check_every(&mut self) {
+        let checked = self.checked;
+        for (label, every_ns) in &self.application.every {
+            let block = checked.blocks.iter().position(|b| b.label == *label);
+            let commands = checked.lists.iter().flat_map(|list| &list.stages).flat_map(|stage| &stage.commands);
+            let mut activated = commands.filter_map(|command| match command {
+                CheckedCommand::Activate { label, .. } => Some(label.as_str()),
+                _ => None,
+            });
+            if block.is_none() && !activated.clone().any(|known| known == label) {
+                let remedy = did_you_mean(label, activated.by_ref());
+                self.refuse(Class::UnknownName, format!("every names '{label}', which verb '{}' does not activate", checked.name), &remedy, &None);
+            } else if *every_ns == 0 {
+                self.refuse(Class::SchedulingError, format!("every gives '{label}' an interval of 0"), "give a positive interval, for example '1 ms'", &None);
+            } else if block.is_some_and(|block| checked.driven[block]) {
+                self.refuse(Class::SchedulingError, format!("every gives '{label}' an execution interval, and a synchronous input drives it"), "give the interval to what drives it", &None);
+            }
+        }
+    }
+}

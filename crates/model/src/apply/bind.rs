@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Bindings: the cells of an instance, and the types and units on both sides of each.
+use super::{Draft, Given};
+use crate::configuration::Svv;
+use crate::flatten::{Group, Origin, Port};
+use crate::interface::{Kind, Mode};
+use crate::kind::{Layout, is_data};
+use crate::plan::{Binding, Bound, CellIndex, CellKind, PlannedBlock, PlannedCell};
+use crate::quantity::units_agree;
+use crate::refusal::{Class, Place, Refusal};
+use crate::types::Type;
+use std::sync::Arc;
+
+impl<'a> Draft<'a> {
+    /// Makes blocks and cells, and binds them.
+    pub fn bind(&mut self, given: &[Given<'a>]) {
+        self.make_blocks();
+        let checked = self.checked;
+        for (group, given) in checked.groups.iter().zip(given) {
+            match given {
+                Given::Private => self.bind_private(group),
+                Given::Svvs(svvs) => self.bind_svvs(group, svvs),
+                Given::Channel { device, channel, physical } => self.bind_channel(group, device, *channel, &physical.channels[*channel]),
+            }
+        }
+        for block in &mut self.blocks {
+            block.bindings.sort_by_key(|bound| bound.item);
+        }
+    }
+
+    fn make_blocks(&mut self) {
+        let checked = self.checked;
+        for (at, flat) in checked.blocks.iter().enumerate() {
+            let mut values: Vec<(usize, Vec<u8>)> = Vec::new();
+            if let (Some(item), Some(size)) = (flat.kind.size_item, self.sizes[at]) {
+                values.push((item, size.to_le_bytes().to_vec()));
+            }
+            for (item, value) in &flat.constants {
+                let declared = flat.kind.item(*item);
+                if matches!(declared.kind, Kind::Size | Kind::Input) {
+                    continue;
+                }
+                let Some(layout) = self.layout((at, *item)) else { continue };
+                match layout.read.encode(value, &declared.unit) {
+                    Ok(bytes) => values.push((*item, bytes)),
+                    Err(refusal) => {
+                        let refusal = refusal.for_what(&format!("the constant for {}", self.described((at, *item))));
+                        self.refusals.push(refusal.at(&flat.place));
+                    }
+                }
+            }
+            let items = flat.kind.interface.items.iter().filter(|item| is_data(item.kind)).count();
+            self.blocks.push(PlannedBlock {
+                label: flat.label.clone(),
+                block: flat.kind.interface.name.clone(),
+                source: String::new(),
+                size: self.sizes[at],
+                values,
+                bindings: Vec::with_capacity(items),
+                drivers: Vec::new(),
+                external_drivers: Vec::new(),
+                remote_drivers: Vec::new(),
+                activation: 0,
+                place: flat.place.clone(),
+            });
+        }
+    }
+
+    fn bind_private(&mut self, group: &'a Group) {
+        let is_output = |port: &&Port| self.kind(**port) == Kind::Output;
+        let Some(&first) = group.ports.iter().find(is_output).or_else(|| group.ports.first()) else { return };
+        let Some(layout) = self.layout(first) else { return };
+        for port in group.ports.iter().filter(|port| **port != first) {
+            self.check_ports(first, *port);
+        }
+        for port in &group.ports {
+            if matches!(self.kind(*port), Kind::DeviceRead | Kind::DeviceWrite) {
+                let message = format!("{} is covered by the cell '{}'", self.described(*port), group.name);
+                self.refuse(Class::TypeMismatch, message, "a device item takes a channel: make it an instantiation parameter", &group.place);
+            }
+        }
+        let initial = self.initial(group, &layout);
+        let kind = match group.origin {
+            Origin::Constant => CellKind::Constant { name: group.name.clone() },
+            _ => CellKind::Private { name: group.name.clone() },
+        };
+        let unit = group.ports.iter().map(|p| &self.flat(p.0).kind.item(p.1).unit).find(|unit| !unit.is_empty()).cloned();
+        let cell = self.cell(kind, &layout, unit.unwrap_or_default(), initial);
+        self.varies[cell] = group.origin.varies();
+        for port in &group.ports {
+            self.attach(*port, Binding::Cell(cell));
+        }
+    }
+
+    /// First value of a cell: an input's constant or default where nothing writes it, else zero.
+    fn initial(&mut self, group: &Group, layout: &Layout) -> Vec<u8> {
+        if group.origin.varies() {
+            return vec![0; layout.size];
+        }
+        for &(block, item) in &group.ports {
+            let flat = self.flat(block);
+            let declared = flat.kind.item(item);
+            if let Some((_, value)) = flat.constants.iter().find(|(at, _)| *at == item) {
+                match layout.read.encode(value, &declared.unit) {
+                    Ok(bytes) => return bytes,
+                    Err(refusal) => {
+                        let refusal = refusal.for_what(&format!("the constant for {}", self.described((block, item))));
+                        self.refusals.push(refusal.at(&flat.place));
+                    }
+                }
+            } else if declared.has_default && declared.default.len() >= layout.size {
+                return declared.default[..layout.size].to_vec();
+            }
+        }
+        vec![0; layout.size]
+    }
+
+    fn bind_svvs(&mut self, group: &'a Group, svvs: &[(&'a str, &'a Svv)]) {
+        let mut layouts: Vec<Arc<Layout>> = Vec::with_capacity(svvs.len());
+        for (name, svv) in svvs {
+            match (layouts.last(), svvs[0].1.type_text == svv.type_text && svvs[0].1.types == svv.types) {
+                (Some(layout), true) => layouts.push(Arc::clone(layout)),
+                _ => match Type::parse(&svv.type_text, &svv.types) {
+                    Ok(read) => layouts.push(Layout::new(read)),
+                    Err(refusal) => return self.refusals.push(refusal.for_what(&format!("SVV '{name}'")).at(&svv.place)),
+                },
+            }
+        }
+        for (at, (name, _)) in svvs.iter().enumerate() {
+            let is_output = |port: &Port| self.kind(*port) == Kind::Output;
+            if svvs[..at].iter().any(|(other, _)| other == name) && group.ports.iter().any(is_output) {
+                self.refuse(Class::SecondWriter, format!("SVV '{name}' is twice in the list for '{}', which is written", group.name), "give each SVV once", &group.place);
+            }
+        }
+        let cells: Vec<CellIndex> = svvs.iter().zip(&layouts).map(|((name, svv), layout)| self.svv_cell(name, svv, layout)).collect();
+        for port in &group.ports {
+            if let Some(binding) = self.bind_svvs_to(*port, svvs, &layouts, &cells, &group.place) {
+                self.attach(*port, binding);
+            }
+        }
+    }
+
+    fn svv_cell(&mut self, name: &str, svv: &Svv, layout: &Arc<Layout>) -> CellIndex {
+        if let Some(cell) = self.svv_cells.get(&svv.id) {
+            return *cell;
+        }
+        let kind = CellKind::Svv { id: svv.id, name: name.to_owned() };
+        let cell = self.cell(kind, layout, svv.unit.clone(), Vec::new());
+        self.svv_cells.insert(svv.id, cell);
+        cell
+    }
+
+    fn bind_svvs_to(&mut self, port: Port, svvs: &[(&str, &Svv)], layouts: &[Arc<Layout>], cells: &[CellIndex], place: &Option<Place>) -> Option<Binding> {
+        let layout = self.layout(port)?;
+        let item = self.flat(port.0).kind.item(port.1);
+        let what = match svvs {
+            [] => "an empty list of SVVs".to_owned(),
+            [(name, svv)] => format!("SVV '{name}' ({}{})", layouts[0].text, comma(&svv.unit)),
+            [(name, svv), ..] => format!("{} SVVs '{name}', … ({} each{})", svvs.len(), layouts[0].text, comma(&svv.unit)),
+        };
+        let elements = match &layout.read {
+            Type::Array(element, count) if *count == svvs.len() && layouts.iter().all(|l| l.read == **element) => true,
+            _ => false,
+        };
+        let whole = layouts.len() == 1 && layouts[0].text == layout.text;
+        let svv_place = svvs.first().and_then(|(_, svv)| svv.place.clone());
+        if !is_port(item.kind) || !whole && !elements {
+            let described = self.described(port);
+            let (why, remedy) = match (&layout.read, is_port(item.kind)) {
+                (_, false) => ("it takes a channel of a physical device", "give a channel"),
+                (Type::Array(_, count), _) if svvs.len() > 1 && *count != svvs.len() => ("the numbers of elements differ", "give one SVV for each element"),
+                _ => ("types differ", "declare one of them as the other"),
+            };
+            let refusal = Refusal::new(Class::TypeMismatch, format!("cannot bind {what} to {described}: {why}")).remedy(remedy);
+            let refusal = refusal.end(what, &svv_place).end(described, &self.flat(port.0).place);
+            self.refusals.push(refusal.at(&self.application.place).at(place));
+            return None;
+        }
+        if let Some((name, svv)) = svvs.iter().find(|(_, svv)| !units_agree(&svv.unit, &item.unit)) {
+            let what = format!("SVV '{name}' ({}{})", layouts[0].text, comma(&svv.unit));
+            self.refuse_units(what, &svv.place.clone(), port, place);
+        }
+        Some(if whole { Binding::Cell(cells[0]) } else { Binding::Cells(cells.to_vec()) })
+    }
+
+    fn bind_channel(&mut self, group: &'a Group, device: &'a str, channel: usize, declared: &crate::configuration::Channel) {
+        let layout = match Type::parse(&declared.type_text, &Default::default()) {
+            Ok(read) => Layout::new(read),
+            Err(refusal) => return self.refusals.push(refusal.for_what(&format!("channel '{}' of '{device}'", declared.name))),
+        };
+        let cell = match self.channel_cells.get(&(device, channel)) {
+            Some(cell) => *cell,
+            None => {
+                let kind = CellKind::Channel { device: device.to_owned(), channel, write: declared.write };
+                let cell = self.cell(kind, &layout, declared.unit.clone(), Vec::new());
+                self.channel_cells.insert((device, channel), cell);
+                cell
+            }
+        };
+        for port in &group.ports {
+            let item = self.flat(port.0).kind.item(port.1);
+            let what = format!("channel '{device}.{}' ({}{})", declared.name, layout.text, comma(&declared.unit));
+            let wrong = match (item.kind, declared.write) {
+                (Kind::DeviceRead, false) | (Kind::DeviceWrite, true) => None,
+                (Kind::DeviceRead, true) => Some(("the channel is written, and the block reads it", "give a channel that is read")),
+                (Kind::DeviceWrite, false) => Some(("the channel is read, and the block writes it", "give a channel that is written")),
+                _ => Some(("a channel is bound to a device item", "put library.read_channel or library.write_channel between them")),
+            };
+            let types_differ = self.layout(*port).is_some_and(|l| l.text != layout.text);
+            let wrong = wrong.or(types_differ.then_some(("types differ", "declare one of them as the other")));
+            if let Some((why, remedy)) = wrong {
+                let described = self.described(*port);
+                let refusal = Refusal::new(Class::TypeMismatch, format!("cannot bind {what} to {described}: {why}")).remedy(remedy);
+                self.refusals.push(refusal.end(described, &self.flat(port.0).place).at(&self.application.place).at(&group.place));
+                continue;
+            }
+            if !units_agree(&declared.unit, &item.unit) {
+                self.refuse_units(what, &None, *port, &group.place);
+            }
+            self.attach(*port, Binding::Cell(cell));
+        }
+    }
+
+    fn check_ports(&mut self, first: Port, second: Port) {
+        let (Some(a), Some(b)) = (self.layout(first), self.layout(second)) else { return };
+        let (place_a, place_b) = (self.flat(first.0).place.clone(), self.flat(second.0).place.clone());
+        if !Arc::ptr_eq(&a, &b) && a.text != b.text {
+            let (from, to) = (self.described(first), self.described(second));
+            let refusal = Refusal::new(Class::TypeMismatch, format!("cannot bind {from} to {to}: types differ"));
+            let refusal = refusal.remedy("declare one of them as the other").end(from, &place_a).end(to, &place_b);
+            self.refusals.push(refusal.at(&place_b).at(&self.checked.place));
+        } else if !units_agree(&self.flat(first.0).kind.item(first.1).unit, &self.flat(second.0).kind.item(second.1).unit) {
+            self.refuse_units(self.described(first), &place_a, second, &place_b);
+        }
+    }
+
+    fn refuse_units(&mut self, what: String, what_place: &Option<Place>, port: Port, place: &Option<Place>) {
+        let described = self.described(port);
+        let refusal = Refusal::new(Class::UnitMismatch, format!("cannot bind {what} to {described}: units differ"));
+        let refusal = refusal.remedy("declare one of them as the other, or convert between them with a gain");
+        let refusal = refusal.end(what, what_place).end(described, &self.flat(port.0).place);
+        self.refusals.push(refusal.at(place).at(&self.checked.place));
+    }
+
+    fn cell(&mut self, kind: CellKind, layout: &Layout, unit: String, initial: Vec<u8>) -> CellIndex {
+        self.cells.push(PlannedCell {
+            kind,
+            type_text: layout.text.clone(),
+            size: layout.size,
+            align: layout.align,
+            unit,
+            initial,
+            writers: Vec::new(),
+            readers: Vec::new(),
+        });
+        self.varies.push(true);
+        self.cells.len() - 1
+    }
+
+    fn attach(&mut self, port: Port, binding: Binding) {
+        let kind = self.kind(port);
+        let writes = matches!(kind, Kind::Output | Kind::DeviceWrite);
+        for cell in cells_of(&binding) {
+            let cell = &mut self.cells[*cell];
+            if writes { cell.writers.push(port) } else { cell.readers.push(port) }
+        }
+        let declared = self.flat(port.0).mode(port.1);
+        // What does not vary is never new: it cannot make an invocation due.
+        let varies = cells_of(&binding).iter().any(|cell| self.varies[*cell]);
+        let mode = if kind == Kind::Input && !varies { Mode::Asynchronous } else { declared };
+        self.blocks[port.0].bindings.push(Bound { item: port.1, binding, mode });
+    }
+
+    pub fn kind(&self, port: Port) -> Kind {
+        self.flat(port.0).kind.item(port.1).kind
+    }
+}
+
+/// The cells of a binding.
+pub fn cells_of(binding: &Binding) -> &[CellIndex] {
+    match binding {
+        Binding::Cell(cell) => std::slice::from_ref(cell),
+        Binding::Cells(cells) => cells,
+    }
+}
+
+fn is_port(kind: Kind) -> bool {
+    matches!(kind, Kind::Input | Kind::Output)
+}
+
+fn comma(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(", {unit}") }
+}

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a plan tells beside its blocks: input parameters, output values, claims, conditions.
+use super::sequence::Order;
+use super::{Draft, Given};
+use crate::checked::{CheckedInput, Whose};
+use crate::flatten::Port;
+use crate::interface::Kind;
+use crate::plan::{Binding, CellKind, Claim, InputOrigin, Plan, PlannedActivation, PlannedInput, PlannedList, PlannedOutput, Target};
+use crate::quantity::units_agree;
+use crate::refusal::{Class, Refusals};
+use crate::types::Type;
+
+impl<'a> Draft<'a> {
+    /// The plan.
+    pub fn finish(mut self, given: Vec<Given<'a>>, activations: Vec<PlannedActivation>, order: Order, lists: Vec<PlannedList>) -> Result<Plan, Refusals> {
+        drop(given);
+        let checked = self.checked;
+        let inputs: Vec<PlannedInput> = checked.inputs.iter().filter_map(|input| self.input(input)).collect();
+        let outputs = checked.outputs.iter().map(|(name, port)| self.output(name, *port)).collect();
+        self.stop()?;
+        let claims = self.claims();
+        let mut remarks = checked.remarks.clone();
+        remarks.append(&mut self.remarks);
+        Ok(Plan {
+            verb: checked.name.clone(),
+            blocks: self.blocks,
+            cells: self.cells,
+            activations,
+            order,
+            lists,
+            initial: checked.initial,
+            conditions: checked.conditions.iter().map(|condition| condition.planned.clone()).collect(),
+            inputs,
+            outputs,
+            claims,
+            devices: self.objects.into_iter().flatten().map(str::to_owned).collect(),
+            remarks,
+        })
+    }
+
+    fn input(&mut self, input: &CheckedInput) -> Option<PlannedInput> {
+        let origin = self.origin(input);
+        let &first = input.ports.first()?;
+        let layout = self.layout(first)?;
+        let units = input.ports.iter().map(|p| self.flat(p.0).kind.item(p.1).unit.as_str());
+        let unit = std::iter::once(input.unit.as_str()).chain(units).find(|unit| !unit.is_empty()).unwrap_or("").to_owned();
+        for port in &input.ports {
+            let described = self.described(*port);
+            if self.layout(*port).is_some_and(|other| other.text != layout.text) {
+                let message = format!("the input parameter '{}' goes to {} and to {described}: types differ", input.name, self.described(first));
+                self.refuse(Class::TypeMismatch, message, "declare one of them as the other", &input.place);
+            } else if !units_agree(&unit, &self.flat(port.0).kind.item(port.1).unit) {
+                let message = format!("the input parameter '{}' ({unit}) goes to {described}: units differ", input.name);
+                self.refuse(Class::UnitMismatch, message, "declare one of them as the other", &input.place);
+            }
+        }
+        if let InputOrigin::DeviceParameter { devices, parameter } = &origin {
+            self.check_device_parameter(input, devices, parameter, first, &unit);
+        }
+        if let Some(Err(refusal)) = input.default.as_ref().map(|value| layout.read.encode(value, &unit)) {
+            let refusal = refusal.for_what(&format!("the default of the input parameter '{}'", input.name));
+            self.refusals.push(refusal.at(&input.place));
+        }
+        let mut targets = Vec::with_capacity(input.ports.len());
+        for port in &input.ports {
+            let target = self.target(*port);
+            if !targets.contains(&target) {
+                targets.push(target);
+            }
+        }
+        let (name, default, tunable) = (input.name.clone(), input.default.clone(), input.tunable);
+        Some(PlannedInput { name, origin, type_text: layout.text.clone(), unit, default, tunable, targets })
+    }
+
+    fn origin(&self, input: &CheckedInput) -> InputOrigin {
+        match &input.whose {
+            Whose::Object { object, member } => {
+                let at = self.checked.objects.get_index_of(object);
+                let devices = at.map(|at| self.objects[at].iter().map(|d| (*d).to_owned()).collect()).unwrap_or_default();
+                InputOrigin::DeviceParameter { devices, parameter: member.clone() }
+            }
+            _ => {
+                let owner = self.application.owner.as_ref();
+                let device = owner.and_then(|owner| self.configuration.logical_devices.get(owner));
+                let owns = device.is_some_and(|device| {
+                    let device_type = self.configuration.device_types.get(&device.device_type);
+                    device.parameters.contains_key(&input.name) || device_type.is_some_and(|t| t.parameters.contains_key(&input.name))
+                });
+                match owner.filter(|_| owns) {
+                    Some(owner) => InputOrigin::DeviceParameter { devices: vec![owner.clone()], parameter: input.name.clone() },
+                    None => InputOrigin::Given,
+                }
+            }
+        }
+    }
+
+    fn check_device_parameter(&mut self, input: &CheckedInput, devices: &[String], parameter: &str, port: Port, unit: &str) {
+        let configuration = self.configuration;
+        let declared = devices.first().and_then(|device| {
+            let device_type = &configuration.logical_devices.get(device)?.device_type;
+            configuration.device_types.get(device_type)?.parameters.get(parameter)
+        });
+        let described = self.described(port);
+        if let Some(declared) = declared.filter(|declared| !units_agree(&declared.unit, unit)) {
+            let message = format!("cannot bind the device parameter '{parameter}' ({}) to {described}: units differ", declared.unit);
+            self.refuse(Class::UnitMismatch, message, "declare one of them as the other", &input.place);
+        }
+        let count = match self.layout(port).map(|layout| layout.read.clone()) {
+            Some(Type::Array(_, count)) => count,
+            _ => 1,
+        };
+        if devices.len() > 1 && count != devices.len() {
+            let message = format!("cannot bind '{}' of {} devices to {described}: the numbers of elements differ", input.name, devices.len());
+            self.refuse(Class::TypeMismatch, message, "give the port one element for each device", &input.place);
+        }
+    }
+
+    fn output(&self, name: &str, port: Port) -> PlannedOutput {
+        let type_text = self.layout(port).map_or_else(String::new, |layout| layout.text.clone());
+        let target = match self.kind(port) {
+            Kind::Condition => Target::Report { block: port.0, item: port.1 },
+            _ => self.target(port),
+        };
+        PlannedOutput { name: name.to_owned(), type_text, target }
+    }
+
+    fn target(&self, port: Port) -> Target {
+        let bound = self.blocks[port.0].bindings.binary_search_by_key(&port.1, |bound| bound.item);
+        match bound.map(|at| &self.blocks[port.0].bindings[at].binding) {
+            Ok(Binding::Cell(cell)) => Target::Cell(*cell),
+            Ok(Binding::Cells(cells)) => Target::Cells(cells.clone()),
+            Err(_) => Target::Item { block: port.0, item: port.1 },
+        }
+    }
+
+    fn claims(&self) -> Vec<Claim> {
+        let written = self.cells.iter().filter(|cell| !cell.writers.is_empty());
+        written
+            .filter_map(|cell| match &cell.kind {
+                CellKind::Svv { id, name } => Some(Claim::Svv { id: *id, name: name.clone() }),
+                CellKind::Channel { device, channel, write: true } => Some(Claim::Channel { device: device.clone(), channel: *channel }),
+                _ => None,
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Placement: the interrupt source of each block.
+use super::activity::Activity;
+use super::relate::Relations;
+use super::{Draft, Given};
+use crate::configuration::{Source, SourceKind};
+use crate::interface::Mode;
+use crate::quantity::duration_text;
+use crate::refusal::Class;
+use crate::suggest::did_you_mean;
+
+impl<'a> Draft<'a> {
+    /// Gives each block its source.
+    pub fn place(&mut self, activity: &Activity, relations: &Relations, given: &[Given<'a>]) {
+        let patterns = self.patterns();
+        let channels = self.channel_sources(given);
+        let processors = self.processors(given);
+        for &block in &relations.order {
+            let label = &self.checked.blocks[block].label;
+            let wanted = patterns.iter().find(|(pattern, _)| fits(pattern, label)).map(|(_, source)| *source);
+            let driven = relations.of[block].iter().any(|r| r.mode == Mode::Synchronous);
+            let sources = if driven { self.driver_sources(block, relations) } else { Vec::new() };
+            let is_active = !activity.on[block].is_empty();
+            let source = match (channels[block], wanted) {
+                (Some((device, source)), wanted) => self.place_at_device(block, device, source, wanted),
+                (None, Some(wanted)) => Some(wanted),
+                (None, None) if !sources.is_empty() => self.place_at_drivers(block, &sources),
+                (None, None) => self.place_by_interval(block, activity, &processors, driven),
+            };
+            let Some(source) = source else { continue };
+            self.blocks[block].source = source.to_owned();
+            if driven && is_active {
+                self.check_driven(block, source, &sources);
+            }
+            if !driven && is_active {
+                self.check_interval(block, source, activity);
+            }
+        }
+    }
+
+    /// Patterns in the order in which they count, with sources that exist.
+    fn patterns(&mut self) -> Vec<(&'a str, &'a str)> {
+        let (application, configuration) = (self.application, self.configuration);
+        let verb = &self.checked.name;
+        let mut patterns: Vec<(&'a str, &'a str)> = Vec::new();
+        let own = application.placement.iter().map(|(pattern, source)| (pattern.as_str(), source.as_str()));
+        let general = configuration.placement.iter().filter_map(|(pattern, source)| {
+            let (first, rest) = pattern.split_once('.').unwrap_or((pattern, "*"));
+            fits(first, verb).then_some((rest, source.as_str()))
+        });
+        for (pattern, source) in own.chain(general) {
+            match configuration.sources.get_key_value(source) {
+                Some((source, _)) => patterns.push((pattern, source)),
+                None => {
+                    let remedy = did_you_mean(source, configuration.sources.keys().map(String::as_str));
+                    self.refuse(Class::UnknownName, format!("the placement of '{pattern}' names the source '{source}', which is not there"), &remedy, &None);
+                }
+            }
+        }
+        for pattern in application.placement.keys() {
+            if !self.checked.blocks.iter().any(|block| fits(pattern, &block.label)) {
+                let remedy = did_you_mean(pattern, self.checked.blocks.iter().map(|b| b.label.as_str()));
+                self.refuse(Class::UnknownName, format!("the placement of '{pattern}' fits no block of verb '{verb}'"), &remedy, &None);
+            }
+        }
+        if let Some(owner) = application.owner.as_ref().and_then(|owner| configuration.logical_devices.get(owner)) {
+            if let Some(source) = owner.source.as_ref().and_then(|source| configuration.sources.get_key_value(source)) {
+                patterns.push(("*", source.0));
+            }
+        }
+        patterns
+    }
+
+    /// The device and source of each block that has a channel.
+    fn channel_sources(&self, given: &[Given<'a>]) -> Vec<Option<(&'a str, &'a str)>> {
+        let mut sources = vec![None; self.blocks.len()];
+        for (group, given) in self.checked.groups.iter().zip(given) {
+            if let Given::Channel { device, physical, .. } = given {
+                group.ports.iter().for_each(|port| sources[port.0] = Some((*device, physical.source.as_str())));
+            }
+        }
+        sources
+    }
+
+    /// The real-time processors of what the verb acts on; all, where it acts on nothing that has one.
+    fn processors(&self, given: &[Given<'a>]) -> Vec<&'a str> {
+        let configuration = self.configuration;
+        let mut found: Vec<&'a str> = Vec::new();
+        let mut add = |processor: &'a str| {
+            if !found.contains(&processor) {
+                found.push(processor);
+            }
+        };
+        let of_device = |name: &str| -> Option<&'a str> {
+            let source = configuration.logical_devices.get(name)?.source.as_ref()?;
+            Some(configuration.sources.get(source)?.processor.as_str())
+        };
+        self.application.owner.iter().filter_map(|owner| of_device(owner)).for_each(&mut add);
+        self.objects.iter().flatten().filter_map(|device| of_device(device)).for_each(&mut add);
+        for given in given {
+            match given {
+                Given::Channel { physical, .. } => add(&physical.processor),
+                Given::Svvs(svvs) => svvs.iter().filter_map(|(_, svv)| of_device(svv.device.as_ref()?)).for_each(&mut add),
+                Given::Private => {}
+            }
+        }
+        if found.is_empty() {
+            found = configuration.processors.iter().map(String::as_str).collect();
+        }
+        found
+    }
+
+    fn place_at_device(&mut self, block: usize, device: &str, source: &'a str, wanted: Option<&'a str>) -> Option<&'a str> {
+        if let Some(wanted) = wanted.filter(|wanted| *wanted != source) {
+            let label = &self.flat(block).label;
+            let message = format!("'{label}' is placed on '{wanted}', and its device '{device}' belongs to '{source}'");
+            let place = self.flat(block).place.clone();
+            self.refuse(Class::PlacementError, message, &format!("place '{label}' on '{source}'"), &place);
+            return None;
+        }
+        Some(source)
+    }
+
+    /// Sources of what drives a block.
+    fn driver_sources(&self, block: usize, relations: &Relations) -> Vec<&'a str> {
+        let mut sources: Vec<&'a str> = Vec::new();
+        for relation in relations.of[block].iter().filter(|r| r.mode == Mode::Synchronous) {
+            let inside = self.cells[relation.cell].writers.iter().map(|writer| self.blocks[writer.0].source.as_str());
+            let outside = self.external_writers(relation.cell).iter().map(|writer| writer.source.as_str());
+            let none_inside = self.cells[relation.cell].writers.is_empty();
+            for source in inside.chain(outside.filter(|_| none_inside)) {
+                if let Some((source, _)) = self.configuration.sources.get_key_value(source) {
+                    if !sources.contains(&source.as_str()) {
+                        sources.push(source);
+                    }
+                }
+            }
+        }
+        sources
+    }
+
+    fn place_at_drivers(&mut self, block: usize, sources: &[&'a str]) -> Option<&'a str> {
+        if let [source] = sources {
+            return Some(source);
+        }
+        let message = format!("'{}' is driven from {}", self.flat(block).label, quoted(sources));
+        let place = self.flat(block).place.clone();
+        self.refuse(Class::PlacementError, message, "place it on a software source, or relax all but one of its inputs with modes=", &place);
+        None
+    }
+
+    fn check_driven(&mut self, block: usize, source: &'a str, sources: &[&'a str]) {
+        let is_software = self.source(source).is_some_and(|s| s.kind == SourceKind::Software);
+        if is_software || sources.iter().all(|driver| *driver == source) {
+            return;
+        }
+        let message = format!("'{}' is placed on '{source}', and what drives it runs on {}", self.flat(block).label, quoted(sources));
+        let place = self.flat(block).place.clone();
+        self.refuse(Class::SchedulingError, message, "place it there or on a software source, or relax the input with modes=", &place);
+    }
+
+    fn source(&self, name: &str) -> Option<&'a Source> {
+        self.configuration.sources.get(name)
+    }
+
+    /// The slowest timer whose period divides the interval; for `execute` the lowest priority; else the trigger.
+    fn place_by_interval(&mut self, block: usize, activity: &Activity, processors: &[&'a str], driven: bool) -> Option<&'a str> {
+        let on = &activity.on[block];
+        let intervals: Vec<u64> = on.iter().filter_map(|on| on.every_ns).collect();
+        let needs_trigger = !driven && intervals.len() < on.len();
+        let here = |source: &(&'a String, &'a Source)| processors.contains(&source.1.processor.as_str());
+        let sources: Vec<(&'a String, &'a Source)> = self.configuration.sources.iter().filter(here).collect();
+        let timers = sources.iter().filter_map(|(name, source)| match source.kind {
+            SourceKind::Timer { period_ns } => Some((name.as_str(), period_ns, source.priority)),
+            _ => None,
+        });
+        let candidates: Vec<&'a str> = if needs_trigger {
+            sources.iter().filter(|(_, source)| source.kind == SourceKind::Trigger).map(|(name, _)| name.as_str()).collect()
+        } else if intervals.is_empty() {
+            let lowest = timers.clone().map(|timer| timer.2).min();
+            timers.filter(|timer| Some(timer.2) == lowest).map(|timer| timer.0).collect()
+        } else {
+            let dividing = timers.filter(|timer| timer.1 > 0 && intervals.iter().all(|every| every % timer.1 == 0));
+            let slowest = dividing.clone().map(|timer| timer.1).max();
+            dividing.filter(|timer| Some(timer.1) == slowest).map(|timer| timer.0).collect()
+        };
+        if let [source] = candidates[..] {
+            return Some(source);
+        }
+        let label = &self.flat(block).label;
+        let place = self.flat(block).place.clone();
+        let wanted = match (needs_trigger, intervals.first()) {
+            (true, _) => "a trigger".to_owned(),
+            (false, Some(every)) => format!("a timer for every {}", duration_text(*every)),
+            (false, None) => "a timer to be executed on".to_owned(),
+        };
+        if needs_trigger && candidates.is_empty() {
+            let message = format!("'{label}' is activated without an interval, and no synchronous input drives it");
+            self.refuse(Class::SchedulingError, message, &format!("write activate('{label}', every='1 ms'), or place it on a trigger"), &place);
+        } else if candidates.is_empty() {
+            let message = format!("'{label}' needs {wanted}, and there is none on {}", quoted(processors));
+            self.refuse(Class::PlacementError, message, "make one, or change the interval", &place);
+        } else {
+            let message = format!("'{label}' needs {wanted}, and {} fit equally", quoted(&candidates));
+            self.refuse(Class::PlacementError, message, &format!("say which with .on({{'{label}': …}}) or place()"), &place);
+        }
+        None
+    }
+
+    fn check_interval(&mut self, block: usize, source: &'a str, activity: &Activity) {
+        let Some(found) = self.source(source) else { return };
+        let label = &self.flat(block).label;
+        let refused = activity.on[block].iter().find_map(|on| match (&found.kind, on.every_ns) {
+            (SourceKind::Timer { period_ns }, Some(every)) if *period_ns > 0 && every % period_ns == 0 => None,
+            (SourceKind::Timer { period_ns }, Some(every)) => Some((
+                format!("the interval of '{label}' ({}) is not a whole multiple of the period of '{source}' ({})", duration_text(every), duration_text(*period_ns)),
+                "change the interval, or place it on another timer".to_owned(),
+            )),
+            (SourceKind::Timer { .. }, None) => Some((
+                format!("'{label}' is activated without an interval, and its source '{source}' is a timer"),
+                format!("write activate('{label}', every='1 ms'), or place it on a trigger"),
+            )),
+            (SourceKind::Trigger, None) | (SourceKind::Software, None) => None,
+            (SourceKind::Trigger | SourceKind::Software, Some(every)) => Some((
+                format!("'{label}' has the interval {}, and its source '{source}' is no timer", duration_text(every)),
+                format!("place it on a timer, or write activate('{label}')"),
+            )),
+        });
+        if let Some((message, remedy)) = refused {
+            let place = self.flat(block).place.clone();
+            self.refuse(Class::SchedulingError, message, &remedy, &place);
+        }
+    }
+}
+
+/// Whether a pattern (`planner`, `pid.*`, `*`, a graph's label) fits a flat label.
+pub(crate) fn fits(pattern: &str, label: &str) -> bool {
+    if let Some((head, tail)) = pattern.split_once('*') {
+        let Some(rest) = label.strip_prefix(head) else { return false };
+        return tail.is_empty() || (0..=rest.len()).any(|at| rest.is_char_boundary(at) && fits(tail, &rest[at..]));
+    }
+    label.strip_prefix(pattern).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}
+
+fn quoted(names: &[&str]) -> String {
+    let names: Vec<String> = names.iter().map(|name| format!("'{name}'")).collect();
+    if names.is_empty() { "any real-time processor".into() } else { names.join(" and ") }
+}

@@ -1,0 +1,344 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A verb that was entered in a system: its definition is checked and flat, ready to be applied any number of times.
+//!
+//! Keep one for each verb, made by [`CheckedVerb::new`] when the verb (or a block or device type that it uses) is defined, and
+//! apply it with [`CheckedVerb::apply`]. [`crate::apply`] makes one anew each time.
+use crate::conditions::{self, CheckedCondition};
+use crate::configuration::Configuration;
+use crate::definition::{Graph, Object, Verb};
+use crate::flatten::{Flat, FlatBlock, Group, Labelled, Named, Origin, Port};
+use crate::interface::{Kind, Mode};
+use crate::lists::{self, CheckedList};
+use crate::order;
+use crate::plan::Remark;
+use crate::refusal::{Class, Place, Refusal, Refusals};
+use crate::suggest::did_you_mean;
+use crate::value::Value;
+use indexmap::IndexMap;
+
+/// A parameter of a verb, taken apart: whose it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Whose {
+    /// `sensed`.
+    Own,
+    /// `arm.commanded`: a member of an object.
+    Object { object: String, member: String },
+    /// `drive.position`: a channel of the part that is given as `drive`.
+    Part { argument: String, channel: String },
+}
+
+/// An input parameter: ψ with its targets resolved.
+#[derive(Clone, Debug)]
+pub struct CheckedInput {
+    pub name: String,
+    pub whose: Whose,
+    pub ports: Vec<Port>,
+    pub default: Option<Value>,
+    pub tunable: bool,
+    pub unit: String,
+    pub place: Option<Place>,
+}
+
+/// A checked, flat verb.
+#[derive(Clone, Debug)]
+pub struct CheckedVerb {
+    pub name: String,
+    pub place: Option<Place>,
+    pub(crate) objects: IndexMap<String, Object>,
+    pub(crate) blocks: Vec<FlatBlock>,
+    pub(crate) groups: Vec<Group>,
+    /// Group of each data item of each block.
+    pub(crate) group_of: Vec<Vec<Option<u32>>>,
+    /// Groups that are instantiation parameters.
+    pub(crate) parameters: Vec<(usize, Whose)>,
+    pub(crate) inputs: Vec<CheckedInput>,
+    pub(crate) outputs: Vec<(String, Port)>,
+    pub(crate) lists: Vec<CheckedList>,
+    pub(crate) initial: usize,
+    pub(crate) conditions: Vec<CheckedCondition>,
+    pub(crate) remarks: Vec<Remark>,
+    /// Whether a block has synchronous inputs whose values vary.
+    pub(crate) driven: Vec<bool>,
+}
+
+/// Every refusal of a verb's definition; empty: it may be entered.
+pub fn check_verb(verb: &Verb, configuration: &Configuration) -> Refusals {
+    CheckedVerb::new(verb, configuration).err().unwrap_or_default()
+}
+
+/// Every refusal of a graph's definition.
+pub fn check_graph(graph: &Graph, configuration: &Configuration) -> Refusals {
+    let mut flat = Flat::new(configuration);
+    flat.add("", &graph.blocks, &graph.divide, 1);
+    flat.close_graph("", graph, 0, 1, &graph.place);
+    let given: Vec<Port> = flat.scopes.last().expect("close_graph has made one").ports.values().flatten().copied().collect();
+    if flat.refusals.is_empty() {
+        flat.fill(&given, true, &graph.place);
+        let group_of = group_of(&flat.blocks, &flat.groups);
+        flat.refusals.extend(synchronous_cycle(&flat.blocks, &flat.groups, &group_of, &graph.place));
+    }
+    flat.refusals
+}
+
+impl CheckedVerb {
+    /// Checks a definition and makes it flat.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, in the order of the definition.
+    pub fn new(verb: &Verb, configuration: &Configuration) -> Result<CheckedVerb, Refusals> {
+        let no_divides = IndexMap::new();
+        let mut flat = Flat::new(configuration);
+        flat.add("", &verb.blocks, &no_divides, 1);
+        let parameters = instantiation_parameters(&mut flat, verb);
+        for (name, nodes) in &verb.cells {
+            let ports = flat.cover("", name, nodes, &verb.place);
+            if verb.instantiation_parameters.contains_key(name) {
+                flat.refuse(Class::CoverError, format!("'{name}' is an instantiation parameter and a cell"), &verb.place, "give them two names");
+            }
+            flat.groups.push(Group { name: name.clone(), origin: Origin::Cell, ports, place: verb.place.clone() });
+        }
+        flat.relax("", &verb.modes, None, &verb.place);
+        let inputs = input_parameters(&mut flat, verb);
+        let outputs = output_values(&mut flat, verb);
+        let lists = lists::check_lists(&mut flat, verb);
+        let conditions = conditions::check_conditions(&mut flat, verb);
+        let initial = lists::initial(&mut flat, verb);
+        let given: Vec<Port> = inputs.iter().flat_map(|input| input.ports.iter().copied()).collect();
+        let known = flat.refusals.is_empty();
+        let remarks = flat.fill(&given, false, &verb.place);
+        constants_on_bound_inputs(&mut flat);
+        cells_without_writer(&mut flat);
+        let group_of = group_of(&flat.blocks, &flat.groups);
+        let driven = driven(&flat.blocks, &flat.groups, &group_of);
+        if known {
+            flat.refusals.extend(synchronous_cycle(&flat.blocks, &flat.groups, &group_of, &verb.place));
+            lists::check_intervals(&mut flat, &lists, &driven);
+        }
+        if !flat.refusals.is_empty() {
+            return Err(flat.refusals);
+        }
+        Ok(CheckedVerb {
+            name: verb.name.clone(),
+            place: verb.place.clone(),
+            objects: verb.objects.clone(),
+            blocks: flat.blocks,
+            groups: flat.groups,
+            group_of,
+            parameters,
+            inputs,
+            outputs,
+            lists,
+            initial,
+            conditions,
+            remarks,
+            driven,
+        })
+    }
+
+    /// The group that a data item is bound to.
+    pub(crate) fn group(&self, (block, item): Port) -> Option<usize> {
+        self.group_of[block][item].map(|group| group as usize)
+    }
+}
+
+fn whose(flat: &mut Flat<'_>, verb: &Verb, name: &str, is_svv: bool, place: &Option<Place>) -> Whose {
+    let Some((first, member)) = name.split_once('.') else { return Whose::Own };
+    let Some(object) = verb.objects.get(first) else {
+        return Whose::Part { argument: first.to_owned(), channel: member.to_owned() };
+    };
+    if let Some(device_type) = flat.configuration.device_types.get(&object.device_type) {
+        let (there, what) = if is_svv {
+            (device_type.svvs.contains_key(member), "SVV")
+        } else {
+            (device_type.parameters.contains_key(member), "parameter")
+        };
+        if !there {
+            let names: Vec<&str> = if is_svv {
+                device_type.svvs.keys().map(String::as_str).collect()
+            } else {
+                device_type.parameters.keys().map(String::as_str).collect()
+            };
+            let remedy = did_you_mean(member, names);
+            flat.refuse(Class::UnknownName, format!("'{name}': the device type '{}' has no {what} '{member}'", device_type.name), place, &remedy);
+        }
+    }
+    Whose::Object { object: first.to_owned(), member: member.to_owned() }
+}
+
+fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(usize, Whose)> {
+    for (name, object) in &verb.objects {
+        if !flat.configuration.device_types.contains_key(&object.device_type) {
+            let remedy = did_you_mean(&object.device_type, flat.configuration.device_types.keys().map(String::as_str));
+            flat.refuse(Class::UnknownName, format!("the object '{name}' is of the device type '{}', which is not there", object.device_type), &verb.place, &remedy);
+        }
+    }
+    let mut parameters = Vec::with_capacity(verb.instantiation_parameters.len());
+    for (name, nodes) in &verb.instantiation_parameters {
+        let whose = whose(flat, verb, name, true, &verb.place);
+        let ports = flat.cover("", name, nodes, &verb.place);
+        parameters.push((flat.groups.len(), whose));
+        flat.groups.push(Group { name: name.clone(), origin: Origin::Parameter, ports, place: verb.place.clone() });
+    }
+    parameters
+}
+
+fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedInput> {
+    let mut inputs = Vec::with_capacity(verb.input_parameters.len());
+    for (name, input) in &verb.input_parameters {
+        let place = if input.place.is_some() { &input.place } else { &verb.place };
+        if verb.instantiation_parameters.contains_key(name) || verb.objects.contains_key(name) {
+            flat.refuse(Class::DefinitionError, format!("'{name}' is an input parameter and an instantiation parameter or object"), place, "give them two names");
+        }
+        let whose = match whose(flat, verb, name, false, place) {
+            Whose::Part { argument, .. } => {
+                let remedy = did_you_mean(&argument, verb.objects.keys().map(String::as_str));
+                flat.refuse(Class::UnknownName, format!("the input parameter '{name}' names the object '{argument}', which is not there"), place, &remedy);
+                continue;
+            }
+            whose => whose,
+        };
+        let mut ports = Vec::new();
+        for target in &input.targets {
+            match flat.resolve("", target, place) {
+                Some(Named::Ports(inner)) => ports.extend(inner),
+                Some(Named::Item(port)) => ports.push(port),
+                None => {}
+            }
+        }
+        for port in &ports {
+            let item = flat.blocks[port.0].kind.item(port.1);
+            let takes = match item.kind {
+                Kind::Input | Kind::Output | Kind::Parameter => true,
+                Kind::Condition => !item.type_text.is_empty(),
+                _ => false,
+            };
+            if !takes {
+                let described = flat.described(*port);
+                flat.refuse(Class::DefinitionError, format!("the input parameter '{name}' cannot store into {described}"), place, "input parameters go to ports, presets of conditions and parameters");
+            }
+        }
+        inputs.push(CheckedInput {
+            name: name.clone(),
+            whose,
+            ports,
+            default: input.default.clone(),
+            tunable: input.tunable,
+            unit: input.unit.clone(),
+            place: place.clone(),
+        });
+    }
+    inputs
+}
+
+fn output_values(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(String, Port)> {
+    let mut outputs = Vec::with_capacity(verb.output_values.len());
+    for (name, source) in &verb.output_values {
+        let port = match flat.resolve("", source, &verb.place) {
+            Some(Named::Item(port)) => port,
+            Some(Named::Ports(ports)) => match ports.first() {
+                Some(port) => *port,
+                None => continue,
+            },
+            None => continue,
+        };
+        let item = flat.blocks[port.0].kind.item(port.1);
+        let has_value = match item.kind {
+            Kind::Input | Kind::Output | Kind::Parameter => true,
+            Kind::Condition => !item.type_text.is_empty(),
+            _ => false,
+        };
+        if has_value {
+            outputs.push((name.clone(), port));
+        } else {
+            let described = flat.described(port);
+            flat.refuse(Class::DefinitionError, format!("the output value '{name}' cannot be read from {described}"), &verb.place, "name a port, a condition with a value or a parameter");
+        }
+    }
+    outputs
+}
+
+/// A constant on an input that something else binds would never be read.
+fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
+    for group in flat.groups.iter().filter(|group| group.origin.varies()) {
+        for &(block, item) in &group.ports {
+            if flat.blocks[block].constants.iter().any(|(at, _)| *at == item) {
+                let message = format!("{} is given a constant and bound to '{}'", flat.described((block, item)), group.name);
+                let refusal = Refusal::new(Class::CoverError, message).remedy("leave one of them out");
+                flat.refusals.push(refusal.at(&flat.blocks[block].place));
+            }
+        }
+    }
+}
+
+/// A cell that no block writes changes only by input parameters.
+fn cells_without_writer(flat: &mut Flat<'_>) {
+    for at in 0..flat.groups.len() {
+        let written = flat.groups[at].ports.iter().any(|port| flat.item_kind(*port) == Kind::Output);
+        if flat.groups[at].origin == Origin::Cell && !written {
+            flat.groups[at].origin = Origin::InputOnly;
+        }
+    }
+}
+
+fn group_of(blocks: &[FlatBlock], groups: &[Group]) -> Vec<Vec<Option<u32>>> {
+    let mut group_of: Vec<Vec<Option<u32>>> = blocks.iter().map(|b| vec![None; b.kind.interface.items.len()]).collect();
+    for (at, group) in groups.iter().enumerate() {
+        for (block, item) in &group.ports {
+            group_of[*block][*item] = Some(u32::try_from(at).expect("a verb has fewer than 2^32 data objects"));
+        }
+    }
+    group_of
+}
+
+fn driven(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>]) -> Vec<bool> {
+    let is_driven = |(at, block): (usize, &FlatBlock)| {
+        block.kind.interface.items.iter().enumerate().any(|(item, declared)| {
+            declared.kind == Kind::Input
+                && block.mode(item) == Mode::Synchronous
+                && group_of[at][item].is_some_and(|group| groups[group as usize].origin.varies())
+        })
+    };
+    blocks.iter().enumerate().map(is_driven).collect()
+}
+
+/// A cycle of synchronous ports within the definition.
+fn synchronous_cycle(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>], place: &Option<Place>) -> Option<Refusal> {
+    let mut edges = Vec::new();
+    for group in groups {
+        for writer in group.ports.iter().filter(|p| blocks[p.0].kind.item(p.1).kind == Kind::Output) {
+            for reader in group.ports.iter().filter(|p| is_synchronous_input(blocks, **p)) {
+                edges.push((writer.0, reader.0));
+            }
+        }
+    }
+    debug_assert_eq!(group_of.len(), blocks.len());
+    let cycle = order::find_cycle(blocks.len(), &edges)?;
+    Some(cycle_refusal(&cycle.iter().map(|&block| blocks[block].label.as_str()).collect::<Vec<_>>(), place))
+}
+
+fn is_synchronous_input(blocks: &[FlatBlock], (block, item): Port) -> bool {
+    blocks[block].kind.item(item).kind == Kind::Input && blocks[block].mode(item) == Mode::Synchronous
+}
+
+/// Names a cycle.
+pub(crate) fn cycle_refusal(labels: &[&str], place: &Option<Place>) -> Refusal {
+    let path: Vec<String> = labels.iter().chain(labels.first()).map(|label| format!("'{label}'")).collect();
+    Refusal::new(Class::SynchronousCycle, format!("synchronous ports make a cycle: {}", path.join(" → ")))
+        .remedy("relax one of the inputs with modes={…: 'asynchronous'}")
+        .at(place)
+}
+
+/// The block row that a label names.
+pub(crate) fn labelled(flat: &mut Flat<'_>, label: &str, what: &str, place: &Option<Place>) -> Option<(std::ops::Range<usize>, u32)> {
+    match flat.labels.get(label) {
+        Some(Labelled::Block(block)) => Some((*block..*block + 1, flat.blocks[*block].divide)),
+        Some(Labelled::Scope(scope)) => Some((flat.scopes[*scope].blocks.clone(), flat.scopes[*scope].divide)),
+        None => {
+            let mut known: Vec<&str> = flat.labels.keys().map(String::as_str).collect();
+            known.sort_unstable();
+            let remedy = did_you_mean(label, known);
+            flat.refuse(Class::UnknownName, format!("{what} names the block '{label}', which is not there"), place, &remedy);
+            None
+        }
+    }
+}

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Termination conditions, τ and ν of a definition.
+use crate::definition::{Termination, Verb};
+use crate::flatten::{Flat, Port};
+use crate::lists::condition_port;
+use crate::plan::PlannedCondition;
+use crate::refusal::Class;
+use crate::suggest::did_you_mean;
+use std::collections::HashMap;
+
+/// Conditions that exist in every verb.
+pub const SYSTEM: [&str; 8] =
+    ["completed", "halted", "fault", "processor_lost", "device_lost", "device_disabled", "aborted", "emergency_stop"];
+
+/// Conditions that come where a limit is declared.
+pub const LIMITS: [&str; 4] = ["time_limit", "overrun", "late", "link_lost"];
+
+/// A termination condition with τ.
+#[derive(Clone, Debug)]
+pub struct CheckedCondition {
+    pub planned: PlannedCondition,
+    /// τ: (from list, to list).
+    pub transitions: Vec<(usize, usize)>,
+}
+
+/// Resolves the table of conditions and τ. The system conditions that the verb does not name come after its own.
+pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedCondition> {
+    let mut conditions: Vec<CheckedCondition> =
+        verb.conditions.iter().map(|(name, termination)| check_one(flat, verb, name, termination)).collect();
+    let named_in_transitions = |name: &str| verb.transitions.iter().any(|t| t.condition == name);
+    let wanted = LIMITS.into_iter().filter(|name| *name == "time_limit" || named_in_transitions(name));
+    for name in SYSTEM.into_iter().chain(wanted) {
+        if !verb.conditions.contains_key(name) {
+            let planned = PlannedCondition {
+                name: name.to_owned(),
+                on: Vec::new(),
+                returns: Vec::new(),
+                normal: name == "completed",
+                priority: 0,
+                during: None,
+            };
+            conditions.push(CheckedCondition { planned, transitions: Vec::new() });
+        }
+    }
+    check_transitions(flat, verb, &mut conditions);
+    conditions
+}
+
+fn check_one(flat: &mut Flat<'_>, verb: &Verb, name: &str, termination: &Termination) -> CheckedCondition {
+    let place = if termination.place.is_some() { &termination.place } else { &verb.place };
+    let is_system = SYSTEM.contains(&name) || LIMITS.contains(&name);
+    if termination.on.is_empty() && !is_system {
+        let remedy = format!("say on('label.condition'), or name one of {}, {}", SYSTEM.join(", "), LIMITS.join(", "));
+        flat.refuse(Class::UnknownName, format!("the condition '{name}' stands for no block condition and is no system condition"), place, &remedy);
+    }
+    let on: Vec<Port> = termination.on.iter().filter_map(|on| condition_port(flat, on, place, true)).collect();
+    let mut returns = Vec::new();
+    for output in termination.returns.iter().flatten() {
+        match verb.output_values.get_index_of(output) {
+            Some(index) => returns.push(index),
+            None => {
+                let remedy = did_you_mean(output, verb.output_values.keys().map(String::as_str));
+                flat.refuse(Class::UnknownName, format!("the condition '{name}' returns '{output}', which is no output value"), place, &remedy);
+            }
+        }
+    }
+    let during = termination.during.as_ref().and_then(|list| {
+        let found = verb.command_lists.get_index_of(list);
+        if found.is_none() {
+            let remedy = did_you_mean(list, verb.command_lists.keys().map(String::as_str));
+            flat.refuse(Class::UnknownName, format!("the condition '{name}' holds during '{list}', which is no command list"), place, &remedy);
+        }
+        found
+    });
+    let normal = !termination.raises && (name == "completed" || termination.returns.is_some());
+    let planned = PlannedCondition { name: name.to_owned(), on, returns, normal, priority: termination.priority, during };
+    CheckedCondition { planned, transitions: Vec::new() }
+}
+
+fn check_transitions(flat: &mut Flat<'_>, verb: &Verb, conditions: &mut [CheckedCondition]) {
+    let mut seen: HashMap<(&str, &str), &str> = HashMap::new();
+    for transition in &verb.transitions {
+        let place = if transition.place.is_some() { &transition.place } else { &verb.place };
+        let text = format!("the transition ('{}', '{}') → '{}'", transition.from, transition.condition, transition.to);
+        if let Some(other) = seen.insert((&transition.from, &transition.condition), &transition.to) {
+            flat.refuse(Class::DefinitionError, format!("{text} is there already, to '{other}'"), place, "a condition leads from a list to one list");
+            continue;
+        }
+        let mut list = |name: &str| {
+            let found = verb.command_lists.get_index_of(name);
+            if found.is_none() {
+                let remedy = did_you_mean(name, verb.command_lists.keys().map(String::as_str));
+                flat.refuse(Class::UnknownName, format!("{text} names the command list '{name}', which is not there"), place, &remedy);
+            }
+            found
+        };
+        let (from, to) = (list(&transition.from), list(&transition.to));
+        let Some(condition) = conditions.iter_mut().find(|c| c.planned.name == transition.condition) else {
+            let names = verb.conditions.keys().map(String::as_str).chain(SYSTEM).chain(LIMITS);
+            let remedy = did_you_mean(&transition.condition, names);
+            flat.refuse(Class::UnknownName, format!("{text} names the condition '{}', which is not in the verb's table", transition.condition), place, &remedy);
+            continue;
+        };
+        let (Some(from), Some(to)) = (from, to) else { continue };
+        match condition.planned.during {
+            Some(during) if during != from => {
+                let message = format!("{text} cannot happen: '{}' holds only during '{}'", transition.condition, verb.command_lists.get_index(during).map_or("", |l| l.0));
+                flat.refuse(Class::DefinitionError, message, place, "leave one of them out");
+            }
+            _ => condition.transitions.push((from, to)),
+        }
+    }
+}

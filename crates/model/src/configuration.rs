@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What there is in a system when a verb is applied: hardware, code, SVVs, devices, and what is already installed.
+//! The supervisor keeps it; the checks only read it.
+use crate::definition::{DeviceType, Verb};
+use crate::interface::{Interface, Mode};
+use crate::refusal::Place;
+use crate::value::Value;
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct SvvId(pub u32);
+
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SourceKind {
+    Timer { period_ns: u64 },
+    Trigger,
+    Software,
+}
+
+/// An interrupt source; its key in [`Configuration::sources`] is `rtp.name`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Source {
+    pub processor: String,
+    pub kind: SourceKind,
+    pub priority: u8,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Channel {
+    /// `part.channel` or a plain name.
+    pub name: String,
+    /// False: it is read; true: it is written.
+    pub write: bool,
+    pub type_text: String,
+    pub unit: String,
+}
+
+/// A physical device, served by one source of its RTP.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PhysicalDevice {
+    pub processor: String,
+    /// `rtp.name` of the source that reads and writes it.
+    pub source: String,
+    pub channels: Vec<Channel>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// An SVV that exists.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Svv {
+    pub id: SvvId,
+    /// C type as given, and the struct types it needs are in `types`.
+    pub type_text: String,
+    pub unit: String,
+    #[serde(default)]
+    pub types: IndexMap<String, String>,
+    /// The logical device it belongs to.
+    #[serde(default)]
+    pub device: Option<String>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// A logical device that exists.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LogicalDevice {
+    pub device_type: String,
+    /// Member → SVV name (`arm.elbow.sensed`).
+    pub svvs: IndexMap<String, String>,
+    pub parameters: IndexMap<String, Value>,
+    /// Further arguments of its own verb (`drive`).
+    pub arguments: IndexMap<String, crate::definition::Argument>,
+    /// Where its own verb runs, `rtp.name`.
+    #[serde(default)]
+    pub source: Option<String>,
+    pub enabled: bool,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// At which rate a writer updates, in one command list.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Rate {
+    /// Every `period_ns` of the timers of one host (all timers of a host share its epoch).
+    Interval { period_ns: u64 },
+    /// At each occurrence of this source (or each n-th).
+    Trigger { source: String, every: u32 },
+    /// Only by `execute`.
+    Once,
+}
+
+/// Who writes an SVV now: a port of an installed instance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Writer {
+    /// Verb instance, for example `joint_servo#2`.
+    pub instance: String,
+    /// Flat label and port: `read.y`.
+    pub port: String,
+    /// `rtp.name`.
+    pub source: String,
+    pub mode: Mode,
+    /// The rates it has in the command lists of its verb.
+    pub rates: Vec<Rate>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// Everything that a check may ask for.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Configuration {
+    pub processors: Vec<String>,
+    /// `rtp.name` → source, in creation order.
+    pub sources: IndexMap<String, Source>,
+    pub devices: IndexMap<String, PhysicalDevice>,
+    /// `module.block` → interface.
+    pub interfaces: IndexMap<String, Interface>,
+    pub verbs: IndexMap<String, Verb>,
+    pub device_types: IndexMap<String, DeviceType>,
+    pub svvs: IndexMap<String, Svv>,
+    pub logical_devices: IndexMap<String, LogicalDevice>,
+    /// Writers of SVVs among the instances that exist (not deleted), by SVV name.
+    pub writers: IndexMap<String, Vec<Writer>>,
+    /// `cell.place`: pattern (`move.planner`, `joint_servo.*`) → source.
+    pub placement: IndexMap<String, String>,
+}

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Names of ports, and the covers ρ and χ: each data node has one binding.
+use crate::flatten::{Flat, Group, Labelled, Named, Origin, Port};
+use crate::interface::{Kind, Mode};
+use crate::kind::is_data;
+use crate::plan::Remark;
+use crate::refusal::{Class, Place, Refusal};
+use crate::suggest::did_you_mean;
+use indexmap::IndexMap;
+
+impl<'a> Flat<'a> {
+    /// What `prefix` + `name` names; a refusal where nothing has that name.
+    pub fn resolve(&mut self, prefix: &str, name: &str, place: &Option<Place>) -> Option<Named> {
+        let full = format!("{prefix}{name}");
+        let (label, item) = match full.rsplit_once('.') {
+            Some((label, item)) if label.len() >= prefix.len() => (label, item),
+            _ => {
+                self.refuse(Class::UnknownName, format!("'{full}' does not name a port"), place, "write label.port");
+                return None;
+            }
+        };
+        let Some(labelled) = self.labels.get(label).copied() else {
+            let near = self.labels.keys().filter_map(|known| known.strip_prefix(prefix));
+            let mut near: Vec<&str> = near.collect();
+            near.sort_unstable();
+            let remedy = did_you_mean(&label[prefix.len()..], near);
+            self.refuse(Class::UnknownName, format!("'{full}' names the block '{label}', which is not there"), place, &remedy);
+            return None;
+        };
+        let found = match labelled {
+            Labelled::Block(block) => self.blocks[block].kind.find(item).map(|item| (block, item)),
+            Labelled::Scope(scope) if self.scopes[scope].ports.contains_key(item) => {
+                return Some(Named::Ports(self.scopes[scope].ports[item].clone()));
+            }
+            Labelled::Scope(_) => None,
+        };
+        if found.is_none() {
+            let (of, remedy) = match labelled {
+                Labelled::Block(block) => {
+                    let interface = &self.blocks[block].kind.interface;
+                    (interface.name.clone(), did_you_mean(item, interface.items.iter().map(|i| i.name.as_str())))
+                }
+                Labelled::Scope(scope) => {
+                    let scope = &self.scopes[scope];
+                    (format!("graph {}", scope.name), did_you_mean(item, scope.ports.keys().map(String::as_str)))
+                }
+            };
+            self.refuse(Class::UnknownName, format!("'{label}' ({of}) has no '{item}'"), place, &remedy);
+        }
+        found.map(Named::Item)
+    }
+
+    /// The data nodes that `names` name, marked as covered by `by`.
+    pub fn cover(&mut self, prefix: &str, by: &str, names: &[String], place: &Option<Place>) -> Vec<Port> {
+        let mut ports: Vec<Port> = Vec::with_capacity(names.len());
+        for name in names {
+            let inner = match self.resolve(prefix, name, place) {
+                Some(Named::Ports(inner)) => {
+                    let own = format!("{prefix}{name}");
+                    for port in &inner {
+                        if self.covered.get(port).is_some_and(|by| *by == own) {
+                            self.covered.remove(port);
+                        }
+                    }
+                    inner
+                }
+                Some(Named::Item(port)) if is_data(self.item_kind(port)) => vec![port],
+                Some(Named::Item(port)) => {
+                    let message = format!("'{by}' covers {}, which is no port or device", self.described(port));
+                    self.refuse(Class::CoverError, message, place, "parameters and conditions are reached by input parameters");
+                    continue;
+                }
+                None => continue,
+            };
+            for port in inner {
+                match self.covered.insert(port, by.to_owned()) {
+                    Some(other) => {
+                        let message = format!("{} is covered by '{other}' and by '{by}'", self.described(port));
+                        self.refuse(Class::CoverError, message, place, "a port has one binding; leave one of them out");
+                    }
+                    None => ports.push(port),
+                }
+            }
+        }
+        ports
+    }
+
+    /// Relaxes modes, as a graph or verb says with `modes=`.
+    pub fn relax(&mut self, prefix: &str, modes: &IndexMap<String, Mode>, scope: Option<usize>, place: &Option<Place>) {
+        for (name, mode) in modes {
+            let own = scope.and_then(|scope| self.scopes[scope].ports.get(name).cloned());
+            let ports = match own {
+                Some(ports) => ports,
+                None => match self.resolve(prefix, name, place) {
+                    Some(Named::Ports(ports)) => ports,
+                    Some(Named::Item(port)) => vec![port],
+                    None => continue,
+                },
+            };
+            for port in ports {
+                self.relax_port(port, *mode, place);
+            }
+        }
+    }
+
+    fn relax_port(&mut self, port: Port, mode: Mode, place: &Option<Place>) {
+        let described = self.described(port);
+        if !matches!(self.item_kind(port), Kind::Input | Kind::Output) {
+            self.refuse(Class::SchedulingError, format!("modes gives a mode to {described}, which is no port"), place, "");
+            return;
+        }
+        let declared = self.blocks[port.0].mode(port.1);
+        let relaxes = declared == mode
+            || matches!((declared, mode), (Mode::Synchronous, _) | (Mode::Ratio(_), Mode::Asynchronous));
+        if mode == Mode::Ratio(0) {
+            self.refuse(Class::SchedulingError, format!("the ratio of {described} is 0"), place, "give 1 or more");
+        } else if relaxes {
+            self.blocks[port.0].modes.retain(|(item, _)| *item != port.1);
+            self.blocks[port.0].modes.push((port.1, mode));
+        } else {
+            let message = format!("{described} is {}, and modes would make it {}", mode_name(declared), mode_name(mode));
+            self.refuse(Class::SchedulingError, message, place, "modes may relax a declared mode, never tighten it");
+        }
+    }
+
+    /// Fills the cover: outputs that nobody names get a cell, inputs a constant or the cell that input parameters write.
+    pub fn fill(&mut self, inputs: &[Port], in_graph: bool, place: &Option<Place>) -> Vec<Remark> {
+        let mut remarks = Vec::new();
+        let mut bound: Vec<Vec<bool>> = self.blocks.iter().map(|b| vec![false; b.kind.interface.items.len()]).collect();
+        for group in &self.groups {
+            group.ports.iter().for_each(|port| bound[port.0][port.1] = true);
+        }
+        let mut given: Vec<Port> = inputs.to_vec();
+        given.sort_unstable();
+        // Outer graphs are closed after inner ones: their ports hold most together.
+        for scope in (0..self.scopes.len()).rev() {
+            for (name, ports) in self.scopes[scope].ports.clone() {
+                let free: Vec<Port> = ports.into_iter().filter(|port| !bound[port.0][port.1]).collect();
+                if free.len() > 1 || free.iter().any(|port| self.item_kind(*port) == Kind::Output) {
+                    free.iter().for_each(|port| bound[port.0][port.1] = true);
+                    let full = format!("{}.{name}", self.scopes[scope].label).trim_start_matches('.').to_owned();
+                    self.fill_one(full, free, &given, in_graph, place, &mut remarks);
+                }
+            }
+        }
+        for (block, bound) in bound.iter().enumerate() {
+            for (item, _) in bound.iter().enumerate().filter(|(_, bound)| !**bound) {
+                if is_data(self.item_kind((block, item))) {
+                    self.fill_one(self.port_name((block, item)), vec![(block, item)], &given, in_graph, place, &mut remarks);
+                }
+            }
+        }
+        remarks
+    }
+
+    fn fill_one(&mut self, name: String, ports: Vec<Port>, given: &[Port], in_graph: bool, place: &Option<Place>, remarks: &mut Vec<Remark>) {
+        let is_given = ports.iter().any(|port| given.binary_search(port).is_ok());
+        let first = ports[0];
+        let output = ports.iter().copied().find(|port| self.item_kind(*port) == Kind::Output);
+        let has_value = |port: &Port| {
+            let block = &self.blocks[port.0];
+            block.kind.item(port.1).has_default || block.constants.iter().any(|(item, _)| *item == port.1)
+        };
+        let (origin, text) = match (output, self.item_kind(first)) {
+            (Some(_), _) => (Origin::Filled, format!("output '{name}' gets a cell of its own")),
+            (_, Kind::DeviceRead | Kind::DeviceWrite) if in_graph => return,
+            (_, Kind::DeviceRead | Kind::DeviceWrite) => {
+                let message = format!("{} has no channel", self.described(first));
+                let remedy = "name it in an instantiation parameter";
+                self.refusals.push(Refusal::new(Class::CoverError, message).remedy(remedy).end(self.described(first), &self.blocks[first.0].place).at(place));
+                return;
+            }
+            _ if is_given => (Origin::InputOnly, format!("input '{name}' gets a cell that only input parameters write")),
+            _ if ports.iter().all(has_value) => (Origin::Constant, format!("input '{name}' gets its default")),
+            _ => {
+                let described = self.described(*ports.iter().find(|port| !has_value(port)).unwrap_or(&first));
+                let whose = if in_graph { "a cell or an input of the graph" } else { "an instantiation parameter, a cell or an input parameter" };
+                let refusal = Refusal::new(Class::CoverError, format!("{described} has no binding, default or input parameter"));
+                let refusal = refusal.remedy(format!("name it in {whose}, or give it a constant"));
+                self.refusals.push(refusal.end(described, &self.blocks[first.0].place).at(place));
+                return;
+            }
+        };
+        let place = self.blocks[first.0].place.clone();
+        remarks.push(Remark { text, place: place.clone() });
+        self.groups.push(Group { name, origin, ports, place });
+    }
+}
+
+/// How messages call a mode.
+pub fn mode_name(mode: Mode) -> String {
+    match mode {
+        Mode::Synchronous => "synchronous".into(),
+        Mode::Ratio(n) => format!("ratio {n}"),
+        Mode::Asynchronous => "asynchronous".into(),
+    }
+}

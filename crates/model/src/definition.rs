@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Definitions as the programming system gives them: graphs, verbs, logical device types. Plain values with a JSON form.
+//!
+//! Names of ports, conditions and parameters are `label.item`; inside a graph that is a block of a graph or verb, `label.inner.item`.
+use crate::interface::Mode;
+use crate::refusal::Place;
+use crate::value::Value;
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+/// What a use of a block refers to. JSON: `{"subroutine": "library.pid"}` or `{"graph": {…}}`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum BlockSource {
+    /// `module.block`.
+    Subroutine(String),
+    Graph(Box<Graph>),
+}
+
+/// One occurrence of a block in a graph or verb.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BlockUse {
+    pub block: BlockSource,
+    /// Constants for parameters, presets, sizes and inputs of this occurrence (`code.biquad(b0=0.1)`).
+    #[serde(default)]
+    pub constants: IndexMap<String, Value>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// A data flow graph (f, I, O, L, ρ): `inputs`, `outputs` and `cells` are ρ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Graph {
+    pub name: String,
+    #[serde(default)]
+    pub doc: String,
+    pub blocks: IndexMap<String, BlockUse>,
+    #[serde(default)]
+    pub inputs: IndexMap<String, Vec<String>>,
+    #[serde(default)]
+    pub outputs: IndexMap<String, Vec<String>>,
+    #[serde(default)]
+    pub cells: IndexMap<String, Vec<String>>,
+    /// Relaxed modes: port → mode.
+    #[serde(default)]
+    pub modes: IndexMap<String, Mode>,
+    /// `divide={"estimator": 5}`: this block at 5 T where the graph is activated at T.
+    #[serde(default)]
+    pub divide: IndexMap<String, u32>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// An object of a verb: one logical device, or (`each`) several of the type.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Object {
+    pub device_type: String,
+    #[serde(default)]
+    pub each: bool,
+}
+
+/// An input parameter: ψ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InputParameter {
+    pub targets: Vec<String>,
+    #[serde(default)]
+    pub default: Option<Value>,
+    #[serde(default)]
+    pub tunable: bool,
+    #[serde(default)]
+    pub unit: String,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// A function block command.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "command", rename_all = "snake_case")]
+pub enum Command {
+    /// Fresh state for these blocks.
+    Install { blocks: Vec<String> },
+    Execute { block: String },
+    /// `every_ns` absent: a data-driven block, or the trigger that it is placed on.
+    Activate { block: String, #[serde(default)] every_ns: Option<u64>, #[serde(default)] budget_ns: Option<u64> },
+    Deactivate { block: String },
+    /// `conditions` (block conditions `label.item`, or termination condition names), or a time, or neither: until no instance is active.
+    Wait { #[serde(default)] conditions: Vec<String>, #[serde(default)] time_ns: Option<i64> },
+    /// `gpac.ready()`: enabling is complete when the list comes here.
+    Ready,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CommandList {
+    pub commands: Vec<Command>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// A termination condition: an element of t_V with its ν.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Termination {
+    /// Block conditions (`label.item`) it stands for; empty: the system condition of its own name.
+    #[serde(default)]
+    pub on: Vec<String>,
+    /// ν: outputs it returns. Absent: none declared.
+    #[serde(default)]
+    pub returns: Option<Vec<String>>,
+    /// It raises on the PS (the PS knows which class).
+    #[serde(default)]
+    pub raises: bool,
+    /// Only in this command list.
+    #[serde(default)]
+    pub during: Option<String>,
+    #[serde(default)]
+    pub priority: i32,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// One line of τ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Transition {
+    pub from: String,
+    pub condition: String,
+    pub to: String,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Verb {
+    pub name: String,
+    #[serde(default)]
+    pub doc: String,
+    pub blocks: IndexMap<String, BlockUse>,
+    #[serde(default)]
+    pub objects: IndexMap<String, Object>,
+    /// χ: parameter (`sensed`, `drive.position`, `arm.commanded`) → data nodes.
+    #[serde(default)]
+    pub instantiation_parameters: IndexMap<String, Vec<String>>,
+    /// Private SVVs of each instance; part of χ.
+    #[serde(default)]
+    pub cells: IndexMap<String, Vec<String>>,
+    #[serde(default)]
+    pub input_parameters: IndexMap<String, InputParameter>,
+    /// ω.
+    #[serde(default)]
+    pub output_values: IndexMap<String, String>,
+    pub command_lists: IndexMap<String, CommandList>,
+    #[serde(default)]
+    pub initial: Option<String>,
+    #[serde(default)]
+    pub conditions: IndexMap<String, Termination>,
+    #[serde(default)]
+    pub transitions: Vec<Transition>,
+    /// Relaxed modes: port → mode.
+    #[serde(default)]
+    pub modes: IndexMap<String, Mode>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// How an SVV of a logical device starts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Initial {
+    Value(Value),
+    /// From this SVV of the same device, once, when the device is enabled.
+    CopyOf(String),
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SvvSpecification {
+    /// C type.
+    pub type_text: String,
+    #[serde(default)]
+    pub unit: String,
+    #[serde(default)]
+    pub initial: Option<Initial>,
+    /// How many earlier values are kept for Python.
+    #[serde(default)]
+    pub history: u32,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DeviceParameter {
+    pub default: Value,
+    #[serde(default)]
+    pub unit: String,
+    #[serde(default)]
+    pub tunable: bool,
+}
+
+/// A logical device type: an optional verb, SVVs, parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DeviceType {
+    pub name: String,
+    #[serde(default)]
+    pub doc: String,
+    /// Name of the verb that keeps the device going; members meet its parameters by name.
+    #[serde(default)]
+    pub verb: Option<String>,
+    #[serde(default)]
+    pub svvs: IndexMap<String, SvvSpecification>,
+    #[serde(default)]
+    pub parameters: IndexMap<String, DeviceParameter>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// What an instantiation parameter or object is given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Argument {
+    /// An SVV by name.
+    Svv(String),
+    /// One SVV for each element of an array port.
+    Svvs(Vec<String>),
+    /// A channel of a physical device.
+    Channel { device: String, channel: String },
+    /// A part of a physical device: `drive.position` of the verb is its channel `part.position`.
+    Part { device: String, part: String },
+    /// A logical device by name.
+    Device(String),
+    Devices(Vec<String>),
+}
+
+/// A verb applied to arguments: what makes a verb instance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Application {
+    /// Name of a verb that was defined in the system.
+    pub verb: String,
+    /// Instance name, or absent: `verb#n`.
+    #[serde(default)]
+    pub name: Option<String>,
+    #[serde(default)]
+    pub arguments: IndexMap<String, Argument>,
+    /// Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first that fits counts.
+    #[serde(default)]
+    pub placement: IndexMap<String, String>,
+    /// Intervals changed at application: label → ns.
+    #[serde(default)]
+    pub every: IndexMap<String, u64>,
+    /// The logical device whose own verb this is.
+    #[serde(default)]
+    pub owner: Option<String>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Graphs within graphs become one flat row of blocks, each with its label from the outside in: `servo.pid`.
+use crate::configuration::Configuration;
+use crate::definition::{BlockSource, BlockUse, Graph};
+use crate::interface::{Kind, Mode};
+use crate::kind::{self, BlockKind};
+use crate::refusal::{Class, Place, Refusal, Refusals};
+use crate::suggest::did_you_mean;
+use crate::value::Value;
+use indexmap::IndexMap;
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// An item of a flat block: (block, item).
+pub type Port = (usize, usize);
+
+/// One subroutine instance of the flat row.
+#[derive(Clone, Debug)]
+pub struct FlatBlock {
+    pub label: String,
+    pub kind: Arc<BlockKind>,
+    pub constants: Vec<(usize, Value)>,
+    /// Modes in force where they are relaxed.
+    pub modes: Vec<(usize, Mode)>,
+    /// Product of the `divide` of the graphs around it.
+    pub divide: u32,
+    pub place: Option<Place>,
+}
+
+impl FlatBlock {
+    /// Mode in force of an item.
+    pub fn mode(&self, item: usize) -> Mode {
+        self.modes.iter().find(|(at, _)| *at == item).map_or(self.kind.item(item).mode, |(_, mode)| *mode)
+    }
+}
+
+/// A graph within, or the verb itself.
+#[derive(Clone, Debug)]
+pub struct Scope {
+    pub label: String,
+    pub name: String,
+    pub blocks: Range<usize>,
+    pub ports: IndexMap<String, Vec<Port>>,
+    pub divide: u32,
+}
+
+/// One data object: the ports that one SVV, cell or channel is bound to.
+#[derive(Clone, Debug)]
+pub struct Group {
+    pub name: String,
+    pub origin: Origin,
+    pub ports: Vec<Port>,
+    pub place: Option<Place>,
+}
+
+/// Where a data object comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// An instantiation parameter: given at creation.
+    Parameter,
+    /// A cell of the verb or a graph.
+    Cell,
+    /// An output, or a graph's port, that nothing names.
+    Filled,
+    /// Inputs that only input parameters reach.
+    InputOnly,
+    /// An input with a default or a constant.
+    Constant,
+}
+
+impl Origin {
+    /// Whether it can change while the verb runs.
+    pub fn varies(self) -> bool {
+        !matches!(self, Origin::Constant | Origin::InputOnly)
+    }
+}
+
+/// What a label names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Labelled {
+    Block(usize),
+    Scope(usize),
+}
+
+/// What a name `label.item` names.
+pub enum Named {
+    Item(Port),
+    /// A port of a graph.
+    Ports(Vec<Port>),
+}
+
+/// The flat row while it is made.
+pub struct Flat<'a> {
+    pub configuration: &'a Configuration,
+    pub blocks: Vec<FlatBlock>,
+    pub scopes: Vec<Scope>,
+    pub labels: HashMap<String, Labelled>,
+    pub groups: Vec<Group>,
+    /// Ports that a ρ or χ covers, and the name that covers them.
+    pub covered: HashMap<Port, String>,
+    pub refusals: Refusals,
+    kinds: HashMap<&'a str, Option<Arc<BlockKind>>>,
+}
+
+impl<'a> Flat<'a> {
+    pub fn new(configuration: &'a Configuration) -> Flat<'a> {
+        Flat {
+            configuration,
+            blocks: Vec::new(),
+            scopes: Vec::new(),
+            labels: HashMap::new(),
+            groups: Vec::new(),
+            covered: HashMap::new(),
+            refusals: Vec::new(),
+            kinds: HashMap::new(),
+        }
+    }
+
+    /// Adds the blocks of a verb or graph, whose labels begin with `prefix` (empty or ending in a dot).
+    pub fn add(&mut self, prefix: &str, blocks: &'a IndexMap<String, BlockUse>, divides: &'a IndexMap<String, u32>, divide: u32) {
+        for (label, usage) in blocks {
+            let full = format!("{prefix}{label}");
+            if label.is_empty() || label.contains('.') {
+                self.refuse(Class::DefinitionError, format!("the label '{full}' of a block is empty or has a dot"), &usage.place, "");
+                continue;
+            }
+            let divide = divide.saturating_mul(divides.get(label).copied().unwrap_or(1));
+            match &usage.block {
+                BlockSource::Subroutine(name) => self.add_subroutine(full, name, usage, divide),
+                BlockSource::Graph(graph) => self.add_graph(full, graph, usage, divide),
+            }
+        }
+    }
+
+    fn add_subroutine(&mut self, label: String, name: &'a str, usage: &'a BlockUse, divide: u32) {
+        let Some(kind) = self.kind(name, usage) else { return };
+        let mut constants = Vec::new();
+        for (constant, value) in &usage.constants {
+            let found = kind.find(constant);
+            match found {
+                Some(item) if takes_constant(&kind, item) => constants.push((item, value.clone())),
+                Some(item) => {
+                    let what = kind::kind_name(kind.item(item).kind);
+                    let message = format!("'{constant}' of '{label}' is a {what} and takes no constant");
+                    self.refuse(Class::DefinitionError, message, &usage.place, "constants go to parameters, presets, sizes and inputs");
+                }
+                None => {
+                    let names = (0..kind.interface.items.len()).filter(|item| takes_constant(&kind, *item));
+                    let remedy = did_you_mean(constant, names.map(|item| kind.item(item).name.as_str()));
+                    self.refuse(Class::UnknownName, format!("'{label}' ({name}) has no parameter '{constant}'"), &usage.place, &remedy);
+                }
+            }
+        }
+        self.labels.insert(label.clone(), Labelled::Block(self.blocks.len()));
+        self.blocks.push(FlatBlock { label, kind, constants, modes: Vec::new(), divide, place: usage.place.clone() });
+    }
+
+    fn kind(&mut self, name: &'a str, usage: &BlockUse) -> Option<Arc<BlockKind>> {
+        if let Some(kind) = self.kinds.get(name) {
+            return kind.clone();
+        }
+        let kind = match self.configuration.interfaces.get(name).map(BlockKind::new) {
+            Some(Ok(kind)) => Some(Arc::new(kind)),
+            Some(Err(refusals)) => {
+                self.refusals.extend(refusals.into_iter().map(|refusal| refusal.at(&usage.place)));
+                None
+            }
+            None => {
+                let remedy = did_you_mean(name, self.configuration.interfaces.keys().map(String::as_str));
+                self.refuse(Class::UnknownName, format!("there is no block '{name}'"), &usage.place, &remedy);
+                None
+            }
+        };
+        self.kinds.insert(name, kind.clone());
+        kind
+    }
+
+    fn add_graph(&mut self, label: String, graph: &'a Graph, usage: &'a BlockUse, divide: u32) {
+        let place = if usage.place.is_some() { &usage.place } else { &graph.place };
+        let prefix = format!("{label}.");
+        let first = self.blocks.len();
+        self.add(&prefix, &graph.blocks, &graph.divide, divide);
+        self.close_graph(&prefix, graph, first, divide, place);
+        for (name, value) in &usage.constants {
+            self.constant_of_graph(&prefix, name, value, place);
+        }
+        self.labels.insert(label, Labelled::Scope(self.scopes.len() - 1));
+    }
+
+    /// A constant of a graph goes to an inner parameter (`inner.item`) or to the inputs behind a port.
+    fn constant_of_graph(&mut self, prefix: &str, name: &str, value: &Value, place: &Option<Place>) {
+        let scope = self.scopes.len() - 1;
+        let ports = match self.scopes[scope].ports.get(name) {
+            Some(ports) => ports.clone(),
+            None => match self.resolve(prefix, name, place) {
+                Some(Named::Item(port)) => vec![port],
+                Some(Named::Ports(ports)) => ports,
+                None => return,
+            },
+        };
+        for (block, item) in ports {
+            if takes_constant(&self.blocks[block].kind, item) {
+                self.blocks[block].constants.retain(|(at, _)| *at != item);
+                self.blocks[block].constants.push((item, value.clone()));
+            }
+        }
+    }
+
+    /// The scope of a graph whose blocks are in place: its cover, cells, modes, divides.
+    pub fn close_graph(&mut self, prefix: &str, graph: &'a Graph, first: usize, divide: u32, place: &Option<Place>) {
+        for (label, divide) in &graph.divide {
+            if !graph.blocks.contains_key(label) {
+                let remedy = did_you_mean(label, graph.blocks.keys().map(String::as_str));
+                self.refuse(Class::UnknownName, format!("divide of graph '{}' names '{label}', which is no block of it", graph.name), place, &remedy);
+            } else if *divide == 0 {
+                self.refuse(Class::SchedulingError, format!("divide of '{prefix}{label}' is 0"), place, "give 1 or more");
+            }
+        }
+        let mut ports = IndexMap::new();
+        let sides = graph.inputs.iter().map(|(name, inner)| (name, inner, true));
+        for (name, inner, is_input) in sides.chain(graph.outputs.iter().map(|(name, inner)| (name, inner, false))) {
+            let full = format!("{prefix}{name}");
+            let resolved = self.cover(prefix, &full, inner, place);
+            self.check_side(&full, &resolved, is_input, place);
+            if ports.insert(name.clone(), resolved).is_some() {
+                self.refuse(Class::CoverError, format!("'{full}' is an input and an output of graph '{}'", graph.name), place, "give them two names");
+            }
+        }
+        for (name, inner) in &graph.cells {
+            let full = format!("{prefix}{name}");
+            let resolved = self.cover(prefix, &full, inner, place);
+            self.one_output(&full, &resolved, place);
+            self.groups.push(Group { name: full, origin: Origin::Cell, ports: resolved, place: place.clone() });
+        }
+        self.scopes.push(Scope {
+            label: prefix.trim_end_matches('.').to_owned(),
+            name: graph.name.clone(),
+            blocks: first..self.blocks.len(),
+            ports,
+            divide,
+        });
+        let scope = self.scopes.len() - 1;
+        self.relax(prefix, &graph.modes, Some(scope), place);
+    }
+
+    fn check_side(&mut self, name: &str, ports: &[Port], is_input: bool, place: &Option<Place>) {
+        let output = ports.iter().copied().find(|port| self.item_kind(*port) == Kind::Output);
+        match output {
+            Some(port) if is_input => {
+                let message = format!("the graph input '{name}' covers the output '{}'", self.port_name(port));
+                self.refuse(Class::CoverError, message, place, "a graph input leads to inputs; make it an output or a cell");
+            }
+            None if !is_input && !ports.is_empty() => {
+                self.refuse(Class::CoverError, format!("the graph output '{name}' covers no output of a block"), place, "make it an input");
+            }
+            _ => self.one_output(name, ports, place),
+        }
+    }
+
+    /// A cell of a graph has one writer.
+    fn one_output(&mut self, name: &str, ports: &[Port], place: &Option<Place>) {
+        let mut outputs = ports.iter().copied().filter(|port| self.item_kind(*port) == Kind::Output);
+        if let (Some(first), Some(second)) = (outputs.next(), outputs.next()) {
+            let (first, second) = (self.described(first), self.described(second));
+            let refusal = Refusal::new(Class::SecondWriter, format!("'{name}' has two writers: {first} and {second}"));
+            self.refusals.push(refusal.remedy("give each a cell of its own").at(place));
+        }
+    }
+
+    pub fn item_kind(&self, (block, item): Port) -> Kind {
+        self.blocks[block].kind.item(item).kind
+    }
+
+    /// `servo.effort`.
+    pub fn port_name(&self, (block, item): Port) -> String {
+        format!("{}.{}", self.blocks[block].label, self.blocks[block].kind.item(item).name)
+    }
+
+    /// `output 'servo.effort' (double, N.m)`.
+    pub fn described(&self, port: Port) -> String {
+        describe(&self.blocks[port.0], port.1)
+    }
+
+    pub fn refuse(&mut self, class: Class, message: String, place: &Option<Place>, remedy: &str) {
+        self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place));
+    }
+}
+
+/// `output 'servo.effort' (double, N.m)`.
+pub fn describe(block: &FlatBlock, item: usize) -> String {
+    let item = block.kind.item(item);
+    let unit = if item.unit.is_empty() { String::new() } else { format!(", {}", item.unit) };
+    format!("{} '{}.{}' ({}{unit})", kind::kind_name(item.kind), block.label, item.name, item.type_text)
+}
+
+fn takes_constant(kind: &BlockKind, item: usize) -> bool {
+    let item = kind.item(item);
+    match item.kind {
+        Kind::Input | Kind::Parameter | Kind::Size => true,
+        Kind::Condition => !item.type_text.is_empty(),
+        _ => false,
+    }
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Interfaces of function blocks: the paper's five components, and state.
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+/// Relation of a port's updates to its block's invocations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    Synchronous,
+    Ratio(u32),
+    Asynchronous,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    Input,
+    Output,
+    DeviceRead,
+    DeviceWrite,
+    Condition,
+    Parameter,
+    State,
+    Size,
+}
+
+/// One item of an interface; its index in [`Interface::items`] is its index in the descriptor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Item {
+    pub name: String,
+    pub kind: Kind,
+    pub mode: Mode,
+    /// C type as declared; empty for a condition without a value.
+    pub type_text: String,
+    pub unit: String,
+    pub doc: String,
+    /// An input that may stay unbound.
+    #[serde(default)]
+    pub has_default: bool,
+    #[serde(default)]
+    pub nonfinite: bool,
+    /// Number of elements is the block's size.
+    #[serde(default)]
+    pub sized: bool,
+    /// Default of a parameter, preset, defaulted input, in bytes of the type (from the descriptor's image); size: unused.
+    #[serde(default)]
+    pub default: Vec<u8>,
+    /// Size item: least and greatest n.
+    #[serde(default)]
+    pub least: u32,
+    #[serde(default)]
+    pub most: u32,
+}
+
+/// What a block shows of itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Interface {
+    /// `module.block`.
+    pub name: String,
+    pub doc: String,
+    pub items: Vec<Item>,
+    /// Named struct types that items use: name → declaration (`struct { double x; double[4] q; }`).
+    #[serde(default)]
+    pub types: IndexMap<String, String>,
+    #[serde(default)]
+    pub file: String,
+    #[serde(default)]
+    pub line: u32,
+}

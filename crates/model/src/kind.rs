@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An interface with its types read: what the checks ask of a block again and again.
+use crate::interface::{Interface, Item, Kind};
+use crate::refusal::Refusal;
+use crate::types::Type;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A type with its layout at hand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layout {
+    pub read: Type,
+    /// Normalised.
+    pub text: String,
+    pub size: usize,
+    pub align: usize,
+}
+
+impl Layout {
+    pub fn new(read: Type) -> Arc<Layout> {
+        Arc::new(Layout { text: read.normalised(), size: read.size(), align: read.align(), read })
+    }
+}
+
+/// What an item's type is before the size of its block is known.
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// A condition without a value.
+    Nothing,
+    Fixed(Arc<Layout>),
+    /// An array of n of these, n being the block's size.
+    Sized(Arc<Layout>),
+}
+
+/// A block's interface, its types and names resolved.
+#[derive(Debug)]
+pub struct BlockKind {
+    pub interface: Interface,
+    pub shapes: Vec<Shape>,
+    by_name: HashMap<String, usize>,
+    /// The item that says how many elements.
+    pub size_item: Option<usize>,
+}
+
+impl BlockKind {
+    /// Reads the types of an interface.
+    ///
+    /// # Errors
+    /// Every type that cannot be read.
+    pub fn new(interface: &Interface) -> Result<BlockKind, Vec<Refusal>> {
+        let mut refusals = Vec::new();
+        let shapes = interface.items.iter().map(|item| {
+            shape(interface, item).unwrap_or_else(|refusal| {
+                refusals.push(refusal.for_what(&format!("item '{}' of block '{}'", item.name, interface.name)));
+                Shape::Nothing
+            })
+        });
+        let shapes = shapes.collect();
+        if !refusals.is_empty() {
+            return Err(refusals);
+        }
+        Ok(BlockKind {
+            shapes,
+            by_name: interface.items.iter().enumerate().map(|(at, item)| (item.name.clone(), at)).collect(),
+            size_item: interface.items.iter().position(|item| item.kind == Kind::Size),
+            interface: interface.clone(),
+        })
+    }
+
+    pub fn item(&self, at: usize) -> &Item {
+        &self.interface.items[at]
+    }
+
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name).copied()
+    }
+
+    /// The type of an item of a block of `size` elements; none where it has no value or its size is not known.
+    pub fn layout(&self, item: usize, size: Option<u32>) -> Option<Arc<Layout>> {
+        match &self.shapes[item] {
+            Shape::Nothing => None,
+            Shape::Fixed(layout) => Some(Arc::clone(layout)),
+            Shape::Sized(element) => Some(Layout::new(Type::Array(Box::new(element.read.clone()), size? as usize))),
+        }
+    }
+}
+
+fn shape(interface: &Interface, item: &Item) -> Result<Shape, Refusal> {
+    if item.kind == Kind::Size {
+        return Ok(Shape::Fixed(Layout::new(Type::Scalar(crate::types::Scalar::Uint32))));
+    }
+    if item.type_text.is_empty() {
+        return Ok(Shape::Nothing);
+    }
+    if !item.sized {
+        return Ok(Shape::Fixed(Layout::new(Type::parse(&item.type_text, &interface.types)?)));
+    }
+    match Type::parse_sized(&item.type_text, &interface.types, Some(1))? {
+        Type::Array(element, _) => Ok(Shape::Sized(Layout::new(*element))),
+        other => Ok(Shape::Sized(Layout::new(other))),
+    }
+}
+
+/// Whether an item is a data node: a port or device that χ and ρ bind.
+pub fn is_data(kind: Kind) -> bool {
+    matches!(kind, Kind::Input | Kind::Output | Kind::DeviceRead | Kind::DeviceWrite)
+}
+
+/// How messages call a kind of item.
+pub fn kind_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Input => "input",
+        Kind::Output => "output",
+        Kind::DeviceRead | Kind::DeviceWrite => "device",
+        Kind::Condition => "condition",
+        Kind::Parameter => "parameter",
+        Kind::State => "state",
+        Kind::Size => "size",
+    }
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The model: types, interfaces, graphs, verbs, devices, and every check on them. From a verb and its arguments it makes a
+//! [`plan::Plan`]: flat, resolved, checked. It has no clock, thread, file, network or `unsafe`.
+#![forbid(unsafe_code)]
+
+mod apply;
+mod checked;
+mod conditions;
+pub mod configuration;
+mod cover;
+pub mod definition;
+mod flatten;
+pub mod interface;
+mod kind;
+mod lists;
+pub mod order;
+pub mod plan;
+pub mod quantity;
+pub mod refusal;
+pub mod suggest;
+pub mod types;
+pub mod value;
+
+pub use apply::apply;
+pub use checked::{CheckedVerb, check_graph, check_verb};
+pub use conditions::{LIMITS, SYSTEM};

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Command lists of a definition: names resolved, cut into stages at the waits.
+use crate::checked::labelled;
+use crate::definition::{Command, CommandList, Verb};
+use crate::flatten::{Flat, Named, Port};
+use crate::interface::Kind;
+use crate::plan::Wait;
+use crate::refusal::{Class, Place};
+use crate::suggest::did_you_mean;
+use std::ops::Range;
+
+/// A command with its label resolved to blocks.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CheckedCommand {
+    Install(Vec<Range<usize>>),
+    Execute(Range<usize>),
+    Activate {
+        label: String,
+        blocks: Range<usize>,
+        every_ns: Option<u64>,
+        budget_ns: Option<u64>,
+        /// `divide` of the graphs around the label: what its blocks' own is relative to.
+        divide: u32,
+    },
+    Deactivate(Range<usize>),
+    Ready,
+}
+
+/// A stretch up to a wait.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CheckedStage {
+    pub commands: Vec<CheckedCommand>,
+    pub wait: Option<Wait>,
+}
+
+/// A command list in stages.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CheckedList {
+    pub name: String,
+    pub stages: Vec<CheckedStage>,
+    pub place: Option<Place>,
+}
+
+/// Resolves all lists.
+pub fn check_lists(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedList> {
+    verb.command_lists.iter().map(|(name, list)| check_list(flat, verb, name, list)).collect()
+}
+
+fn check_list(flat: &mut Flat<'_>, verb: &Verb, name: &str, list: &CommandList) -> CheckedList {
+    let place = if list.place.is_some() { &list.place } else { &verb.place };
+    let mut stages = vec![CheckedStage { commands: Vec::new(), wait: None }];
+    for command in &list.commands {
+        let what = format!("command list '{name}'");
+        let checked = match command {
+            Command::Install { blocks } => {
+                Some(CheckedCommand::Install(blocks.iter().filter_map(|b| labelled(flat, b, &what, place)).map(|found| found.0).collect()))
+            }
+            Command::Execute { block } => labelled(flat, block, &what, place).map(|found| CheckedCommand::Execute(found.0)),
+            Command::Activate { block, every_ns, budget_ns } => {
+                if *every_ns == Some(0) {
+                    flat.refuse(Class::SchedulingError, format!("{what} activates '{block}' with an interval of 0"), place, "give a positive interval, for example every='1 ms'");
+                }
+                labelled(flat, block, &what, place).map(|(blocks, divide)| CheckedCommand::Activate {
+                    label: block.clone(),
+                    blocks,
+                    every_ns: *every_ns,
+                    budget_ns: *budget_ns,
+                    divide,
+                })
+            }
+            Command::Deactivate { block } => labelled(flat, block, &what, place).map(|found| CheckedCommand::Deactivate(found.0)),
+            Command::Ready => Some(CheckedCommand::Ready),
+            Command::Wait { conditions, time_ns } => {
+                let wait = wait(flat, verb, &what, conditions, *time_ns, place);
+                stages.last_mut().expect("there is one from the start").wait = Some(wait);
+                stages.push(CheckedStage { commands: Vec::new(), wait: None });
+                None
+            }
+        };
+        stages.last_mut().expect("there is one from the start").commands.extend(checked);
+    }
+    CheckedList { name: name.to_owned(), stages, place: place.clone() }
+}
+
+fn wait(flat: &mut Flat<'_>, verb: &Verb, what: &str, conditions: &[String], time_ns: Option<i64>, place: &Option<Place>) -> Wait {
+    let Some(time_ns) = time_ns else {
+        let mut ports = Vec::new();
+        for condition in conditions {
+            wait_for(flat, verb, what, condition, place, &mut ports);
+        }
+        return if conditions.is_empty() { Wait::Idle } else { Wait::Conditions(ports) };
+    };
+    if !conditions.is_empty() {
+        flat.refuse(Class::DefinitionError, format!("a wait of {what} has conditions and a time"), place, "wait for one of them");
+    } else if time_ns < 0 {
+        flat.refuse(Class::DefinitionError, format!("a wait of {what} is {time_ns} ns long"), place, "give a time of 0 or more");
+    }
+    Wait::Time(time_ns)
+}
+
+/// `label.item`, or a termination condition's name, which stands for its block conditions.
+fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Option<Place>, ports: &mut Vec<Port>) {
+    if let Some(termination) = verb.conditions.get(name) {
+        if termination.on.is_empty() {
+            flat.refuse(Class::DefinitionError, format!("a wait of {what} names '{name}', a system condition"), place, "wait for conditions of blocks");
+        }
+        for on in &termination.on {
+            ports.extend(condition_port(flat, on, place, false));
+        }
+    } else if name.contains('.') {
+        ports.extend(condition_port(flat, name, place, true));
+    } else {
+        let remedy = did_you_mean(name, verb.conditions.keys().map(String::as_str));
+        flat.refuse(Class::UnknownName, format!("a wait of {what} names the condition '{name}', which is not there"), place, &remedy);
+    }
+}
+
+/// The condition that `label.item` names; `report`: refuse what is none.
+pub fn condition_port(flat: &mut Flat<'_>, name: &str, place: &Option<Place>, report: bool) -> Option<Port> {
+    let refusals = flat.refusals.len();
+    let found = match flat.resolve("", name, place) {
+        Some(Named::Item(port)) => Some(port),
+        _ => None,
+    };
+    match found {
+        Some(port) if flat.item_kind(port) == Kind::Condition => return Some(port),
+        Some(port) => {
+            let interface = flat.blocks[port.0].kind.interface.clone();
+            let conditions = interface.items.iter().filter(|item| item.kind == Kind::Condition);
+            let remedy = did_you_mean(&interface.items[port.1].name, conditions.map(|item| item.name.as_str()));
+            let described = flat.described(port);
+            flat.refuse(Class::UnknownName, format!("'{name}' is no condition: it is {described}"), place, &remedy);
+        }
+        None => {}
+    }
+    if !report {
+        flat.refusals.truncate(refusals);
+    }
+    None
+}
+
+/// The list that a start begins with: the only one, or the one that is named.
+pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
+    let names = || verb.command_lists.keys().map(String::as_str);
+    match &verb.initial {
+        Some(name) => verb.command_lists.get_index_of(name).unwrap_or_else(|| {
+            let remedy = did_you_mean(name, names());
+            flat.refuse(Class::UnknownName, format!("the initial command list '{name}' of verb '{}' is not there", verb.name), &verb.place, &remedy);
+            0
+        }),
+        None if verb.command_lists.len() == 1 => 0,
+        None if verb.command_lists.is_empty() => {
+            flat.refuse(Class::DefinitionError, format!("verb '{}' has no command list", verb.name), &verb.place, "give one, for example {'start': [activate('block')]}");
+            0
+        }
+        None => {
+            let names: Vec<&str> = names().collect();
+            let message = format!("verb '{}' has {} command lists and no initial one", verb.name, names.len());
+            flat.refuse(Class::DefinitionError, message, &verb.place, &format!("say initial= one of {}", names.join(", ")));
+            0
+        }
+    }
+}
+
+/// An interval belongs to blocks without synchronous inputs.
+pub fn check_intervals(flat: &mut Flat<'_>, lists: &[CheckedList], driven: &[bool]) {
+    for list in lists {
+        for command in list.stages.iter().flat_map(|stage| &stage.commands) {
+            let CheckedCommand::Activate { label, blocks, every_ns: Some(_), .. } = command else { continue };
+            if blocks.clone().all(|block| driven[block]) && !blocks.is_empty() {
+                let message = format!("command list '{}' gives '{label}' an execution interval, and a synchronous input drives it", list.name);
+                let remedy = format!("write activate('{label}'), or relax the input with modes={{…: 'asynchronous'}}");
+                flat.refuse(Class::SchedulingError, message, &list.place, &remedy);
+            }
+        }
+    }
+}

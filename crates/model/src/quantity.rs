@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Numbers with units: `"20 ms"`, `"90 deg"`, `"0.5 rad/s"`, `"10 N.m"`, `"30 %"`.
+//!
+//! An angle counts as a dimension of its own, so that `rad/s` and `Hz` are different units.
+use crate::refusal::{Class, Refusal};
+use crate::suggest;
+use std::f64::consts::PI;
+
+/// Exponents of m, kg, s, A, K, rad.
+type Dimension = [i8; 6];
+
+/// A unit: one of it is `multiply / divide` of the coherent SI unit of its dimension. Two factors, so that 20 ms is 20 / 1000.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Unit {
+    multiply: f64,
+    divide: f64,
+    dimension: Dimension,
+}
+
+const ONE: Unit = Unit { multiply: 1.0, divide: 1.0, dimension: [0; 6] };
+
+/// Symbol, factor, dimension, whether it takes prefixes.
+const SYMBOLS: &[(&str, f64, f64, Dimension, bool)] = &[
+    ("m", 1.0, 1.0, [1, 0, 0, 0, 0, 0], true),
+    ("g", 1.0, 1000.0, [0, 1, 0, 0, 0, 0], true),
+    ("s", 1.0, 1.0, [0, 0, 1, 0, 0, 0], true),
+    ("A", 1.0, 1.0, [0, 0, 0, 1, 0, 0], true),
+    ("K", 1.0, 1.0, [0, 0, 0, 0, 1, 0], true),
+    ("rad", 1.0, 1.0, [0, 0, 0, 0, 0, 1], true),
+    ("deg", PI, 180.0, [0, 0, 0, 0, 0, 1], false),
+    ("°", PI, 180.0, [0, 0, 0, 0, 0, 1], false),
+    ("rev", std::f64::consts::TAU, 1.0, [0, 0, 0, 0, 0, 1], false),
+    ("rpm", std::f64::consts::TAU, 60.0, [0, 0, -1, 0, 0, 1], false),
+    ("Hz", 1.0, 1.0, [0, 0, -1, 0, 0, 0], true),
+    ("N", 1.0, 1.0, [1, 1, -2, 0, 0, 0], true),
+    ("J", 1.0, 1.0, [2, 1, -2, 0, 0, 0], true),
+    ("W", 1.0, 1.0, [2, 1, -3, 0, 0, 0], true),
+    ("Pa", 1.0, 1.0, [-1, 1, -2, 0, 0, 0], true),
+    ("bar", 100_000.0, 1.0, [-1, 1, -2, 0, 0, 0], true),
+    ("V", 1.0, 1.0, [2, 1, -3, -1, 0, 0], true),
+    ("Ohm", 1.0, 1.0, [2, 1, -3, -2, 0, 0], true),
+    ("Ω", 1.0, 1.0, [2, 1, -3, -2, 0, 0], true),
+    ("min", 60.0, 1.0, [0, 0, 1, 0, 0, 0], false),
+    ("h", 3600.0, 1.0, [0, 0, 1, 0, 0, 0], false),
+    ("%", 1.0, 100.0, [0; 6], false),
+    ("1", 1.0, 1.0, [0; 6], false),
+];
+
+const PREFIXES: &[(&str, f64, f64)] = &[
+    ("n", 1.0, 1e9), ("u", 1.0, 1e6), ("µ", 1.0, 1e6), ("μ", 1.0, 1e6), ("m", 1.0, 1e3), ("c", 1.0, 1e2), ("d", 1.0, 1e1),
+    ("k", 1e3, 1.0), ("M", 1e6, 1.0), ("G", 1e9, 1.0),
+];
+
+/// Whether a binding between these units holds: an empty one is unknown and agrees with all; two known ones must be the same
+/// unit, however written (`N.m`, `N*m`).
+pub fn units_agree(a: &str, b: &str) -> bool {
+    if a.is_empty() || b.is_empty() || a == b {
+        return true;
+    }
+    match (unit(a), unit(b)) {
+        (Some(a), Some(b)) => a.dimension == b.dimension && a.multiply * b.divide == b.multiply * a.divide,
+        _ => false,
+    }
+}
+
+/// The number that `text` means in unit `target` (`"90 deg"` in `rad`: 1.57…). A number without a unit is taken as it is; an empty
+/// target is unknown and takes the SI value.
+///
+/// # Errors
+/// `ValueRefused`: not a number, or a unit that is not known. `UnitMismatch`: another dimension.
+pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
+    let (number, symbol) = split(text)?;
+    if symbol.is_empty() || symbol == target {
+        return Ok(number);
+    }
+    let Some(given) = unit(symbol) else {
+        return Err(Refusal::new(Class::ValueRefused, format!("'{text}' has the unit '{symbol}', which is not known"))
+            .remedy(suggest::did_you_mean(symbol, SYMBOLS.iter().map(|s| s.0))));
+    };
+    let wanted = if target.is_empty() { Some(Unit { dimension: given.dimension, ..ONE }) } else { unit(target) };
+    match wanted {
+        Some(wanted) if wanted.dimension == given.dimension => {
+            Ok(number * given.multiply * wanted.divide / (given.divide * wanted.multiply))
+        }
+        _ => Err(Refusal::new(Class::UnitMismatch, format!("cannot take '{text}' where the unit is {target}: the dimensions differ"))
+            .remedy(format!("give a number or a quantity in {target}"))),
+    }
+}
+
+/// A duration in whole nanoseconds: `"20 ms"`, `"1.5 s"`, `"2 min"`.
+///
+/// # Errors
+/// `ValueRefused`: no unit, not a number, not finite or beyond 292 years. `UnitMismatch`: not a time.
+pub fn duration_ns(text: &str) -> Result<i64, Refusal> {
+    let (_, symbol) = split(text)?;
+    if symbol.is_empty() {
+        return Err(Refusal::new(Class::ValueRefused, format!("the duration '{text}' has no unit")).remedy("write for example '20 ms'"));
+    }
+    let ns = number_in(text, "ns")?.round();
+    if ns.abs() < i64::MAX as f64 {
+        Ok(ns as i64)
+    } else {
+        Err(Refusal::new(Class::ValueRefused, format!("the duration '{text}' is out of range")))
+    }
+}
+
+/// Nanoseconds for people: `1.5 ms`.
+pub fn duration_text(ns: u64) -> String {
+    let (scale, symbol) = match ns {
+        0 => (1.0, "s"),
+        n if n % 1_000_000 == 0 && n < 1_000_000_000 => (1e6, "ms"),
+        n if n >= 1_000_000_000 => (1e9, "s"),
+        n if n >= 1_000_000 => (1e6, "ms"),
+        n if n >= 1_000 => (1e3, "us"),
+        _ => (1.0, "ns"),
+    };
+    format!("{} {symbol}", ns as f64 / scale)
+}
+
+/// The number and the unit's text.
+fn split(text: &str) -> Result<(f64, &str), Refusal> {
+    let text = text.trim();
+    let is_number = |end: &usize| text.is_char_boundary(*end) && text[..*end].trim_end().parse::<f64>().is_ok_and(f64::is_finite);
+    let longest = text.char_indices().take_while(|(_, c)| c.is_ascii_digit() || "+-.eE ".contains(*c)).last();
+    let end = longest.map_or(0, |(at, c)| at + c.len_utf8());
+    match (1..=end).rev().find(is_number) {
+        Some(end) => Ok((text[..end].trim_end().parse().expect("it was parsed a line above"), text[end..].trim())),
+        None => Err(Refusal::new(Class::ValueRefused, format!("'{text}' is not a number with a unit"))
+            .remedy("write a number, or for example '20 ms' or '90 deg'")),
+    }
+}
+
+/// Reads `kg.m^2/s`, `N*m`, `m/s2`, `1/s`; everything behind a slash divides.
+fn unit(text: &str) -> Option<Unit> {
+    let mut total = ONE;
+    for (at, part) in text.split('/').enumerate() {
+        for word in part.split(['.', '*', '·', ' ']).filter(|word| !word.is_empty()) {
+            let (symbol, exponent) = exponent(word)?;
+            let unit = symbol_unit(symbol)?;
+            let exponent = if at == 0 { exponent } else { -exponent };
+            for _ in 0..exponent.unsigned_abs() {
+                let (multiply, divide) = if exponent > 0 { (unit.multiply, unit.divide) } else { (unit.divide, unit.multiply) };
+                total.multiply *= multiply;
+                total.divide *= divide;
+            }
+            for (sum, one) in total.dimension.iter_mut().zip(unit.dimension) {
+                *sum = sum.checked_add(one.checked_mul(exponent)?)?;
+            }
+        }
+    }
+    Some(total)
+}
+
+fn exponent(word: &str) -> Option<(&str, i8)> {
+    if word == "1" {
+        return Some((word, 1));
+    }
+    let word = word.strip_suffix('²').map_or((word, None), |w| (w, Some(2)));
+    if let (symbol, Some(exponent)) = word {
+        return Some((symbol, exponent));
+    }
+    let digits = word.0.trim_end_matches(|c: char| c.is_ascii_digit() || c == '-').len();
+    let (symbol, exponent) = word.0.split_at(digits);
+    let symbol = symbol.trim_end_matches('^');
+    let exponent = if exponent.is_empty() { 1 } else { exponent.parse().ok()? };
+    (-9..=9).contains(&exponent).then_some((symbol, exponent))
+}
+
+fn symbol_unit(symbol: &str) -> Option<Unit> {
+    let known = |name: &str| SYMBOLS.iter().find(|s| s.0 == name);
+    if let Some((_, multiply, divide, dimension, _)) = known(symbol) {
+        return Some(Unit { multiply: *multiply, divide: *divide, dimension: *dimension });
+    }
+    PREFIXES.iter().find_map(|(prefix, up, down)| {
+        let (_, multiply, divide, dimension, _) = known(symbol.strip_prefix(prefix)?).filter(|s| s.4)?;
+        Some(Unit { multiply: multiply * up, divide: divide * down, dimension: *dimension })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantities_become_si_numbers() {
+        assert_eq!(number_in("20 ms", "s").unwrap(), 0.02);
+        assert_eq!(number_in("90 deg", "rad").unwrap(), std::f64::consts::FRAC_PI_2);
+        assert_eq!(number_in("0.5 rad/s", "rad/s").unwrap(), 0.5);
+        assert_eq!(number_in("10 N.m", "N*m").unwrap(), 10.0);
+        assert_eq!(number_in("30 %", "").unwrap(), 0.3);
+        assert_eq!(number_in("180deg/s^2", "rad/s2").unwrap(), std::f64::consts::PI);
+        assert!((number_in("60 rpm", "rad/s").unwrap() - std::f64::consts::TAU).abs() < 1e-14);
+        assert_eq!(number_in("1e-3 km", "m").unwrap(), 1.0);
+        assert_eq!(number_in("1.5", "rad").unwrap(), 1.5);
+        assert_eq!(number_in("7 counts", "counts").unwrap(), 7.0);
+    }
+
+    #[test]
+    fn other_dimensions_are_refused() {
+        assert_eq!(number_in("20 ms", "rad").unwrap_err().class, Class::UnitMismatch);
+        assert_eq!(number_in("5 Hz", "rad/s").unwrap_err().class, Class::UnitMismatch);
+        assert_eq!(number_in("5 parsec", "m").unwrap_err().class, Class::ValueRefused);
+        assert_eq!(number_in("fast", "m").unwrap_err().class, Class::ValueRefused);
+        assert_eq!(number_in("", "m").unwrap_err().class, Class::ValueRefused);
+    }
+
+    #[test]
+    fn durations_are_whole_nanoseconds() {
+        assert_eq!(duration_ns("20 ms").unwrap(), 20_000_000);
+        assert_eq!(duration_ns("0.1 s").unwrap(), 100_000_000);
+        assert_eq!(duration_ns("2 min").unwrap(), 120_000_000_000);
+        assert_eq!(duration_ns("250 us").unwrap(), 250_000);
+        assert_eq!(duration_ns("5").unwrap_err().class, Class::ValueRefused);
+        assert_eq!(duration_ns("5 m").unwrap_err().class, Class::UnitMismatch);
+        assert_eq!(duration_ns("1e20 s").unwrap_err().class, Class::ValueRefused);
+        assert_eq!(duration_text(1_500_000), "1.5 ms");
+        assert_eq!(duration_text(20_000_000), "20 ms");
+    }
+
+    #[test]
+    fn units_agree_however_they_are_written() {
+        assert!(units_agree("N.m", "N*m") && units_agree("", "rad") && units_agree("m/s^2", "m/s2"));
+        assert!(!units_agree("deg", "rad") && !units_agree("rad/s", "Hz") && !units_agree("counts", "rad"));
+    }
+}

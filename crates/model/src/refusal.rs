@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Refusals: what is wrong with a program, where, and what to do.
+use serde::{Deserialize, Serialize};
+
+/// Where in the user's program something was defined.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Place {
+    pub file: String,
+    pub line: u32,
+}
+
+/// What kind of refusal it is: the name of the Python exception class.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Class {
+    /// A word, number or structure that cannot be read (also a definition that is not of the right form).
+    DefinitionError,
+    /// A block, port, list, condition, parameter, source or device of that name is not there.
+    UnknownName,
+    TypeMismatch,
+    UnitMismatch,
+    /// A data node that nothing covers, or that two cover.
+    CoverError,
+    /// A second writer of an SVV or channel; names the holder.
+    SecondWriter,
+    /// Modes, rates, intervals, triggers that cannot hold.
+    SchedulingError,
+    /// A cycle of synchronous ports.
+    SynchronousCycle,
+    /// No source, two equal candidates, a device on another RTP.
+    PlacementError,
+    /// A value that does not fit its type, unit or range.
+    ValueRefused,
+    /// Wrong call arguments.
+    CallError,
+    NotEnabled,
+    /// A call that the state of the instance or device does not allow.
+    InvalidState,
+    /// A code module that cannot be loaded or built.
+    ModuleError,
+    DeviceFailed,
+    EmergencyStopped,
+    /// Something of that name exists and is in use.
+    InUse,
+}
+
+/// One of the ends that a refusal is about.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct End {
+    /// As the message names it, for example `output 'servo.effort' (double, N.m)`.
+    pub what: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<Place>,
+}
+
+/// One thing that is wrong.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Refusal {
+    pub class: Class,
+    /// Lower case, both ends named: `cannot bind output 'a.y' (double, N.m) to input 'b.u' (float): types differ`.
+    pub message: String,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ends: Vec<End>,
+    /// The next step if it is known; printed after the message, behind a semicolon.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub remedy: String,
+    /// Where to look first: the definition that is at fault.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<Place>,
+}
+
+/// All that is wrong, in the order found. Never empty where it is an error.
+pub type Refusals = Vec<Refusal>;
+
+impl Refusal {
+    /// A refusal of this class; ends, remedy and place are added by the methods below.
+    pub fn new(class: Class, message: impl Into<String>) -> Refusal {
+        Refusal { class, message: message.into(), ends: Vec::new(), remedy: String::new(), place: None }
+    }
+
+    /// Adds the next step; it is printed behind a semicolon.
+    pub fn remedy(mut self, remedy: impl Into<String>) -> Refusal {
+        self.remedy = remedy.into();
+        self
+    }
+
+    /// Adds an end that it is about.
+    pub fn end(mut self, what: impl Into<String>, place: &Option<Place>) -> Refusal {
+        self.ends.push(End { what: what.into(), place: place.clone() });
+        self
+    }
+
+    /// Says where to look first, if nothing said so yet.
+    pub fn at(mut self, place: &Option<Place>) -> Refusal {
+        if self.place.is_none() {
+            self.place.clone_from(place);
+        }
+        self
+    }
+
+    /// Puts words before the message: what the refused value was for.
+    pub fn for_what(mut self, what: &str) -> Refusal {
+        self.message = format!("{what}: {}", self.message);
+        self
+    }
+}
+
+impl std::fmt::Display for Refusal {
+    /// `message; remedy at FILE:LINE`.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.message)?;
+        if !self.remedy.is_empty() {
+            write!(f, "; {}", self.remedy)?;
+        }
+        match &self.place {
+            Some(place) => write!(f, " at {}:{}", place.file, place.line),
+            None => Ok(()),
+        }
+    }
+}
+
+impl std::error::Error for Refusal {}

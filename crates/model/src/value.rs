@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Values as people write them, before a type says how many bytes they are.
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+/// A value of a parameter, preset, SVV or output. In JSON it is what it looks like.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Value {
+    Bool(bool),
+    Integer(i64),
+    Number(f64),
+    /// A quantity with a unit (`"20 ms"`), where a number is wanted.
+    Text(String),
+    List(Vec<Value>),
+    Record(IndexMap<String, Value>),
+}

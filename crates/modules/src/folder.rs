@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A folder of our own for as long as it is needed.
+
+use std::fs::DirBuilder;
+use std::os::unix::fs::DirBuilderExt;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// A new folder that only this user can enter; removed when dropped.
+pub struct Folder {
+    path: PathBuf,
+}
+
+impl Folder {
+    /// Makes one among the temporary files.
+    pub fn new() -> std::io::Result<Folder> {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        loop {
+            let path = std::env::temp_dir().join(format!("opengpac-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed)));
+            match DirBuilder::new().mode(0o700).create(&path) {
+                Ok(()) => return Ok(Folder { path }),
+                // Left by an earlier process of this number.
+                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => continue,
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // What cannot be removed is the system's to clean: it lies among the temporary files.
+        let _ = std::fs::remove_dir_all(&self.path);
+    }
+}

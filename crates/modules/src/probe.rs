@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The sacrificial child: it loads a module and walks its tables, so that a bad file kills it and not us.
+
+use std::ffi::{OsStr, OsString};
+use std::io::Read;
+use std::os::unix::process::ExitStatusExt;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::{Duration, Instant};
+
+/// A probe in Python, for an installation that has the interpreter and no program `opengpac-probe`:
+/// `[sys.executable, "-c", PYTHON_PROBE]`. It needs nothing but the standard library.
+pub const PYTHON_PROBE: &str = include_str!("probe.py");
+
+/// How the child is started: the path of the module is appended. It prints one line: `ok`, `abi N`, `nosymbol`, `noload TEXT` or
+/// `damaged TEXT`.
+#[derive(Clone, Debug)]
+pub struct Probe {
+    pub command: Vec<OsString>,
+    /// How long it may take.
+    pub limit: Duration,
+}
+
+impl Default for Probe {
+    /// `opengpac-probe` beside this program, else the Python probe with `python3`; 10 s.
+    fn default() -> Probe {
+        let beside = std::env::current_exe().ok().map(|program| program.with_file_name("opengpac-probe")).filter(|program| program.is_file());
+        match beside {
+            Some(program) => Probe::of([program.into_os_string()]),
+            None => Probe::of(["python3".into(), "-c".into(), PYTHON_PROBE.into()]),
+        }
+    }
+}
+
+/// What the child found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Finding {
+    Sound,
+    OtherAbi(u32),
+    NoSymbol,
+    Refused(String),
+    Crashed(i32),
+    TimedOut,
+    /// The child could not do its work.
+    Unusable(String),
+}
+
+impl Probe {
+    /// With this command and 10 s.
+    pub fn of(command: impl IntoIterator<Item = OsString>) -> Probe {
+        Probe { command: command.into_iter().collect(), limit: Duration::from_secs(10) }
+    }
+
+    /// Lets a child load the file. Blocks until it is through, at most the limit.
+    pub fn run(&self, file: &Path) -> Finding {
+        let Some((program, arguments)) = self.command.split_first() else { return Finding::Unusable("the probe has no command".to_string()) };
+        let mut command = Command::new(program);
+        command.args(arguments).arg::<&OsStr>(file.as_ref()).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut child = match command.spawn() {
+            Ok(child) => child,
+            Err(error) => return Finding::Unusable(format!("the probe '{}' cannot be started: {error}", program.display())),
+        };
+        let mut output = child.stdout.take().expect("the child was started with a pipe");
+        let (done, said) = channel();
+        // A thread of its own, because the file's code may keep the pipe open.
+        std::thread::spawn(move || {
+            let mut text = Vec::new();
+            let _ = output.read_to_end(&mut text);
+            let _ = done.send(String::from_utf8_lossy(&text).trim().to_string());
+        });
+        let deadline = Instant::now() + self.limit;
+        let text = match said.recv_timeout(self.limit) {
+            Ok(text) => text,
+            Err(RecvTimeoutError::Timeout) => String::new(),
+            Err(RecvTimeoutError::Disconnected) => String::new(),
+        };
+        let status = loop {
+            match child.try_wait() {
+                Ok(Some(status)) => break status,
+                Ok(None) if Instant::now() < deadline => std::thread::sleep(Duration::from_millis(1)),
+                _ => {
+                    // It may have ended by itself at this moment.
+                    let _ = child.kill();
+                    let _ = child.wait();
+                    return Finding::TimedOut;
+                }
+            }
+        };
+        match (status.signal(), text.split_once(' ').unwrap_or((&text, ""))) {
+            (Some(signal), _) => Finding::Crashed(signal),
+            (None, ("ok", _)) => Finding::Sound,
+            (None, ("abi", version)) => Finding::OtherAbi(version.parse().unwrap_or(u32::MAX)),
+            (None, ("nosymbol", _)) => Finding::NoSymbol,
+            (None, ("noload" | "damaged", what)) => Finding::Refused(what.to_string()),
+            _ => Finding::Unusable(format!("the probe ended with {status} and said '{text}'")),
+        }
+    }
+}

@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Applying verbs, and logical devices: from the definitions to instances.
+use crate::configure::SvvRequest;
+use crate::core::{DeviceState, LogicalRecord};
+use crate::refuse::{invalid_state, refuse_at, unknown};
+use crate::system::{Definitions, System, Waited};
+use indexmap::IndexMap;
+use model::CheckedVerb;
+use model::configuration::{LogicalDevice, Rate, Writer};
+use model::definition::{Application, Argument, Initial};
+use model::plan::{CellKind, Plan};
+use model::refusal::{Class, Place, Refusals};
+use model::value::Value;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A logical device as it is asked for.
+#[derive(Clone, Debug, serde::Deserialize)]
+pub struct DeviceRequest {
+    pub device_type: String,
+    /// Parameters that differ from the type's.
+    #[serde(default)]
+    pub parameters: IndexMap<String, Value>,
+    /// Further arguments of its verb (`drive`).
+    #[serde(default)]
+    pub arguments: IndexMap<String, Argument>,
+    /// Where its verb runs, `rtp.name`.
+    #[serde(default)]
+    pub source: Option<String>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+impl Definitions {
+    /// The checked form of a verb; made anew where a module that it may use has changed.
+    fn checked(&mut self, verb: &str) -> Result<Arc<CheckedVerb>, Refusals> {
+        if let Some(checked) = self.checked.get(verb) {
+            return Ok(checked.clone());
+        }
+        let Some(definition) = self.configuration.verbs.get(verb) else {
+            return Err(unknown("verb", verb, self.configuration.verbs.keys().map(String::as_str)));
+        };
+        let checked = Arc::new(CheckedVerb::new(definition, &self.configuration)?);
+        self.checked.insert(verb.to_owned(), checked.clone());
+        Ok(checked)
+    }
+
+    fn plan(&mut self, application: &Application) -> Result<Plan, Refusals> {
+        self.checked(&application.verb)?.apply(application, &self.configuration)
+    }
+}
+
+impl System {
+    /// Plans an application without making anything.
+    pub fn check(&self, application: &Application) -> Result<Plan, Refusals> {
+        self.shared.definitions().plan(application)
+    }
+
+    /// Makes a verb instance.
+    pub fn create(&self, application: &Application) -> Result<u64, Refusals> {
+        let mut definitions = self.shared.definitions();
+        self.create_in(&mut definitions, application)
+    }
+
+    fn create_in(&self, definitions: &mut Definitions, application: &Application) -> Result<u64, Refusals> {
+        let plan = Arc::new(definitions.plan(application)?);
+        if let Some(name) = &application.name {
+            if self.shared.locked().instances.values().any(|i| i.name == *name) {
+                return Err(refuse_at(Class::InUse, format!("there is a verb instance '{name}' already"), "give it another name", application.place.clone()));
+            }
+        }
+        let catalog = &definitions.catalog;
+        let (id, name) = self.shared.command(|core| {
+            let id = core.create(catalog, plan.clone(), application.name.clone(), application.owner.clone())?;
+            Ok((id, core.instances[&id].name.clone()))
+        })?;
+        enter_writers(definitions, &plan, &name, application.place.as_ref());
+        Ok(id)
+    }
+
+    /// Deletes a verb instance that is not running.
+    pub fn delete(&self, instance: u64) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        let (name, plan) = self.shared.command(|core| {
+            let found = core.instance(instance)?;
+            let named = (found.name.clone(), found.plan.clone());
+            core.delete(instance)?;
+            Ok(named)
+        })?;
+        leave_writers(&mut definitions, &plan, &name);
+        Ok(())
+    }
+
+    /// Makes a logical device with its SVVs, parameters and verb instance; all or nothing.
+    pub fn device(&self, name: &str, request: DeviceRequest) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        let place = request.place.clone();
+        let Some(of) = definitions.configuration.device_types.get(&request.device_type).cloned() else {
+            return Err(unknown("device type", &request.device_type, definitions.configuration.device_types.keys().map(String::as_str)));
+        };
+        if definitions.configuration.logical_devices.contains_key(name) {
+            return Err(refuse_at(Class::InUse, format!("there is a logical device '{name}' already"), "give it another name, or delete that one first", place));
+        }
+        let parameters = device_parameters(&of, &request.parameters)?;
+        let (mut svvs, mut copies) = (IndexMap::new(), Vec::new());
+        let made = of.svvs.iter().try_for_each(|(member, specification)| {
+            let full = format!("{name}.{member}");
+            if let Some(Initial::CopyOf(from)) = &specification.initial {
+                if !of.svvs.contains_key(from) {
+                    return Err(unknown(&format!("SVV of '{}' named", of.name), from, of.svvs.keys().map(String::as_str)));
+                }
+                copies.push((full.clone(), format!("{name}.{from}")));
+            }
+            let asked = SvvRequest { specification: specification.clone(), types: IndexMap::new() };
+            self.make_svv(&mut definitions, &full, &asked, Some(name), place.clone())?;
+            svvs.insert(member.clone(), full);
+            Ok(())
+        });
+        let logical = LogicalDevice {
+            device_type: of.name.clone(),
+            svvs,
+            parameters,
+            arguments: request.arguments.clone(),
+            source: request.source.clone(),
+            enabled: false,
+            place: place.clone(),
+        };
+        definitions.configuration.logical_devices.insert(name.to_owned(), logical);
+        let instance = made.and_then(|()| self.own_verb(&mut definitions, name, &of, &request));
+        match instance {
+            Ok(instance) => self.shared.command(|core| {
+                core.logical.insert(name.to_owned(), LogicalRecord { instance, state: DeviceState::Disabled, copies });
+                Ok(())
+            }),
+            Err(refusals) => {
+                self.forget_device(&mut definitions, name);
+                Err(refusals)
+            }
+        }
+    }
+
+    /// The instance of a new device's own verb.
+    fn own_verb(&self, definitions: &mut Definitions, name: &str, of: &model::definition::DeviceType, request: &DeviceRequest) -> Result<Option<u64>, Refusals> {
+        let Some(verb) = &of.verb else { return Ok(None) };
+        let placement = request.source.iter().map(|source| ("*".to_owned(), source.clone())).collect();
+        let application = Application {
+            verb: verb.clone(),
+            name: Some(format!("{name}.{verb}")),
+            arguments: request.arguments.clone(),
+            placement,
+            every: IndexMap::new(),
+            owner: Some(name.to_owned()),
+            place: request.place.clone(),
+        };
+        self.create_in(definitions, &application).map(Some)
+    }
+
+    /// Takes a device and its SVVs out again.
+    fn forget_device(&self, definitions: &mut Definitions, name: &str) {
+        let configuration = &mut definitions.configuration;
+        configuration.logical_devices.shift_remove(name);
+        let svvs: Vec<String> = configuration.svvs.iter().filter(|(_, svv)| svv.device.as_deref() == Some(name)).map(|(n, _)| n.clone()).collect();
+        for svv in &svvs {
+            configuration.svvs.shift_remove(svv);
+        }
+        let mut core = self.shared.locked();
+        for svv in &svvs {
+            core.svvs.shift_remove(svv);
+        }
+        core.logical.shift_remove(name);
+    }
+
+    /// Deletes a logical device that is disabled and that no instance is bound to.
+    pub fn delete_device(&self, name: &str) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        let gone = self.shared.command(|core| {
+            let record = core.logical(name)?;
+            if !matches!(record.state, DeviceState::Disabled | DeviceState::Fault) {
+                return Err(invalid_state(&format!("device '{name}'"), "enabled", "delete", "disable it first"));
+            }
+            let own = record.instance;
+            if let Some(user) = core.instances.values().find(|i| Some(i.id) != own && i.plan.devices.iter().any(|d| d == name)) {
+                return Err(invalid_state(&format!("device '{name}'"), &format!("used by '{}'", user.name), "delete", "delete that instance first"));
+            }
+            let gone = own.and_then(|id| core.instances.get(&id)).map(|i| (i.name.clone(), i.plan.clone()));
+            if let Some(id) = own {
+                core.remove(id);
+            }
+            Ok(gone)
+        })?;
+        if let Some((instance, plan)) = gone {
+            leave_writers(&mut definitions, &plan, &instance);
+        }
+        self.forget_device(&mut definitions, name);
+        Ok(())
+    }
+
+    /// Starts a device's own verb. See [`System::wait_enabled`].
+    pub fn enable(&self, device: &str) -> Result<u64, Refusals> {
+        let definitions = self.shared.definitions();
+        self.shared.command(|core| core.enable(device, &definitions.configuration))
+    }
+
+    /// Waits until a device that is being enabled is ready, or has ended without: then false.
+    pub fn wait_enabled(&self, device: &str, until_ns: Option<i64>, slice: Duration) -> Result<Waited<bool>, Refusals> {
+        self.shared.wait_for(until_ns, slice, |core| {
+            Ok(match core.logical(device)?.state {
+                DeviceState::Enabled => Some(true),
+                DeviceState::Enabling => None,
+                _ => Some(false),
+            })
+        })
+    }
+
+    /// Ends the verbs that use a device, then its own.
+    pub fn disable(&self, device: &str, slice: Duration) -> Result<Waited<()>, Refusals> {
+        self.shared.wait_for(None, slice, |core| Ok(core.disable(device)?.then_some(())))
+    }
+
+    pub fn device_state(&self, device: &str) -> Result<&'static str, Refusals> {
+        self.shared.locked().device_state(device)
+    }
+
+    /// Sets a parameter of a device: at the next start, and at once in what runs, where it is declared tunable.
+    pub fn set_device_parameter(&self, device: &str, parameter: &str, value: Value) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        let Some(record) = definitions.configuration.logical_devices.get(device) else {
+            return Err(unknown("logical device", device, definitions.configuration.logical_devices.keys().map(String::as_str)));
+        };
+        let of = &definitions.configuration.device_types[&record.device_type];
+        let Some(declared) = of.parameters.get(parameter) else {
+            return Err(unknown(&format!("parameter of '{device}' named"), parameter, of.parameters.keys().map(String::as_str)));
+        };
+        let value = in_kind_of(&declared.default, &declared.unit, &value).map_err(|r| vec![crate::life::named(r, parameter)])?;
+        let tunable = declared.tunable;
+        if tunable {
+            self.shared.command(|core| core.tune(device, parameter, &value))?;
+        }
+        if let Some(record) = definitions.configuration.logical_devices.get_mut(device) {
+            record.parameters.insert(parameter.to_owned(), value);
+        }
+        Ok(())
+    }
+
+    pub fn device_parameter(&self, device: &str, parameter: &str) -> Result<Value, Refusals> {
+        let definitions = self.shared.definitions();
+        let Some(record) = definitions.configuration.logical_devices.get(device) else {
+            return Err(unknown("logical device", device, definitions.configuration.logical_devices.keys().map(String::as_str)));
+        };
+        record.parameters.get(parameter).cloned().ok_or_else(|| unknown(&format!("parameter of '{device}' named"), parameter, record.parameters.keys().map(String::as_str)))
+    }
+}
+
+/// The parameters of a device: the type's, with those that were given in their place.
+fn device_parameters(of: &model::definition::DeviceType, given: &IndexMap<String, Value>) -> Result<IndexMap<String, Value>, Refusals> {
+    let mut refusals = Vec::new();
+    let mut parameters: IndexMap<String, Value> = IndexMap::new();
+    for (name, declared) in &of.parameters {
+        match in_kind_of(&declared.default, &declared.unit, given.get(name).unwrap_or(&declared.default)) {
+            Ok(value) => {
+                parameters.insert(name.clone(), value);
+            }
+            Err(refusal) => refusals.push(crate::life::named(refusal, name)),
+        }
+    }
+    for name in given.keys().filter(|n| !of.parameters.contains_key(*n)) {
+        refusals.extend(unknown(&format!("parameter of '{}' named", of.name), name, of.parameters.keys().map(String::as_str)));
+    }
+    if refusals.is_empty() { Ok(parameters) } else { Err(refusals) }
+}
+
+/// A value for a parameter whose default is a number: quantities in its unit, numbers as they are.
+fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model::refusal::Refusal> {
+    match (default, value) {
+        (Value::Number(_) | Value::Integer(_) | Value::Text(_), Value::Text(text)) => model::quantity::number_in(text, unit).map(Value::Number),
+        (Value::Number(_), Value::Integer(i)) => Ok(Value::Number(*i as f64)),
+        (Value::Number(_), Value::Number(_)) | (Value::Integer(_), Value::Integer(_)) | (Value::Bool(_), Value::Bool(_)) | (Value::List(_), Value::List(_)) => Ok(value.clone()),
+        (Value::Integer(_), Value::Number(_)) | (Value::Text(_), Value::Number(_) | Value::Integer(_)) => Ok(value.clone()),
+        (Value::Record(_), Value::Record(_)) => Ok(value.clone()),
+        _ => Err(model::refusal::Refusal::new(Class::ValueRefused, format!("{value:?} is not of the kind of its default {default:?}"))),
+    }
+}
+
+/// Enters what an instance writes, for the checks of later ones.
+fn enter_writers(definitions: &mut Definitions, plan: &Plan, instance: &str, place: Option<&Place>) {
+    for cell in &plan.cells {
+        let CellKind::Svv { name, .. } = &cell.kind else { continue };
+        for (block, item) in &cell.writers {
+            let planned = &plan.blocks[*block];
+            let item_name = definitions.configuration.interfaces.get(&planned.block).and_then(|i| i.items.get(*item)).map_or(String::new(), |i| i.name.clone());
+            let rates: Vec<Rate> = plan.activations[planned.activation].rates.iter().map(|(_, rate)| rate.clone()).collect();
+            let writer = Writer {
+                instance: instance.to_owned(),
+                port: format!("{}.{item_name}", planned.label),
+                source: planned.source.clone(),
+                mode: crate::connect::mode_of(plan, *block, *item),
+                rates: if rates.is_empty() { vec![Rate::Once] } else { rates },
+                place: planned.place.clone().or_else(|| place.cloned()),
+            };
+            definitions.configuration.writers.entry(name.clone()).or_default().push(writer);
+        }
+    }
+}
+
+fn leave_writers(definitions: &mut Definitions, plan: &Plan, instance: &str) {
+    for cell in plan.cells.iter().filter(|c| !c.writers.is_empty()) {
+        if let CellKind::Svv { name, .. } = &cell.kind {
+            if let Some(writers) = definitions.configuration.writers.get_mut(name) {
+                writers.retain(|w| w.instance != instance);
+            }
+        }
+    }
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The code that is there: the library and the modules that were downloaded.
+use indexmap::IndexMap;
+use model::interface::Interface;
+use opengpac::abi::Descriptor;
+use std::any::Any;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A block that can be installed.
+#[derive(Clone)]
+pub(crate) struct Code {
+    pub descriptor: &'static Descriptor,
+    /// Keeps the module loaded.
+    pub module: Arc<dyn Any + Send + Sync>,
+    pub interface: Arc<Interface>,
+}
+
+/// Every block by `module.block`. A module of the same name takes the place of the one before; instances keep theirs.
+#[derive(Default)]
+pub(crate) struct Catalog {
+    pub blocks: HashMap<String, Code>,
+    /// module → declarations of its struct types.
+    pub modules: IndexMap<String, IndexMap<String, String>>,
+}
+
+impl Catalog {
+    /// Enters a module.
+    pub fn enter(&mut self, module: &str, types: IndexMap<String, String>, blocks: Vec<Code>) {
+        let prefix = format!("{module}.");
+        self.blocks.retain(|name, _| !name.starts_with(&prefix));
+        for code in blocks {
+            self.blocks.insert(code.interface.name.clone(), code);
+        }
+        self.modules.insert(module.to_owned(), types);
+    }
+}

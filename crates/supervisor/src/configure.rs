@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Configuration: hardware, code, definitions, SVVs. It can change at any time, as long as nothing that runs is affected.
+use crate::catalog::Code;
+use crate::core::PhysicalRecord;
+use crate::refuse::{invalid_state, refuse, refuse_at, unknown};
+use crate::svvs::SvvRecord;
+use crate::system::System;
+use crate::tables::SourceTable;
+use indexmap::IndexMap;
+use kernel::{Direction, Op, SourceSpec};
+use model::{CheckedVerb, check_graph};
+use model::configuration::{Channel, PhysicalDevice, Source, SourceKind, Svv, SvvId};
+use model::definition::{DeviceType, Graph, Initial, SvvSpecification, Verb};
+use model::refusal::{Class, Place, Refusals};
+use model::types::Type;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// An SVV as it is asked for: its specification, and the struct types that its type needs.
+#[derive(Clone, Debug, serde::Deserialize)]
+pub struct SvvRequest {
+    #[serde(flatten)]
+    pub specification: SvvSpecification,
+    #[serde(default)]
+    pub types: IndexMap<String, String>,
+}
+
+impl System {
+    /// A real-time processor. `core`: where its sources' threads are pinned. The first is the supervisor, unless another says so.
+    pub fn processor(&self, name: &str, core: Option<usize>, supervisor: bool) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        if definitions.configuration.processors.iter().any(|p| p == name) {
+            return Err(refuse(Class::InUse, format!("there is a processor '{name}' already"), "give it another name"));
+        }
+        if let Some(core) = core.filter(|c| *c >= cores()) {
+            return Err(refuse(Class::PlacementError, format!("processor '{name}' asks for core {core}, this machine has cores 0 to {}", cores() - 1), "give one of those, or leave it out"));
+        }
+        let supervisors = &mut definitions.processors;
+        if supervisor || supervisors.is_empty() {
+            supervisors.values_mut().for_each(|p| p.supervisor = false);
+        }
+        let first = definitions.processors.is_empty();
+        definitions.processors.insert(name.to_owned(), Processor { core, supervisor: supervisor || first });
+        definitions.configuration.processors.push(name.to_owned());
+        Ok(())
+    }
+
+    /// An interrupt source of a processor. `kind`: `timer`, `trigger` or `software`.
+    pub fn source(&self, processor: &str, name: &str, kind: SourceKind, priority: u8, virtual_cost_ns: u64) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        let Some(rtp) = definitions.processors.get_index_of(processor) else {
+            return Err(unknown("processor", processor, definitions.processors.keys().map(String::as_str)));
+        };
+        let full = format!("{processor}.{name}");
+        if definitions.configuration.sources.contains_key(&full) {
+            return Err(refuse(Class::InUse, format!("there is a source '{full}' already"), "give it another name"));
+        }
+        if !(1..=98).contains(&priority) {
+            return Err(refuse(Class::ValueRefused, format!("priority {priority} of source '{full}' is not in 1 to 98"), "1 is the lowest"));
+        }
+        if matches!(kind, SourceKind::Timer { period_ns } if period_ns < PERIOD_NS_MIN) {
+            return Err(refuse(Class::ValueRefused, format!("the period of source '{full}' is shorter than 10 us"), "give at least \"10 us\""));
+        }
+        let spec = SourceSpec {
+            rtp: u16::try_from(rtp).expect("fewer than 65,536 processors"),
+            name: full.clone(),
+            kind: match &kind {
+                SourceKind::Timer { period_ns } => kernel::SourceKind::Timer { period_ns: *period_ns },
+                SourceKind::Trigger | SourceKind::Software => kernel::SourceKind::Software,
+            },
+            priority,
+            core: definitions.processors[rtp].core,
+            virtual_cost_ns,
+        };
+        let id = self.shared.host.add_source(spec).map_err(|why| refuse(Class::InvalidState, format!("cannot start source '{full}': {why}"), "close other programs and try again"))?;
+        self.shared.command(|core| {
+            core.sources.insert(full.clone(), id);
+            core.tables.insert(id, SourceTable::default());
+            Ok(())
+        })?;
+        definitions.configuration.sources.insert(full, Source { processor: processor.to_owned(), kind, priority });
+        Ok(())
+    }
+
+    /// Requests a firing of a trigger or software source.
+    pub fn request(&self, source: &str) -> Result<(), Refusals> {
+        let definitions = self.shared.definitions();
+        match definitions.configuration.sources.get(source) {
+            None => Err(unknown("source", source, definitions.configuration.sources.keys().map(String::as_str))),
+            Some(Source { kind: SourceKind::Timer { .. }, .. }) => Err(refuse(Class::InvalidState, format!("source '{source}' is a timer"), "only triggers and software sources can be requested")),
+            Some(_) => self.shared.command(|core| {
+                core.host.request(core.sources[source]);
+                Ok(())
+            }),
+        }
+    }
+
+    /// Opens a physical device. Returns its channels and what the driver says of itself (JSON).
+    pub fn physical_device(&self, processor: &str, name: &str, kind: &str, options: &serde_json::Value, source: &str, place: Option<Place>) -> Result<serde_json::Value, Refusals> {
+        let mut definitions = self.shared.definitions();
+        let configuration = &definitions.configuration;
+        if configuration.devices.contains_key(name) {
+            return Err(refuse_at(Class::InUse, format!("there is a physical device '{name}' already"), "give it another name", place));
+        }
+        match configuration.sources.get(source) {
+            None => return Err(unknown("source", source, configuration.sources.keys().map(String::as_str))),
+            Some(s) if s.processor != processor => {
+                return Err(refuse_at(Class::PlacementError, format!("device '{name}' of processor '{processor}' cannot be exchanged by source '{source}'"), format!("name a source of '{processor}'"), place));
+            }
+            Some(_) => {}
+        }
+        let (driver, description) = drivers::open(kind, options).map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {why}"), "", place.clone()))?;
+        let device = kernel::Device::open(name, driver, self.shared.host.now_ns())
+            .map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {}", why.message), "", place.clone()))?;
+        let channels: Vec<Channel> = (device.channels().iter())
+            .map(|c| Channel { name: c.name.clone(), write: c.direction == Direction::Write, type_text: c.type_text.clone(), unit: c.unit.clone() })
+            .collect();
+        self.shared.command(|core| {
+            let id = core.sources[source];
+            core.tables.get_mut(&id).expect("a source has its table as long as the system lives").devices.push(device.clone());
+            core.physical.insert(name.to_owned(), PhysicalRecord { device, source: id, lost: None });
+            let op = core.table_op(id);
+            core.submit(id, vec![op], crate::core::Purpose::Nothing);
+            Ok(())
+        })?;
+        let json = serde_json::json!({ "channels": channels, "driver": description });
+        definitions.configuration.devices.insert(name.to_owned(), PhysicalDevice { processor: processor.to_owned(), source: source.to_owned(), channels, place });
+        Ok(json)
+    }
+
+    /// Patterns over `verb.label` → source.
+    pub fn place(&self, placement: IndexMap<String, String>) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        for source in placement.values() {
+            if !definitions.configuration.sources.contains_key(source) {
+                return Err(unknown("source", source, definitions.configuration.sources.keys().map(String::as_str)));
+            }
+        }
+        definitions.configuration.placement.extend(placement);
+        Ok(())
+    }
+
+    /// Enters a verb. An equal definition is nothing; another one of the name is refused while an instance runs.
+    pub fn define_verb(&self, verb: Verb) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        if definitions.configuration.verbs.get(&verb.name) == Some(&verb) && definitions.checked.contains_key(&verb.name) {
+            return Ok(());
+        }
+        self.refuse_busy(&verb.name, "redefine")?;
+        let checked = CheckedVerb::new(&verb, &definitions.configuration)?;
+        definitions.checked.insert(verb.name.clone(), Arc::new(checked));
+        definitions.configuration.verbs.insert(verb.name.clone(), verb);
+        Ok(())
+    }
+
+    /// Refuses where an instance of the verb runs or is suspended.
+    fn refuse_busy(&self, verb: &str, call: &str) -> Result<(), Refusals> {
+        let core = self.shared.locked();
+        match core.instances.values().find(|i| i.plan.verb == verb && i.is_busy()) {
+            None => Ok(()),
+            Some(busy) => Err(refuse(Class::InUse, format!("cannot {call} verb '{verb}': its instance '{}' is {}", busy.name, busy.state.name()), format!("halt '{}' first", busy.name))),
+        }
+    }
+
+    /// Every refusal of a graph's definition.
+    pub fn check_graph(&self, graph: &Graph) -> Result<(), Refusals> {
+        let refusals = check_graph(graph, &self.shared.definitions().configuration);
+        if refusals.is_empty() { Ok(()) } else { Err(refusals) }
+    }
+
+    /// Enters a logical device type.
+    pub fn define_device_type(&self, of: DeviceType) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        if definitions.configuration.device_types.get(&of.name) == Some(&of) {
+            return Ok(());
+        }
+        if let Some(verb) = of.verb.as_ref().filter(|v| !definitions.configuration.verbs.contains_key(*v)) {
+            return Err(unknown("verb", verb, definitions.configuration.verbs.keys().map(String::as_str)));
+        }
+        let device = definitions.configuration.logical_devices.iter().find(|(_, d)| d.device_type == of.name);
+        if let Some((device, _)) = device {
+            return Err(refuse_at(Class::InUse, format!("cannot redefine device type '{}': device '{device}' is of it", of.name), format!("delete '{device}' first"), of.place));
+        }
+        for (name, svv) in &of.svvs {
+            Type::parse(&svv.type_text, &IndexMap::new()).map_err(|r| vec![crate::life::named(r, name)])?;
+        }
+        definitions.configuration.device_types.insert(of.name.clone(), of);
+        Ok(())
+    }
+
+    /// Makes an SVV of the system.
+    pub fn svv(&self, name: &str, request: &SvvRequest, place: Option<Place>) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        self.make_svv(&mut definitions, name, request, None, place)
+    }
+
+    pub(crate) fn make_svv(&self, definitions: &mut crate::system::Definitions, name: &str, request: &SvvRequest, device: Option<&str>, place: Option<Place>) -> Result<(), Refusals> {
+        if definitions.configuration.svvs.contains_key(name) {
+            return Err(refuse_at(Class::InUse, format!("there is an SVV '{name}' already"), "give it another name, or delete that one first", place));
+        }
+        let asked = &request.specification;
+        let of = Type::parse(&asked.type_text, &request.types).map_err(|r| vec![crate::life::named(r, name)])?;
+        let stored = match &asked.initial {
+            Some(Initial::Value(value)) => of.encode(value, &asked.unit).map_err(|r| vec![crate::life::named(r, name)])?,
+            _ => vec![0; of.size()],
+        };
+        let (type_text, now_ns) = (of.normalised(), self.shared.host.now_ns());
+        let id = self.shared.command(|core| {
+            let id = SvvId(u32::try_from(core.fresh()).expect("fewer than 2^32 SVVs in the life of a system"));
+            core.svvs.insert(
+                name.to_owned(),
+                SvvRecord {
+                    id,
+                    type_text: type_text.clone(),
+                    unit: asked.unit.clone(),
+                    size: of.size(),
+                    history: asked.history,
+                    cells: HashMap::new(),
+                    readers: HashMap::new(),
+                    home: None,
+                    stored,
+                    stored_ns: now_ns,
+                    writers: Vec::new(),
+                    bound: 0,
+                    rows: None,
+                },
+            );
+            Ok(id)
+        })?;
+        let svv = Svv { id, type_text: asked.type_text.clone(), unit: asked.unit.clone(), types: request.types.clone(), device: device.map(str::to_owned), place };
+        definitions.configuration.svvs.insert(name.to_owned(), svv);
+        Ok(())
+    }
+
+    /// Deletes an SVV that nothing is bound to.
+    pub fn delete_svv(&self, name: &str) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        let Some(svv) = definitions.configuration.svvs.get(name) else {
+            return Err(unknown("SVV", name, definitions.configuration.svvs.keys().map(String::as_str)));
+        };
+        if let Some(device) = &svv.device {
+            return Err(invalid_state(&format!("SVV '{name}'"), &format!("part of device '{device}'"), "delete", "delete the device"));
+        }
+        self.shared.command(|core| {
+            let bound = core.instances.values().find(|i| i.plan.cells.iter().any(|c| matches!(&c.kind, model::plan::CellKind::Svv { name: n, .. } if n == name)));
+            if let Some(instance) = bound {
+                return Err(invalid_state(&format!("SVV '{name}'"), &format!("bound by '{}'", instance.name), "delete", "delete that instance first"));
+            }
+            core.svvs.shift_remove(name);
+            Ok(())
+        })?;
+        definitions.configuration.svvs.shift_remove(name);
+        Ok(())
+    }
+
+    /// The library's blocks, as module `library`.
+    pub(crate) fn enter_library(&self) {
+        let types: Vec<_> = library::types().iter().filter_map(|t| opengpac::read::TypeFace::read(t).ok()).collect();
+        let blocks = library::blocks();
+        let faces: Vec<_> = blocks.iter().map(|d| opengpac::read::BlockFace::read(d, &types).expect("the library's own blocks are in order: its tests check it")).collect();
+        self.enter_module("library", &faces, &types, Arc::new(()));
+    }
+
+    /// Enters blocks under a module's name; verbs that use them are checked again when they are applied next.
+    pub(crate) fn enter_module(&self, module: &str, blocks: &[opengpac::read::BlockFace], types: &[opengpac::read::TypeFace], keep: Arc<dyn std::any::Any + Send + Sync>) {
+        let mut definitions = self.shared.definitions();
+        let types: IndexMap<String, String> = types.iter().map(|t| (t.name.clone(), t.declaration.clone())).collect();
+        let code: Vec<Code> = (blocks.iter())
+            .map(|face| Code { descriptor: face.descriptor, module: keep.clone(), interface: Arc::new(crate::faces::interface(module, face, &types)) })
+            .collect();
+        let prefix = format!("{module}.");
+        definitions.configuration.interfaces.retain(|name, _| !name.starts_with(&prefix));
+        for entry in &code {
+            definitions.configuration.interfaces.insert(entry.interface.name.clone(), (*entry.interface).clone());
+        }
+        definitions.catalog.enter(module, types, code);
+        definitions.checked.clear();
+        drop(definitions);
+        // A module that comes anew is trusted anew.
+        self.shared.locked().poisoned.remove(module);
+    }
+
+    /// Verb instances of the module's blocks that run or are suspended keep it from being redefined.
+    pub(crate) fn refuse_busy_module(&self, module: &str) -> Result<(), Refusals> {
+        let core = self.shared.locked();
+        let prefix = format!("{module}.");
+        match core.instances.values().find(|i| i.is_busy() && i.plan.blocks.iter().any(|b| b.block.starts_with(&prefix))) {
+            None => Ok(()),
+            Some(busy) => Err(refuse(Class::InUse, format!("cannot download module '{module}' again: instance '{}' of its blocks is {}", busy.name, busy.state.name()), format!("halt '{}' first", busy.name))),
+        }
+    }
+
+    /// Stores a value from the PS.
+    pub fn write(&self, name: &str, value: &model::value::Value) -> Result<(), Refusals> {
+        self.shared.command(|core| core.write(name, value))
+    }
+
+    /// Channels that trip the emergency stop when they are not 0.
+    pub fn emergency_stop_input(&self, device: &str, channel: &str) -> Result<(), Refusals> {
+        self.shared.command(|core| {
+            let Some(physical) = core.physical.get(device) else {
+                return Err(unknown("physical device", device, core.physical.keys().map(String::as_str)));
+            };
+            let channels = physical.device.channels();
+            let Some(index) = channels.iter().position(|c| c.name == channel && c.direction == Direction::Read) else {
+                return Err(unknown("read channel", channel, channels.iter().map(|c| c.name.as_str())));
+            };
+            core.emergency_inputs.push((device.to_owned(), index));
+            Ok(())
+        })
+    }
+
+    /// Brings devices to their safe state and latches.
+    pub fn emergency_stop(&self, reason: &str) -> Result<(), Refusals> {
+        self.shared.command(|core| {
+            core.emergency_stop(reason);
+            for physical in core.physical.values().map(|p| (p.device.clone(), p.source)).collect::<Vec<_>>() {
+                let (device, source) = physical;
+                let channels = (0..device.channels().len()).filter(|c| device.channels()[*c].direction == Direction::Write);
+                let channels = channels.map(|c| u16::try_from(c).expect("a device has fewer than 65,536 channels")).collect();
+                core.submit(source, vec![Op::Safe { device, channels }], crate::core::Purpose::Nothing);
+            }
+            Ok(())
+        })
+    }
+
+    /// Lifts the latch.
+    pub fn reset(&self) -> Result<(), Refusals> {
+        self.shared.command(|core| {
+            let present = core.emergency_cause();
+            core.reset(present)
+        })
+    }
+}
+
+/// A processor as it was asked for.
+pub(crate) struct Processor {
+    pub core: Option<usize>,
+    pub supervisor: bool,
+}
+
+/// The shortest period of a timer.
+const PERIOD_NS_MIN: u64 = 10_000;
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}

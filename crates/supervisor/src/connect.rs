@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Connections between sources: the asynchronous group of each pair, and the queues of an instance's synchronous inputs.
+//!
+//! A pair has one asynchronous group, so that a firing sees one publication of each other source. It is made anew when its
+//! members change: the writer publishes into the new one first, then the reader turns to it. Queues belong to the instance that
+//! reads them and are never made anew, so no row is lost.
+use crate::core::Core;
+use crate::install::Installed;
+use crate::sequence::{Inlet, Movement};
+use crate::tables::{InletRecord, Outlet};
+use interconnect::{ConnectionSpec, Receiver, Sender};
+use kernel::connection::QueueMember;
+use kernel::{Activation, Cell, Inbound, Outbound, SourceId};
+use model::interface::Mode;
+use model::plan::{Binding, CellKind, Plan};
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+/// Rows that a queue holds: values that may wait while the reader is held up.
+const QUEUE_DEPTH: usize = 16;
+
+/// (writing source, reading source).
+pub(crate) type Pair = (SourceId, SourceId);
+
+/// Who writes a queue's member.
+enum Author {
+    Planned(usize),
+    Installed(Arc<Activation>),
+}
+
+/// One member of a queue.
+struct Member {
+    from: Cell,
+    to: Cell,
+    author: Author,
+    /// n of the writer's output, where that is a ratio output, else 0.
+    author_ratio: u32,
+    /// n of a ratio input, else 0.
+    ratio: u32,
+    /// The activation that reads it (of the plan).
+    reader: usize,
+}
+
+/// A queue between two sources for one instance, while the instance is installed.
+pub(crate) struct Queue {
+    pair: Pair,
+    members: Vec<Member>,
+    ends: (Box<dyn Sender>, Box<dyn Receiver>),
+}
+
+
+/// The queues that a plan needs. Ratio members travel in a queue of their own.
+pub(crate) fn queues(core: &Core, plan: &Plan, block_source: &[SourceId], cells: &[HashMap<SourceId, Cell>]) -> Vec<Queue> {
+    let mut members: BTreeMap<(Pair, bool), Vec<Member>> = BTreeMap::new();
+    for (index, block) in plan.blocks.iter().enumerate() {
+        let reader = block_source[index];
+        for bound in &block.bindings {
+            let ratio = match bound.mode {
+                Mode::Synchronous => 0,
+                Mode::Ratio(n) => n,
+                Mode::Asynchronous => continue,
+            };
+            let list = match &bound.binding {
+                Binding::Cell(cell) => std::slice::from_ref(cell),
+                Binding::Cells(list) => list,
+            };
+            for cell in list {
+                let planned = &plan.cells[*cell];
+                if !planned.readers.contains(&(index, bound.item)) {
+                    continue;
+                }
+                let Some((writer, from, author)) = author_of(core, plan, block_source, cells, *cell) else { continue };
+                if writer == reader {
+                    continue;
+                }
+                let (to, author_ratio) = (cells[*cell][&reader].clone(), author_ratio(plan, *cell));
+                let member = Member { from, to, author, author_ratio, ratio, reader: block.activation };
+                members.entry(((writer, reader), ratio > 0)).or_default().push(member);
+            }
+        }
+    }
+    members.into_iter().map(|((pair, _), members)| queue(core, pair, members)).collect()
+}
+
+/// n of the planned output that writes a cell, where it is a ratio output.
+fn author_ratio(plan: &Plan, cell: usize) -> u32 {
+    match plan.cells[cell].writers.first().map(|(block, item)| mode_of(plan, *block, *item)) {
+        Some(Mode::Ratio(n)) => n,
+        _ => 0,
+    }
+}
+
+/// Who writes a cell, from where.
+fn author_of(core: &Core, plan: &Plan, block_source: &[SourceId], cells: &[HashMap<SourceId, Cell>], cell: usize) -> Option<(SourceId, Cell, Author)> {
+    let planned = &plan.cells[cell];
+    if let Some((block, _)) = planned.writers.first() {
+        let source = block_source[*block];
+        return Some((source, cells[cell][&source].clone(), Author::Planned(plan.blocks[*block].activation)));
+    }
+    let CellKind::Svv { name, .. } = &planned.kind else { return None };
+    let writer = core.svvs[name].writers.first()?;
+    let from = core.svvs[name].cells.get(&writer.source)?.clone();
+    Some((writer.source, from, Author::Installed(writer.activation.clone())))
+}
+
+/// Offsets of members behind the kernel's own bytes, and the length of a row.
+fn lay_out(members: &[Member]) -> (Vec<usize>, usize) {
+    let mut end = 0;
+    let offsets = members
+        .iter()
+        .map(|m| {
+            let at = end;
+            end = (at + m.to.len()).next_multiple_of(8);
+            at
+        })
+        .collect();
+    (offsets, kernel::connection::row_prefix(members.len()) + end)
+}
+
+fn queue(core: &Core, pair: Pair, members: Vec<Member>) -> Queue {
+    let spec = ConnectionSpec { writer: pair.0.0, reader: pair.1.0, asynchronous_len: 0, queue_row_len: lay_out(&members).1, queue_depth: QUEUE_DEPTH };
+    let ends = core.host.connect(&spec);
+    Queue { pair, members, ends }
+}
+
+impl Queue {
+    fn is_ratio(&self) -> bool {
+        self.members.iter().any(|m| m.ratio > 0)
+    }
+
+    fn inbound(members: &[Member], receiver: Box<dyn Receiver>, activations: &[Arc<Activation>]) -> Arc<Inbound> {
+        let (offsets, _) = lay_out(members);
+        let member = |(m, offset): (&Member, usize)| {
+            let activation = (m.ratio > 0).then(|| activations[m.reader].clone());
+            QueueMember { cell: m.to.clone(), offset, activation, ratio: m.ratio }
+        };
+        Inbound::new(receiver, Vec::new(), members.iter().zip(offsets).map(member).collect())
+    }
+}
+
+/// A queue whose reading end is made.
+pub(crate) struct HalfQueue {
+    pair: Pair,
+    members: Vec<Member>,
+    sender: Box<dyn Sender>,
+    receiver: Option<Box<dyn Receiver>>,
+    inbound: Option<Arc<Inbound>>,
+}
+
+/// Makes the reading ends of the synchronous queues: what gates an activation is needed before the activation is made.
+pub(crate) fn open(queues: Vec<Queue>) -> Vec<HalfQueue> {
+    let half = |queue: Queue| {
+        let ratio = queue.is_ratio();
+        let Queue { pair, members, ends: (sender, receiver) } = queue;
+        if ratio {
+            HalfQueue { pair, members, sender, receiver: Some(receiver), inbound: None }
+        } else {
+            let inbound = Some(Queue::inbound(&members, receiver, &[]));
+            HalfQueue { pair, members, sender, receiver: None, inbound }
+        }
+    };
+    queues.into_iter().map(half).collect()
+}
+
+impl HalfQueue {
+    /// The members that gate an activation of the plan, for its `Due::Queued`.
+    pub fn gating(&self, activation: usize) -> impl Iterator<Item = (Arc<Inbound>, usize)> + '_ {
+        let members = self.members.iter().enumerate().filter(move |(_, m)| m.reader == activation);
+        self.inbound.iter().flat_map(move |inbound| members.clone().map(|(index, _)| (inbound.clone(), index)))
+    }
+
+    /// Enters both ends in the tables of their sources.
+    fn enter(self, core: &mut Core, instance: u64, installed: &Installed) {
+        let (offsets, _) = lay_out(&self.members);
+        let member = |(m, offset): (&Member, usize)| {
+            let activation = match &m.author {
+                Author::Planned(index) => installed.activations[*index].clone(),
+                Author::Installed(activation) => activation.clone(),
+            };
+            QueueMember { cell: m.from.clone(), offset, activation: Some(activation), ratio: m.author_ratio }
+        };
+        let outbound_members = self.members.iter().zip(offsets).map(member).collect();
+        let (writer, reader) = self.pair;
+        let inbound = match (self.inbound, self.receiver) {
+            (Some(inbound), _) => inbound,
+            (None, Some(receiver)) => Queue::inbound(&self.members, receiver, &installed.activations),
+            (None, None) => return,
+        };
+        let wake = self.members.iter().any(|m| m.ratio == 0).then_some(reader);
+        let outbound = Outbound::new(self.sender, Vec::new(), outbound_members, wake);
+        let tables = &mut core.tables;
+        let of = "a source has its table as long as the system lives";
+        tables.get_mut(&writer).expect(of).outlets.push(Outlet { reader, instance: Some(instance), outbound });
+        tables.get_mut(&reader).expect(of).inlets.push(InletRecord { writer, instance: Some(instance), inbound });
+    }
+}
+
+/// Enters the queues of an instance; the sources whose tables change.
+pub(crate) fn enter_queues(core: &mut Core, queues: Vec<HalfQueue>, instance: u64, installed: &Installed) -> Vec<SourceId> {
+    let sources = queues.iter().flat_map(|q| [q.pair.0, q.pair.1]).collect();
+    for queue in queues {
+        queue.enter(core, instance, installed);
+    }
+    sources
+}
+
+/// Pairs over which the private cells of an instance travel asynchronously, with the cells of both ends.
+pub(crate) fn crossings(plan: &Plan, installed: &Installed) -> Vec<(Pair, Cell, Cell)> {
+    let mut found = Vec::new();
+    for (index, cell) in plan.cells.iter().enumerate() {
+        if !matches!(cell.kind, CellKind::Private { .. }) {
+            continue;
+        }
+        let Some((writer, _)) = cell.writers.first() else { continue };
+        let from = installed.block_source[*writer];
+        let mut readers: Vec<SourceId> = cell
+            .readers
+            .iter()
+            .filter(|(b, item)| mode_of(plan, *b, *item) == Mode::Asynchronous)
+            .map(|(b, _)| installed.block_source[*b])
+            .filter(|r| *r != from)
+            .collect();
+        readers.sort();
+        readers.dedup();
+        for reader in readers {
+            found.push(((from, reader), installed.cells[index][&from].clone(), installed.cells[index][&reader].clone()));
+        }
+    }
+    found
+}
+
+pub(crate) fn mode_of(plan: &Plan, block: usize, item: usize) -> Mode {
+    plan.blocks[block].bindings.iter().find(|b| b.item == item).map_or(Mode::Asynchronous, |b| b.mode)
+}
+
+impl Core {
+    /// Makes the asynchronous groups of these pairs anew, as SVVs and instances are now. What has to follow: the writers' new
+    /// tables, then the readers' turn.
+    pub fn reconnect(&mut self, mut pairs: Vec<Pair>) -> Vec<Movement> {
+        pairs.sort();
+        pairs.dedup();
+        let (mut writers, mut inlets) = (Vec::new(), Vec::new());
+        for (writer, reader) in pairs {
+            let members = self.group(writer, reader);
+            let outlets = &mut self.tables.get_mut(&writer).expect("a source has its table as long as the system lives").outlets;
+            outlets.retain(|o| o.instance.is_some() || o.reader != reader);
+            let inbound = (!members.is_empty()).then(|| {
+                let (from, to): (Vec<Cell>, Vec<Cell>) = members.into_iter().unzip();
+                let spec = ConnectionSpec { writer: writer.0, reader: reader.0, asynchronous_len: from.iter().map(Cell::len).sum(), queue_row_len: 0, queue_depth: 0 };
+                let (sender, receiver) = self.host.connect(&spec);
+                outlets.push(Outlet { reader, instance: None, outbound: Outbound::new(sender, from, Vec::new(), None) });
+                Inbound::new(receiver, to, Vec::new())
+            });
+            writers.push(writer);
+            inlets.push(Inlet { reader, writer, inbound });
+        }
+        if writers.is_empty() {
+            return Vec::new();
+        }
+        writers.dedup();
+        vec![Movement::Tables(writers), Movement::Inbound(inlets)]
+    }
+
+    /// Members of the asynchronous group of a pair: (cell of the writer, cell of the reader).
+    fn group(&self, writer: SourceId, reader: SourceId) -> Vec<(Cell, Cell)> {
+        let svvs = self.svvs.values().filter(|s| s.home == Some(writer) && s.readers.get(&reader).is_some_and(|n| *n > 0));
+        let of_svvs = svvs.filter_map(|s| Some((s.cells.get(&writer)?.clone(), s.cells.get(&reader)?.clone())));
+        let of_instances = self.instances.values().flat_map(|i| &i.crossings).filter(|(pair, _, _)| *pair == (writer, reader));
+        of_svvs.chain(of_instances.map(|(_, from, to)| (from.clone(), to.clone()))).collect()
+    }
+
+    /// Makes `source` the home of an SVV: its cell there holds the present value from now on. The pairs that change.
+    pub fn hand_over(&mut self, svv: &str, source: SourceId) -> Vec<Pair> {
+        let Some(record) = self.svvs.get_mut(svv) else { return Vec::new() };
+        if record.home == Some(source) {
+            return Vec::new();
+        }
+        let before = record.home.replace(source);
+        let readers: Vec<SourceId> = record.readers.iter().filter(|(_, n)| **n > 0).map(|(s, _)| *s).collect();
+        let mut pairs: Vec<Pair> = readers.iter().filter(|r| **r != source).map(|r| (source, *r)).collect();
+        if let Some(before) = before {
+            pairs.extend(readers.iter().filter(|r| **r != before).map(|r| (before, *r)));
+        }
+        pairs
+    }
+}

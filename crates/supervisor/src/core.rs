@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Everything that the supervisor keeps of a running system, under one lock. Every method that changes what runs is here or in
+//! the files named after what they do; none of them waits.
+use crate::instance::Instance;
+use crate::log::Log;
+use crate::svvs::SvvRecord;
+use crate::tables::SourceTable;
+use indexmap::IndexMap;
+use kernel::{Device, Host, Op, Script, SourceId};
+use model::plan::Claim;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+/// A logical device, as it runs.
+pub(crate) struct LogicalRecord {
+    /// Instance of its own verb, if its type has one.
+    pub instance: Option<u64>,
+    pub state: DeviceState,
+    /// (SVV that is set, SVV it is set from) when it is enabled.
+    pub copies: Vec<(String, String)>,
+}
+
+/// State of a logical device's own verb; whether it moves is seen from the verbs that use it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum DeviceState {
+    Disabled,
+    Enabling,
+    Enabled,
+    Stopping,
+    Fault,
+}
+
+/// A physical device and the source that serves it.
+pub(crate) struct PhysicalRecord {
+    pub device: Arc<Device>,
+    pub source: SourceId,
+    pub lost: Option<String>,
+}
+
+/// Whose script it was that a kernel acknowledges.
+pub(crate) enum Purpose {
+    /// Of this instance's sequence (the count tells a sequence that was given up).
+    Sequence { instance: u64, epoch: u64 },
+    /// A snapshot: the caller waits under this ticket.
+    Read { ticket: u64 },
+    /// Nobody waits.
+    Nothing,
+}
+
+pub(crate) struct Core {
+    pub host: Arc<Host>,
+    /// `rtp.name` → source.
+    pub sources: IndexMap<String, SourceId>,
+    pub tables: HashMap<SourceId, SourceTable>,
+    pub svvs: IndexMap<String, SvvRecord>,
+    pub physical: IndexMap<String, PhysicalRecord>,
+    pub logical: IndexMap<String, LogicalRecord>,
+    pub instances: BTreeMap<u64, Instance>,
+    pub claims: HashMap<Claim, u64>,
+    pub log: Log,
+    /// Why the emergency stop is latched.
+    pub emergency: Option<String>,
+    /// Channels that trip it: (device, channel).
+    pub emergency_inputs: Vec<(String, usize)>,
+    /// Modules in which a signal was caught: no new instance until a reset.
+    pub poisoned: HashMap<String, String>,
+    /// Snapshots that have arrived: ticket → (time, bytes of each script).
+    pub reads: HashMap<u64, (i64, Vec<u8>)>,
+    /// Ends not yet told to an event loop.
+    pub ended: u64,
+    scripts: HashMap<u64, Purpose>,
+    last_id: u64,
+}
+
+impl Core {
+    pub fn new(host: Arc<Host>) -> Core {
+        Core {
+            host,
+            sources: IndexMap::new(),
+            tables: HashMap::new(),
+            svvs: IndexMap::new(),
+            physical: IndexMap::new(),
+            logical: IndexMap::new(),
+            instances: BTreeMap::new(),
+            claims: HashMap::new(),
+            log: Log::default(),
+            emergency: None,
+            emergency_inputs: Vec::new(),
+            poisoned: HashMap::new(),
+            reads: HashMap::new(),
+            ended: 0,
+            scripts: HashMap::new(),
+            last_id: 0,
+        }
+    }
+
+    /// A number never given before: instances, tickets, scripts, blocks.
+    pub fn fresh(&mut self) -> u64 {
+        self.last_id += 1;
+        self.last_id
+    }
+
+    /// Hands operations to a source as one script.
+    pub fn submit(&mut self, source: SourceId, ops: Vec<Op>, purpose: Purpose) {
+        let id = self.fresh();
+        self.scripts.insert(id, purpose);
+        self.host.submit(source, Box::new(Script { id, ops }));
+    }
+
+    /// Whose the acknowledged script was.
+    pub fn acknowledged(&mut self, script: u64) -> Purpose {
+        self.scripts.remove(&script).unwrap_or(Purpose::Nothing)
+    }
+
+    /// `rtp.name` of a source.
+    pub fn source_name(&self, source: SourceId) -> &str {
+        self.sources.iter().find(|(_, id)| **id == source).map_or("?", |(name, _)| name)
+    }
+
+    /// Stores a value in every image that has the SVV, and keeps it for images that get it later.
+    pub fn store_everywhere(&mut self, svv: &str, bytes: &[u8]) -> Vec<(SourceId, Op)> {
+        let now_ns = self.host.now_ns();
+        let Some(record) = self.svvs.get_mut(svv) else { return Vec::new() };
+        record.stored = bytes.to_vec();
+        record.stored_ns = now_ns;
+        record.cells.iter().map(|(source, cell)| (*source, Op::Store(cell.clone(), bytes.into()))).collect()
+    }
+}

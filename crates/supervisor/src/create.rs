@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Making and deleting verb instances: a plan becomes memory and steps; deleting leaves nothing of them.
+use crate::catalog::Catalog;
+use crate::connect::{Pair, crossings, enter_queues};
+use crate::core::Core;
+use crate::install::{Installed, install};
+use crate::instance::{Instance, Limits, RunningTime, State};
+use crate::refuse::{invalid_state, refuse};
+use crate::sequence::Movement;
+use crate::stages::Verbatim;
+use crate::svvs::WriterRecord;
+use crate::tables::{Delay, StepRecord};
+use kernel::{BlockId, SourceId};
+use model::order;
+use model::plan::{CellKind, Plan};
+use model::refusal::{Class, Refusals};
+use std::collections::{HashMap, VecDeque};
+use std::sync::Arc;
+
+impl Core {
+    /// Makes an instance of a plan. Its memory and steps are there when this returns; kernels take the tables as soon as they can.
+    pub fn create(&mut self, catalog: &Catalog, plan: Arc<Plan>, name: Option<String>, owner: Option<String>) -> Result<u64, Refusals> {
+        let id = self.fresh();
+        let name = name.unwrap_or_else(|| format!("{}#{id}", plan.verb));
+        let (installed, queues) = install(self, catalog, &plan, id, &name)?;
+        let merged = self.merge_orders(&plan, &installed)?;
+        let devices = self.device_sources();
+        let stages = Verbatim { plan: &plan, installed: &installed, devices: &devices }.stages();
+        installed.process.set_stages(stages);
+        let mut sources = installed.sources.clone();
+        sources.extend(enter_queues(self, queues, id, &installed));
+        self.enter_steps(id, &plan, &installed, merged);
+        let crossings = crossings(&plan, &installed);
+        let mut pairs: Vec<Pair> = crossings.iter().map(|(pair, _, _)| *pair).collect();
+        pairs.extend(self.enter_svvs(id, &plan, &installed));
+        self.instances.insert(id, instance(id, name, plan, installed, crossings, owner));
+        let connections = self.reconnect(pairs);
+        let mut movements = vec![Movement::Tables(sources)];
+        movements.extend(connections);
+        self.append_sequence(id, movements);
+        Ok(id)
+    }
+
+    /// The order of a firing in each source with the new blocks in it.
+    fn merge_orders(&self, plan: &Plan, installed: &Installed) -> Result<Vec<(SourceId, Vec<BlockId>)>, Refusals> {
+        let mut merged = Vec::new();
+        for (source_name, planned) in &plan.order {
+            let source = self.sources[source_name];
+            let existing: Vec<BlockId> = self.tables[&source].steps.iter().map(|s| s.id).collect();
+            let new: Vec<BlockId> = planned.iter().map(|b| installed.blocks[*b].id()).collect();
+            if existing.is_empty() {
+                merged.push((source, new));
+                continue;
+            }
+            let (hard, soft) = self.edges(plan, installed, source);
+            let order = order::insert(&existing, &new, &hard, &soft).map_err(|cycle| self.cycle(&plan.verb, installed, source_name, &cycle))?;
+            merged.push((source, order));
+        }
+        Ok(merged)
+    }
+
+    /// Synchronous ports that would have to run both before and after each other.
+    fn cycle(&self, verb: &str, installed: &Installed, source: &str, cycle: &[BlockId]) -> Refusals {
+        let known = self.tables.values().flat_map(|t| &t.steps).map(|s| &s.block).chain(&installed.blocks);
+        let names: Vec<&str> = known.filter(|b| cycle.contains(&b.id())).map(|b| b.name()).collect();
+        refuse(
+            Class::SynchronousCycle,
+            format!("'{verb}' cannot be put into the order of source '{source}': synchronous ports make a cycle through {}", names.join(", ")),
+            "make one of them asynchronous with modes=",
+        )
+    }
+
+    /// Edges between the new blocks and those that are there, through SVVs of the same source: synchronous and asynchronous.
+    fn edges(&self, plan: &Plan, installed: &Installed, source: SourceId) -> (Vec<(BlockId, BlockId)>, Vec<(BlockId, BlockId)>) {
+        let (mut hard, mut soft) = (Vec::new(), Vec::new());
+        for cell in &plan.cells {
+            let CellKind::Svv { name, .. } = &cell.kind else { continue };
+            let writers = self.svvs[name].writers.iter().filter(|w| w.source == source);
+            for (writer, (reader, item)) in writers.flat_map(|w| cell.readers.iter().map(move |r| (w, r))) {
+                if installed.block_source[*reader] == source {
+                    let edge = (writer.block, installed.blocks[*reader].id());
+                    match crate::connect::mode_of(plan, *reader, *item) {
+                        model::interface::Mode::Asynchronous => soft.push(edge),
+                        _ => hard.push(edge),
+                    }
+                }
+            }
+            for (writer, _) in cell.writers.iter().filter(|(b, _)| installed.block_source[*b] == source) {
+                soft.extend(self.readers_of(name, source).into_iter().map(|reader| (installed.blocks[*writer].id(), reader)));
+            }
+        }
+        (hard, soft)
+    }
+
+    /// Installed blocks of a source that read an SVV.
+    fn readers_of(&self, svv: &str, source: SourceId) -> Vec<BlockId> {
+        let mut found = Vec::new();
+        for instance in self.instances.values().filter(|i| i.installed.sources.contains(&source)) {
+            for cell in instance.plan.cells.iter().filter(|c| matches!(&c.kind, CellKind::Svv { name, .. } if name == svv)) {
+                found.extend(cell.readers.iter().filter(|(b, _)| instance.installed.block_source[*b] == source).map(|(b, _)| instance.installed.blocks[*b].id()));
+            }
+        }
+        found
+    }
+
+    /// Enters the steps of an instance in the tables of its sources.
+    fn enter_steps(&mut self, id: u64, plan: &Plan, installed: &Installed, merged: Vec<(SourceId, Vec<BlockId>)>) {
+        for (source, order) in merged {
+            let table = self.tables.get_mut(&source).expect("a source has its table as long as the system lives");
+            let mut steps: HashMap<BlockId, StepRecord> = table.steps.drain(..).map(|s| (s.id, s)).collect();
+            for index in (0..plan.blocks.len()).filter(|b| installed.block_source[*b] == source) {
+                let block = installed.blocks[index].clone();
+                steps.insert(block.id(), step(id, plan, installed, index, &self.svvs));
+            }
+            table.steps = order.iter().filter_map(|id| steps.remove(id)).collect();
+        }
+        for (source, cell, to) in &installed.delays {
+            let writer = plan.cells[*cell].writers.first().map(|(b, _)| installed.blocks[*b].id()).or_else(|| match &plan.cells[*cell].kind {
+                CellKind::Svv { name, .. } => self.svvs[name].writers.iter().find(|w| w.source == *source).map(|w| w.block),
+                _ => None,
+            });
+            if let Some(writer) = writer {
+                let from = installed.cells[*cell][source].clone();
+                self.tables.get_mut(source).expect("as above").delays.push(Delay { instance: id, writer, from, to: to.clone() });
+            }
+        }
+    }
+
+    /// Tells the SVVs who reads and may write them. The pairs whose connections change.
+    fn enter_svvs(&mut self, id: u64, plan: &Plan, installed: &Installed) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        for cell in &plan.cells {
+            let CellKind::Svv { name, .. } = &cell.kind else { continue };
+            let svv = self.svvs.get_mut(name).expect("the plan was made from the SVVs that exist");
+            svv.bound += 1;
+            for (block, _) in &cell.readers {
+                let source = installed.block_source[*block];
+                let count = svv.readers.entry(source).or_default();
+                *count += 1;
+                if let Some(home) = svv.home.filter(|home| *count == 1 && *home != source) {
+                    pairs.push((home, source));
+                }
+            }
+            for (block, _) in &cell.writers {
+                let activation = plan.blocks[*block].activation;
+                svv.writers.push(WriterRecord {
+                    instance: id,
+                    source: installed.block_source[*block],
+                    activation: installed.activations[activation].clone(),
+                    stamp: installed.stamps[activation].clone(),
+                    block: installed.blocks[*block].id(),
+                });
+            }
+        }
+        pairs
+    }
+
+    /// Deletes an instance that is not running.
+    pub fn delete(&mut self, id: u64) -> Result<(), Refusals> {
+        let instance = self.instance(id)?;
+        if instance.is_busy() {
+            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "delete", "halt it or wait for it first"));
+        }
+        if let Some(owner) = &instance.owner {
+            return Err(invalid_state(&format!("'{}'", instance.name), "the verb of a logical device", "delete", &format!("delete device '{owner}'")));
+        }
+        self.remove(id);
+        Ok(())
+    }
+
+    /// Takes an instance out of everything that knows it.
+    pub fn remove(&mut self, id: u64) {
+        let Some(instance) = self.instances.remove(&id) else { return };
+        let mut pairs: Vec<Pair> = instance.crossings.iter().map(|(pair, _, _)| *pair).collect();
+        let mut sources = instance.installed.sources.clone();
+        for cell in &instance.plan.cells {
+            let CellKind::Svv { name, .. } = &cell.kind else { continue };
+            let Some(svv) = self.svvs.get_mut(name) else { continue };
+            svv.bound -= 1;
+            svv.writers.retain(|w| w.instance != id);
+            for (block, _) in &cell.readers {
+                let source = instance.installed.block_source[*block];
+                let count = svv.readers.entry(source).or_default();
+                *count -= 1;
+                if let Some(home) = svv.home.filter(|home| *count == 0 && *home != source) {
+                    pairs.push((home, source));
+                }
+            }
+        }
+        for (source, table) in &mut self.tables {
+            let before = (table.outlets.len(), table.inlets.len());
+            table.outlets.retain(|o| o.instance != Some(id));
+            table.inlets.retain(|i| i.instance != Some(id));
+            table.delays.retain(|d| d.instance != id);
+            if instance.installed.sources.contains(source) {
+                table.steps.retain(|s| s.instance != id);
+            }
+            if before != (table.outlets.len(), table.inlets.len()) {
+                sources.push(*source);
+            }
+        }
+        let movements = self.reconnect(pairs);
+        self.detached(movements, sources);
+    }
+
+    /// Carries out movements that belong to no instance any more: tables only, and nobody waits for them.
+    fn detached(&mut self, movements: Vec<Movement>, mut sources: Vec<SourceId>) {
+        for movement in movements {
+            match movement {
+                Movement::Tables(writers) => sources.extend(writers),
+                Movement::Inbound(inlets) => {
+                    for inlet in inlets {
+                        sources.push(inlet.reader);
+                        self.adopt(inlet);
+                    }
+                }
+                _ => {}
+            }
+        }
+        sources.sort();
+        sources.dedup();
+        for source in sources {
+            let op = self.table_op(source);
+            self.submit(source, vec![op], crate::core::Purpose::Nothing);
+        }
+    }
+}
+
+/// The step of one planned block.
+fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, svvs: &indexmap::IndexMap<String, crate::svvs::SvvRecord>) -> StepRecord {
+    let planned = &plan.blocks[index];
+    let block = installed.blocks[index].clone();
+    let source = installed.block_source[index];
+    let inner = planned.drivers.iter().map(|b| installed.blocks[*b].id());
+    let outer = planned.external_drivers.iter().filter_map(|(_, svv)| svvs.get(svv)?.writers.iter().find(|w| w.source == source).map(|w| w.block));
+    StepRecord {
+        instance,
+        id: block.id(),
+        block,
+        before: installed.before[index].clone(),
+        after: installed.after[index].clone(),
+        activation: installed.activations[planned.activation].clone(),
+        process: installed.process.clone(),
+        drivers: inner.chain(outer).collect(),
+    }
+}
+
+fn instance(id: u64, name: String, plan: Arc<Plan>, installed: Installed, crossings: Vec<(Pair, kernel::Cell, kernel::Cell)>, owner: Option<String>) -> Instance {
+    let list = plan.initial;
+    Instance {
+        id,
+        name,
+        plan,
+        installed,
+        crossings,
+        owner,
+        state: State::Created,
+        starts: 0,
+        generation: 0,
+        list,
+        stage: 0,
+        active: Vec::new(),
+        running: RunningTime::default(),
+        started_ns: 0,
+        limits: Limits::default(),
+        wait_until_ns: None,
+        overruns_before: 0,
+        ending: None,
+        sequence: VecDeque::new(),
+        outstanding: 0,
+        epoch: 0,
+        captured: Vec::new(),
+        outputs: Vec::new(),
+        capturing: Vec::new(),
+        others: Vec::new(),
+        report: None,
+        halting: false,
+    }
+}

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Logical devices as they run: enable, disable, their parameters, the emergency stop.
+use crate::core::{Core, DeviceState, LogicalRecord};
+use crate::instance::{Limits, State};
+use crate::refuse::{invalid_state, refuse, unknown};
+use indexmap::IndexMap;
+use model::configuration::Configuration;
+use model::refusal::{Class, Refusals};
+
+impl Core {
+    pub fn logical(&self, device: &str) -> Result<&LogicalRecord, Refusals> {
+        self.logical.get(device).ok_or_else(|| unknown("logical device", device, self.logical.keys().map(String::as_str)))
+    }
+
+    /// Starts the device's own verb instance; without one it is enabled at once. The instance, or 0.
+    pub fn enable(&mut self, device: &str, configuration: &Configuration) -> Result<u64, Refusals> {
+        let record = self.logical(device)?;
+        match record.state {
+            DeviceState::Enabled | DeviceState::Enabling => return Ok(record.instance.unwrap_or(0)),
+            DeviceState::Stopping => return Err(invalid_state(&format!("device '{device}'"), "stopping", "enable", "wait until it is disabled")),
+            DeviceState::Disabled | DeviceState::Fault => {}
+        }
+        if let Some(reason) = &self.emergency {
+            return Err(refuse(Class::EmergencyStopped, format!("cannot enable '{device}': the emergency stop is latched ({reason})"), "remove the cause and call reset()"));
+        }
+        let Some(instance) = record.instance else {
+            self.set_device(device, DeviceState::Enabled);
+            return Ok(0);
+        };
+        let before = record.state;
+        self.set_device(device, DeviceState::Enabling);
+        if let Err(refusals) = self.start(instance, &IndexMap::new(), Limits::default(), configuration) {
+            self.set_device(device, before);
+            return Err(refusals);
+        }
+        let has_ready = self.instances.get(&instance).is_some_and(|i| {
+            i.plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.commands).any(|c| matches!(c, model::plan::PlannedCommand::Ready))
+        });
+        if !has_ready && self.logical[device].state == DeviceState::Enabling {
+            self.append_sequence(instance, [crate::sequence::Movement::Ready]);
+        }
+        Ok(instance)
+    }
+
+    /// Ends the verbs that use it, then its own. True when it is done already.
+    pub fn disable(&mut self, device: &str) -> Result<bool, Refusals> {
+        let record = self.logical(device)?;
+        let instance = record.instance;
+        if matches!(record.state, DeviceState::Disabled | DeviceState::Fault) {
+            return Ok(true);
+        }
+        self.end_users(device, "device_disabled", &format!("device '{device}' was disabled"));
+        if self.users(device) > 0 {
+            return Ok(false);
+        }
+        let Some(instance) = instance else {
+            self.set_device(device, DeviceState::Disabled);
+            return Ok(true);
+        };
+        if self.logical[device].state != DeviceState::Stopping {
+            self.set_device(device, DeviceState::Stopping);
+            self.end_by_name(instance, "device_disabled", format!("device '{device}' was disabled"));
+        }
+        Ok(self.logical[device].state == DeviceState::Disabled)
+    }
+
+    fn set_device(&mut self, device: &str, state: DeviceState) {
+        if let Some(record) = self.logical.get_mut(device) {
+            record.state = state;
+        }
+    }
+
+    /// Running instances that use a device.
+    fn users(&self, device: &str) -> usize {
+        self.instances.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).count()
+    }
+
+    /// disabled, enabling, standstill, moving, stopping, fault.
+    pub fn device_state(&self, device: &str) -> Result<&'static str, Refusals> {
+        Ok(match self.logical(device)?.state {
+            DeviceState::Disabled => "disabled",
+            DeviceState::Enabling => "enabling",
+            DeviceState::Enabled if self.users(device) > 0 => "moving",
+            DeviceState::Enabled => "standstill",
+            DeviceState::Stopping => "stopping",
+            DeviceState::Fault => "fault",
+        })
+    }
+
+    /// Ends every action, brings the devices to their safe state, and latches.
+    pub fn emergency_stop(&mut self, reason: &str) {
+        let now_ns = self.host.now_ns();
+        if self.emergency.is_none() {
+            self.emergency = Some(reason.to_owned());
+            self.log.add(now_ns, "emergency_stop", "system", reason);
+        }
+        let (actions, servos): (Vec<u64>, Vec<u64>) = {
+            let running = self.instances.values().filter(|i| i.is_busy());
+            let (a, s): (Vec<_>, Vec<_>) = running.partition(|i| i.owner.is_none());
+            (a.iter().map(|i| i.id).collect(), s.iter().map(|i| i.id).collect())
+        };
+        for id in actions.into_iter().chain(servos) {
+            if let Some(owner) = self.instances.get(&id).and_then(|i| i.owner.clone()) {
+                self.set_device(&owner, DeviceState::Stopping);
+            }
+            self.end_now(id, "emergency_stop", reason);
+        }
+    }
+
+    /// Ends an instance without asking τ.
+    fn end_now(&mut self, id: u64, condition: &str, message: &str) {
+        let now_ns = self.host.now_ns();
+        let Some(instance) = self.instances.get(&id) else { return };
+        let Some(condition) = instance.condition(condition) else { return };
+        let process = instance.installed.process.clone();
+        process.claim(process.now().0);
+        self.end(id, crate::instance::Cause { condition, block: None, value: None, message: message.to_owned(), time_ns: now_ns, asked_for: false });
+    }
+
+    /// Lifts the latch, restarts the sources that faults stopped. Refused while a cause is present.
+    pub fn reset(&mut self, present: Option<String>) -> Result<(), Refusals> {
+        if let Some(cause) = present {
+            return Err(refuse(Class::EmergencyStopped, format!("cannot reset: the cause is still present ({cause})"), "remove it first"));
+        }
+        if let Some(busy) = self.instances.values().find(|i| i.is_busy() && self.emergency.is_some()) {
+            return Err(invalid_state(&format!("'{}'", busy.name), "still ending", "reset while", "wait for it"));
+        }
+        self.emergency = None;
+        self.poisoned.clear();
+        let stopped: Vec<_> = self.sources.values().copied().filter(|s| self.host.statistics(*s).stopped).collect();
+        for source in stopped {
+            self.host.restart(source);
+        }
+        for record in self.logical.values_mut().filter(|r| r.state == DeviceState::Fault) {
+            record.state = DeviceState::Disabled;
+        }
+        Ok(())
+    }
+
+    /// Halts the actions, then disables the devices: the orderly end. True when nothing runs any more.
+    pub fn wind_down(&mut self) -> bool {
+        let actions: Vec<u64> = (self.instances.values())
+            .filter(|i| i.owner.is_none() && matches!(i.state, State::Running | State::Suspended) && i.ending.is_none())
+            .map(|i| i.id)
+            .collect();
+        for id in actions {
+            if let Some(condition) = self.instances[&id].condition("halted") {
+                self.come(id, condition, "the system was closed".to_owned(), true);
+            }
+        }
+        if self.instances.values().any(|i| i.owner.is_none() && i.is_busy()) {
+            return false;
+        }
+        let devices: Vec<String> = self.logical.keys().cloned().collect();
+        for device in devices {
+            // A device of that name is there: it was listed just now.
+            let _done = self.disable(&device);
+        }
+        !self.instances.values().any(|i| i.is_busy())
+    }
+}
+
+/// How often limits and emergency inputs are looked at where no event would bring them, ns.
+const WATCH_NS: i64 = 5_000_000;
+
+impl Core {
+    /// When the supervisor has to wake up at the latest.
+    pub fn next_wake(&self, now_ns: i64) -> Option<i64> {
+        let watches = !self.emergency_inputs.is_empty() || self.instances.values().any(|i| i.state == State::Running && i.limits.overruns.is_some());
+        let watch = watches.then_some(now_ns + WATCH_NS);
+        [self.next_deadline(), watch].into_iter().flatten().min()
+    }
+
+    /// Trips the emergency stop where an input of it is not 0.
+    pub fn watch_emergency_inputs(&mut self) {
+        if self.emergency.is_some() {
+            return;
+        }
+        if let Some(cause) = self.emergency_cause() {
+            self.emergency_stop(&cause);
+        }
+    }
+
+    /// An emergency input that is tripped now.
+    pub fn emergency_cause(&self) -> Option<String> {
+        let tripped = |(device, channel): &&(String, usize)| self.physical[device].device.cell(*channel).load().iter().any(|byte| *byte != 0);
+        self.emergency_inputs.iter().find(tripped).map(|(device, channel)| format!("emergency stop input '{device}.{}'", self.physical[device].device.channels()[*channel].name))
+    }
+}
+
+impl Core {
+    /// A tunable parameter of a device, in every running instance whose ψ takes it.
+    pub fn tune(&mut self, device: &str, parameter: &str, value: &model::value::Value) -> Result<(), Refusals> {
+        use model::plan::InputOrigin;
+        let mut stores = Vec::new();
+        for instance in self.instances.values().filter(|i| i.is_busy()) {
+            for input in &instance.plan.inputs {
+                let InputOrigin::DeviceParameter { devices, parameter: name } = &input.origin else { continue };
+                if name == parameter && input.tunable && devices.as_slice() == [device] {
+                    let bytes = crate::life::encode(&input.type_text, &input.unit, value).map_err(|r| vec![crate::life::named(r, parameter)])?;
+                    stores.extend(input.targets.iter().map(|t| (instance.id, t.clone(), bytes.clone())));
+                }
+            }
+        }
+        for (id, target, bytes) in stores {
+            let mut builder = crate::sequence::Builder::default();
+            self.store_target(&mut builder, &self.instances[&id], &target, &bytes);
+            self.append_sequence(id, builder.finish());
+        }
+        Ok(())
+    }
+}

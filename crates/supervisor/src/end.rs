@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Ends: every start of a verb instance has exactly one, with its report.
+use crate::core::{Core, DeviceState};
+use crate::instance::{Cause, State};
+use crate::report::{Other, Report};
+use crate::sequence::{Builder, Movement};
+use crate::stages::Verbatim;
+use indexmap::IndexMap;
+use kernel::{Op, SourceId};
+use model::plan::{Claim, Target};
+use model::types::Type;
+use model::value::Value;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+impl Core {
+    /// Physical devices with their sources, for building operations.
+    pub fn device_sources(&self) -> HashMap<String, (SourceId, Arc<kernel::Device>)> {
+        self.physical.iter().map(|(name, p)| (name.clone(), (p.source, p.device.clone()))).collect()
+    }
+
+    /// Ends an instance by a condition that no block reported. Nothing where it is ending or not running.
+    pub fn end_by_name(&mut self, id: u64, condition: &str, message: String) {
+        let Some(instance) = self.instances.get(&id) else { return };
+        let Some(condition) = instance.condition(condition) else { return };
+        self.come(id, condition, message, false);
+    }
+
+    /// A condition comes from outside the blocks: τ, or the end. `asked_for`: by the waiter.
+    pub fn come(&mut self, id: u64, condition: usize, message: String, asked_for: bool) {
+        let now_ns = self.host.now_ns();
+        let Some(instance) = self.instances.get_mut(&id) else { return };
+        if !matches!(instance.state, State::Running | State::Suspended) || instance.ending.is_some() {
+            return;
+        }
+        let process = instance.installed.process.clone();
+        process.claim(process.now().0);
+        let to = instance.plan.lists[instance.list].transitions.iter().find(|(c, _)| *c == condition).map(|(_, to)| *to);
+        let transition = to.filter(|_| !(asked_for && instance.halting) && instance.state == State::Running);
+        match transition {
+            Some(list) => {
+                instance.halting |= asked_for;
+                self.go(id, list, 0);
+            }
+            None => self.end(id, Cause { condition, block: None, value: None, message, time_ns: now_ns, asked_for }),
+        }
+    }
+
+    /// The end begins: everything off and safe in every source, then the report. The process is frozen.
+    pub fn end(&mut self, id: u64, cause: Cause) {
+        let devices = self.device_sources();
+        let Some(instance) = self.instances.get_mut(&id) else { return };
+        if instance.ending.is_some() || !matches!(instance.state, State::Running | State::Suspended) {
+            return;
+        }
+        let condition = cause.condition;
+        instance.ending = Some(cause);
+        instance.capturing.clear();
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
+        let mut builder = Builder::default();
+        for &source in &instance.installed.sources {
+            of.stop_in(&mut builder, source);
+            builder.add(source, Op::StopClock(instance.installed.process.clone()));
+            let mut outputs = of.outputs_in(source, condition);
+            outputs.retain(|o| !instance.outputs.iter().any(|(have, _)| have == o));
+            if !outputs.is_empty() {
+                builder.add(source, Op::Capture(of.cells_of(&outputs)));
+                instance.capturing.push((source, outputs));
+            }
+        }
+        builder.then(Movement::Ended);
+        self.replace_sequence(id, builder.finish());
+    }
+
+    /// A kernel has ended it in the same firing; what its script captured are outputs in that source.
+    pub fn ended_by_kernel(&mut self, id: u64, source: SourceId, cause: Cause, captured: &[u8]) {
+        let devices = self.device_sources();
+        let Some(instance) = self.instances.get_mut(&id) else { return };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
+        let outputs = of.outputs_in(source, cause.condition);
+        let lens: Vec<usize> = outputs.iter().map(|o| of.output_len(*o)).collect();
+        take_outputs(&mut instance.outputs, &outputs, &lens, captured);
+        // Scripts of a start that was still under way may have switched something on behind the reaction: the end goes through
+        // every source once more.
+        self.end(id, cause);
+    }
+
+    /// Everything has been acknowledged: claims are free, the report is made.
+    pub fn ended(&mut self, id: u64) {
+        let devices = self.device_sources();
+        let Some(instance) = self.instances.get_mut(&id) else { return };
+        let Some(cause) = instance.ending.take() else { return };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
+        for (source, bytes) in std::mem::take(&mut instance.captured) {
+            if let Some((_, outputs)) = instance.capturing.iter().find(|(s, _)| *s == source) {
+                let lens: Vec<usize> = outputs.iter().map(|o| of.output_len(*o)).collect();
+                take_outputs(&mut instance.outputs, outputs, &lens, &bytes);
+            }
+        }
+        instance.state = State::Ended;
+        instance.active.clear();
+        instance.wait_until_ns = None;
+        let owner = instance.owner.clone();
+        let report = self.report(id, cause);
+        self.log.add((report.time_s * 1e9) as i64, "end", &report.instance, format!("{}{}", report.condition, if report.message.is_empty() { String::new() } else { format!(": {}", report.message) }));
+        let ended_as = report.condition.clone();
+        if let Some(instance) = self.instances.get_mut(&id) {
+            instance.report = Some(report);
+        }
+        self.release_claims(id);
+        self.ended += 1;
+        if let Some(owner) = owner {
+            self.servo_ended(&owner, &ended_as);
+        }
+    }
+
+    fn report(&self, id: u64, cause: Cause) -> Report {
+        let instance = &self.instances[&id];
+        let condition = &instance.plan.conditions[cause.condition];
+        let mut outputs = IndexMap::new();
+        for &output in &condition.returns {
+            let planned = &instance.plan.outputs[output];
+            if let Some((_, bytes)) = instance.outputs.iter().find(|(o, _)| *o == output) {
+                outputs.insert(planned.name.clone(), decode(&planned.type_text, matches!(planned.target, Target::Cells(_)), bytes));
+            }
+        }
+        Report {
+            instance: instance.name.clone(),
+            verb: instance.plan.verb.clone(),
+            start: instance.starts,
+            condition: condition.name.clone(),
+            normal: condition.normal || (cause.asked_for && condition.name == "halted"),
+            command_list: instance.plan.lists[instance.list].name.clone(),
+            block: cause.block,
+            time_s: cause.time_ns as f64 * 1e-9,
+            started_s: instance.started_ns as f64 * 1e-9,
+            value: cause.value,
+            message: cause.message,
+            outputs,
+            others: instance.others.clone(),
+        }
+    }
+
+    /// What it claimed is free again.
+    pub fn release_claims(&mut self, id: u64) {
+        let claims: Vec<Claim> = self.claims.iter().filter(|(_, holder)| **holder == id).map(|(claim, _)| claim.clone()).collect();
+        for claim in claims {
+            if let Claim::Channel { device, channel } = &claim {
+                self.physical[device].device.engage(*channel, false);
+            }
+            self.claims.remove(&claim);
+        }
+    }
+
+    /// A logical device's own verb has ended: the device is disabled, and the verbs that use it lose it.
+    fn servo_ended(&mut self, device: &str, condition: &str) {
+        let Some(record) = self.logical.get_mut(device) else { return };
+        let asked = record.state == DeviceState::Stopping;
+        record.state = if asked { DeviceState::Disabled } else { DeviceState::Fault };
+        if !asked {
+            let message = format!("the verb of device '{device}' ended with '{condition}'");
+            self.end_users(device, "device_lost", &message);
+        }
+    }
+
+    /// Ends the verbs that use a logical device.
+    pub fn end_users(&mut self, device: &str, condition: &str, message: &str) {
+        let users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).map(|i| i.id).collect();
+        for user in users {
+            self.end_by_name(user, condition, message.to_owned());
+        }
+    }
+
+    /// Another condition that came while one was acting.
+    pub fn other(&mut self, id: u64, condition: String, block: String, time_ns: i64) {
+        if let Some(instance) = self.instances.get_mut(&id) {
+            instance.others.push(Other { condition, block, time_s: time_ns as f64 * 1e-9 });
+        }
+    }
+}
+
+/// Splits captured bytes into outputs.
+fn take_outputs(have: &mut Vec<(usize, Vec<u8>)>, outputs: &[usize], lens: &[usize], bytes: &[u8]) {
+    let mut offset = 0;
+    for (output, len) in outputs.iter().zip(lens) {
+        if let Some(part) = bytes.get(offset..offset + len) {
+            have.push((*output, part.to_vec()));
+        }
+        offset += len;
+    }
+}
+
+/// A value of a normalised type; of several cells of it, a list.
+pub(crate) fn decode(type_text: &str, several: bool, bytes: &[u8]) -> Value {
+    let Ok(of) = Type::parse(type_text, &IndexMap::new()) else { return Value::List(Vec::new()) };
+    if several && of.size() > 0 && bytes.len() != of.size() {
+        return Value::List(bytes.chunks(of.size()).map(|part| of.decode(part)).collect());
+    }
+    of.decode(bytes)
+}

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the kernels tell, and what time brings.
+use crate::core::{Core, Purpose};
+use crate::instance::{Cause, Instance, State};
+use crate::stages::{Answer, Verbatim};
+use kernel::{BlockId, Event, Fault, SourceId};
+use model::types::Type;
+use model::value::Value;
+
+/// A condition as the kernel told it.
+struct Told {
+    source: SourceId,
+    process: u64,
+    condition: usize,
+    block: BlockId,
+    item: u8,
+    fault: Option<Fault>,
+    time_ns: i64,
+    acted: bool,
+    ended: bool,
+    stage: Option<u16>,
+    value: Vec<u8>,
+    captured: Vec<u8>,
+}
+
+impl Core {
+    /// Takes every event that is there.
+    pub fn drain(&mut self) {
+        while let Some(event) = self.host.poll() {
+            self.take(event);
+        }
+    }
+
+    fn take(&mut self, event: Event) {
+        match event {
+            Event::Done { source, script, time_ns, captured, .. } => match self.acknowledged(script.id) {
+                Purpose::Sequence { instance, epoch } => self.sequence_done(instance, epoch, source, captured),
+                Purpose::Read { ticket } => {
+                    self.reads.insert(ticket, (time_ns, captured));
+                }
+                Purpose::Nothing => {}
+            },
+            Event::Condition { source, process, condition, block, item, fault, time_ns, acted, ended, stage, value, captured, .. } => {
+                self.condition(Told { source, process, condition: usize::from(condition), block, item, fault, time_ns, acted, ended, stage, value, captured });
+            }
+            Event::Unwatched { process, block, item, fault, time_ns, .. } => self.unwatched(process, block, item, fault, time_ns),
+            Event::Stopped { source, block, process, fault, time_ns } => self.stopped(source, block, process, &fault, time_ns),
+            Event::DeviceLost { device, message, time_ns, .. } => self.device_lost(&device, &message, time_ns),
+            Event::Overrun { source, reader, member, time_ns } => {
+                let (writer, reader) = (self.source_name(source).to_owned(), self.source_name(reader).to_owned());
+                self.log.add(time_ns, "overrun", &reader, format!("the queue from '{writer}' to '{reader}' was full: value {member} was lost"));
+                self.queue_overrun(source, &format!("the queue from '{writer}' to '{reader}' was full"));
+            }
+            Event::Late { source, member, time_ns } => {
+                let reader = self.source_name(source).to_owned();
+                self.log.add(time_ns, "late", &reader, format!("ratio input {member}: the value was not there yet, the old one is kept"));
+            }
+            Event::Lost { source, count } => {
+                let name = self.source_name(source).to_owned();
+                self.log.add(self.host.now_ns(), "lost", &name, format!("{count} events did not fit"));
+            }
+        }
+    }
+
+    fn condition(&mut self, told: Told) {
+        let Some(instance) = self.instances.get(&told.process) else { return };
+        let id = instance.id;
+        let block = instance.installed.blocks.iter().position(|b| b.id() == told.block);
+        let label = block.map(|b| instance.plan.blocks[b].label.clone()).unwrap_or_default();
+        let name = instance.plan.conditions.get(told.condition).map_or_else(|| "wait".to_owned(), |c| c.name.clone());
+        let text = match &told.fault {
+            Some(fault) => fault_text(instance, block, fault),
+            None => format!("{name} (reported by '{label}')"),
+        };
+        let about = instance.name.clone();
+        self.log.add(told.time_ns, if told.fault.is_some() { "fault" } else { "condition" }, &about, text.clone());
+        if !told.acted {
+            self.other(id, name, label, told.time_ns);
+            return;
+        }
+        let value = self.reported_value(id, block, told.item, &told.value);
+        let message = if told.fault.is_some() { text } else { String::new() };
+        let cause = Cause { condition: told.condition, block: Some(label), value, message, time_ns: told.time_ns, asked_for: false };
+        if told.ended {
+            self.ended_by_kernel(id, told.source, cause, &told.captured);
+        } else if let Some(stage) = told.stage {
+            self.replace_sequence(id, []);
+            self.reacted(id, stage);
+        } else {
+            self.frozen(id, block.map(|b| (b, usize::from(told.item))), cause);
+        }
+    }
+
+    /// The kernel has frozen the process: the supervisor answers.
+    fn frozen(&mut self, id: u64, reported: Option<(usize, usize)>, cause: Cause) {
+        let Some(instance) = self.instances.get(&id) else { return };
+        if instance.ending.is_some() || !matches!(instance.state, State::Running | State::Suspended) {
+            return;
+        }
+        let devices = self.device_sources();
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
+        let condition = (cause.condition < instance.plan.conditions.len()).then_some(cause.condition);
+        match of.answer(instance.list, instance.stage, condition, reported) {
+            Some(Answer::Go(list, stage)) => self.go(id, list, stage),
+            Some(Answer::End) => self.end(id, cause),
+            None => self.go_on(id),
+        }
+    }
+
+    /// Nothing answers it: the process goes on.
+    fn go_on(&mut self, id: u64) {
+        let Some(instance) = self.instances.get(&id) else { return };
+        let (process, source) = (instance.installed.process.clone(), instance.installed.sources[0]);
+        let (stage, generation) = (instance.kernel_stage(instance.list, instance.stage), Some(process.now().0));
+        self.submit(source, vec![kernel::Op::Stage { process, stage, generation }], Purpose::Nothing);
+    }
+
+    fn unwatched(&mut self, process: u64, block: BlockId, item: u8, fault: Option<Fault>, time_ns: i64) {
+        let Some(instance) = self.instances.get(&process) else { return };
+        let index = instance.installed.blocks.iter().position(|b| b.id() == block);
+        let text = match &fault {
+            Some(fault) => fault_text(instance, index, fault),
+            None => {
+                let item = index.and_then(|b| item_name(instance, b, item));
+                format!("'{}' reported '{}', which no termination condition stands for now", index.map_or("?", |b| instance.plan.blocks[b].label.as_str()), item.unwrap_or_default())
+            }
+        };
+        let about = instance.name.clone();
+        self.log.add(time_ns, if fault.is_some() { "fault" } else { "condition" }, &about, text);
+    }
+
+    /// The value that a condition reported, if it has one.
+    fn reported_value(&self, id: u64, block: Option<usize>, item: u8, bytes: &[u8]) -> Option<Value> {
+        let interface = self.instances.get(&id)?.installed.interfaces.get(block?)?;
+        let declared = &interface.items.get(usize::from(item))?.type_text;
+        let of = Type::parse(declared, &interface.types).ok()?;
+        (!bytes.is_empty() && bytes.len() == of.size()).then(|| of.decode(bytes))
+    }
+
+    /// A source was stopped by a signal or a spent budget in a block: verbs with blocks there end; the module takes no new instance.
+    fn stopped(&mut self, source: SourceId, block: BlockId, process: u64, fault: &Fault, time_ns: i64) {
+        let name = self.source_name(source).to_owned();
+        let culprit = self.instances.get(&process).and_then(|i| i.installed.blocks.iter().position(|b| b.id() == block).map(|b| (i, b)));
+        let (text, module) = match culprit {
+            Some((instance, index)) => {
+                let module = instance.plan.blocks[index].block.split('.').next().unwrap_or("").to_owned();
+                (fault_text(instance, Some(index), fault), Some(module))
+            }
+            None => ("a block that is gone".to_owned(), None),
+        };
+        self.log.add(time_ns, "fault", &name, format!("source '{name}' stopped: {text}"));
+        if let Some(module) = module {
+            self.poisoned.insert(module, format!("was stopped by a fault ({text})"));
+        }
+        let there: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.installed.sources.contains(&source)).map(|i| i.id).collect();
+        for id in there {
+            let label = if id == process { culprit_label(self, id, block) } else { None };
+            let Some(condition) = self.instances[&id].condition("fault") else { continue };
+            let process = self.instances[&id].installed.process.clone();
+            process.claim(process.now().0);
+            let message = if id == process.id() && label.is_some() { text.clone() } else { format!("source '{name}' stopped: {text}") };
+            self.end(id, Cause { condition, block: label, value: None, message, time_ns, asked_for: false });
+        }
+    }
+
+    fn device_lost(&mut self, device: &str, message: &str, time_ns: i64) {
+        self.log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
+        if let Some(physical) = self.physical.get_mut(device) {
+            physical.lost = Some(message.to_owned());
+        }
+        let uses = |i: &Instance| i.plan.cells.iter().any(|c| matches!(&c.kind, model::plan::CellKind::Channel { device: d, .. } if d == device));
+        let users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && uses(i)).map(|i| i.id).collect();
+        for user in users {
+            self.end_by_name(user, "device_lost", format!("device '{device}' was lost: {message}"));
+        }
+    }
+
+    fn queue_overrun(&mut self, writer: SourceId, message: &str) {
+        let limited: Vec<u64> = (self.instances.values())
+            .filter(|i| i.state == State::Running && i.limits.overruns.is_some() && i.installed.sources.contains(&writer))
+            .map(|i| i.id)
+            .collect();
+        for id in limited {
+            self.end_by_name(id, "overrun", message.to_owned());
+        }
+    }
+
+    /// When the next limit or wait of a running instance is over, ns on the clock.
+    pub fn next_deadline(&self) -> Option<i64> {
+        let deadlines = |i: &Instance| {
+            let limit = i.limits.time_limit_ns.and_then(|t| i.running.clock_at(t));
+            let wait = i.wait_until_ns.and_then(|t| i.running.clock_at(t));
+            [limit, wait].into_iter().flatten().min()
+        };
+        self.instances.values().filter(|i| i.state == State::Running && i.ending.is_none()).filter_map(deadlines).min()
+    }
+
+    /// Serves what is over by now.
+    pub fn serve_deadlines(&mut self, now_ns: i64) {
+        let running: Vec<u64> = self.instances.values().filter(|i| i.state == State::Running && i.ending.is_none()).map(|i| i.id).collect();
+        for id in running {
+            let Some(instance) = self.instances.get_mut(&id) else { continue };
+            let past = |running_ns: Option<i64>| running_ns.is_some_and(|t| instance.running.clock_at(t).is_some_and(|at| at <= now_ns));
+            if past(instance.limits.time_limit_ns) {
+                let limit = instance.limits.time_limit_ns.take().unwrap_or_default();
+                self.end_by_name(id, "time_limit", format!("it ran longer than {} s", limit as f64 * 1e-9));
+            } else if past(instance.wait_until_ns) {
+                instance.wait_until_ns = None;
+                let (list, stage) = (instance.list, instance.stage);
+                let process = instance.installed.process.clone();
+                if process.claim(process.now().0) {
+                    self.go(id, list, stage + 1);
+                }
+            }
+        }
+        self.serve_overrun_limits();
+    }
+
+    /// Instances with a limit on overruns.
+    fn serve_overrun_limits(&mut self) {
+        let limited: Vec<(u64, u64)> = (self.instances.values())
+            .filter(|i| i.state == State::Running && i.ending.is_none())
+            .filter_map(|i| i.limits.overruns.map(|limit| (i.id, limit)))
+            .collect();
+        for (id, limit) in limited {
+            let count = self.overruns(id) - self.instances[&id].overruns_before;
+            if count >= limit {
+                self.end_by_name(id, "overrun", format!("{count} releases of its sources were skipped"));
+            }
+        }
+    }
+}
+
+fn culprit_label(core: &Core, id: u64, block: BlockId) -> Option<String> {
+    let instance = core.instances.get(&id)?;
+    let index = instance.installed.blocks.iter().position(|b| b.id() == block)?;
+    Some(instance.plan.blocks[index].label.clone())
+}
+
+/// A signal in words.
+fn signal_text(signal: i32) -> String {
+    match signal {
+        4 => "illegal instruction".to_owned(),
+        7 => "access to memory that is not there (bus error)".to_owned(),
+        8 => "division by zero or another arithmetic fault".to_owned(),
+        11 => "access to memory that is not its own (segmentation fault)".to_owned(),
+        other => format!("signal {other}"),
+    }
+}
+
+/// A fault in words, naming the block and its code.
+fn fault_text(instance: &Instance, block: Option<usize>, fault: &Fault) -> String {
+    let of = block.map(|b| &instance.plan.blocks[b]);
+    let what = of.map_or("a block".to_owned(), |b| format!("block '{}' ({})", b.label, b.block));
+    match fault {
+        Fault::Returned(code) => format!("{what} returned fault {code}"),
+        Fault::Panic => format!("{what} panicked"),
+        Fault::NonFinite(item) => {
+            let item = block.and_then(|b| item_name(instance, b, *item)).unwrap_or_default();
+            format!("output '{item}' of {what} was not finite")
+        }
+        Fault::Signal(signal) => format!("{what}: {}", signal_text(*signal)),
+        Fault::Budget => format!("{what} used up its time budget"),
+    }
+}
+
+/// Name of an item of an installed block.
+fn item_name(instance: &Instance, block: usize, item: u8) -> Option<String> {
+    instance.installed.interfaces.get(block)?.items.get(usize::from(item)).map(|i| i.name.clone())
+}

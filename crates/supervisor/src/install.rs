@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Installing a plan: memory in the image of each source, blocks with their addresses, activations. Nothing runs yet, and what
+//! runs is not disturbed; a plan that cannot be installed leaves nothing behind.
+use crate::catalog::Catalog;
+use crate::connect::{HalfQueue, open, queues};
+use crate::core::Core;
+use crate::refuse::refuse;
+use crate::svvs::lay_side_by_side;
+use kernel::{Activation, Block, BlockId, Cell, Extent, Process, SourceId};
+use model::interface::{Interface, Kind, Mode};
+use model::plan::{Binding, CellKind, Due, Plan};
+use model::refusal::{Class, Refusals};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A plan in memory.
+pub(crate) struct Installed {
+    /// Sources that it has blocks in, in the plan's order.
+    pub sources: Vec<SourceId>,
+    /// Of each planned block.
+    pub blocks: Vec<Arc<Block>>,
+    pub interfaces: Vec<Arc<Interface>>,
+    pub block_source: Vec<SourceId>,
+    /// Of each planned activation.
+    pub activations: Vec<Arc<Activation>>,
+    pub activation_source: Vec<SourceId>,
+    /// Number and time of the last invocation of each activation.
+    pub stamps: Vec<Cell>,
+    /// Of each planned cell: where it lies in each image.
+    pub cells: Vec<HashMap<SourceId, Cell>>,
+    pub process: Arc<Process>,
+    /// Copies before and behind each block.
+    pub before: Vec<Vec<(Cell, Cell)>>,
+    pub after: Vec<Vec<(Cell, Cell)>>,
+    /// Ratio inputs whose writer sits in the same source take the value before its newest: the planned cell, which is copied
+    /// to this delay cell right before the writer runs, and the source.
+    pub delays: Vec<(SourceId, usize, Cell)>,
+}
+
+impl Installed {
+    /// Where a cell lies in the image of `source`, or else in any.
+    pub fn cell(&self, index: usize, source: SourceId) -> Option<&Cell> {
+        self.cells[index].get(&source)
+    }
+}
+
+/// Bytes of a stamp.
+const STAMP: usize = 16;
+
+/// Memory of one image while it is laid out.
+#[derive(Default)]
+struct Layout {
+    len: usize,
+}
+
+impl Layout {
+    fn take(&mut self, len: usize, align: usize) -> usize {
+        let at = self.len.next_multiple_of(align.max(1));
+        self.len = at + len;
+        at
+    }
+}
+
+/// What is laid out where, before the memory is there.
+struct Places {
+    stamps: Vec<usize>,
+    cells: Vec<Vec<(SourceId, usize)>>,
+    /// Of each block: (item, offset) of the cells that its array ports gather into, and that its ratio inputs are delayed in.
+    own: Vec<Vec<(usize, usize)>>,
+    blocks: Vec<usize>,
+    extents: HashMap<SourceId, Arc<Extent>>,
+}
+
+/// Everything that the parts of an installation need.
+struct Site<'a> {
+    plan: &'a Plan,
+    catalog: &'a Catalog,
+    block_source: Vec<SourceId>,
+    activation_source: Vec<SourceId>,
+}
+
+/// Puts a plan into memory, with the queues that its synchronous inputs from other sources need (not yet entered in any table).
+pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance: u64, name: &str) -> Result<(Installed, Vec<HalfQueue>), Refusals> {
+    let source_of = |core: &Core, name: &str| {
+        core.sources.get(name).copied().ok_or_else(|| refuse(Class::UnknownName, format!("there is no source '{name}'"), ""))
+    };
+    let block_source = plan.blocks.iter().map(|b| source_of(core, &b.source)).collect::<Result<Vec<_>, _>>()?;
+    let activation_source = plan.activations.iter().map(|a| source_of(core, &a.source)).collect::<Result<Vec<_>, _>>()?;
+    let site = Site { plan, catalog, block_source, activation_source };
+    for block in &plan.blocks {
+        if !catalog.blocks.contains_key(&block.block) {
+            return Err(refuse(Class::UnknownName, format!("block '{}' is not downloaded any more", block.block), "download its module again"));
+        }
+        let module = block.block.split('.').next().unwrap_or("");
+        if let Some(why) = core.poisoned.get(module) {
+            return Err(refuse(Class::InvalidState, format!("cannot install '{}': module '{module}' {why}", block.label), "mend the block, download it again, and call reset()"));
+        }
+    }
+    let places = lay_out(&site);
+    let cells = make_cells(core, &site, &places);
+    let stamps: Vec<Cell> = (0..plan.activations.len())
+        .map(|i| places.extents[&site.activation_source[i]].cell(places.stamps[i], STAMP))
+        .collect();
+    let queues = open(queues(core, plan, &site.block_source, &cells));
+    let activations = make_activations(core, &site, &stamps, &queues);
+    let mut copies = Copying { before: vec![Vec::new(); plan.blocks.len()], after: vec![Vec::new(); plan.blocks.len()], delays: Vec::new() };
+    let blocks = make_blocks(core, &site, &places, &cells, name, &mut copies);
+    let mut sources = site.block_source.clone();
+    sources.sort();
+    sources.dedup();
+    let process = Process::new(instance, instance);
+    let interfaces = plan.blocks.iter().map(|b| catalog.blocks[&b.block].interface.clone()).collect();
+    let installed = Installed { sources, blocks, interfaces, block_source: site.block_source, activations, activation_source: site.activation_source, stamps, cells, process, before: copies.before, after: copies.after, delays: copies.delays };
+    Ok((installed, queues))
+}
+
+/// The activations, each with what makes it due. Those that drive others come first in a plan.
+fn make_activations(core: &Core, site: &Site, stamps: &[Cell], queues: &[HalfQueue]) -> Vec<Arc<Activation>> {
+    let mut activations: Vec<Arc<Activation>> = Vec::with_capacity(stamps.len());
+    for (index, planned) in site.plan.activations.iter().enumerate() {
+        let own = |by: &[(usize, u32)]| -> Vec<(Arc<Activation>, u32)> { by.iter().map(|(a, n)| (activations[*a].clone(), *n)).collect() };
+        let due = match &planned.due {
+            Due::Interval => kernel::Due::Interval,
+            Due::Driven { by } => kernel::Due::Driven { by: own(by) },
+            Due::Queued { by } => {
+                let members: Vec<_> = queues.iter().flat_map(|q| q.gating(index)).collect();
+                let mut by = own(by);
+                by.extend(outside(core, site, index));
+                if members.is_empty() { kernel::Due::Driven { by } } else { kernel::Due::Queued { members, by } }
+            }
+        };
+        activations.push(Activation::with_budget(due, Some(stamps[index].clone()), planned.budget_ns));
+    }
+    activations
+}
+
+/// Activations of other instances in the same source that drive this one.
+fn outside(core: &Core, site: &Site, activation: usize) -> Vec<(Arc<Activation>, u32)> {
+    let source = site.activation_source[activation];
+    let blocks = site.plan.activations[activation].blocks.iter().map(|b| &site.plan.blocks[*b]);
+    let mut found: Vec<(Arc<Activation>, u32)> = Vec::new();
+    for (_, svv) in blocks.flat_map(|b| &b.external_drivers) {
+        if let Some(writer) = core.svvs.get(svv).and_then(|s| s.writers.first()) {
+            if writer.source == source && !found.iter().any(|(a, _)| Arc::ptr_eq(a, &writer.activation)) {
+                found.push((writer.activation.clone(), 1));
+            }
+        }
+    }
+    found
+}
+
+/// Sources in whose image a planned cell lies.
+fn cell_sources(site: &Site, index: usize) -> Vec<SourceId> {
+    let cell = &site.plan.cells[index];
+    let mut sources: Vec<SourceId> = cell.writers.iter().chain(&cell.readers).map(|(b, _)| site.block_source[*b]).collect();
+    sources.sort();
+    sources.dedup();
+    sources
+}
+
+/// Lays out the images: stamps, private cells, gather cells, blocks in the order of a firing; then takes the memory.
+fn lay_out(site: &Site) -> Places {
+    let plan = site.plan;
+    let mut layouts: HashMap<SourceId, Layout> = HashMap::new();
+    let stamps = site.activation_source.iter().map(|s| layouts.entry(*s).or_default().take(STAMP, 8)).collect();
+    let mut cells: Vec<Vec<(SourceId, usize)>> = vec![Vec::new(); plan.cells.len()];
+    for (index, cell) in plan.cells.iter().enumerate() {
+        if matches!(cell.kind, CellKind::Private { .. } | CellKind::Constant { .. }) {
+            for source in cell_sources(site, index) {
+                cells[index].push((source, layouts.entry(source).or_default().take(cell.size, cell.align)));
+            }
+        }
+    }
+    let mut own: Vec<Vec<(usize, usize)>> = vec![Vec::new(); plan.blocks.len()];
+    let mut blocks = vec![0; plan.blocks.len()];
+    for (_, order) in &plan.order {
+        for &index in order {
+            let block = &plan.blocks[index];
+            let layout = layouts.entry(site.block_source[index]).or_default();
+            for bound in &block.bindings {
+                match &bound.binding {
+                    Binding::Cells(list) => own[index].push((bound.item, layout.take(list.iter().map(|c| plan.cells[*c].size).sum(), 8))),
+                    Binding::Cell(cell) if matches!(bound.mode, Mode::Ratio(_)) => {
+                        own[index].push((bound.item, layout.take(plan.cells[*cell].size, plan.cells[*cell].align)));
+                    }
+                    Binding::Cell(_) => {}
+                }
+            }
+            let descriptor = site.catalog.blocks[&block.block].descriptor;
+            blocks[index] = layout.take(descriptor.instance_size as usize, descriptor.instance_align as usize);
+        }
+    }
+    let extents = layouts.into_iter().map(|(source, layout)| (source, Extent::new(layout.len.max(8)))).collect();
+    Places { stamps, cells, own, blocks, extents }
+}
+
+/// The cells in each image: private ones in the instance's memory, SVVs and channels where they lie.
+fn make_cells(core: &mut Core, site: &Site, places: &Places) -> Vec<HashMap<SourceId, Cell>> {
+    for (index, block) in site.plan.blocks.iter().enumerate() {
+        for bound in &block.bindings {
+            if let Binding::Cells(list) = &bound.binding {
+                lay_out_svvs(core, site, list, site.block_source[index]);
+            }
+        }
+    }
+    let mut cells = Vec::with_capacity(site.plan.cells.len());
+    for (index, planned) in site.plan.cells.iter().enumerate() {
+        let in_images = match &planned.kind {
+            CellKind::Private { .. } | CellKind::Constant { .. } => places.cells[index]
+                .iter()
+                .map(|(source, offset)| {
+                    let cell = places.extents[source].cell(*offset, planned.size);
+                    cell.store(&planned.initial);
+                    (*source, cell)
+                })
+                .collect(),
+            CellKind::Svv { name, .. } => {
+                let sources = cell_sources(site, index);
+                let svv = core.svvs.get_mut(name).expect("the plan was made from the SVVs that exist");
+                sources.into_iter().map(|source| (source, svv.cell(source))).collect()
+            }
+            CellKind::Channel { device, channel, .. } => {
+                let physical = &core.physical[device];
+                HashMap::from([(physical.source, physical.device.cell(*channel))])
+            }
+        };
+        cells.push(in_images);
+    }
+    cells
+}
+
+/// SVVs that an array port reads together lie together, where they are new in that image.
+fn lay_out_svvs(core: &mut Core, site: &Site, list: &[usize], source: SourceId) {
+    let names: Option<Vec<&str>> = list
+        .iter()
+        .map(|c| match &site.plan.cells[*c].kind {
+            CellKind::Svv { name, .. } => Some(name.as_str()),
+            _ => None,
+        })
+        .collect();
+    let Some(names) = names else { return };
+    let mut picked: Vec<(usize, &mut crate::svvs::SvvRecord)> = core
+        .svvs
+        .iter_mut()
+        .filter_map(|(name, record)| names.iter().position(|n| n == name).map(|at| (at, record)))
+        .collect();
+    if picked.len() == names.len() {
+        picked.sort_by_key(|(at, _)| *at);
+        let mut records: Vec<_> = picked.into_iter().map(|(_, record)| record).collect();
+        lay_side_by_side(&mut records, source);
+    }
+}
+
+type Copies = Vec<(Cell, Cell)>;
+
+/// The copies that an installation needs around its blocks.
+struct Copying {
+    before: Vec<Copies>,
+    after: Vec<Copies>,
+    delays: Vec<(SourceId, usize, Cell)>,
+}
+
+/// The blocks, bound; and the copies around them.
+fn make_blocks(core: &mut Core, site: &Site, places: &Places, cells: &[HashMap<SourceId, Cell>], name: &str, copies: &mut Copying) -> Vec<Arc<Block>> {
+    let mut blocks = Vec::with_capacity(site.plan.blocks.len());
+    for (index, planned) in site.plan.blocks.iter().enumerate() {
+        let source = site.block_source[index];
+        let code = &site.catalog.blocks[&planned.block];
+        let memory = places.extents[&source].cell(places.blocks[index], code.descriptor.instance_size as usize);
+        let id = BlockId(u32::try_from(core.fresh()).expect("fewer than 2^32 blocks in the life of a system"));
+        let mut block = Block::install(id, &format!("{name}.{}", planned.label), code.descriptor, code.module.clone(), memory);
+        for (item, bytes) in &planned.values {
+            block.set(*item, bytes);
+        }
+        let own = |item: usize, size: usize| {
+            let offset = places.own[index].iter().find(|(i, _)| *i == item).expect("laid out before").1;
+            places.extents[&source].cell(offset, size)
+        };
+        for bound in &planned.bindings {
+            match &bound.binding {
+                Binding::Cell(cell) if matches!(bound.mode, Mode::Ratio(_)) && code.interface.items[bound.item].kind == Kind::Input => {
+                    let delay = own(bound.item, site.plan.cells[*cell].size);
+                    block.bind(bound.item, &delay);
+                    copies.delays.push((source, *cell, delay));
+                }
+                Binding::Cell(cell) => block.bind(bound.item, &cells[*cell][&source]),
+                Binding::Cells(list) => {
+                    let parts: Vec<Cell> = list.iter().map(|c| cells[*c][&source].clone()).collect();
+                    if parts.windows(2).all(|pair| pair[0].adjoins(&pair[1])) {
+                        block.bind(bound.item, &parts[0].widened(parts.iter().map(Cell::len).sum()));
+                        continue;
+                    }
+                    let whole = own(bound.item, parts.iter().map(Cell::len).sum());
+                    block.bind(bound.item, &whole);
+                    let reads = matches!(code.interface.items[bound.item].kind, Kind::Input | Kind::DeviceRead);
+                    let (before, after) = (&mut copies.before[index], &mut copies.after[index]);
+                    pair_up(whole, parts, |part, piece| if reads { before.push((part, piece)) } else { after.push((piece, part)) });
+                }
+            }
+        }
+        blocks.push(Arc::new(block));
+    }
+    blocks
+}
+
+/// Each part with its piece of the whole.
+fn pair_up(whole: Cell, parts: Vec<Cell>, mut pair: impl FnMut(Cell, Cell)) {
+    let mut offset = 0;
+    for part in parts {
+        let piece = whole.part(offset, part.len());
+        offset += part.len();
+        pair(part, piece);
+    }
+}

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A verb instance: what it was made of, where it is in its life, what it still waits for.
+use crate::connect::Pair;
+use crate::install::Installed;
+use crate::report::{Other, Report};
+use crate::sequence::Movement;
+use kernel::{Cell, SourceId};
+use model::plan::Plan;
+use model::value::Value;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// created → running ⇄ suspended → ended (→ running again by `start`) → deleted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum State {
+    Created,
+    Running,
+    Suspended,
+    Ended,
+}
+
+impl State {
+    pub fn name(self) -> &'static str {
+        match self {
+            State::Created => "created",
+            State::Running => "running",
+            State::Suspended => "suspended",
+            State::Ended => "ended",
+        }
+    }
+}
+
+/// Why a start ends.
+#[derive(Clone, Debug)]
+pub(crate) struct Cause {
+    /// Index into the plan's conditions.
+    pub condition: usize,
+    /// Flat label of the block that reported it.
+    pub block: Option<String>,
+    pub value: Option<Value>,
+    pub message: String,
+    pub time_ns: i64,
+    /// Its end is normal, whatever the condition says (a halt asked for by the waiter).
+    pub asked_for: bool,
+}
+
+/// Limits of one start.
+#[derive(Clone, Copy, Debug, Default, serde::Deserialize)]
+#[serde(default)]
+pub struct Limits {
+    /// Running time after which `time_limit` comes, ns.
+    pub time_limit_ns: Option<i64>,
+    /// Overruns of its sources after which `overrun` comes.
+    pub overruns: Option<u64>,
+}
+
+/// Running time: it stands still while the instance is suspended.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct RunningTime {
+    /// Time on the clock minus running time, while it runs.
+    offset_ns: i64,
+    /// Running time at which it stands still.
+    held_ns: Option<i64>,
+}
+
+impl RunningTime {
+    pub fn start(now_ns: i64) -> Self {
+        RunningTime { offset_ns: now_ns, held_ns: None }
+    }
+
+    pub fn hold(&mut self, now_ns: i64) {
+        self.held_ns = Some(now_ns - self.offset_ns);
+    }
+
+    pub fn go_on(&mut self, now_ns: i64) {
+        if let Some(held) = self.held_ns.take() {
+            self.offset_ns = now_ns - held;
+        }
+    }
+
+    /// Time on the clock at which a running time is reached; `None` while it stands still.
+    pub fn clock_at(&self, running_ns: i64) -> Option<i64> {
+        self.held_ns.is_none().then_some(self.offset_ns + running_ns)
+    }
+
+    pub fn at(&self, now_ns: i64) -> i64 {
+        self.held_ns.unwrap_or(now_ns - self.offset_ns)
+    }
+}
+
+pub(crate) struct Instance {
+    pub id: u64,
+    pub name: String,
+    pub plan: Arc<Plan>,
+    pub installed: Installed,
+    /// Private cells that travel between sources.
+    pub crossings: Vec<(Pair, Cell, Cell)>,
+    /// The logical device that it keeps going.
+    pub owner: Option<String>,
+    pub state: State,
+    /// Number of its starts.
+    pub starts: u64,
+    /// What kernel, supervisor and PS race on: the generation that this side believes in.
+    pub generation: u32,
+    /// Where it is in its command lists.
+    pub list: usize,
+    pub stage: usize,
+    /// What is on.
+    pub active: Vec<(usize, u32)>,
+    pub running: RunningTime,
+    pub started_ns: i64,
+    pub limits: Limits,
+    /// Running time at which the present wait for a time ends.
+    pub wait_until_ns: Option<i64>,
+    /// Overruns of its sources when it started.
+    pub overruns_before: u64,
+    /// The end that is being carried out.
+    pub ending: Option<Cause>,
+    /// What has to be done, and how many acknowledgements the present movement lacks.
+    pub sequence: VecDeque<Movement>,
+    pub outstanding: usize,
+    pub epoch: u64,
+    /// What the scripts of the last movement captured.
+    pub captured: Vec<(SourceId, Vec<u8>)>,
+    /// Values of its outputs, as far as they have been captured: (output, bytes).
+    pub outputs: Vec<(usize, Vec<u8>)>,
+    /// Outputs that the script under way captures in each source, in order.
+    pub capturing: Vec<(SourceId, Vec<usize>)>,
+    pub others: Vec<Other>,
+    pub report: Option<Report>,
+    /// A second `halt` is immediate.
+    pub halting: bool,
+}
+
+impl Instance {
+    /// Index of a stage in the kernel's stages.
+    pub fn kernel_stage(&self, list: usize, stage: usize) -> u16 {
+        kernel_stage(&self.plan, list, stage)
+    }
+
+    /// List and stage of a kernel's stage.
+    pub fn list_stage(&self, kernel_stage: u16) -> (usize, usize) {
+        let mut rest = usize::from(kernel_stage);
+        for (index, list) in self.plan.lists.iter().enumerate() {
+            if rest < list.stages.len() {
+                return (index, rest);
+            }
+            rest -= list.stages.len();
+        }
+        (self.plan.initial, 0)
+    }
+
+    /// Index of a condition by name.
+    pub fn condition(&self, name: &str) -> Option<usize> {
+        self.plan.conditions.iter().position(|c| c.name == name)
+    }
+
+    pub fn is_busy(&self) -> bool {
+        matches!(self.state, State::Running | State::Suspended) || self.ending.is_some()
+    }
+}
+
+/// Index of (list, stage) when the stages of all lists are counted through.
+pub(crate) fn kernel_stage(plan: &Plan, list: usize, stage: usize) -> u16 {
+    let before: usize = plan.lists[..list].iter().map(|l| l.stages.len()).sum();
+    u16::try_from(before + stage).expect("a verb has fewer than 65,536 stages")
+}

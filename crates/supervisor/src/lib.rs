@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The supervisor: verb instances, command lists, transitions, ends. It runs plans, and talks with the programming system.
+//!
+//! A call of the PS takes the [`System`]'s lock, plans or commands, and hands scripts to the kernels; what kernels tell is taken
+//! by the supervisor's thread (under the virtual clock: by whoever advances time). Nothing here is on a real-time path: a
+//! transition that lies in one source is a reaction, prepared here when the instance is made and carried out by its kernel.
+mod apply;
+mod catalog;
+mod configure;
+mod connect;
+mod core;
+mod create;
+mod devices;
+mod download;
+mod end;
+mod events;
+mod faces;
+mod install;
+mod instance;
+mod life;
+mod log;
+mod observe;
+mod proceed;
+mod refuse;
+mod report;
+mod sequence;
+mod stages;
+mod svvs;
+mod system;
+mod tables;
+mod values;
+
+pub use apply::DeviceRequest;
+pub use configure::SvvRequest;
+pub use download::{build, library_json, load, trial};
+pub use instance::Limits;
+pub use log::Entry;
+pub use observe::{Past, type_tree};
+pub use report::{Other, Report};
+pub use system::{System, Waited};
+pub use values::Reading;

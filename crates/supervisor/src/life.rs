@@ -1,0 +1,369 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The life of a verb instance: start, suspend, resume, halt, delete. A call that the state does not allow changes nothing.
+use crate::core::{Core, DeviceState};
+use crate::instance::{Instance, Limits, RunningTime, State};
+use crate::refuse::{invalid_state, refuse};
+use crate::sequence::{Builder, Movement};
+use crate::stages::Verbatim;
+use indexmap::IndexMap;
+use kernel::{Op, SourceId};
+use model::configuration::Configuration;
+use model::plan::{CellKind, Claim, InputOrigin, Plan, PlannedCommand, Target};
+use model::refusal::{Class, End, Refusal, Refusals};
+use model::types::Type;
+use model::value::Value;
+
+impl Core {
+    /// An instance that is not deleted.
+    pub fn instance(&self, id: u64) -> Result<&Instance, Refusals> {
+        self.instances.get(&id).ok_or_else(|| invalid_state("the verb instance", "deleted", "use", "make a new one with new_instance(…)"))
+    }
+
+    /// Starts it: claims, ψ, the initial command list. Nothing has changed where it refuses.
+    pub fn start(&mut self, id: u64, values: &IndexMap<String, Value>, limits: Limits, configuration: &Configuration) -> Result<(), Refusals> {
+        let instance = self.instance(id)?;
+        if !matches!(instance.state, State::Created | State::Ended) {
+            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "start", "wait for it or halt it first"));
+        }
+        if let Some(reason) = &self.emergency {
+            return Err(refuse(Class::EmergencyStopped, format!("cannot start '{}': the emergency stop is latched ({reason})", instance.name), "remove the cause and call reset()"));
+        }
+        self.check_enabled(instance)?;
+        self.check_sources(instance)?;
+        let stores = psi(&instance.plan, values, configuration)?;
+        let (plan, name) = (instance.plan.clone(), instance.name.clone());
+        self.claim_all(id, &plan, &name)?;
+        let mut movements: Vec<Movement> = self.take_over(id);
+        let now_ns = self.host.now_ns();
+        let overruns = self.overruns(id);
+        let instance = self.instances.get_mut(&id).expect("found above");
+        instance.state = State::Running;
+        instance.starts += 1;
+        instance.started_ns = now_ns;
+        instance.running = RunningTime::start(now_ns);
+        instance.limits = limits;
+        instance.overruns_before = overruns;
+        instance.generation = instance.installed.process.now().0 + 1;
+        (instance.list, instance.stage) = (instance.plan.initial, 0);
+        instance.report = None;
+        instance.others.clear();
+        instance.outputs.clear();
+        instance.captured.clear();
+        instance.halting = false;
+        movements.extend(self.opening(id, &stores));
+        self.log.add(now_ns, "start", &name, "");
+        self.append_sequence(id, movements);
+        Ok(())
+    }
+
+    /// Every logical device that the verb uses is enabled.
+    fn check_enabled(&self, instance: &Instance) -> Result<(), Refusals> {
+        let disabled: Refusals = (instance.plan.devices.iter())
+            .filter(|d| self.logical.get(*d).is_some_and(|l| l.state != DeviceState::Enabled))
+            .map(|d| Refusal {
+                class: Class::NotEnabled,
+                message: format!("cannot start '{}': device '{d}' is not enabled", instance.name),
+                ends: vec![End { what: format!("device '{d}'"), place: None }],
+                remedy: format!("call enable() on '{d}' first"),
+                place: None,
+            })
+            .collect();
+        if disabled.is_empty() { Ok(()) } else { Err(disabled) }
+    }
+
+    /// No source of it was stopped by a fault.
+    fn check_sources(&self, instance: &Instance) -> Result<(), Refusals> {
+        for &source in &instance.installed.sources {
+            if self.host.statistics(source).stopped {
+                let source = self.source_name(source);
+                return Err(refuse(Class::InvalidState, format!("cannot start '{}': source '{source}' was stopped by a fault in a block", instance.name), "mend the block and call reset()"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Claims all that the verb can write, or nothing.
+    fn claim_all(&mut self, id: u64, plan: &Plan, name: &str) -> Result<(), Refusals> {
+        let held: Refusals = (plan.claims.iter())
+            .filter_map(|claim| self.claims.get(claim).filter(|holder| **holder != id).map(|holder| (claim, *holder)))
+            .map(|(claim, holder)| {
+                let what = self.claim_name(claim);
+                let holder = self.instances.get(&holder).map_or("?", |i| i.name.as_str());
+                Refusal {
+                    class: Class::SecondWriter,
+                    message: format!("cannot start '{name}': {what} is written by '{holder}'"),
+                    ends: vec![End { what: what.clone(), place: None }, End { what: format!("'{holder}'"), place: None }],
+                    remedy: format!("wait for '{holder}' or halt it"),
+                    place: None,
+                }
+            })
+            .collect();
+        if !held.is_empty() {
+            return Err(held);
+        }
+        for claim in &plan.claims {
+            self.claims.insert(claim.clone(), id);
+            if let Claim::Channel { device, channel } = claim {
+                self.physical[device].device.engage(*channel, true);
+            }
+        }
+        Ok(())
+    }
+
+    fn claim_name(&self, claim: &Claim) -> String {
+        match claim {
+            Claim::Svv { name, .. } => format!("SVV '{name}'"),
+            Claim::Channel { device, channel } => {
+                let name = self.physical.get(device).and_then(|p| p.device.channels().get(*channel).map(|c| c.name.clone()));
+                format!("channel '{device}.{}'", name.unwrap_or_default())
+            }
+        }
+    }
+
+    /// The SVVs that the instance writes from now on belong to its sources: connections are made anew where the writer's source changes.
+    fn take_over(&mut self, id: u64) -> Vec<Movement> {
+        let instance = &self.instances[&id];
+        let written: Vec<(String, SourceId)> = (instance.plan.cells.iter())
+            .filter_map(|cell| match (&cell.kind, cell.writers.first()) {
+                (CellKind::Svv { name, .. }, Some((block, _))) => Some((name.clone(), instance.installed.block_source[*block])),
+                _ => None,
+            })
+            .collect();
+        let pairs = written.iter().flat_map(|(svv, source)| self.hand_over(svv, *source)).collect::<Vec<_>>();
+        let rows = self.remake_rows(&written);
+        let mut movements = self.reconnect(pairs);
+        if !rows.is_empty() {
+            movements.push(Movement::Tables(rows));
+        }
+        movements
+    }
+
+    /// From the reset to the end of the initial list's first stage.
+    fn opening(&self, id: u64, stores: &[(Target, Vec<u8>)]) -> Vec<Movement> {
+        let instance = &self.instances[&id];
+        let devices = self.device_sources();
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
+        let mut builder = Builder::default();
+        for (index, block) in instance.installed.blocks.iter().enumerate() {
+            builder.add(instance.installed.block_source[index], Op::Reset(block.clone()));
+        }
+        for (index, cell) in instance.plan.cells.iter().enumerate() {
+            if matches!(cell.kind, CellKind::Private { .. } | CellKind::Constant { .. }) {
+                for (source, at) in &instance.installed.cells[index] {
+                    builder.add(*source, Op::Store(at.clone(), cell.initial.clone().into()));
+                }
+            }
+        }
+        for &source in &instance.installed.sources {
+            builder.add(source, Op::StartClock(instance.installed.process.clone()));
+        }
+        for (target, bytes) in stores {
+            self.store_target(&mut builder, instance, target, bytes);
+        }
+        builder.barrier();
+        if instance.owner.is_some() && !self.logical[instance.owner.as_ref().expect("checked")].copies.is_empty() {
+            self.open_device(&mut builder, instance, &of);
+        } else {
+            of.enter(&mut builder, &[], instance.plan.initial, 0, Some(instance.generation));
+        }
+        builder.finish().into()
+    }
+
+    /// The initial list of a device's own verb: what starts as a copy is copied after the leading executes, before the loop closes.
+    fn open_device(&self, builder: &mut Builder, instance: &Instance, of: &Verbatim) {
+        let (list, generation) = (instance.plan.initial, Some(instance.generation));
+        let stage = &instance.plan.lists[list].stages[0];
+        let process = instance.installed.process.clone();
+        builder.add(instance.installed.sources[0], Op::Stage { process, stage: instance.kernel_stage(list, 0), generation });
+        builder.barrier();
+        let leading = stage.commands.iter().take_while(|c| matches!(c, PlannedCommand::Execute(_) | PlannedCommand::Install(_))).count();
+        for command in &stage.commands[..leading] {
+            of.command(builder, command, generation);
+        }
+        let copies = &self.logical[instance.owner.as_ref().expect("it has one")].copies;
+        for (_, from) in copies {
+            let svv = &self.svvs[from];
+            let source = svv.home.filter(|s| svv.cells.contains_key(s)).or_else(|| svv.cells.keys().min().copied());
+            if let Some(source) = source {
+                builder.add(source, Op::Capture(vec![svv.cells[&source].clone()]));
+            }
+        }
+        builder.then(Movement::CopyInitial);
+        for command in &stage.commands[leading..] {
+            of.command(builder, command, generation);
+        }
+        builder.then(Movement::Entered { list, stage: 0 });
+    }
+
+    /// One value of ψ, into every image that has its object.
+    pub(crate) fn store_target(&self, builder: &mut Builder, instance: &Instance, target: &Target, bytes: &[u8]) {
+        match target {
+            Target::Cell(cell) => self.store_cell(builder, instance, *cell, bytes),
+            Target::Cells(cells) if !cells.is_empty() => {
+                for (cell, part) in cells.iter().zip(bytes.chunks(bytes.len() / cells.len())) {
+                    self.store_cell(builder, instance, *cell, part);
+                }
+            }
+            Target::Cells(_) => {}
+            Target::Item { block, item } => {
+                builder.add(instance.installed.block_source[*block], Op::Store(instance.installed.blocks[*block].value(*item), bytes.into()));
+            }
+            Target::Report { .. } => {}
+        }
+    }
+
+    fn store_cell(&self, builder: &mut Builder, instance: &Instance, cell: usize, bytes: &[u8]) {
+        if let CellKind::Svv { name, .. } = &instance.plan.cells[cell].kind {
+            for (source, at) in &self.svvs[name].cells {
+                builder.add(*source, Op::Store(at.clone(), bytes.into()));
+            }
+        } else {
+            for (source, at) in &instance.installed.cells[cell] {
+                builder.add(*source, Op::Store(at.clone(), bytes.into()));
+            }
+        }
+    }
+
+    /// Stops the blocks without synchronous inputs; running time stands still. It is suspended when the kernels have done it.
+    pub fn suspend(&mut self, id: u64) -> Result<(), Refusals> {
+        let now_ns = self.host.now_ns();
+        let instance = self.instance(id)?;
+        if instance.state != State::Running || instance.ending.is_some() {
+            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "suspend", "only a running instance can be suspended"));
+        }
+        let process = instance.installed.process.clone();
+        let generation = process.now().0;
+        if !process.claim(generation) {
+            return Ok(());
+        }
+        let mut builder = Builder::default();
+        for (activation, _) in &instance.active {
+            if matches!(instance.plan.activations[*activation].due, model::plan::Due::Interval) {
+                builder.add(instance.installed.activation_source[*activation], Op::Off(instance.installed.activations[*activation].clone()));
+            }
+        }
+        for &source in &instance.installed.sources {
+            builder.add(source, Op::StopClock(process.clone()));
+        }
+        builder.then(Movement::Suspended);
+        let instance = self.instances.get_mut(&id).expect("found above");
+        instance.running.hold(now_ns);
+        self.append_sequence(id, builder.finish());
+        Ok(())
+    }
+
+    /// Goes on where it stood.
+    pub fn resume(&mut self, id: u64) -> Result<(), Refusals> {
+        let now_ns = self.host.now_ns();
+        let instance = self.instance(id)?;
+        if instance.state != State::Suspended || instance.ending.is_some() {
+            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "resume", "only a suspended instance can be resumed"));
+        }
+        if let Some(reason) = &self.emergency {
+            return Err(refuse(Class::EmergencyStopped, format!("cannot resume '{}': the emergency stop is latched ({reason})", instance.name), "remove the cause and call reset()"));
+        }
+        let process = instance.installed.process.clone();
+        let mut builder = Builder::default();
+        for &source in &instance.installed.sources {
+            builder.add(source, Op::ResumeClock(process.clone()));
+        }
+        builder.barrier();
+        let generation = process.now().0;
+        let stage = instance.kernel_stage(instance.list, instance.stage);
+        builder.add(instance.installed.sources[0], Op::Stage { process, stage, generation: Some(generation) });
+        for (activation, every) in &instance.active {
+            builder.add(instance.installed.activation_source[*activation], Op::On(instance.installed.activations[*activation].clone(), *every));
+        }
+        builder.then(Movement::Resumed);
+        let instance = self.instances.get_mut(&id).expect("found above");
+        instance.generation = generation;
+        instance.running.go_on(now_ns);
+        self.append_sequence(id, builder.finish());
+        Ok(())
+    }
+
+    /// Halts it: τ on `halted`, or the end. A second halt is immediate.
+    pub fn halt(&mut self, id: u64) -> Result<(), Refusals> {
+        let instance = self.instance(id)?;
+        if !matches!(instance.state, State::Running | State::Suspended) {
+            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "halt", "only a running or suspended instance can be halted"));
+        }
+        if let Some(condition) = instance.condition("halted") {
+            self.come(id, condition, String::new(), true);
+        }
+        Ok(())
+    }
+
+    /// New values of tunable input parameters of a running instance, as one publication between two firings.
+    pub fn set(&mut self, id: u64, values: &IndexMap<String, Value>) -> Result<(), Refusals> {
+        let instance = self.instance(id)?;
+        let mut refusals = Vec::new();
+        let mut stores = Vec::new();
+        for (name, value) in values {
+            match instance.plan.inputs.iter().find(|i| i.name == *name) {
+                None => refusals.extend(crate::refuse::unknown("input parameter", name, instance.plan.inputs.iter().map(|i| i.name.as_str()))),
+                Some(input) if !input.tunable => refusals.extend(refuse(Class::InvalidState, format!("input parameter '{name}' of '{}' is not tunable", instance.plan.verb), "declare it with gpac.input(…, tunable=True), or give it at the next start")),
+                Some(input) => match encode(&input.type_text, &input.unit, value) {
+                    Ok(bytes) => stores.extend(input.targets.iter().map(|t| (t.clone(), bytes.clone()))),
+                    Err(refusal) => refusals.push(named(refusal, name)),
+                },
+            }
+        }
+        if !refusals.is_empty() {
+            return Err(refusals);
+        }
+        let mut builder = Builder::default();
+        for (target, bytes) in &stores {
+            self.store_target(&mut builder, instance, target, bytes);
+        }
+        self.append_sequence(id, builder.finish());
+        Ok(())
+    }
+
+    /// Overruns counted so far in the sources of an instance.
+    pub fn overruns(&self, id: u64) -> u64 {
+        self.instances[&id].installed.sources.iter().map(|s| self.host.statistics(*s).overruns).sum()
+    }
+}
+
+/// The values of ψ: what was given, else the defaults; those of device parameters as they are now.
+fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: &Configuration) -> Result<Vec<(Target, Vec<u8>)>, Refusals> {
+    let mut refusals: Refusals = Vec::new();
+    let mut stores = Vec::new();
+    let given = |name: &str| plan.inputs.iter().any(|i| i.name == name && i.origin == InputOrigin::Given);
+    for name in values.keys().filter(|n| !given(n)) {
+        let known = plan.inputs.iter().filter(|i| i.origin == InputOrigin::Given).map(|i| i.name.as_str());
+        refusals.extend(crate::refuse::unknown(&format!("input parameter of '{}' named", plan.verb), name, known).into_iter().map(|r| Refusal { class: Class::CallError, ..r }));
+    }
+    for input in &plan.inputs {
+        let value = match &input.origin {
+            InputOrigin::Given => values.get(&input.name).cloned().or_else(|| input.default.clone()),
+            InputOrigin::DeviceParameter { devices, parameter } => device_values(configuration, devices, parameter, &input.type_text),
+        };
+        let Some(value) = value else {
+            refusals.extend(refuse(Class::CallError, format!("'{}' needs its input parameter '{}'", plan.verb, input.name), "give it, or declare a default"));
+            continue;
+        };
+        match encode(&input.type_text, &input.unit, &value) {
+            Ok(bytes) => stores.extend(input.targets.iter().map(|t| (t.clone(), bytes.clone()))),
+            Err(refusal) => refusals.push(named(refusal, &input.name)),
+        }
+    }
+    if refusals.is_empty() { Ok(stores) } else { Err(refusals) }
+}
+
+/// The present values of a parameter of logical devices: one alone as it is, several as a list.
+fn device_values(configuration: &Configuration, devices: &[String], parameter: &str, type_text: &str) -> Option<Value> {
+    let values: Vec<Value> = devices.iter().map(|d| configuration.logical_devices.get(d)?.parameters.get(parameter).cloned()).collect::<Option<_>>()?;
+    let is_array = type_text.ends_with(']');
+    if values.len() == 1 && !is_array { values.into_iter().next() } else { Some(Value::List(values)) }
+}
+
+pub(crate) fn encode(type_text: &str, unit: &str, value: &Value) -> Result<Vec<u8>, Refusal> {
+    Type::parse(type_text, &IndexMap::new())?.encode(value, unit)
+}
+
+/// The same refusal, with the parameter's name in front.
+pub(crate) fn named(refusal: Refusal, name: &str) -> Refusal {
+    Refusal { message: format!("'{name}': {}", refusal.message), ..refusal }
+}

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The log: conditions, faults, transitions, starts and ends, the last few thousand.
+use serde::Serialize;
+use std::collections::VecDeque;
+
+/// Entries kept.
+const ENTRIES_MAX: usize = 4096;
+
+#[derive(Clone, Debug, Serialize)]
+pub struct Entry {
+    pub sequence: u64,
+    pub time_s: f64,
+    /// `start`, `end`, `condition`, `transition`, `fault`, `overrun`, `late`, `device`, `emergency_stop`, `lost`.
+    pub kind: &'static str,
+    /// The verb instance, device or source it is about.
+    pub about: String,
+    pub text: String,
+}
+
+#[derive(Default)]
+pub(crate) struct Log {
+    entries: VecDeque<Entry>,
+    next: u64,
+}
+
+impl Log {
+    pub fn add(&mut self, time_ns: i64, kind: &'static str, about: &str, text: impl Into<String>) {
+        if self.entries.len() == ENTRIES_MAX {
+            self.entries.pop_front();
+        }
+        self.entries.push_back(Entry { sequence: self.next, time_s: time_ns as f64 * 1e-9, kind, about: about.to_owned(), text: text.into() });
+        self.next += 1;
+    }
+
+    /// Entries from number `sequence` on.
+    pub fn since(&self, sequence: u64) -> Vec<Entry> {
+        self.entries.iter().filter(|e| e.sequence >= sequence).cloned().collect()
+    }
+}

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Looking at a running system: snapshots, histories, what there is, how it does. Nothing here disturbs what runs.
+use crate::refuse::{refuse, unknown};
+use crate::report::Report;
+use crate::system::{System, Waited};
+use crate::values::Reading;
+use kernel::Statistics;
+use model::refusal::{Class, Refusals};
+use model::types::Type;
+use serde_json::{Value as Json, json};
+use std::time::Duration;
+
+/// A value in the history of an SVV: number, time in ns, bytes.
+pub type Past = (u64, i64, Vec<u8>);
+
+impl System {
+    /// One consistent snapshot: its time, and each SVV's bytes, number and time. SVVs of different sources are taken at the next
+    /// boundary of each.
+    pub fn read(&self, names: &[String]) -> Result<(i64, Vec<Reading>), Refusals> {
+        let snapshot = self.shared.command(|core| core.ask(names))?;
+        let waited = self.shared.wait_for(None, READ_MAX, |core| Ok(core.snapshot(&snapshot, names.len())))?;
+        match waited {
+            Waited::Done(read) => Ok(read),
+            _ => Err(refuse(Class::InvalidState, "a kernel did not answer", "is its processor overloaded? see statistics()")),
+        }
+    }
+
+    /// Up to `count` last values, oldest first.
+    pub fn history(&self, name: &str, count: usize) -> Result<Vec<Past>, Refusals> {
+        self.shared.locked().history(name, count)
+    }
+
+    /// Type, unit, history and writers of an SVV.
+    pub fn svv_json(&self, name: &str) -> Result<Json, Refusals> {
+        let definitions = self.shared.definitions();
+        let core = self.shared.locked();
+        let (Some(svv), Some(record)) = (definitions.configuration.svvs.get(name), core.svvs.get(name)) else {
+            return Err(unknown("SVV", name, core.svvs.keys().map(String::as_str)));
+        };
+        let of = Type::parse(&svv.type_text, &svv.types).map_err(|r| vec![r])?;
+        let writers: Vec<String> = (definitions.configuration.writers.get(name).into_iter().flatten()).map(|w| format!("{}.{}", w.instance, w.port)).collect();
+        Ok(json!({
+            "name": name, "type_text": svv.type_text, "type": type_tree(&of), "unit": svv.unit, "history": record.history,
+            "device": svv.device, "writers": writers, "bound": record.bound,
+        }))
+    }
+
+    /// Name, verb, state and blocks of an instance.
+    pub fn instance_json(&self, instance: u64) -> Result<Json, Refusals> {
+        let core = self.shared.locked();
+        let i = core.instance(instance)?;
+        let blocks: Vec<Json> = i.plan.blocks.iter().map(|b| json!({"label": b.label, "block": b.block, "source": b.source})).collect();
+        let lists: Vec<&str> = i.plan.lists.iter().map(|l| l.name.as_str()).collect();
+        let conditions: Vec<&str> = i.plan.conditions.iter().map(|c| c.name.as_str()).collect();
+        Ok(json!({
+            "name": i.name, "verb": i.plan.verb, "state": i.state.name(), "blocks": blocks, "lists": lists, "list": i.plan.lists[i.list].name,
+            "conditions": conditions, "outputs": i.plan.outputs.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
+            "owner": i.owner, "starts": i.starts, "running_s": i.running.at(core.host.now_ns()) as f64 * 1e-9,
+            "remarks": i.plan.remarks.iter().map(|r| r.text.as_str()).collect::<Vec<_>>(),
+        }))
+    }
+
+    /// Firings, overruns, jitter of every source; instances; devices; the emergency stop.
+    pub fn statistics_json(&self) -> Json {
+        let core = self.shared.locked();
+        let sources: serde_json::Map<String, Json> =
+            core.sources.iter().map(|(name, id)| (name.clone(), source_json(&core.host.statistics(*id), core.tables[id].steps.len()))).collect();
+        let instances: Vec<Json> = core.instances.values().map(|i| json!({"name": i.name, "verb": i.plan.verb, "state": i.state.name(), "list": i.plan.lists[i.list].name})).collect();
+        let devices: serde_json::Map<String, Json> = core.logical.keys().map(|d| (d.clone(), json!(core.device_state(d).unwrap_or("?")))).collect();
+        let physical: serde_json::Map<String, Json> = (core.physical.iter())
+            .map(|(name, p)| {
+                let limited: u64 = (0..p.device.channels().len()).map(|c| p.device.slew_limited(c)).sum();
+                (name.clone(), json!({"lost": p.lost, "slew_limited": limited}))
+            })
+            .collect();
+        json!({ "now_s": core.host.now_ns() as f64 * 1e-9, "sources": sources, "instances": instances, "devices": devices, "physical_devices": physical, "emergency": core.emergency })
+    }
+
+    /// What there is, by kind.
+    pub fn names_json(&self) -> Json {
+        let definitions = self.shared.definitions();
+        let core = self.shared.locked();
+        let c = &definitions.configuration;
+        let supervisor = definitions.processors.iter().find(|(_, p)| p.supervisor).map(|(name, _)| name.clone());
+        json!({
+            "processors": c.processors, "supervisor": supervisor, "sources": c.sources.keys().collect::<Vec<_>>(), "devices": c.devices.keys().collect::<Vec<_>>(),
+            "svvs": c.svvs.keys().collect::<Vec<_>>(), "logical_devices": c.logical_devices.keys().collect::<Vec<_>>(),
+            "verbs": c.verbs.keys().collect::<Vec<_>>(), "device_types": c.device_types.keys().collect::<Vec<_>>(),
+            "modules": definitions.catalog.modules.keys().collect::<Vec<_>>(), "blocks": c.interfaces.keys().collect::<Vec<_>>(),
+            "instances": core.instances.values().map(|i| i.name.as_str()).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Interfaces of the blocks of a module.
+    pub fn module_json(&self, module: &str) -> Json {
+        let definitions = self.shared.definitions();
+        let prefix = format!("{module}.");
+        let blocks: Vec<_> = definitions.configuration.interfaces.iter().filter(|(name, _)| name.starts_with(&prefix)).map(|(_, i)| i).collect();
+        json!({ "name": module, "blocks": blocks, "types": definitions.catalog.modules.get(module) })
+    }
+
+    /// Entries of the log from number `sequence` on.
+    pub fn log_since(&self, sequence: u64) -> Vec<crate::log::Entry> {
+        self.shared.locked().log.since(sequence)
+    }
+
+    /// The report of a wait, where there is one.
+    pub fn waited_report(waited: Waited<Report>) -> Option<Report> {
+        match waited {
+            Waited::Done(report) => Some(report),
+            _ => None,
+        }
+    }
+}
+
+/// Kernels answer within a firing; longer than this means that a processor does not run.
+const READ_MAX: Duration = Duration::from_secs(5);
+
+fn source_json(of: &Statistics, steps: usize) -> Json {
+    json!({
+        "steps": steps, "firings": of.firings, "overruns": of.overruns, "faults": of.faults, "stopped": of.stopped, "rights_missing": of.rights_missing,
+        "jitter_last_ns": of.jitter_last_ns, "jitter_max_ns": of.jitter_max_ns, "jitter_bins": of.jitter_bins, "jitter_median_ns": median(&of.jitter_bins),
+        "duration_last_ns": of.duration_last_ns, "duration_max_ns": of.duration_max_ns, "duration_bins": of.duration_bins, "duration_median_ns": median(&of.duration_bins),
+    })
+}
+
+/// The upper end of the bin that the median falls into.
+fn median(bins: &[u64; 32]) -> u64 {
+    let half = bins.iter().sum::<u64>().div_ceil(2);
+    let mut seen = 0;
+    bins.iter().position(|count| {
+        seen += count;
+        seen >= half && half > 0
+    })
+    .map_or(0, |bin| 1 << (bin + 1))
+}
+
+/// A type as a tree, for the programming system.
+pub fn type_tree(of: &Type) -> Json {
+    let offsets = of.offsets();
+    let mut tree = match of {
+        Type::Scalar(_) => json!({ "scalar": of.normalised() }),
+        Type::Array(inner, n) => json!({ "array": [type_tree(inner), n] }),
+        Type::Struct(members) => {
+            let members: Vec<Json> = members.iter().zip(offsets).map(|(member, offset)| json!([member.name, type_tree(&member.member_type), offset])).collect();
+            json!({ "struct": members })
+        }
+    };
+    tree["text"] = json!(of.normalised());
+    tree["size"] = json!(of.size());
+    tree["align"] = json!(of.align());
+    tree
+}

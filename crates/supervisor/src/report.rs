@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+//! End reports: exactly one for each start of a verb instance.
+use model::value::Value;
+use indexmap::IndexMap;
+use serde::Serialize;
+
+/// Another condition that came in the firing that ended the verb, or while it was moving.
+#[derive(Clone, Debug, Serialize)]
+pub struct Other {
+    pub condition: String,
+    pub block: String,
+    pub time_s: f64,
+}
+
+/// How one start of a verb instance ended.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    pub instance: String,
+    pub verb: String,
+    /// Which start of this instance it was, from 1.
+    pub start: u64,
+    /// The termination condition.
+    pub condition: String,
+    /// Whether it is a normal end: no exception on the PS.
+    pub normal: bool,
+    /// The list that was running.
+    pub command_list: String,
+    /// The block that reported it, if one did.
+    pub block: Option<String>,
+    /// Time of the end and of the start, s on the system's clock.
+    pub time_s: f64,
+    pub started_s: f64,
+    /// The value that the condition reported, if it has one.
+    pub value: Option<Value>,
+    /// Why, in words.
+    pub message: String,
+    pub outputs: IndexMap<String, Value>,
+    pub others: Vec<Other>,
+}

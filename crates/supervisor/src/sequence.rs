@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Sequences: what a verb instance still has to have done by the kernels, in order.
+//!
+//! A command list may reach over several sources. Operations on one source travel as one script; a source is told only when
+//! those before it have acknowledged, where the order matters (a barrier). What lies in one source alone needs no barrier: it
+//! is one script, and acts between two firings as one.
+use kernel::{Inbound, Op, SourceId};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// What follows when everything before has been acknowledged.
+pub(crate) enum Movement {
+    /// One script a source, all at once.
+    Scripts(Vec<(SourceId, Vec<Op>)>),
+    /// New tables for these sources, as the system is at that moment.
+    Tables(Vec<SourceId>),
+    /// These inbound ends take the place of those of the same writer; then new tables for their sources.
+    Inbound(Vec<Inlet>),
+    /// Sets the SVVs of a logical device that start as copies of others, from what the script before captured.
+    CopyInitial,
+    /// `gpac.ready()`: the device that this instance keeps going is enabled.
+    Ready,
+    /// The stage (list, stage) is entered: its wait starts to count.
+    Entered { list: usize, stage: usize },
+    Suspended,
+    Resumed,
+    /// The end: what was captured completes the report.
+    Ended,
+}
+
+/// The reading end of a connection, and where it goes.
+pub(crate) struct Inlet {
+    pub reader: SourceId,
+    pub writer: SourceId,
+    /// `None`: the pair has no members left.
+    pub inbound: Option<Arc<Inbound>>,
+}
+
+/// Builds movements from operations in the order in which they shall act.
+#[derive(Default)]
+pub(crate) struct Builder {
+    done: VecDeque<Movement>,
+    group: Vec<(SourceId, Vec<Op>)>,
+    barrier: bool,
+}
+
+impl Builder {
+    /// One operation. Behind a barrier it waits for all before it, unless these lie in the same source alone.
+    pub fn add(&mut self, source: SourceId, op: Op) {
+        if self.barrier && !(self.group.len() == 1 && self.group[0].0 == source) {
+            self.flush();
+        }
+        self.barrier = false;
+        match self.group.iter_mut().find(|(s, _)| *s == source) {
+            Some((_, ops)) => ops.push(op),
+            None => self.group.push((source, vec![op])),
+        }
+    }
+
+    /// What comes next acts after what came so far.
+    pub fn barrier(&mut self) {
+        self.barrier = true;
+    }
+
+    /// A movement that is no operation; everything before it is acknowledged first.
+    pub fn then(&mut self, movement: Movement) {
+        self.flush();
+        self.done.push_back(movement);
+    }
+
+    pub fn finish(mut self) -> VecDeque<Movement> {
+        self.flush();
+        self.done
+    }
+
+    fn flush(&mut self) {
+        self.barrier = false;
+        if !self.group.is_empty() {
+            self.done.push_back(Movement::Scripts(std::mem::take(&mut self.group)));
+        }
+    }
+}

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Stages and reactions: what each kernel watches while a stage of a command list runs, and the scripts that answer at once.
+//!
+//! A condition is answered by its kernel alone, in the same firing, where everything that the answer touches lies in the source
+//! that reported it; otherwise the process is frozen there and the supervisor carries on.
+use crate::instance::kernel_stage;
+use crate::install::Installed;
+use crate::sequence::{Builder, Movement};
+use kernel::{Op, Response, Script, SourceId, Stage, Watch};
+use model::plan::{Claim, Plan, PlannedCommand, Target, Wait};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// What a condition leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answer {
+    /// To (list, stage): the next stage of the same list, or another list by τ.
+    Go(usize, usize),
+    End,
+}
+
+/// A plan in memory, with the physical devices whose channels it writes.
+pub(crate) struct Verbatim<'a> {
+    pub plan: &'a Plan,
+    pub installed: &'a Installed,
+    pub devices: &'a HashMap<String, (SourceId, Arc<kernel::Device>)>,
+}
+
+/// What is on: (activation, every).
+pub(crate) type Active = [(usize, u32)];
+
+impl Verbatim<'_> {
+    /// What (block, item) leads to in (list, stage): a wait takes it first, else τ, else the end. `None`: nothing (it is no
+    /// termination condition there).
+    pub fn answer(&self, list: usize, stage: usize, condition: Option<usize>, reported: Option<(usize, usize)>) -> Option<Answer> {
+        let planned = &self.plan.lists[list];
+        if let (Some(Wait::Conditions(waits)), Some(reported)) = (&planned.stages[stage].wait, reported) {
+            if waits.contains(&reported) {
+                return Some(Answer::Go(list, stage + 1));
+            }
+        }
+        let condition = condition.filter(|c| self.plan.conditions[*c].during.is_none_or(|during| during == list))?;
+        let to = planned.transitions.iter().find(|(c, _)| *c == condition);
+        Some(to.map_or(Answer::End, |(_, to)| Answer::Go(*to, 0)))
+    }
+
+    /// The watch tables of all stages.
+    pub fn stages(&self) -> Vec<Stage> {
+        let mut stages = Vec::new();
+        for (list, planned) in self.plan.lists.iter().enumerate() {
+            stages.extend((0..planned.stages.len()).map(|stage| Stage { watches: self.watches(list, stage) }));
+        }
+        stages
+    }
+
+    fn watches(&self, list: usize, stage: usize) -> Vec<Watch> {
+        let mut watches = Vec::new();
+        let mut seen = Vec::new();
+        for (index, condition) in self.plan.conditions.iter().enumerate() {
+            for &(block, item) in &condition.on {
+                if let Some(answer) = self.answer(list, stage, Some(index), Some((block, item))) {
+                    seen.push((block, item));
+                    watches.push(self.watch(list, stage, index, condition.priority, (block, item), answer));
+                }
+            }
+            if condition.name == "fault" && condition.on.is_empty() {
+                if let Some(answer) = self.answer(list, stage, Some(index), None) {
+                    let response = self.response(list, stage, answer, index, self.only_source());
+                    watches.push(Watch { block: None, item: Watch::FAULT, condition: index_u16(index), priority: condition.priority, response });
+                }
+            }
+        }
+        for (number, (block, item)) in self.waited_for().into_iter().enumerate() {
+            if seen.contains(&(block, item)) {
+                continue;
+            }
+            let index = self.plan.conditions.len() + number;
+            let watch = match self.answer(list, stage, None, Some((block, item))) {
+                Some(answer) => self.watch(list, stage, index, i32::MAX, (block, item), answer),
+                None => Watch { block: Some(self.installed.blocks[block].id()), item: index_u8(item), condition: index_u16(index), priority: 0, response: Response::Remember },
+            };
+            watches.push(watch);
+        }
+        watches
+    }
+
+    /// Conditions that some wait of the verb is for, in the order in which they are found.
+    pub fn waited_for(&self) -> Vec<(usize, usize)> {
+        let mut found = Vec::new();
+        for stage in self.plan.lists.iter().flat_map(|l| &l.stages) {
+            if let Some(Wait::Conditions(waits)) = &stage.wait {
+                found.extend(waits.iter().filter(|w| !found.contains(*w)).copied().collect::<Vec<_>>());
+            }
+        }
+        found
+    }
+
+    fn watch(&self, list: usize, stage: usize, index: usize, priority: i32, reported: (usize, usize), answer: Answer) -> Watch {
+        let source = Some(self.installed.block_source[reported.0]);
+        Watch {
+            block: Some(self.installed.blocks[reported.0].id()),
+            item: index_u8(reported.1),
+            condition: index_u16(index),
+            priority,
+            response: self.response(list, stage, answer, index, source),
+        }
+    }
+
+    /// The source, where the verb has but one.
+    fn only_source(&self) -> Option<SourceId> {
+        (self.installed.sources.len() == 1).then(|| self.installed.sources[0])
+    }
+
+    /// A reaction where all lies in `source`, else the supervisor is told.
+    fn response(&self, list: usize, stage: usize, answer: Answer, condition: usize, source: Option<SourceId>) -> Response {
+        let Some(source) = source else { return Response::Tell };
+        let active = &self.plan.lists[list].stages[stage].active;
+        let mut builder = Builder::default();
+        let next = match answer {
+            Answer::Go(to, to_stage) => {
+                if self.ends_at_once(to, to_stage) {
+                    return Response::Tell;
+                }
+                self.enter(&mut builder, active, to, to_stage, None);
+                Some(kernel_stage(self.plan, to, to_stage))
+            }
+            Answer::End => {
+                if active.iter().any(|(a, _)| self.installed.activation_source[*a] != source) {
+                    return Response::Tell;
+                }
+                self.stop_in(&mut builder, source);
+                let outputs = self.outputs_in(source, condition);
+                builder.add(source, Op::Capture(self.cells_of(&outputs)));
+                None
+            }
+        };
+        match local(builder, source) {
+            Some(ops) => Response::React { script: Arc::new(Script { id: 0, ops }), next },
+            None => Response::Tell,
+        }
+    }
+
+    /// True where a stage is over as soon as it is entered, or tells a device that it is ready: work for the supervisor.
+    pub fn ends_at_once(&self, list: usize, stage: usize) -> bool {
+        let stage = &self.plan.lists[list].stages[stage];
+        let idle = stage.active.is_empty() && matches!(stage.wait, None | Some(Wait::Idle));
+        idle || stage.commands.iter().any(|c| matches!(c, PlannedCommand::Ready))
+    }
+
+    /// Operations that leave what is on and enter a stage: the abort, and the leading commands, in order. A block that is on in
+    /// both keeps its instance, state and phase. `generation`: the supervisor's, when it is the one that moves.
+    pub fn enter(&self, builder: &mut Builder, from: &Active, list: usize, stage: usize, generation: Option<u32>) {
+        let planned = &self.plan.lists[list].stages[stage];
+        let commanded = |a: usize| planned.commands.iter().any(|c| matches!(c, PlannedCommand::Off(off) if *off == a));
+        for (activation, every) in from {
+            if !planned.active.contains(&(*activation, *every)) && !commanded(*activation) {
+                builder.add(self.installed.activation_source[*activation], Op::Off(self.installed.activations[*activation].clone()));
+            }
+        }
+        if let Some(generation) = generation {
+            builder.barrier();
+            let process = self.installed.process.clone();
+            builder.add(self.stage_source(list, stage), Op::Stage { process, stage: kernel_stage(self.plan, list, stage), generation: Some(generation) });
+        }
+        builder.barrier();
+        for command in &planned.commands {
+            self.command(builder, command, generation);
+        }
+        builder.then(Movement::Entered { list, stage });
+    }
+
+    /// The source whose kernel enters the stage: that of its first command.
+    fn stage_source(&self, list: usize, stage: usize) -> SourceId {
+        let first = self.plan.lists[list].stages[stage].commands.iter().find_map(|c| match c {
+            PlannedCommand::Execute(blocks) | PlannedCommand::Install(blocks) => blocks.first().map(|b| self.installed.block_source[*b]),
+            PlannedCommand::On { activation, .. } | PlannedCommand::Off(activation) => Some(self.installed.activation_source[*activation]),
+            PlannedCommand::Ready => None,
+        });
+        first.unwrap_or(self.installed.sources[0])
+    }
+
+    /// One command. What follows an `execute` acts only if that did not end the process.
+    pub fn command(&self, builder: &mut Builder, command: &PlannedCommand, generation: Option<u32>) {
+        match command {
+            PlannedCommand::Install(blocks) => {
+                for block in blocks {
+                    builder.add(self.installed.block_source[*block], Op::Reset(self.installed.blocks[*block].clone()));
+                }
+            }
+            PlannedCommand::Execute(blocks) => {
+                for run in blocks.chunk_by(|a, b| self.installed.block_source[*a] == self.installed.block_source[*b]) {
+                    builder.barrier();
+                    let blocks = run.iter().map(|b| self.installed.blocks[*b].clone()).collect();
+                    let source = self.installed.block_source[run[0]];
+                    builder.add(source, Op::Execute(blocks));
+                    if let Some(generation) = generation {
+                        builder.add(source, Op::While { process: self.installed.process.clone(), generation });
+                    }
+                    builder.barrier();
+                }
+            }
+            PlannedCommand::On { activation, every } => {
+                builder.add(self.installed.activation_source[*activation], Op::On(self.installed.activations[*activation].clone(), *every));
+            }
+            PlannedCommand::Off(activation) => {
+                builder.add(self.installed.activation_source[*activation], Op::Off(self.installed.activations[*activation].clone()));
+            }
+            PlannedCommand::Ready => builder.then(Movement::Ready),
+        }
+    }
+
+    /// Operations that stop the instance in one source: everything off, its channels safe. They hold nothing that holds the
+    /// process, so that a process may own them.
+    pub fn stop_in(&self, builder: &mut Builder, source: SourceId) {
+        for (activation, of) in self.installed.activations.iter().zip(&self.installed.activation_source) {
+            if *of == source {
+                builder.add(source, Op::Off(activation.clone()));
+            }
+        }
+        for (device, channels) in self.channels_in(source) {
+            builder.add(source, Op::Safe { device, channels });
+        }
+    }
+
+    /// Channels that the verb writes in a source.
+    fn channels_in(&self, source: SourceId) -> Vec<(Arc<kernel::Device>, Vec<u16>)> {
+        let mut found: Vec<(&str, Vec<u16>)> = Vec::new();
+        for claim in &self.plan.claims {
+            if let Claim::Channel { device, channel } = claim {
+                match found.iter_mut().find(|(name, _)| *name == device) {
+                    Some((_, channels)) => channels.push(index_u16(*channel)),
+                    None => found.push((device, vec![index_u16(*channel)])),
+                }
+            }
+        }
+        found.into_iter().filter(|(name, _)| self.devices[*name].0 == source).map(|(name, channels)| (self.devices[name].1.clone(), channels)).collect()
+    }
+
+    /// Outputs that a condition returns and whose value lies in `source`.
+    pub fn outputs_in(&self, source: SourceId, condition: usize) -> Vec<usize> {
+        let Some(condition) = self.plan.conditions.get(condition) else { return Vec::new() };
+        condition.returns.iter().copied().filter(|o| self.output_source(*o) == source).collect()
+    }
+
+    /// Where an output's value lies: with the port that writes it, else with one that reads it.
+    fn output_source(&self, output: usize) -> SourceId {
+        match &self.plan.outputs[output].target {
+            Target::Item { block, .. } | Target::Report { block, .. } => self.installed.block_source[*block],
+            Target::Cell(cell) => self.cell_source(*cell),
+            Target::Cells(cells) => cells.first().map_or(self.installed.sources[0], |c| self.cell_source(*c)),
+        }
+    }
+
+    fn cell_source(&self, cell: usize) -> SourceId {
+        let planned = &self.plan.cells[cell];
+        let block = planned.writers.first().or(planned.readers.first()).map(|(b, _)| *b);
+        block.map_or(self.installed.sources[0], |b| self.installed.block_source[b])
+    }
+
+    /// The cells of outputs, in order.
+    pub fn cells_of(&self, outputs: &[usize]) -> Vec<kernel::Cell> {
+        let mut cells = Vec::new();
+        for &output in outputs {
+            let source = self.output_source(output);
+            match &self.plan.outputs[output].target {
+                Target::Item { block, item } => cells.push(self.installed.blocks[*block].value(*item)),
+                Target::Report { block, item } => cells.extend(self.installed.blocks[*block].report(*item)),
+                Target::Cell(cell) => cells.extend(self.installed.cell(*cell, source).cloned()),
+                Target::Cells(list) => cells.extend(list.iter().filter_map(|c| self.installed.cell(*c, source).cloned())),
+            }
+        }
+        cells
+    }
+
+    /// Length in bytes of an output.
+    pub fn output_len(&self, output: usize) -> usize {
+        self.cells_of(&[output]).iter().map(kernel::Cell::len).sum()
+    }
+}
+
+/// The operations, where all of them are one script for `source`.
+fn local(builder: Builder, source: SourceId) -> Option<Vec<Op>> {
+    let mut ops = Vec::new();
+    for movement in builder.finish() {
+        match movement {
+            Movement::Scripts(scripts) => {
+                let [(of, script)] = <[_; 1]>::try_from(scripts).ok()?;
+                if of != source || !ops.is_empty() {
+                    return None;
+                }
+                ops = script;
+            }
+            Movement::Entered { .. } => {}
+            _ => return None,
+        }
+    }
+    Some(ops)
+}
+
+fn index_u16(index: usize) -> u16 {
+    u16::try_from(index).expect("a verb has fewer than 65,536 conditions and channels")
+}
+
+fn index_u8(item: usize) -> u8 {
+    u8::try_from(item).expect("a block has at most 32 items")
+}

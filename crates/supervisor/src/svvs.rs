@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+//! State vector variables: one cell in the image of each source that reads or writes it, and who writes it now.
+use kernel::{Activation, Cell, Extent, SourceId};
+use model::configuration::SvvId;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// An SVV of the system. Its value belongs to it, not to a writer.
+pub(crate) struct SvvRecord {
+    pub id: SvvId,
+    pub type_text: String,
+    pub unit: String,
+    pub size: usize,
+    /// How many earlier values Python may ask for.
+    pub history: u32,
+    /// Where it lies in each image.
+    pub cells: HashMap<SourceId, Cell>,
+    /// Sources with a block that reads it, counted.
+    pub readers: HashMap<SourceId, usize>,
+    /// The source whose cell holds the present value; `None` while only the PS has stored it.
+    pub home: Option<SourceId>,
+    /// The value that the PS stored last, present while there is no home.
+    pub stored: Vec<u8>,
+    /// The time of `stored`, ns.
+    pub stored_ns: i64,
+    /// Ports that may write it: instance, activation, source.
+    pub writers: Vec<WriterRecord>,
+    /// Instances with a port bound to it.
+    pub bound: usize,
+    /// Where its history comes from: the reader of its home's rows, and its offset in a row.
+    pub rows: Option<(interconnect::RowsReader, usize)>,
+}
+
+/// A port that may write an SVV.
+#[derive(Clone)]
+pub(crate) struct WriterRecord {
+    pub instance: u64,
+    pub source: SourceId,
+    pub activation: Arc<Activation>,
+    /// Number and time of the last invocation, in the image.
+    pub stamp: Cell,
+    pub block: kernel::BlockId,
+}
+
+impl SvvRecord {
+    /// The cell of this SVV in the image of `source`; made with the stored value where there was none.
+    pub fn cell(&mut self, source: SourceId) -> Cell {
+        if let Some(cell) = self.cells.get(&source) {
+            return cell.clone();
+        }
+        let cell = Extent::new(self.size.max(1)).cell(0, self.size);
+        cell.store(&self.stored);
+        self.cells.insert(source, cell.clone());
+        cell
+    }
+}
+
+/// Makes the cells of several SVVs in one image side by side, where none of them is there yet: an array port bound to them then
+/// needs no gather.
+pub(crate) fn lay_side_by_side(svvs: &mut [&mut SvvRecord], source: SourceId) {
+    let size = svvs.first().map_or(0, |s| s.size);
+    if size == 0 || svvs.iter().any(|s| s.size != size || s.cells.contains_key(&source)) {
+        return;
+    }
+    let extent = Extent::new(size * svvs.len());
+    for (index, svv) in svvs.iter_mut().enumerate() {
+        let cell = extent.cell(index * size, size);
+        cell.store(&svv.stored);
+        svv.cells.insert(source, cell);
+    }
+}

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What each source runs, as the supervisor keeps it, and the tables made from that.
+use crate::core::Core;
+use crate::sequence::Inlet;
+use kernel::{Activation, Block, BlockId, Cell, Device, Inbound, Op, Outbound, Process, SourceId, Step, StepKind, Table};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// A step of an installed instance, in the order of a firing.
+pub(crate) struct StepRecord {
+    pub instance: u64,
+    pub id: BlockId,
+    pub block: Arc<Block>,
+    /// Copies before and behind the invocation: gathers, ratio delays; scatters.
+    pub before: Vec<(Cell, Cell)>,
+    pub after: Vec<(Cell, Cell)>,
+    pub activation: Arc<Activation>,
+    pub process: Arc<Process>,
+    /// Blocks of the same source that it takes values from synchronously.
+    pub drivers: Vec<BlockId>,
+}
+
+/// An outbound connection of a source.
+pub(crate) struct Outlet {
+    pub reader: SourceId,
+    /// The instance whose synchronous members it carries; `None`: the asynchronous group of the pair.
+    pub instance: Option<u64>,
+    pub outbound: Arc<Outbound>,
+}
+
+/// An inbound connection of a source.
+pub(crate) struct InletRecord {
+    pub writer: SourceId,
+    pub instance: Option<u64>,
+    pub inbound: Arc<Inbound>,
+}
+
+/// The value before the newest of a ratio input whose writer sits in the same source.
+pub(crate) struct Delay {
+    pub instance: u64,
+    pub writer: BlockId,
+    pub from: Cell,
+    pub to: Cell,
+}
+
+/// Everything that the table of one source is made from.
+#[derive(Default)]
+pub(crate) struct SourceTable {
+    pub steps: Vec<StepRecord>,
+    pub outlets: Vec<Outlet>,
+    pub inlets: Vec<InletRecord>,
+    /// Ratio delays: (reading instance, the cell that the writer stores to, where it is copied right before the writer runs).
+    pub delays: Vec<Delay>,
+    pub devices: Vec<Arc<Device>>,
+    pub rows: Option<(Vec<Cell>, Arc<kernel::connection::RowsEnd>)>,
+}
+
+impl SourceTable {
+    /// The table as of now.
+    pub fn build(&self) -> Table {
+        let mut index_of: HashMap<BlockId, u32> = HashMap::with_capacity(self.steps.len());
+        let mut steps: Vec<Step> = Vec::with_capacity(self.steps.len());
+        for record in &self.steps {
+            let step = |kind, drivers| Step { kind, activation: record.activation.clone(), process: record.process.clone(), drivers };
+            let delayed = self.delays.iter().filter(|d| d.writer == record.id).map(|d| (d.from.clone(), d.to.clone()));
+            let before: Vec<_> = record.before.iter().cloned().chain(delayed).collect();
+            if !before.is_empty() {
+                steps.push(step(StepKind::Copy(before), vec![]));
+            }
+            let block_index = steps.len() as u32;
+            index_of.insert(record.id, block_index);
+            let drivers = record.drivers.iter().filter_map(|id| index_of.get(id).copied()).collect();
+            steps.push(step(StepKind::Block(record.block.clone()), drivers));
+            if !record.after.is_empty() {
+                steps.push(step(StepKind::Copy(record.after.clone()), vec![block_index]));
+            }
+        }
+        let outbound = self.outlets.iter().map(|o| o.outbound.clone()).collect();
+        let inbound = self.inlets.iter().map(|i| i.inbound.clone()).collect();
+        let rows = self.rows.as_ref().map(|(cells, writer)| kernel::table::Rows { cells: cells.clone(), writer: writer.clone() });
+        Table::new(steps, inbound, outbound, self.devices.clone(), rows)
+    }
+}
+
+impl Core {
+    /// An operation that swaps the table of `source` for one that is as the system is now.
+    pub fn table_op(&self, source: SourceId) -> Op {
+        Op::Table(Box::new(self.tables[&source].build()))
+    }
+
+    /// Puts the reading end of an asynchronous group in the place of the one before.
+    pub fn adopt(&mut self, inlet: Inlet) {
+        let table = self.tables.get_mut(&inlet.reader).expect("a source has its table as long as the system lives");
+        table.inlets.retain(|i| i.instance.is_some() || i.writer != inlet.writer);
+        if let Some(inbound) = inlet.inbound {
+            table.inlets.push(InletRecord { writer: inlet.writer, instance: None, inbound });
+        }
+    }
+}

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Values of SVVs: snapshots, stores, histories.
+use crate::core::{Core, Purpose};
+use crate::refuse::{refuse, unknown};
+use kernel::connection::RowsEnd;
+use kernel::{Cell, Op, SourceId};
+use model::refusal::{Class, Refusals};
+use model::value::Value;
+use std::collections::BTreeMap;
+
+/// Rows kept beyond what a history asks for, so that a reader is not overtaken while it copies.
+const ROWS_SPARE: usize = 64;
+
+/// A snapshot that is under way.
+pub(crate) struct Snapshot {
+    /// For each source that was asked: the ticket, and (index of the SVV, bytes of it, whether a stamp follows).
+    pub asked: Vec<(u64, Vec<(usize, usize, bool)>)>,
+    /// What needs no asking: (index, bytes, time).
+    pub known: Vec<(usize, Vec<u8>, i64)>,
+}
+
+/// Value, number and time of an SVV.
+pub type Reading = (Vec<u8>, u64, i64);
+
+impl Core {
+    /// Asks the kernels for the present values of these SVVs: all of one source at one boundary.
+    pub fn ask(&mut self, names: &[String]) -> Result<Snapshot, Refusals> {
+        let mut by_source: BTreeMap<SourceId, Vec<(usize, Cell, Option<Cell>)>> = BTreeMap::new();
+        let mut known = Vec::new();
+        for (index, name) in names.iter().enumerate() {
+            let svv = self.svvs.get(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;
+            match svv.home.and_then(|home| Some((home, svv.cells.get(&home)?))) {
+                Some((home, cell)) => {
+                    let stamp = svv.writers.iter().filter(|w| w.source == home).map(|w| &w.stamp).next_back();
+                    by_source.entry(home).or_default().push((index, cell.clone(), stamp.cloned()));
+                }
+                None => known.push((index, svv.stored.clone(), svv.stored_ns)),
+            }
+        }
+        let mut asked = Vec::new();
+        for (source, cells) in by_source {
+            let ticket = self.fresh();
+            let layout = cells.iter().map(|(index, cell, stamp)| (*index, cell.len(), stamp.is_some())).collect();
+            let capture = cells.into_iter().flat_map(|(_, cell, stamp)| std::iter::once(cell).chain(stamp)).collect();
+            self.submit(source, vec![Op::Capture(capture)], Purpose::Read { ticket });
+            asked.push((ticket, layout));
+        }
+        Ok(Snapshot { asked, known })
+    }
+
+    /// The snapshot, once every kernel has answered: its time, and the readings in the order asked for.
+    pub fn snapshot(&mut self, snapshot: &Snapshot, count: usize) -> Option<(i64, Vec<Reading>)> {
+        if !snapshot.asked.iter().all(|(ticket, _)| self.reads.contains_key(ticket)) {
+            return None;
+        }
+        let mut readings: Vec<Reading> = vec![Default::default(); count];
+        let mut time_ns = if snapshot.asked.is_empty() { self.host.now_ns() } else { 0 };
+        for (index, bytes, at) in &snapshot.known {
+            readings[*index] = (bytes.clone(), 0, *at);
+        }
+        for (ticket, layout) in &snapshot.asked {
+            let (at, bytes) = self.reads.remove(ticket)?;
+            time_ns = time_ns.max(at);
+            let mut rest = bytes.as_slice();
+            for (index, len, stamped) in layout {
+                let value = take(&mut rest, *len);
+                let (number, stamp_ns) = if *stamped { stamp(take(&mut rest, 16)) } else { (0, at) };
+                readings[*index] = (value.to_vec(), number, stamp_ns);
+            }
+        }
+        Some((time_ns, readings))
+    }
+
+    /// Stores a value from the PS: refused where an instance has claimed the SVV.
+    pub fn write(&mut self, name: &str, value: &Value) -> Result<(), Refusals> {
+        let svv = self.svvs.get(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;
+        let claim = model::plan::Claim::Svv { id: svv.id, name: name.to_owned() };
+        if let Some(holder) = self.claims.get(&claim).and_then(|h| self.instances.get(h)) {
+            return Err(refuse(Class::SecondWriter, format!("cannot store into SVV '{name}': it is written by '{}'", holder.name), "wait for it or halt it"));
+        }
+        let bytes = crate::life::encode(&svv.type_text, &svv.unit, value).map_err(|r| vec![crate::life::named(r, name)])?;
+        for (source, op) in self.store_everywhere(name, &bytes) {
+            self.submit(source, vec![op], Purpose::Nothing);
+        }
+        Ok(())
+    }
+
+    /// Makes the rows of the sources in which an SVV with history has got its home, or has been made.
+    pub fn remake_rows(&mut self, written: &[(String, SourceId)]) -> Vec<SourceId> {
+        let mut sources: Vec<SourceId> = written.iter().filter(|(name, source)| self.wants_rows(name, *source)).map(|(_, source)| *source).collect();
+        sources.sort();
+        sources.dedup();
+        for &source in &sources {
+            self.remake_rows_of(source);
+        }
+        sources
+    }
+
+    fn wants_rows(&self, name: &str, source: SourceId) -> bool {
+        let svv = &self.svvs[name];
+        svv.history > 0 && svv.home == Some(source) && svv.rows.is_none()
+    }
+
+    /// Rows of one source: for each SVV with history its stamp and its value.
+    fn remake_rows_of(&mut self, source: SourceId) {
+        let mut cells = Vec::new();
+        let mut offsets = Vec::new();
+        let (mut len, mut depth) = (0, 0);
+        for (name, svv) in &self.svvs {
+            let Some(writer) = svv.writers.iter().rfind(|w| w.source == source) else { continue };
+            if svv.history == 0 || svv.home != Some(source) {
+                continue;
+            }
+            offsets.push((name.clone(), len));
+            let cell = svv.cells[&source].clone();
+            len += writer.stamp.len() + cell.len();
+            cells.push(writer.stamp.clone());
+            cells.push(cell);
+            depth = depth.max(svv.history as usize);
+        }
+        let (writer, reader) = interconnect::rows(len, depth * HISTORY_FIRINGS + ROWS_SPARE);
+        if let Some(table) = self.tables.get_mut(&source) {
+            table.rows = Some((cells, RowsEnd::new(writer)));
+        }
+        for (name, offset) in offsets {
+            if let Some(svv) = self.svvs.get_mut(&name) {
+                svv.rows = Some((reader.clone(), offset));
+            }
+        }
+    }
+
+    /// Up to `count` last values of an SVV with history, oldest first: (number, time, bytes).
+    pub fn history(&self, name: &str, count: usize) -> Result<Vec<(u64, i64, Vec<u8>)>, Refusals> {
+        let svv = self.svvs.get(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;
+        if svv.history == 0 {
+            return Err(refuse(Class::ValueRefused, format!("SVV '{name}' has no history"), "declare one: cell.svv(…, history=100)"));
+        }
+        let Some((reader, offset)) = &svv.rows else { return Ok(Vec::new()) };
+        let mut values: Vec<(u64, i64, Vec<u8>)> = Vec::new();
+        for row in reader.last(usize::MAX) {
+            let mut rest = &row.bytes[*offset..];
+            let (number, time_ns) = stamp(take(&mut rest, 16));
+            let same = values.last().is_some_and(|(n, t, _)| (*n, *t) == (number, time_ns));
+            if time_ns > 0 && !same {
+                values.push((number, time_ns, take(&mut rest, svv.size).to_vec()));
+            }
+        }
+        let keep = count.min(svv.history as usize);
+        Ok(values.split_off(values.len().saturating_sub(keep)))
+    }
+}
+
+/// Firings that may pass between two values of an SVV whose history is kept whole.
+const HISTORY_FIRINGS: usize = 20;
+
+fn take<'a>(rest: &mut &'a [u8], len: usize) -> &'a [u8] {
+    let (head, tail) = rest.split_at(len.min(rest.len()));
+    *rest = tail;
+    head
+}
+
+/// Number and time of a stamp.
+fn stamp(bytes: &[u8]) -> (u64, i64) {
+    let word = |at: usize| bytes.get(at..at + 8).and_then(|b| b.try_into().ok()).map_or(0, u64::from_le_bytes);
+    (word(0), word(8).cast_signed())
+}

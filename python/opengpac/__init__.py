@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""OpenGPAC, a general purpose automation controller: configure real-time control programs, and change them while they run.
+
+`System` is a real-time system; `Verb` and `verb` make verbs, `Graph` a data flow graph, `LogicalDevice` a type of devices;
+`library` has the blocks, `drivers` the physical devices, `robots` arms that are ready to use.
+"""
+
+from . import drivers, library
+from ._native import version as _version
+from .blocks import Block, BlockUse, Occurrence, Reference
+from .commands import Command, activate, deactivate, execute, install, ready, wait
+from .conditions import Termination, on
+from .devices import LogicalDevice, parameter, svv
+from .errors import (
+    CallError,
+    CoverError,
+    DefinitionError,
+    DeviceFailed,
+    EmergencyStopped,
+    Error,
+    InstallationErrors,
+    InUse,
+    InvalidState,
+    ModuleError,
+    NotEnabled,
+    PlacementError,
+    SchedulingError,
+    SecondWriter,
+    SynchronousCycle,
+    Terminated,
+    TypeMismatch,
+    UnitMismatch,
+    UnknownName,
+    ValueRefused,
+)
+from .graphs import Graph, ratio
+from .groups import Group
+from .instances import VerbInstance
+from .modules import Module, StructType
+from .parameters import each, input
+from .physical import Channel, Part, PhysicalDevice
+from .quantities import Quantity, deg
+from .reports import Report
+from .sources import Processor, Source
+from .svvs import SVV, Predicate, Snapshot
+from .system import System
+from .verbs import Verb
+
+from .decorated import verb  # isort: skip
+from . import robots  # isort: skip
+
+__version__ = _version()
+
+__all__ = [
+    "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "CoverError", "DefinitionError", "DeviceFailed",
+    "EmergencyStopped", "Error", "Graph", "Group", "InUse", "InstallationErrors", "InvalidState", "LogicalDevice", "Module",
+    "ModuleError", "NotEnabled", "Occurrence", "Part", "PhysicalDevice", "PlacementError", "Predicate", "Processor", "Quantity",
+    "Reference", "Report", "SchedulingError", "SecondWriter", "Snapshot", "Source", "StructType", "SynchronousCycle", "System",
+    "Terminated", "Termination", "TypeMismatch", "UnitMismatch", "UnknownName", "ValueRefused", "Verb", "VerbInstance",
+    "activate", "deactivate", "deg", "drivers", "each", "execute", "input", "install", "library", "on", "parameter", "ratio",
+    "ready", "robots", "svv", "verb", "wait",
+]  # fmt: skip

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The compiled real-time core, seen from Python: conversions only. Everything public is in `opengpac` itself.
+
+Text arguments that end in `_json` have the JSON forms of the Rust model (`definition.rs`, `configuration.rs`); what a call
+refuses comes as `Refused`, whose `.json` is a list of refusals (`class`, `message`, `ends`, `remedy`, `place`).
+Times are ns, int. Names of sources are `rtp.source`.
+"""
+
+class Refused(Exception):
+    """One or more refusals; nothing has changed."""
+
+    json: str
+
+def version() -> str: ...
+def library_json() -> str:
+    """The blocks of the standard library: list of interfaces (each with `name` = `library.block`, `doc`, `items`, `types`)."""
+
+def header_text() -> str:
+    """The text of `opengpac.h`."""
+
+def build(sources: list[str], output: str | None) -> str:
+    """Compiles C or C++ sources into a code module; returns its path. Refused (ModuleError) shows the first error."""
+
+def trial(module: str, block: str, values_json: str, inputs_json: str, times: int) -> str:
+    """Runs a block with no system: `values` constants, `inputs` name → list of values (one an invocation) or one constant.
+
+    Returns JSON: name → list of values of each output; `conditions`: list of [invocation, name, value]; `fault` or null.
+    `module` is "library" or the path of a loaded module.
+    """
+
+def type_json(type_text: str, types_json: str) -> str:
+    """Normalised type as a tree: {"scalar": "double"} | {"array": [tree, n]} | {"struct": [[name, tree, offset], …], "size": n}, with "text", "size", "align"."""
+
+class System:
+    """One real-time system, embedded in this process."""
+
+    def __init__(self, name: str, clock: str, options_json: str) -> None:
+        """clock: "monotonic" or "virtual". options: {"seed": int, "interconnect": {"kind": "memory"} | {"kind": "message", "seed": int, "delay_ns": [lo, hi], "drop": p, "repeat": p, "reorder": p, "corrupt": p}}."""
+
+    # configuration -----------------------------------------------------------------------------------------------------
+    def processor(self, name: str, core: int | None, supervisor: bool) -> None: ...
+    def source(self, processor: str, name: str, kind: str, period_ns: int, priority: int, virtual_cost_ns: int) -> None:
+        """kind: "timer", "trigger" or "software"."""
+
+    def request(self, source: str) -> None: ...
+    def physical_device(self, processor: str, name: str, kind: str, options_json: str, source: str, place_json: str) -> str:
+        """Opens a driver ("mujoco", "loopback", …). Returns {"channels": [{name, write, type_text, unit}], "parts": [driver's own description]}."""
+
+    def download(self, path: str, name: str | None) -> str:
+        """C source, shared object or compiled Rust module. Returns {"name", "blocks": [interface], "types": {name: declaration}}."""
+
+    def place(self, placement_json: str) -> None:
+        """{pattern: source}."""
+
+    def define_verb(self, verb_json: str) -> None:
+        """Checks and enters a verb. An equal definition is nothing; a different one of the name redefines it (InUse while an instance runs or is suspended)."""
+
+    def check_verb(self, verb_json: str) -> None:
+        """As `define_verb`, but enters nothing."""
+
+    def check_graph(self, graph_json: str) -> None: ...
+    def define_device_type(self, type_json: str) -> None: ...
+    def svv(self, name: str, specification_json: str, place_json: str) -> None:
+        """specification: {type_text, unit, initial, history, types}."""
+
+    def delete_svv(self, name: str) -> None: ...
+    def device(self, name: str, device_json: str) -> None:
+        """Makes logical device: {device_type, parameters: {…overrides}, arguments: {drive: {"part": {device, part}}}, source: "rtp.fast" | null, place}.
+        SVVs are named `name.member`. Its own verb instance is created with it."""
+
+    def enable(self, device: str) -> int:
+        """Starts its verb instance; returns that instance's id (0 without a verb). It is enabled when `ready` came: see `device_state`."""
+
+    def disable(self, device: str) -> None:
+        """Ends the verbs that use it with `device_disabled`, then its own. Returns when done (under the virtual clock time advances)."""
+
+    def delete_device(self, device: str) -> None: ...
+    def device_state(self, device: str) -> str:
+        """disabled, enabling, standstill, moving, stopping, fault."""
+
+    def wait_enabled(self, device: str, timeout_ns: int | None) -> bool: ...
+    def set_device_parameter(self, device: str, parameter: str, value_json: str) -> None: ...
+    def device_parameter(self, device: str, parameter: str) -> str: ...
+
+    # verb instances ----------------------------------------------------------------------------------------------------
+    def check(self, application_json: str) -> str:
+        """Plans an application without making anything. Returns the plan (JSON); Refused lists every error."""
+
+    def create(self, application_json: str) -> int: ...
+    def instance_json(self, instance: int) -> str:
+        """{name, verb, state, blocks: [{label, block, source}], conditions: [..], lists: [..], list, remarks}."""
+
+    def start(self, instance: int, values_json: str, options_json: str) -> None:
+        """values: input parameter → value. options: {"time_limit_ns", "overruns", "age_max_ns"}."""
+
+    def suspend(self, instance: int) -> None: ...
+    def resume(self, instance: int) -> None: ...
+    def halt(self, instance: int) -> None:
+        """Returns when it has ended (a transition on `halted` may lie between; a second halt is immediate)."""
+
+    def wait(self, instance: int, timeout_ns: int | None, slice_ns: int) -> str | None:
+        """The end report of the latest start (JSON), or None when the timeout passed. Releases the interpreter; lets signals
+        through (KeyboardInterrupt). `slice_ns` > 0: returns None after that much even without a timeout, so that the caller
+        can show progress. Virtual clock: advances time. The timeout counts on the system's clock.
+        Report: {instance, verb, condition, normal, command_list, block, time_s, started_s, value, message, outputs: {name: value}, others: [{condition, block, time_s}], start}."""
+
+    def report(self, instance: int) -> str | None: ...
+    def state(self, instance: int) -> str: ...
+    def delete(self, instance: int) -> None: ...
+    def set(self, instance: int, values_json: str) -> None:
+        """Tunable input parameters of a running instance."""
+
+    def ended_fd(self) -> int:
+        """A descriptor that becomes readable whenever some instance has ended (monotonic clock), for event loops. Drain with os.read(fd, 8)."""
+
+    # SVVs --------------------------------------------------------------------------------------------------------------
+    def read(self, names: list[str]) -> tuple[int, list[tuple[bytes, int, int]]]:
+        """One consistent snapshot: its time and for each SVV (bytes, number, time)."""
+
+    def write(self, name: str, value_json: str) -> None: ...
+    def history(self, name: str, count: int) -> list[tuple[int, int, bytes]]:
+        """Up to `count` last values, oldest first: (number, time, bytes)."""
+
+    def svv_json(self, name: str) -> str:
+        """{name, type_text, type, unit, history, device, writers: [..]}."""
+
+    # time and the whole system -----------------------------------------------------------------------------------------
+    def now(self) -> int: ...
+    def advance(self, duration_ns: int) -> None:
+        """Virtual clock: runs the firings in (now, now + duration]."""
+
+    def step(self) -> bool:
+        """Virtual clock: runs the next firing, whenever that is; False if nothing is ever going to happen."""
+
+    def emergency_stop(self, reason: str) -> None: ...
+    def emergency_stop_input(self, device: str, channel: str) -> None: ...
+    def reset(self) -> None: ...
+    def statistics_json(self) -> str:
+        """{sources: {name: {firings, overruns, faults, jitter_*, duration_*, stopped, rights_missing}}, instances: [..], devices: {..}, emergency: null | reason}."""
+
+    def names_json(self) -> str:
+        """{processors, sources, devices, svvs, logical_devices, verbs, modules, instances}: what there is."""
+
+    def log_json(self, since: int) -> str:
+        """Recorded conditions, faults, transitions, end reports: [{sequence, time_s, kind, text, …}]."""
+
+    def close(self) -> None:
+        """Halts the actions, disables the devices, stops the kernels. Safe to call twice."""

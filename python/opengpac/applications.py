@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Applying a verb to arguments: from a Python call to what the model calls an application, and the values of a start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from inspect import BoundArguments
+from typing import TYPE_CHECKING, Any
+
+from .devices import LogicalDevice
+from .errors import CallError, UnknownName, did_you_mean, refuse
+from .groups import Group
+from .physical import Channel, Part
+from .places import here
+from .quantities import duration_ns
+from .svvs import SVV
+from .values import plain
+
+if TYPE_CHECKING:
+    from .system import System
+    from .verbs import Verb
+
+
+def argument_json(given: Any, what: str) -> dict[str, Any]:
+    """What an instantiation parameter or object is given, as the model takes it."""
+    if isinstance(given, SVV):
+        return {"svv": given.name}
+    if isinstance(given, Channel):
+        return {"channel": {"device": given.device.name, "channel": given.name}}
+    if isinstance(given, Part):
+        return {"part": {"device": given.device.name, "part": given.name}}
+    if isinstance(given, LogicalDevice):
+        return {"device": given.name}
+    if isinstance(given, Group):
+        return {"devices": [device.name for device in given]}
+    if isinstance(given, list | tuple) and given:
+        if all(isinstance(g, SVV) for g in given):
+            return {"svvs": [g.name for g in given]}
+        if all(isinstance(g, LogicalDevice) for g in given):
+            return {"devices": [g.name for g in given]}
+    refuse(CallError, f"{what} is {given!r}", "give an SVV, a channel or part of a physical device, or a logical device")
+
+
+def _systems(given: Any) -> Iterable[System]:
+    if isinstance(given, SVV | LogicalDevice | Channel | Part):
+        return [given.system]
+    if isinstance(given, Group | list | tuple):
+        return [system for g in given for system in _systems(g)]
+    return []
+
+
+def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
+    """The one system that a verb, where it is placed and its arguments belong to."""
+    found = dict.fromkeys(system for given in arguments.values() for system in _systems(given))
+    for system in (verb.own_system(), verb.placed_in):
+        if system is not None:
+            found[system] = None
+    if len(found) > 1:
+        names = ", ".join(f"'{system.name}'" for system in found)
+        refuse(CallError, f"the arguments of verb '{verb.name}' belong to several systems: {names}", "take all from one")
+    if not found:
+        refuse(
+            CallError,
+            f"nothing says in which system verb '{verb.name}' runs",
+            f"write {verb.name}.on(source)(…), or {verb.name}.on(system)(…)",
+        )
+    return next(iter(found))
+
+
+def application_json(verb: Verb[..., Any], bound: BoundArguments) -> dict[str, Any]:
+    """A verb applied to its objects and instantiation arguments."""
+    names = verb.arguments_signature.parameters
+    arguments = {
+        name: argument_json(given, f"argument '{name}' of verb '{verb.name}'")
+        for name, given in bound.arguments.items()
+        if name in names and given is not None
+    }
+    return {
+        "verb": verb.name, "name": verb.instance_name, "arguments": arguments, "placement": verb.placement,
+        "every": verb.intervals, "owner": None, "place": here().json(),
+    }  # fmt: skip
+
+
+def values_json(verb: Verb[..., Any], bound: BoundArguments, objects: Mapping[str, Any]) -> dict[str, Any]:
+    """The input values that a call gives; those left out take their defaults on the real-time system."""
+    groups = [given for given in objects.values() if isinstance(given, Group)]
+    values: dict[str, Any] = {}
+    for name, given in bound.arguments.items():
+        if name not in verb.input_parameters:
+            continue
+        if isinstance(given, Mapping) and len(groups) == 1:
+            given = _over_present(name, given, groups[0])
+        values[name] = plain(given)
+    return values
+
+
+def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any:
+    """`{"elbow": 1.2}` over the present: the other members keep where they are."""
+    members = {device.short_name: device for device in group}
+    wrong = next((key for key in given if key not in members), None)
+    if wrong is not None:
+        refuse(UnknownName, f"'{name}' names '{wrong}', which is no member of group '{group.name}'", did_you_mean(str(wrong), members))
+    return [given[short] if short in given else device.sensed.value for short, device in members.items()]
+
+
+def options_json(kwargs: dict[str, Any], verb: Verb[..., Any]) -> dict[str, Any]:
+    """Takes the limits that every start knows out of `kwargs`: `time_limit`, `overruns`, `age_max`."""
+    options: dict[str, Any] = {}
+    for option, key in (("time_limit", "time_limit_ns"), ("age_max", "age_max_ns")):
+        if option in kwargs and option not in verb.input_parameters:
+            given = kwargs.pop(option)
+            if given is not None:
+                options[key] = duration_ns(given, f"'{option}'")
+    if "overruns" in kwargs and "overruns" not in verb.input_parameters:
+        options["overruns"] = kwargs.pop("overruns")
+    return options

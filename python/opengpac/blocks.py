@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Function blocks as Python sees them: an interface and where the code is. `block(k=2.0)` is a use with constants,
+`block.labelled("filter")` an occurrence whose ports can be written as attributes, `block.run(u=...)` a trial without a system."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from .errors import CallError, DefinitionError, UnknownName, did_you_mean, refuse
+from .places import Place, here
+from .values import plain
+
+if TYPE_CHECKING:
+    from .graphs import Graph
+    from .system import System
+    from .trial import Trial
+
+
+class Item:
+    """One item of an interface: `name`, `kind`, `mode`, `type`, `unit`, `doc`, `has_default`."""
+
+    def __init__(self, item: Mapping[str, Any]) -> None:
+        self.name: str = item["name"]
+        self.kind: str = item["kind"]
+        mode = item["mode"]
+        self.mode: str = mode if isinstance(mode, str) else f"ratio {mode['ratio']}"
+        self.type: str = item["type_text"]
+        self.unit: str = item["unit"]
+        self.doc: str = item["doc"]
+        self.has_default: bool = item.get("has_default", False)
+
+    def __repr__(self) -> str:
+        unit = f", {self.unit}" if self.unit else ""
+        mode = "" if self.kind not in ("input", "output") or self.mode == "synchronous" else f" {self.mode}"
+        return f"{self.kind.replace('_', ' ')}{mode} {self.name} ({self.type or 'no value'}{unit}): {self.doc}"
+
+
+class Block:
+    """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`."""
+
+    def __init__(self, interface: Mapping[str, Any], module: str = "library", system: System | None = None) -> None:
+        self.name: str = interface["name"]
+        self.doc: str = interface["doc"]
+        self.items = {item["name"]: Item(item) for item in interface["items"]}
+        self.types: Mapping[str, str] = interface.get("types", {})
+        self.module = module
+        self.system = system
+        self.__doc__ = repr(self)
+
+    def _of(self, *kinds: str) -> dict[str, Item]:
+        return {name: item for name, item in self.items.items() if item.kind in kinds}
+
+    @property
+    def inputs(self) -> dict[str, Item]:
+        """Input ports by name."""
+        return self._of("input")
+
+    @property
+    def outputs(self) -> dict[str, Item]:
+        """Output ports by name."""
+        return self._of("output")
+
+    @property
+    def devices(self) -> dict[str, Item]:
+        """Device channels by name."""
+        return self._of("device_read", "device_write")
+
+    @property
+    def conditions(self) -> dict[str, Item]:
+        """Conditions by name."""
+        return self._of("condition")
+
+    @property
+    def parameters(self) -> dict[str, Item]:
+        """Formal parameters by name."""
+        return self._of("parameter", "size")
+
+    def __call__(self, **constants: Any) -> BlockUse:
+        """This block with constants for parameters, presets, sizes or inputs: `lib.lowpass(alpha=0.3)`."""
+        for name in constants:
+            if name not in self.items:
+                refuse(CallError, f"block '{self.name}' has no item '{name}'", did_you_mean(name, self.items))
+        return BlockUse(self, constants)
+
+    def labelled(self, label: str) -> Occurrence:
+        """An occurrence of this block: `planner = lib.trajectory_planner.labelled("planner")`, then `planner.goal` is a port."""
+        return Occurrence(label, BlockUse(self, {}))
+
+    def run(self, steps: int | None = None, **values: Any) -> Trial:
+        """Tries the block with no system: constants for its parameters, and for each input one value or one for each invocation.
+
+        >>> from opengpac import library as lib
+        >>> lib.lowpass.run(alpha=0.5, u=[1.0, 1.0]).y
+        array([0.5 , 0.75])
+        """
+        from .trial import run
+
+        return run(self, steps, values)
+
+    def source_json(self) -> dict[str, Any]:
+        """What the model calls it."""
+        return {"subroutine": self.name}
+
+    def __repr__(self) -> str:
+        lines = [f"block {self.name}: {self.doc}", *(f"  {item!r}" for item in self.items.values())]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{i.kind.replace('_', ' ')}</td><td><b>{i.name}</b></td><td>{i.type}</td><td>{i.unit}</td><td>{i.doc}</td></tr>"
+            for i in self.items.values()
+        )
+        return f"<b>{self.name}</b>: {self.doc}<table>{rows}</table>"
+
+
+class BlockUse:
+    """A block or graph with constants, not yet labelled."""
+
+    def __init__(self, block: Block | Graph, constants: Mapping[str, Any], place: Place | None = None) -> None:
+        self.block = block
+        self.constants = dict(constants)
+        self.place = place or here()
+
+    def labelled(self, label: str) -> Occurrence:
+        """An occurrence of this use."""
+        return Occurrence(label, self)
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {
+            "block": self.block.source_json(),
+            "constants": {name: plain(value) for name, value in self.constants.items()},
+            "place": self.place.json(),
+        }
+
+    def __repr__(self) -> str:
+        constants = ", ".join(f"{name}={value!r}" for name, value in self.constants.items())
+        return f"{self.block.name}({constants})"
+
+
+class Reference(str):
+    """The name of a port, condition or parameter: text, `planner.goal`, wherever a name is taken."""
+
+    __slots__ = ()
+
+
+class Occurrence:
+    """A labelled use of a block: its items are attributes, `planner.goal`, and stand wherever `"planner.goal"` may."""
+
+    def __init__(self, label: str, use: BlockUse) -> None:
+        self._label = label
+        self._use = use
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        block = self._use.block
+        if name in block.items:
+            return Reference(f"{self._label}.{name}")
+        inner: Mapping[str, BlockUse] = getattr(block, "blocks", {})
+        if name in inner:
+            return Occurrence(f"{self._label}.{name}", inner[name])
+        refuse(UnknownName, f"block '{self._label}' ({block.name}) has no item '{name}'", did_you_mean(name, [*block.items, *inner]))
+
+    def __str__(self) -> str:
+        return self._label
+
+    def __repr__(self) -> str:
+        return f"{self._label}: {self._use!r}"
+
+
+AnyBlock: TypeAlias = "Block | BlockUse | Occurrence | Graph"
+Blocks: TypeAlias = "Mapping[str, AnyBlock] | Iterable[Occurrence]"
+Name: TypeAlias = "str | Occurrence"
+Names: TypeAlias = "Sequence[Name] | Name"
+
+
+def use_of(block: object, label: str) -> BlockUse:
+    """The use that a value of `blocks=` stands for."""
+    from .graphs import Graph
+
+    if isinstance(block, BlockUse):
+        return block
+    if isinstance(block, Occurrence):
+        return block._use
+    if isinstance(block, Block | Graph):
+        return BlockUse(block, {})
+    refuse(
+        DefinitionError,
+        f"block '{label}' is {block!r}, not a function block",
+        "give a block of gpac.library or of a code module, or a graph",
+    )
+
+
+def uses_of(blocks: Any) -> dict[str, BlockUse]:
+    """`blocks=` as a dictionary of uses: label → block, or occurrences in a sequence."""
+    if isinstance(blocks, Mapping):
+        return {str(label): use_of(block, str(label)) for label, block in blocks.items()}
+    uses: dict[str, BlockUse] = {}
+    for block in blocks:
+        if not isinstance(block, Occurrence):
+            refuse(DefinitionError, f"{block!r} has no label", "give a dictionary, or lib.pid.labelled('pid')")
+        if str(block) in uses:
+            refuse(DefinitionError, f"two blocks are labelled '{block}'", "give each occurrence its own label")
+        uses[str(block)] = block._use
+    return uses
+
+
+def names_of(names: Any) -> list[str]:
+    """A set of port names: one, or several."""
+    if isinstance(names, str | Occurrence):
+        return [str(names)]
+    return [str(name) for name in names]
+
+
+def mapping_of(mapping: Mapping[Any, Any] | None) -> dict[str, list[str]]:
+    """A mapping of names to sets of names: χ, ψ or ρ as the model takes it."""
+    return {str(name): names_of(targets) for name, targets in (mapping or {}).items()}
+
+
+def systems_of(uses: Iterable[BlockUse]) -> set[System]:
+    """The systems whose code modules these blocks come from."""
+    found: set[System] = set()
+    for use in uses:
+        if isinstance(use.block, Block):
+            if use.block.system is not None:
+                found.add(use.block.system)
+        else:
+            found |= systems_of(use.block.blocks.values())
+    return found

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`opengpac check PROGRAM.py`: the program is executed, every installation check is made, and nothing runs.
+
+Verbs are planned instead of started; a call gives a report with zeros for its outputs, so that the program goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import runpy
+import sys
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from . import _native
+from .errors import Error, refusals
+from .reports import Report
+from .values import dtype_of, plain
+
+if TYPE_CHECKING:
+    from .verbs import Verb
+
+
+@dataclass
+class Findings:
+    """What a check found: the verbs that were planned, what was filled in for them, and what is wrong."""
+
+    planned: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+    errors: list[Error] = field(default_factory=list)
+
+
+_findings: Findings | None = None
+
+
+def active() -> bool:
+    """Whether a program is being checked."""
+    return _findings is not None
+
+
+class CheckedInstance:
+    """Stands for a verb instance in a program that is checked: every start ends at once with `completed`."""
+
+    def __init__(self, report: Report) -> None:
+        self.report = report
+        self.state, self.done, self.name = "ended", True, report.instance
+
+    def start(self, *_: Any, **__: Any) -> Self:
+        """Nothing runs."""
+        return self
+
+    def wait(self, timeout: Any = None) -> Report:
+        """The report with zeros."""
+        return self.report
+
+    def delete(self) -> None:
+        """Nothing was made."""
+
+    suspend = resume = halt = delete
+
+    def set(self, **_: Any) -> None:
+        """Nothing runs."""
+
+    def __await__(self) -> Any:
+        yield from ()
+        return self.report
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+
+def plan(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any) -> CheckedInstance:
+    """Plans one application of a verb and records what is found."""
+    from .instances import application
+
+    findings = _findings if _findings is not None else Findings()
+    outputs: dict[str, Any] = {}
+    try:
+        system, applied = application(verb, args, kwargs, signature)
+        with refusals:
+            planned = json.loads(system._native.check(json.dumps(applied)))
+        findings.planned.append(verb.name)
+        findings.remarks += [f"{verb.name}: {r['text']}" for r in planned.get("remarks", [])]
+        for output in planned.get("outputs", []):
+            with refusals:
+                tree = json.loads(_native.type_json(output["type_text"], "{}"))
+            outputs[output["name"]] = plain(np.zeros((), dtype=dtype_of(tree)))
+    except Error as error:
+        findings.errors += getattr(error, "errors", [error])
+    given = {"condition": "completed", "time_s": 0.0, "verb": verb.name, "instance": f"{verb.name}#0", "normal": True, "outputs": outputs}
+    return CheckedInstance(verb.report_class(given))
+
+
+def check(path: str, arguments: list[str]) -> Findings:
+    """Checks the program in that file."""
+    global _findings
+    _findings, before = Findings(), sys.argv
+    sys.argv = [path, *arguments]
+    try:
+        runpy.run_path(path, run_name="__main__")
+    except Error as error:
+        _findings.errors += getattr(error, "errors", [error])
+    except SystemExit:
+        pass
+    finally:
+        findings, _findings, sys.argv = _findings, None, before
+    return findings

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command `opengpac`: run, check, build, new block, blocks."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import runpy
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from . import _native, library
+from .errors import Error, refusals
+
+_TEMPLATE = """// SPDX-License-Identifier: Apache-2.0
+#include <opengpac.h>
+
+FUNCTION_BLOCK({name}, "Gain: y = k u.",
+    in   (double, u,      "input"),
+    out  (double, y,      "k times the input"),
+    param(double, k, 1.0, "factor"))
+{{
+    self->y = self->k * self->u;
+    return OK;
+}}
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command; 0 where all went well, 1 where something was refused or is wrong."""
+    given = _parser().parse_args(arguments)
+    try:
+        return given.run(given)
+    except Error as error:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+    except FileNotFoundError as error:
+        print(f"there is no file '{error.filename}'", file=sys.stderr)
+    return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="opengpac", description="OpenGPAC, a general purpose automation controller")
+    parser.add_argument("--version", action="version", version=f"opengpac {_native.version()}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    run = commands.add_parser("run", help="run a program")
+    run.add_argument("program")
+    run.add_argument("arguments", nargs=argparse.REMAINDER)
+    run.set_defaults(run=_run)
+    check = commands.add_parser("check", help="make every installation check of a program; nothing runs")
+    check.add_argument("-v", "--verbose", action="store_true", help="also list what was filled in, and the delays")
+    check.add_argument("program")
+    check.add_argument("arguments", nargs=argparse.REMAINDER)
+    check.set_defaults(run=_check)
+    build = commands.add_parser("build", help="compile C or C++ files into a code module")
+    build.add_argument("files", nargs="+")
+    build.add_argument("-o", "--output", help="the module, else beside the first file")
+    build.set_defaults(run=_build)
+    new = commands.add_parser("new", help="begin a file").add_subparsers(required=True, metavar="WHAT")
+    block = new.add_parser("block", help="a function block in C")
+    block.add_argument("name")
+    block.set_defaults(run=_new_block)
+    blocks = commands.add_parser("blocks", help="the component data base")
+    blocks.add_argument("action", nargs="?", choices=["list", "search", "show"], default="list")
+    blocks.add_argument("words", nargs="*")
+    blocks.set_defaults(run=_blocks)
+    return parser
+
+
+def _run(given: argparse.Namespace) -> int:
+    sys.argv = [given.program, *given.arguments]
+    sys.path.insert(0, str(Path(given.program).absolute().parent))
+    runpy.run_path(given.program, run_name="__main__")
+    return 0
+
+
+def _check(given: argparse.Namespace) -> int:
+    from .checking import check
+
+    sys.path.insert(0, str(Path(given.program).absolute().parent))
+    findings = check(given.program, given.arguments)
+    if given.verbose:
+        for remark in findings.remarks:
+            print(remark)
+    for error in findings.errors:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+    print(f"{len(findings.planned)} verb applications planned, {len(findings.errors)} errors")
+    return 1 if findings.errors else 0
+
+
+def _build(given: argparse.Namespace) -> int:
+    missing = next((file for file in given.files if not Path(file).exists()), None)
+    if missing is not None:
+        raise FileNotFoundError(2, "no such file", missing)
+    with refusals:
+        print(_native.build([str(Path(file).absolute()) for file in given.files], given.output))
+    return 0
+
+
+def _new_block(given: argparse.Namespace) -> int:
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", given.name):
+        print(f"'{given.name}' is not a name of a block: lower-case letters, digits and _", file=sys.stderr)
+        return 1
+    file = Path(f"{given.name}.c")
+    if file.exists():
+        print(f"there is a file '{file}' already", file=sys.stderr)
+        return 1
+    file.write_text(_TEMPLATE.format(name=given.name))
+    print(f"{file}: edit it, then cell.download('{file}') in a program, or opengpac build {file}")
+    return 0
+
+
+def _blocks(given: argparse.Namespace) -> int:
+    if given.action == "show":
+        for name in given.words:
+            print(library.show(name))
+        return 0
+    found = library.search(*given.words)
+    for block in found:
+        print(f"{block.name.removeprefix('library.'):<20} {block.doc.splitlines()[0] if block.doc else ''}")
+    return 0 if found else 1

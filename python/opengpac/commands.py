@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Function block commands: what a command list is made of. Each takes the labels of blocks of its verb."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+from .blocks import Name, names_of
+from .errors import DefinitionError, refuse
+from .quantities import Quantity, duration_ns, is_duration, optional_ns
+
+Command: TypeAlias = dict[str, Any]
+"""A function block command, in the form that the model takes."""
+
+
+def install(*blocks: Name) -> Command:
+    """Gives these blocks fresh state. Installing itself is implied for every block that a list names."""
+    return {"command": "install", "blocks": [str(block) for block in blocks]}
+
+
+def execute(block: Name) -> Command:
+    """One invocation of a block, or of a graph, at once; the next command starts after it."""
+    return {"command": "execute", "block": str(block)}
+
+
+def activate(block: Name, every: Quantity | None = None, *, budget: Quantity | None = None) -> Command:
+    """Starts repetitive execution: at an interval, `every="20 ms"`; without one when its synchronous inputs have new values, or
+    by the trigger that it is placed on. A `budget` is the longest time one invocation may take before it counts as a fault.
+
+    >>> activate("generator", every="20 ms")
+    {'command': 'activate', 'block': 'generator', 'every_ns': 20000000, 'budget_ns': None}
+    """
+    return {
+        "command": "activate",
+        "block": str(block),
+        "every_ns": optional_ns(every, f"the interval of '{block}'"),
+        "budget_ns": optional_ns(budget, f"the budget of '{block}'"),
+    }
+
+
+def deactivate(block: Name) -> Command:
+    """Ends repetitive execution of a block."""
+    return {"command": "deactivate", "block": str(block)}
+
+
+def wait(until: Quantity | Name | Sequence[Name] | None = None) -> Command:
+    """Waits for a condition (or the first of several), for a time, or, bare, until no instance is active.
+
+    >>> wait("near.done"), wait("0.5 s")
+    ({'command': 'wait', 'conditions': ['near.done']}, {'command': 'wait', 'time_ns': 500000000})
+    """
+    if until is None:
+        return {"command": "wait"}
+    if isinstance(until, int | float) or (isinstance(until, str) and is_duration(until)):
+        return {"command": "wait", "time_ns": duration_ns(until, "the time of a wait")}
+    return {"command": "wait", "conditions": names_of(until)}
+
+
+def ready() -> Command:
+    """Says that a device is enabled when its verb comes here."""
+    return {"command": "ready"}
+
+
+def checked(command: Any, where: str) -> Command:
+    """The command, if it is one."""
+    if isinstance(command, dict) and "command" in command:
+        return command
+    refuse(DefinitionError, f"{where} has {command!r}, which is not a command", "write execute('block'), activate('block', every='1 ms') …")

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Termination conditions: which block or system condition one stands for, what it returns (ν), and what it raises."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .blocks import Names, names_of
+from .errors import DefinitionError, Terminated, refuse
+from .places import Place, here
+
+
+@dataclass(frozen=True)
+class Termination:
+    """One line of a verb's table of conditions; made by `on`."""
+
+    on: tuple[str, ...]
+    returns: tuple[str, ...] | None
+    raises: type[Terminated] | None
+    during: str | None
+    priority: int
+    place: Place
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {
+            "on": list(self.on), "returns": None if self.returns is None else list(self.returns), "raises": self.raises is not None,
+            "during": self.during, "priority": self.priority, "place": self.place.json(),
+        }  # fmt: skip
+
+
+def on(
+    conditions: Names | None = None,
+    *,
+    returns: Sequence[str] | None = None,
+    raises: type[Terminated] | bool | None = None,
+    during: str | None = None,
+    priority: int = 0,
+) -> Termination:
+    """A termination condition: `on("near.done", returns=["position"])`, `on("guard.above", raises=Collision)`.
+
+    Without block conditions it stands for the system condition of its own name (`time_limit`, `halted` …). With `returns` and no
+    `raises` the end is normal. `during` limits it to one command list; of two that come in one firing the larger priority acts.
+    """
+    if raises is True:
+        raises = Terminated
+    if raises and not (isinstance(raises, type) and issubclass(raises, Terminated)):
+        refuse(
+            DefinitionError, f"raises={raises!r} is not an exception class of a termination", "derive it: class Collision(gpac.Terminated)"
+        )
+    return Termination(
+        on=tuple(names_of(conditions)) if conditions is not None else (),
+        returns=None if returns is None else tuple(names_of(returns)),
+        raises=raises or None,
+        during=during,
+        priority=priority,
+        place=here(),
+    )
+
+
+def termination_of(given: Any, name: str) -> Termination:
+    """A value of `conditions=`: `on(...)`, or a block condition alone."""
+    if isinstance(given, Termination):
+        return given
+    if isinstance(given, str | list | tuple):
+        return on(given)
+    refuse(DefinitionError, f"condition '{name}' is {given!r}", "write on('block.condition', returns=[…])")

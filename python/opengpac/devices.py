@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Logical devices: a class is a logical device type (an optional verb, SVVs, parameters), an object is a logical device."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Generator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_origin
+
+from .errors import CallError, DefinitionError, did_you_mean, refusals, refuse
+from .modules import StructType
+from .places import Place, here
+from .quantities import Quantity, optional_ns
+from .svvs import SVV
+from .values import lively, plain, to_json
+
+if TYPE_CHECKING:
+    from .sources import Source
+    from .system import System
+    from .verbs import Verb
+
+_PYTHON_TYPES = {float: "double", int: "int64_t", bool: "bool", "float": "double", "int": "int64_t", "bool": "bool"}
+
+
+def type_json(given: Any, what: str) -> tuple[str, dict[str, str]]:
+    """A C type and the struct types it needs, from a declaration, a type of a code module, or `float`, `int`, `bool`."""
+    if isinstance(given, StructType):
+        return given.name, given.types
+    if isinstance(given, str):
+        return given, {}
+    if given in _PYTHON_TYPES:
+        return _PYTHON_TYPES[given], {}
+    refuse(
+        DefinitionError,
+        f"the type of {what} is {given!r}",
+        "give a C declaration, 'double[6]', a type of a code module, or float, int, bool",
+    )
+
+
+class SvvMember:
+    """An SVV of a device type; made by `gpac.svv`. On a device it is that device's SVV."""
+
+    def __init__(self, type: Any, unit: str, initial: Any, history: int) -> None:
+        self.type, self.unit, self.initial, self.history = type, unit, initial, history
+        self.name = ""
+
+    def __set_name__(self, owner: type[LogicalDevice], name: str) -> None:
+        self.name = name
+
+    def __get__(self, device: LogicalDevice | None, owner: type[LogicalDevice]) -> Any:
+        return self if device is None else device.system._svv(f"{device.name}.{self.name}")
+
+    def __set__(self, device: LogicalDevice, value: Any) -> None:
+        device.system._svv(f"{device.name}.{self.name}").value = value
+
+    def json(self, owner: type[LogicalDevice]) -> dict[str, Any]:
+        """The form that the model takes."""
+        text, _ = type_json(self.type or _annotated(owner, self.name), f"SVV '{self.name}' of {owner.__name__}")
+        initial: Any = None
+        if isinstance(self.initial, str) and self.initial.isidentifier():
+            initial = {"copy_of": self.initial}
+        elif self.initial is not None:
+            initial = {"value": plain(self.initial)}
+        return {"type_text": text, "unit": self.unit, "initial": initial, "history": self.history}
+
+
+def _annotated(owner: type, name: str) -> Any:
+    """The type in `sensed: gpac.SVV[float]`; `double` without one."""
+    for kind in owner.__mro__:
+        given = kind.__dict__.get("__annotations__", {}).get(name)
+        if isinstance(given, str):
+            inner = given[given.index("[") + 1 : -1] if given.endswith("]") else "float"
+            return _PYTHON_TYPES.get(inner, inner.strip("'\""))
+        if given is not None and get_origin(given) is SVV:
+            argument = get_args(given)[0]
+            return getattr(argument, "__forward_arg__", argument)
+    return float
+
+
+def svv(type: Any = None, *, unit: str = "", initial: Any = None, history: int = 0) -> Any:
+    """An SVV of a device type. `initial="sensed"` copies that member once when the device is enabled; else it is a value."""
+    return SvvMember(type, unit, initial, history)
+
+
+class ParameterMember:
+    """A parameter of a device type; made by `gpac.parameter`. On a device it is its value, and setting it changes it."""
+
+    def __init__(self, default: Any, unit: str, tunable: bool) -> None:
+        self.default, self.unit, self.tunable = default, unit, tunable
+        self.name = ""
+
+    def __set_name__(self, owner: type[LogicalDevice], name: str) -> None:
+        self.name = name
+
+    def __get__(self, device: LogicalDevice | None, owner: type[LogicalDevice]) -> Any:
+        if device is None:
+            return self
+        with refusals:
+            return lively(json.loads(device.system._alive().device_parameter(device.name, self.name)))
+
+    def __set__(self, device: LogicalDevice, value: Any) -> None:
+        with refusals:
+            device.system._alive().set_device_parameter(device.name, self.name, to_json(value))
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {"default": plain(self.default), "unit": self.unit, "tunable": self.tunable}
+
+
+def parameter(default: Any, *, unit: str = "", tunable: bool = False) -> Any:
+    """A parameter of a device type. A tunable one may be set while the device's verb runs; others take effect at its next start."""
+    return ParameterMember(default, unit, tunable)
+
+
+@dataclass(frozen=True)
+class _Definition:
+    name: str
+    verb: Verb[..., Any] | None
+    place: Place
+
+
+class LogicalDevice:
+    """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
+
+    `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `on` is where its verb runs, the other arguments are its
+    verb's, or override parameters. It must be enabled before verbs may use it.
+    """
+
+    _definition: ClassVar[_Definition]
+
+    def __init_subclass__(cls, *, verb: Verb[..., Any] | None = None, name: str | None = None, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        inherited = cls.__dict__.get("_definition") or getattr(cls, "_definition", None)
+        cls._definition = _Definition(name or cls.__name__, verb or (inherited.verb if inherited else None), here())
+        from .checks import check_device_type
+
+        check_device_type(cls)
+
+    def __init__(self, name: str, *, on: Source | None = None, system: System | None = None, **arguments: Any) -> None:
+        from .applications import _systems, argument_json
+
+        self.name = name
+        parameters = self.parameter_members()
+        overrides = {n: plain(v) for n, v in arguments.items() if n in parameters}
+        given = {n: v for n, v in arguments.items() if n not in parameters}
+        verb = self.definition_verb()
+        known = {p.split(".", 1)[0] for p in verb.instantiation_parameters} if verb else set()
+        for wrong in (n for n in given if n not in known):
+            refuse(
+                CallError,
+                f"{type(self).__name__} '{name}' has no parameter or argument '{wrong}'",
+                did_you_mean(wrong, {*known, *parameters}),
+            )
+        candidates = (
+            {s for v in given.values() for s in _systems(v)} | ({on.system} if on is not None else set()) | ({system} if system else set())
+        )
+        if len(candidates) != 1:
+            refuse(
+                CallError,
+                f"{len(candidates)} systems could hold {type(self).__name__} '{name}'",
+                "say on=source, of one system, or system=cell",
+            )
+        self.system: System = candidates.pop()
+        described = {
+            "device_type": self.definition_name(),
+            "parameters": overrides,
+            "arguments": {n: argument_json(v, f"argument '{n}' of device '{name}'") for n, v in given.items()},
+            "source": on.name if on is not None else None,
+            "place": here().json(),
+        }
+        native = self.system._alive()
+        self.system._definitions.enter_device_type(type(self))
+        with refusals:
+            native.device(name, json.dumps(described))
+        self.system.devices[name] = self
+
+    @classmethod
+    def definition_name(cls) -> str:
+        """The name of the type."""
+        return cls._definition.name
+
+    @classmethod
+    def definition_verb(cls) -> Verb[..., Any] | None:
+        """The verb that keeps such a device going."""
+        return cls._definition.verb
+
+    @classmethod
+    def parameter_members(cls) -> dict[str, ParameterMember]:
+        """Its parameters by name."""
+        return cls._members(ParameterMember)
+
+    @classmethod
+    def svv_members(cls) -> dict[str, SvvMember]:
+        """Its SVVs by name."""
+        return cls._members(SvvMember)
+
+    @classmethod
+    def _members(cls, kind: type[Any]) -> dict[str, Any]:
+        return {n: m for base in reversed(cls.__mro__) for n, m in base.__dict__.items() if isinstance(m, kind)}
+
+    @classmethod
+    def definition_json(cls) -> dict[str, Any]:
+        """The form that the model takes."""
+        verb = cls.definition_verb()
+        return {
+            "name": cls.definition_name(), "doc": (cls.__doc__ or "").strip(), "verb": verb.name if verb else None,
+            "svvs": {n: m.json(cls) for n, m in cls.svv_members().items()},
+            "parameters": {n: m.json() for n, m in cls.parameter_members().items()}, "place": cls._definition.place.json(),
+        }  # fmt: skip
+
+    @property
+    def short_name(self) -> str:
+        """The last word of its name: `elbow` of `arm.elbow`."""
+        return self.name.rsplit(".", 1)[-1]
+
+    @property
+    def state(self) -> str:
+        """`disabled`, `enabling`, `standstill`, `moving`, `stopping` or `fault`."""
+        with refusals:
+            return self.system._alive().device_state(self.name)
+
+    def enable(self, timeout: Quantity | None = "10 s") -> Self:
+        """Starts its verb instance and returns when that has come to `gpac.ready()`. Enabling an enabled device is nothing."""
+        from .groups import enable
+
+        enable([self], optional_ns(timeout, "the timeout"))
+        return self
+
+    def disable(self) -> None:
+        """Ends the verbs that use it with `device_disabled`, then its own."""
+        with refusals:
+            self.system._alive().disable(self.name)
+
+    @contextmanager
+    def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
+        """`with joint.enabled():` disables it at the end."""
+        self.enable(timeout)
+        try:
+            yield self
+        finally:
+            if not self.system.closed:
+                self.disable()
+
+    def delete(self) -> None:
+        """Takes it away, with its SVVs and its verb instance; refused while it is enabled or in use."""
+        with refusals:
+            self.system._alive().delete_device(self.name)
+        self.system.devices.pop(self.name, None)
+
+    def __repr__(self) -> str:
+        state = "in a closed system" if self.system.closed else self.state
+        members = ", ".join([*self.svv_members(), *self.parameter_members()])
+        return f"{self.definition_name()} {self.name}: {state} ({members})"
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not hasattr(type(self), name) and name not in ("name", "system") and not name.startswith("_"):
+            known = [*self.svv_members(), *self.parameter_members()]
+            refuse(CallError, f"{self.definition_name()} '{self.name}' has no member '{name}'", did_you_mean(name, known))
+        object.__setattr__(self, name, value)

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drivers of physical devices: what `rtp.physical_device(name, driver, exchange=source)` opens."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from .errors import DeviceFailed, refuse
+from .quantities import Quantity, duration_ns, optional_ns
+
+
+@dataclass(frozen=True)
+class Driver:
+    """A kind of driver and its options."""
+
+    kind: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+def _set(**options: Any) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def mujoco(path: str | os.PathLike[str], *, timestep: Quantity | None = None) -> Driver:
+    """A robot arm simulated by MuJoCo: one MJCF file, one part for each actuated joint.
+
+    Each part has `position`, `velocity`, `bias` (read) and `effort` (written); a tool has `tool.force` and `tool.push`.
+    """
+    library = os.environ.get("OPENGPAC_MUJOCO")
+    if library is None:
+        found = importlib.util.find_spec("mujoco")
+        if found is None or not found.submodule_search_locations:
+            refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
+        library = next(iter(found.submodule_search_locations))
+    step = None if timestep is None else duration_ns(timestep, "the time step") * 1e-9
+    return Driver("mujoco", _set(path=str(Path(path).expanduser().absolute()), library=library, timestep=step))
+
+
+def loopback(
+    *parts: str,
+    initial: Sequence[float] = (),
+    fail_at: Quantity | None = None,
+    nan_at: Quantity | None = None,
+    slew: float | None = None,
+) -> Driver:
+    """Parts that follow their effort exactly, x' = u: for tests. `fail_at` loses the device, `nan_at` breaks its positions."""
+    return Driver(
+        "loopback",
+        _set(
+            parts=list(parts),
+            initial=list(initial),
+            fail_at_ns=optional_ns(fail_at, "fail_at"),
+            nan_at_ns=optional_ns(nan_at, "nan_at"),
+            slew=slew,
+        ),
+    )
+
+
+def scripted(channels: Sequence[Mapping[str, Any]], table: Sequence[Mapping[str, Any]] = ()) -> Driver:
+    """Channels of any numeric type that read a table of values: for tests.
+
+    A channel is `{name, direction, type, unit, safe, slew, loop_of}`, a row of the table `{at_ns, values: {name: value}}`.
+    """
+    return Driver("scripted", {"channels": [dict(c) for c in channels], "table": [dict(row) for row in table]})

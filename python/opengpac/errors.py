@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One exception class for each kind of refusal, and `Terminated` for a verb that ended otherwise than it should.
+
+Every class derives from `Error`. A message is lower case, names both ends, says the next step where it is known, and ends with
+the place in your program: `at FILE:LINE`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, NoReturn
+
+from . import _native
+from .places import Place, here
+
+
+class End(NamedTuple):
+    """One of the ends that a refusal is about."""
+
+    what: str
+    place: Place | None
+
+
+class Error(Exception):
+    """What OpenGPAC refuses. `message`, `remedy`, `ends`, `place` (file and line in your program) say what, why and where."""
+
+    def __init__(self, message: str = "", *, remedy: str = "", ends: Sequence[End] = (), place: Place | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.remedy = remedy
+        self.ends = tuple(ends)
+        self.place = place
+
+    @property
+    def file(self) -> str | None:
+        """The file of your program that it is about."""
+        return self.place.file if self.place else None
+
+    @property
+    def line(self) -> int | None:
+        """The line in that file."""
+        return self.place.line if self.place else None
+
+    def __str__(self) -> str:
+        text = f"{self.message}; {self.remedy}" if self.remedy else self.message
+        return f"{text} at {self.place.file}:{self.place.line}" if self.place else text
+
+
+class DefinitionError(Error):
+    """A word, number or structure that cannot be read, or a definition that is not of the right form."""
+
+
+class UnknownName(Error, LookupError):
+    """No block, port, list, condition, parameter, source or device has that name."""
+
+
+class TypeMismatch(Error):
+    """Two ends of a binding have different C types."""
+
+
+class UnitMismatch(Error):
+    """Two ends of a binding have different units, or a quantity has another dimension."""
+
+
+class CoverError(Error):
+    """A data node that no parameter covers, or that two cover."""
+
+
+class SecondWriter(Error):
+    """A second writer of an SVV or channel; the message names the one that holds it."""
+
+
+class SchedulingError(Error):
+    """Modes, rates, intervals or triggers that cannot hold."""
+
+
+class SynchronousCycle(SchedulingError):
+    """A cycle of synchronous ports: none of its blocks could ever be the first."""
+
+
+class PlacementError(Error):
+    """No interrupt source, two equal candidates, or a device on another processor."""
+
+
+class ValueRefused(Error, ValueError):
+    """A value that does not fit its type, unit or range."""
+
+
+class CallError(Error, TypeError):
+    """Wrong arguments of a call."""
+
+
+class NotEnabled(Error):
+    """A verb was applied to a logical device that is not enabled."""
+
+
+class InvalidState(Error):
+    """A call that the state of an instance, device or system does not allow. Nothing has changed."""
+
+
+class ModuleError(Error):
+    """A code module that cannot be built or loaded."""
+
+
+class DeviceFailed(Error):
+    """A physical device that cannot be opened or has stopped answering."""
+
+
+class EmergencyStopped(Error):
+    """An emergency stop is latched: `reset()` comes first."""
+
+
+class InUse(Error):
+    """Something of that name exists and is in use."""
+
+
+class InstallationErrors(Error):
+    """Several things are wrong at once: `.errors` holds them all, each of its own class."""
+
+    def __init__(self, errors: Sequence[Error]) -> None:
+        self.errors = list(errors)
+        lines = "".join(f"\n  {number}. {type(e).__name__}: {e}" for number, e in enumerate(self.errors, 1))
+        super().__init__(f"{len(self.errors)} things are wrong:{lines}")
+
+
+class Terminated(Error):
+    """A verb instance ended by a condition that is not normal. Derive from it to give a condition an exception of its own.
+
+    `verb`, `instance`, `condition`, `command_list`, `block`, `time` (s), `value`, `outputs`, `others` and `report` say how.
+    """
+
+    verb: str = ""
+    instance: str = ""
+    condition: str = ""
+    command_list: str = ""
+    block: str | None = None
+    time: float = 0.0
+    value: Any = None
+    outputs: Mapping[str, Any] = {}
+    others: Sequence[Any] = ()
+    report: Any = None
+
+
+_CLASSES: dict[str, type[Error]] = {
+    c.__name__: c
+    for c in (
+        DefinitionError, UnknownName, TypeMismatch, UnitMismatch, CoverError, SecondWriter, SchedulingError, SynchronousCycle,
+        PlacementError, ValueRefused, CallError, NotEnabled, InvalidState, ModuleError, DeviceFailed, EmergencyStopped, InUse,
+    )
+}  # fmt: skip
+
+
+def _place(given: Mapping[str, Any] | None) -> Place | None:
+    return Place(given["file"], given["line"]) if given else None
+
+
+def from_refusals(text: str) -> Error:
+    """The exception for the refusals of one call: its own class for one, `InstallationErrors` for several."""
+    errors = [
+        _CLASSES.get(r["class"], Error)(
+            r["message"],
+            remedy=r.get("remedy", ""),
+            ends=[End(e["what"], _place(e.get("place"))) for e in r.get("ends", [])],
+            place=_place(r.get("place")),
+        )
+        for r in json.loads(text)
+    ]
+    if len(errors) == 1:
+        if errors[0].place is None:
+            errors[0].place = here()
+        return errors[0]
+    return InstallationErrors(errors)
+
+
+class _Refusals:
+    """`with refusals:` raises what the real-time system refuses as the exception of its class."""
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
+        if isinstance(error, _native.Refused):
+            raise from_refusals(error.json) from None
+
+
+refusals = _Refusals()
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """`did you mean 'near'?` with the best matches, else what there is, else nothing."""
+    names = [str(name) for name in known]
+    close = difflib.get_close_matches(word, names, n=2, cutoff=0.6)
+    if close:
+        return "did you mean " + " or ".join(f"'{name}'" for name in close) + "?"
+    return f"there is {', '.join(names)}" if 0 < len(names) <= 12 else ""
+
+
+def refuse(kind: type[Error], message: str, remedy: str = "") -> NoReturn:
+    """Raises `kind` with the place in the user's program that made the call."""
+    raise kind(message, remedy=remedy, place=here()) from None

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Data flow graphs: values. `insert`, `replace` and `remove` give new graphs and leave the old one as it was."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from typing import Any
+
+from .blocks import Block, Blocks, BlockUse, Item, Occurrence, mapping_of, systems_of, use_of, uses_of
+from .errors import DefinitionError, UnknownName, did_you_mean, refuse
+from .places import here
+
+
+def mode_json(mode: Any) -> Any:
+    """A port mode as the model takes it: `"synchronous"`, `"asynchronous"` or `gpac.ratio(5)`."""
+    if mode in ("synchronous", "asynchronous") or (isinstance(mode, dict) and list(mode) == ["ratio"]):
+        return mode
+    refuse(DefinitionError, f"{mode!r} is not a port mode", "say 'synchronous', 'asynchronous' or gpac.ratio(n)")
+
+
+def ratio(n: int) -> dict[str, int]:
+    """The mode of a port that is updated once in n invocations."""
+    return {"ratio": n}
+
+
+class Graph:
+    """A data flow graph: blocks, and ρ as three mappings. Outside it looks like a subroutine, and stands wherever one may.
+
+    `inputs`, `outputs` and `cells` map a port or local cell of the graph to ports of its blocks; `modes` relaxes the mode of a
+    block's port; `divide={"estimator": 5}` runs that block once where the others run five times.
+
+    >>> import opengpac as gpac
+    >>> from opengpac import library as lib
+    >>> smooth = gpac.Graph("smooth", blocks={"gain": lib.gain, "filter": lib.lowpass}, inputs={"u": "gain.u"},
+    ...                     outputs={"y": "filter.y"}, cells={"scaled": ["gain.y", "filter.u"]})
+    >>> smooth.insert("limit", lib.limit, between=("gain.y", "filter.u")).cells
+    {'scaled': ['gain.y', 'limit.u'], 'limit': ['limit.y', 'filter.u']}
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        blocks: Blocks,
+        inputs: Mapping[str, Any] | None = None,
+        outputs: Mapping[str, Any] | None = None,
+        cells: Mapping[str, Any] | None = None,
+        modes: Mapping[str, Any] | None = None,
+        divide: Mapping[str, int] | None = None,
+        doc: str = "",
+    ) -> None:
+        self.name = name
+        self.doc = doc
+        self.blocks = uses_of(blocks)
+        self.inputs = mapping_of(inputs)
+        self.outputs = mapping_of(outputs)
+        self.cells = mapping_of(cells)
+        self.modes = {str(port): mode_json(mode) for port, mode in (modes or {}).items()}
+        self.divide = {str(label): n for label, n in (divide or {}).items()}
+        self.place = here()
+        self._check()
+
+    @property
+    def items(self) -> Mapping[str, Any]:
+        """Its ports, by name."""
+        return {**self.inputs, **self.outputs}
+
+    def __call__(self, **constants: Any) -> BlockUse:
+        """This graph with constants for its inputs, or `**{"filter.alpha": 0.1}` for an inner parameter."""
+        return BlockUse(self, constants)
+
+    def labelled(self, label: str) -> Occurrence:
+        """An occurrence of this graph."""
+        return Occurrence(label, BlockUse(self, {}))
+
+    def insert(self, label: str, block: Any, *, between: tuple[Any, Any], input: str | None = None, output: str | None = None) -> Graph:
+        """A new graph with `block` between an output port (or an input of the graph) and the input port that it fed.
+
+        `input` and `output` name the ports of the new block where it has more than one that must be bound.
+        """
+        use = use_of(block, label)
+        source, sink = str(between[0]), str(between[1])
+        if label in self.blocks:
+            refuse(DefinitionError, f"graph '{self.name}' has a block '{label}' already", "choose another label")
+        taken, given = f"{label}.{input or _only(use, 'input')}", f"{label}.{output or _only(use, 'output')}"
+        new = self._copy()
+        for mapping in (new.cells, new.inputs, new.outputs):
+            for name, ports in mapping.items():
+                if sink in ports and (source in ports or (mapping is new.inputs and source == name)):
+                    ports[ports.index(sink)] = taken
+                    new.blocks[label] = use
+                    new.cells[_free(label, new)] = [given, sink]
+                    new._check()
+                    return new
+        refuse(UnknownName, f"graph '{self.name}' has no connection from '{source}' to '{sink}'", f"its connections: {self._connections()}")
+
+    def replace(self, label: str, block: Any) -> Graph:
+        """A new graph with another block in the place of the one labelled so, bound alike."""
+        self._known(label)
+        new = self._copy()
+        new.blocks[label] = use_of(block, label)
+        new._check()
+        return new
+
+    def remove(self, label: str) -> Graph:
+        """A new graph without that block: what fed its one input feeds what its one output fed."""
+        self._known(label)
+        new = self._copy()
+        prefix = f"{label}."
+        out = next((n for n, ports in new.cells.items() if any(p.startswith(prefix) for p in ports) and self._is_output(n, label)), None)
+        moved = [p for p in new.cells.pop(out, []) if not p.startswith(prefix)] if out else []
+        del new.blocks[label]
+        for mapping in (new.inputs, new.cells, new.outputs):
+            for name, ports in list(mapping.items()):
+                if any(p.startswith(prefix) for p in ports):
+                    mapping[name] = [p for p in ports if not p.startswith(prefix)] + moved
+                    moved = []
+        new._check()
+        return new
+
+    def source_json(self) -> dict[str, Any]:
+        """What the model calls it as a block of something."""
+        return {"graph": self.json()}
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {
+            "name": self.name, "doc": self.doc, "blocks": {label: use.json() for label, use in self.blocks.items()},
+            "inputs": self.inputs, "outputs": self.outputs, "cells": self.cells, "modes": self.modes, "divide": self.divide,
+            "place": self.place.json(),
+        }  # fmt: skip
+
+    def _copy(self) -> Graph:
+        new = copy.copy(self)
+        new.blocks = dict(self.blocks)
+        new.inputs, new.outputs, new.cells = ({n: list(p) for n, p in m.items()} for m in (self.inputs, self.outputs, self.cells))
+        new.place = here()
+        return new
+
+    def _known(self, label: str) -> None:
+        if label not in self.blocks:
+            refuse(UnknownName, f"graph '{self.name}' has no block '{label}'", did_you_mean(label, self.blocks))
+
+    def _is_output(self, cell: str, label: str) -> bool:
+        block = self.blocks[label].block
+        outputs = block.outputs
+        return any(port == f"{label}.{name}" for port in self.cells[cell] for name in outputs)
+
+    def _connections(self) -> str:
+        named = [f"{n} ({', '.join(ports)})" for m in (self.inputs, self.cells, self.outputs) for n, ports in m.items()]
+        return "; ".join(named)
+
+    def _check(self) -> None:
+        from .checks import check_graph
+
+        systems = systems_of(self.blocks.values())
+        check_graph(self, next(iter(systems), None))
+
+    def __repr__(self) -> str:
+        blocks = ", ".join(f"{label}: {use!r}" for label, use in self.blocks.items())
+        return f"graph {self.name} [{blocks}]\n  connections: {self._connections()}"
+
+
+def _only(use: BlockUse, kind: str) -> str:
+    block = use.block
+    if isinstance(block, Block):
+        ports = {"input": block.inputs, "output": block.outputs}[kind]
+        names = [n for n, item in ports.items() if not (item.has_default or n in use.constants)] or [*ports]
+    else:
+        names = [*(block.inputs if kind == "input" else block.outputs)]
+    if len(names) != 1:
+        refuse(
+            DefinitionError,
+            f"block '{block.name}' has {len(names)} {kind} ports that must be bound: {', '.join(names)}",
+            f"say which with {kind}=",
+        )
+    return names[0]
+
+
+def _free(label: str, graph: Graph) -> str:
+    taken = {*graph.cells, *graph.inputs, *graph.outputs}
+    return label if label not in taken else next(f"{label}_{n}" for n in range(2, len(taken) + 3) if f"{label}_{n}" not in taken)
+
+
+__all__ = ["Graph", "Item", "mode_json", "ratio"]

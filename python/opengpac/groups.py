@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Groups of logical devices: an arm is its joints."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
+
+from . import checking
+from .devices import LogicalDevice
+from .errors import CallError, InvalidState, UnknownName, did_you_mean, refusals, refuse
+from .quantities import Quantity, optional_ns
+
+if TYPE_CHECKING:
+    from .system import System
+
+D = TypeVar("D", bound=LogicalDevice)
+
+
+class Group(Generic[D]):
+    """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each."""
+
+    def __init__(self, name: str, *devices: D) -> None:
+        if not devices:
+            refuse(CallError, f"group '{name}' has no devices", "give at least one")
+        for device in devices:
+            if not isinstance(device, LogicalDevice):
+                refuse(CallError, f"group '{name}' is given {device!r}", "give logical devices")
+        if len({device.system for device in devices}) > 1:
+            refuse(CallError, f"group '{name}' has devices of several systems", "take all from one")
+        self.name = name
+        self._devices = devices
+
+    @property
+    def system(self) -> System:
+        """The system of its devices."""
+        return self._devices[0].system
+
+    def enable(self, timeout: Quantity | None = "10 s") -> Self:
+        """Enables all of them and returns when all are ready."""
+        enable(self._devices, optional_ns(timeout, "the timeout"))
+        return self
+
+    def disable(self) -> None:
+        """Disables all of them."""
+        for device in self._devices:
+            device.disable()
+
+    @contextmanager
+    def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
+        """`with arm.enabled():` disables them at the end."""
+        self.enable(timeout)
+        try:
+            yield self
+        finally:
+            if not self.system.closed:
+                self.disable()
+
+    def values(self, member: str) -> list[Any]:
+        """The value of one member of each device: `arm.values("sensed")`, one consistent snapshot for SVVs."""
+        kind = type(self._devices[0])
+        if member in kind.svv_members():
+            return list(self.system.read(*(getattr(device, member) for device in self._devices)))
+        if member in kind.parameter_members():
+            return [getattr(device, member) for device in self._devices]
+        refuse(
+            UnknownName, f"{kind.__name__} has no member '{member}'", did_you_mean(member, [*kind.svv_members(), *kind.parameter_members()])
+        )
+
+    def __iter__(self) -> Iterator[D]:
+        return iter(self._devices)
+
+    def __len__(self) -> int:
+        return len(self._devices)
+
+    @overload
+    def __getitem__(self, which: int | str) -> D: ...
+    @overload
+    def __getitem__(self, which: slice) -> Sequence[D]: ...
+    def __getitem__(self, which: int | str | slice) -> D | Sequence[D]:
+        if not isinstance(which, str):
+            return self._devices[which]
+        found = next((d for d in self._devices if which in (d.short_name, d.name)), None)
+        if found is None:
+            refuse(UnknownName, f"group '{self.name}' has no device '{which}'", did_you_mean(which, [d.short_name for d in self._devices]))
+        return found
+
+    def __getattr__(self, name: str) -> D:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return self[name]
+
+    def __repr__(self) -> str:
+        return f"group {self.name}: {', '.join(d.short_name for d in self._devices)}"
+
+
+def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
+    """Starts the verb instances of all, then waits until each is ready; those begun are disabled again if one fails."""
+    if checking.active():
+        return
+    begun: list[LogicalDevice] = []
+    identities: dict[str, int] = {}
+    try:
+        for device in devices:
+            native = device.system._alive()
+            if device.state in ("standstill", "moving"):
+                continue
+            with refusals:
+                identities[device.name] = native.enable(device.name)
+            begun.append(device)
+        for device in begun:
+            with refusals:
+                in_time = device.system._native.wait_enabled(device.name, timeout_ns)
+            if not in_time:
+                _not_ready(device, identities[device.name], timeout_ns)
+    except BaseException:
+        for device in begun:
+            if device.state != "disabled":
+                device.disable()
+        raise
+
+
+def _not_ready(device: LogicalDevice, identity: int, timeout_ns: int | None) -> None:
+    from .reports import Report, terminated
+
+    native, verb = device.system._native, device.definition_verb()
+    if device.state in ("disabled", "fault") and identity and verb is not None:
+        text = native.report(identity)
+        if text is not None:
+            raise terminated(Report(json.loads(text)), verb)
+        refuse(InvalidState, f"device '{device.name}' was disabled before it was ready")
+    raise TimeoutError(f"device '{device.name}' was not ready within {(timeout_ns or 0) * 1e-9:g} s; it is {device.state}")

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Verb instances: created, running ⇄ suspended, ended, and running again by `start`, until they are deleted."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Generator, Mapping
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
+
+from . import checking, waiting
+from .applications import application_json, options_json, system_for, values_json
+from .errors import InvalidState, refusals, refuse
+from .quantities import Quantity, optional_ns
+from .reports import terminated
+from .values import plain
+
+if TYPE_CHECKING:
+    from .system import System
+    from .verbs import Verb
+
+R = TypeVar("R", covariant=True)
+
+
+class VerbInstance(Generic[R]):
+    """A verb applied to its arguments. Awaitable; a context manager that halts and deletes it at the end.
+
+    Made by `verb.asynch(...)`, whose `wait` deletes it, or by `verb.new_instance(...)`, which may be started many times.
+    """
+
+    def __init__(self, verb: Verb[..., R], system: System, identity: int, objects: Mapping[str, Any], once: bool) -> None:
+        self.verb = verb
+        self.system = system
+        self.identity = identity
+        self._objects = objects
+        self._once = once
+        self._deleted = False
+        self._halt_asked = False
+        self._report: R | None = None
+        self._name: str | None = None
+
+    @property
+    def name(self) -> str:
+        """Its name, `move#3` unless it was named."""
+        if self._name is None:
+            self._name = str(self._about()["name"])
+        return self._name
+
+    @property
+    def state(self) -> str:
+        """`created`, `running`, `suspended`, `ended` or `deleted`."""
+        if self._deleted:
+            return "deleted"
+        with refusals:
+            return self.system._native.state(self.identity)
+
+    @property
+    def done(self) -> bool:
+        """Whether its latest start has ended."""
+        return self.state in ("ended", "deleted")
+
+    @property
+    def report(self) -> R | None:
+        """The report of the latest start, or None before its end. It stays readable after `delete`."""
+        if self._report is None and not self._deleted:
+            with refusals:
+                text = self.system._native.report(self.identity)
+            if text is not None:
+                self._take(text)
+        return self._report
+
+    def start(self, *args: Any, **kwargs: Any) -> Self:
+        """Starts it with new input parameters; those left out take their defaults. `time_limit=` ends it after that long."""
+        options = options_json(kwargs, self.verb)
+        try:
+            bound = self.verb.inputs_signature.bind(*args, **kwargs)
+        except TypeError as error:
+            self.verb.refused_call(error, kwargs)
+            raise
+        self._start(values_json(self.verb, bound, self._objects), options)
+        return self
+
+    def wait(self, timeout: Quantity | None = None) -> R:
+        """The report of the end; raises where the end is not normal, and `TimeoutError`, leaving it running, after `timeout`.
+
+        Of an instance made by `asynch` the wait deletes it. Ctrl-C ends the wait only.
+        """
+        if self._deleted and self._report is None:
+            refuse(InvalidState, f"verb instance '{self._name}' is deleted", "make another: new_instance(...)")
+        text = None if self._deleted else waiting.wait(self, optional_ns(timeout, "the timeout"))
+        return self._finish(text)
+
+    def suspend(self) -> None:
+        """Stops its blocks without synchronous inputs, lets what they drive run dry, and returns then."""
+        with refusals:
+            self._alive().suspend(self.identity)
+
+    def resume(self) -> None:
+        """Goes on where it was suspended."""
+        with refusals:
+            self._alive().resume(self.identity)
+
+    def halt(self) -> None:
+        """Ends it: the condition `halted`, which may have a transition; a second halt is immediate. Returns when it has ended."""
+        self._halt_asked = True
+        with refusals:
+            self._alive().halt(self.identity)
+
+    def delete(self) -> None:
+        """Frees everything on the real-time system; its report stays readable."""
+        native = self._alive()
+        _ = self.report, self.name
+        with refusals:
+            native.delete(self.identity)
+        self._deleted = True
+
+    def set(self, **values: Any) -> None:
+        """Changes tunable input parameters while it runs: `vi.set(speed=0.2)`."""
+        with refusals:
+            self._alive().set(self.identity, json.dumps({name: plain(value) for name, value in values.items()}))
+
+    def __await__(self) -> Generator[Any, None, R]:
+        """Waits without holding the event loop; cancelling the task that waits halts it."""
+        return waiting.wait_async(self).__await__()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._deleted or self.system.closed:
+            return
+        if self.state in ("running", "suspended"):
+            self.halt()
+        if not self._deleted:
+            self.delete()
+
+    def _alive(self) -> Any:
+        if self._deleted:
+            refuse(InvalidState, f"verb instance '{self._name}' is deleted", "make another: new_instance(...)")
+        return self.system._native
+
+    def _start(self, values: Mapping[str, Any], options: Mapping[str, Any]) -> None:
+        native = self._alive()
+        with refusals:
+            native.start(self.identity, json.dumps(values), json.dumps(options))
+        self._report, self._halt_asked = None, False
+
+    def _take(self, text: str) -> R:
+        report: Any = self.verb.report_class(json.loads(text))
+        self._report, self._name = report, report.instance
+        return report
+
+    def _finish(self, text: str | None) -> R:
+        """Takes an end report, deletes what is used once, and raises where the end is not normal."""
+        report: Any = self._report if text is None else self._take(text)
+        if self._once and not self._deleted:
+            self.delete()
+        asked = report.condition == "halted" and self._halt_asked
+        if not (report.normal or asked):
+            raise terminated(report, self.verb)
+        return report
+
+    def _about(self) -> dict[str, Any]:
+        with refusals:
+            return json.loads(self.system._native.instance_json(self.identity))
+
+    def __repr__(self) -> str:
+        if self.system.closed:
+            return f"verb instance of {self.verb.name} in the closed system '{self.system.name}'"
+        if self._deleted:
+            return f"verb instance {self._name}: deleted; {self._report!r}"
+        about = self._about()
+        blocks = "".join(f"\n  {b['label']}: {b['block']} on {b['source']}" for b in about.get("blocks", []))
+        where = f" in list '{about['list']}'" if about.get("list") else ""
+        return f"verb instance {about['name']} of {self.verb.name}: {about['state']}{where}{blocks}"
+
+
+def _bind(verb: Verb[..., Any], signature: Any, args: Any, kwargs: Mapping[str, Any]) -> Any:
+    try:
+        return signature.bind(*args, **kwargs)
+    except TypeError as error:
+        verb.refused_call(error, kwargs)
+        raise
+
+
+def _create(verb: Verb[..., R], bound: Any, once: bool) -> VerbInstance[R]:
+    system = system_for(verb, {n: given for n, given in bound.arguments.items() if n in verb.arguments_signature.parameters})
+    application = application_json(verb, bound)
+    native = system._alive()
+    system._enter_verb(verb)
+    with refusals:
+        identity = native.create(json.dumps(application))
+    objects = {name: given for name, given in bound.arguments.items() if name in verb.objects}
+    return VerbInstance(verb, system, identity, objects, once)
+
+
+def create(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
+    """`verb.new_instance(...)`."""
+    if checking.active():
+        return cast("VerbInstance[R]", checking.plan(verb, args, kwargs, verb.arguments_signature))
+    return _create(verb, _bind(verb, verb.arguments_signature, args, kwargs), once=False)
+
+
+def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
+    """`verb.asynch(...)`: one that cannot be started is deleted again."""
+    if checking.active():
+        return cast("VerbInstance[R]", checking.plan(verb, args, kwargs, verb.signature))
+    options = options_json(kwargs, verb)
+    bound = _bind(verb, verb.signature, args, kwargs)
+    instance = _create(verb, bound, once=True)
+    try:
+        instance._start(values_json(verb, bound, instance._objects), options)
+    except BaseException:
+        instance.delete()
+        raise
+    return instance
+
+
+def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
+    """`verb(...)`: Ctrl-C halts the instance, waits for its report, deletes it and comes through."""
+    instance = start(verb, args, kwargs)
+    try:
+        return instance.wait()
+    except KeyboardInterrupt:
+        if instance.state != "deleted":
+            instance.halt()
+            instance.delete()
+        raise
+
+
+def application(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any) -> tuple[System, dict[str, Any]]:
+    """The application of a call, and its system, with the verb entered there: for a check."""
+    options_json(kwargs, verb)
+    bound = _bind(verb, signature, args, kwargs)
+    system = system_for(verb, {n: given for n, given in bound.arguments.items() if n in verb.arguments_signature.parameters})
+    system._enter_verb(verb)
+    return system, application_json(verb, bound)

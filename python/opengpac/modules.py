@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Code modules: `code = cell.download("my_blocks.c")`, then `code.biquad`, `code["biquad"]`, `code.types.pose`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from .blocks import Block
+from .errors import UnknownName, did_you_mean, refuse
+
+if TYPE_CHECKING:
+    from .system import System
+
+
+class StructType:
+    """A struct type of a code module: its `name` and its C `declaration`."""
+
+    def __init__(self, name: str, declaration: str, types: Mapping[str, str]) -> None:
+        self.name = name
+        self.declaration = declaration
+        self.types = dict(types)
+
+    def __repr__(self) -> str:
+        return f"{self.name}: {self.declaration}"
+
+
+class Types:
+    """The struct types of a code module, as attributes."""
+
+    def __init__(self, module: str, types: Mapping[str, str]) -> None:
+        self._module = module
+        self._types = types
+
+    def __getattr__(self, name: str) -> StructType:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        if name not in self._types:
+            refuse(UnknownName, f"code module '{self._module}' has no type '{name}'", did_you_mean(name, self._types))
+        return StructType(name, self._types[name], self._types)
+
+    __getitem__ = __getattr__
+
+    def __dir__(self) -> list[str]:
+        return [*self._types]
+
+
+class Module:
+    """The blocks and types of a downloaded code module."""
+
+    def __init__(self, described: Mapping[str, Any], path: str, system: System) -> None:
+        self._name: str = described["name"]
+        self._path = path
+        self._blocks = {b["name"].split(".", 1)[1]: Block(b, described.get("path", path), system) for b in described["blocks"]}
+        self.types = Types(self._name, described.get("types", {}))
+
+    def __getattr__(self, name: str) -> Block:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return self[name]
+
+    def __getitem__(self, name: str) -> Block:
+        if name not in self._blocks:
+            refuse(UnknownName, f"code module '{self._name}' has no block '{name}'", did_you_mean(name, self._blocks))
+        return self._blocks[name]
+
+    def __iter__(self) -> Iterator[Block]:
+        return iter(self._blocks.values())
+
+    def __len__(self) -> int:
+        return len(self._blocks)
+
+    def __dir__(self) -> list[str]:
+        return [*self._blocks, "types"]
+
+    def __repr__(self) -> str:
+        return f"code module '{self._name}' ({self._path}): {', '.join(self._blocks)}"

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Physical devices: typed, unit-carrying channels of a driver, grouped in parts where the machine has them (joints)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from .errors import UnknownName, did_you_mean, refuse
+
+if TYPE_CHECKING:
+    from .sources import Source
+    from .system import System
+
+
+class Channel:
+    """A channel of a physical device: `name`, `type`, `unit`, and whether it is written."""
+
+    def __init__(self, device: PhysicalDevice, described: Mapping[str, Any]) -> None:
+        self.device = device
+        self.system: System = device.system
+        self.name: str = described["name"]
+        self.write: bool = described["write"]
+        self.type: str = described["type_text"]
+        self.unit: str = described["unit"]
+
+    def __repr__(self) -> str:
+        way = "written" if self.write else "read"
+        return f"channel {self.device.name}.{self.name} ({self.type}{', ' + self.unit if self.unit else ''}), {way}"
+
+
+class _Channels:
+    """Channels by the last word of their name, as attributes and items."""
+
+    def _find(self, name: str) -> Any:
+        raise NotImplementedError
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return self._find(name)
+
+    def __getitem__(self, name: str) -> Any:
+        return self._find(name)
+
+
+class Part(_Channels):
+    """A part of a machine, for example a joint. `about` is what the driver says of it: range, limits, gains that suit it."""
+
+    def __init__(self, device: PhysicalDevice, about: Mapping[str, Any]) -> None:
+        self.device = device
+        self.system: System = device.system
+        self.about = about
+        self.name: str = about["name"]
+
+    @property
+    def channels(self) -> dict[str, Channel]:
+        """Its channels by their short names."""
+        prefix = f"{self.name}."
+        return {n.removeprefix(prefix): c for n, c in self.device.channels.items() if n.startswith(prefix)}
+
+    def _find(self, name: str) -> Channel:
+        if name not in self.channels:
+            refuse(
+                UnknownName, f"part '{self.name}' of device '{self.device.name}' has no channel '{name}'", did_you_mean(name, self.channels)
+            )
+        return self.channels[name]
+
+    def __repr__(self) -> str:
+        return f"part {self.device.name}.{self.name}: {', '.join(self.channels)}"
+
+
+class PhysicalDevice(_Channels):
+    """A driver that a processor can reach. `parts` are its joints; `device["elbow"]` is one, `device["tool.force"]` a channel."""
+
+    def __init__(self, system: System, name: str, source: Source, described: str) -> None:
+        self.system = system
+        self.name = name
+        self.source = source
+        about = json.loads(described)
+        self.about: Mapping[str, Any] = about
+        self.channels = {c["name"]: Channel(self, c) for c in about["channels"]}
+        parts = about.get("parts") or []
+        if isinstance(parts, dict):
+            parts = parts.get("parts", [])
+        self._parts = {p["name"]: Part(self, p) for p in parts}
+
+    @property
+    def parts(self) -> list[str]:
+        """The names of its parts, in the machine's order."""
+        return [*self._parts]
+
+    def __iter__(self) -> Iterator[Part]:
+        return iter(self._parts.values())
+
+    def _find(self, name: str) -> Part | Channel:
+        found = self._parts.get(name) or self.channels.get(name)
+        if found is None:
+            refuse(UnknownName, f"device '{self.name}' has no part or channel '{name}'", did_you_mean(name, [*self._parts, *self.channels]))
+        return found
+
+    def __repr__(self) -> str:
+        return f"physical device {self.name} on {self.source.name}: {', '.join(self.parts) or ', '.join(self.channels)}"

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where in your program something was defined: the file and line that errors name."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any, NamedTuple
+
+_PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
+_DEFINING = tuple(os.path.join(_PACKAGE, "robots", file) for file in ("joints.py", "motion.py"))
+
+
+class Place(NamedTuple):
+    """A line of a program."""
+
+    file: str
+    line: int
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {"file": self.file, "line": self.line}
+
+
+def _inside(file: str) -> bool:
+    if file.startswith(_PACKAGE):
+        # What `opengpac.robots` defines is a program of its own: an error in a definition is found there.
+        return file not in _DEFINING
+    return file.startswith("<frozen")
+
+
+def here() -> Place:
+    """The nearest line outside this package that led to the call."""
+    frame = sys._getframe(1)
+    while frame.f_back is not None and _inside(frame.f_code.co_filename):
+        frame = frame.f_back
+    return Place(frame.f_code.co_filename, frame.f_lineno)

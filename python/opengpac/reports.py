@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""End reports: how a start of a verb instance ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from .errors import Terminated, did_you_mean
+from .values import lively
+
+if TYPE_CHECKING:
+    from .verbs import Verb
+
+
+class Reported(NamedTuple):
+    """A condition that came too, but did not move the instance."""
+
+    condition: str
+    block: str | None
+    time: float
+
+
+class Report:
+    """How a verb ended: `condition`, `time` (s of running time), `value`, `others`, and an attribute for each output it returned.
+
+    Derive from it to give a verb's outputs types: `class Moved(gpac.Report): position: np.ndarray`, and `def move(...) -> Moved`.
+    """
+
+    condition: str
+    time: float
+    value: Any
+    others: tuple[Reported, ...]
+    verb: str
+    instance: str
+    command_list: str
+    block: str | None
+    started: float
+    normal: bool
+    message: str
+    start: int
+    outputs: Mapping[str, Any]
+
+    def __init__(self, given: Mapping[str, Any]) -> None:
+        self.condition = given["condition"]
+        self.time = given["time_s"]
+        self.value = lively(given.get("value"))
+        self.others = tuple(Reported(o["condition"], o.get("block"), o["time_s"]) for o in given.get("others", []))
+        self.verb = given["verb"]
+        self.instance = given["instance"]
+        self.command_list = given.get("command_list") or ""
+        self.block = given.get("block")
+        self.started = given.get("started_s", 0.0)
+        self.normal = given["normal"]
+        self.message = given.get("message") or ""
+        self.start = given.get("start", 0)
+        self.outputs = {name: lively(value) for name, value in given.get("outputs", {}).items()}
+
+    def __getattr__(self, name: str) -> Any:
+        outputs = self.__dict__.get("outputs", {})
+        if name in outputs:
+            return outputs[name]
+        how = f"'{self.__dict__.get('condition')}' of verb '{self.__dict__.get('verb')}'"
+        raise AttributeError(f"{how} returned no output '{name}'; {did_you_mean(name, outputs) or 'it returns none'}")
+
+    def __repr__(self) -> str:
+        outputs = "".join(f", {name}={value!r}" for name, value in self.outputs.items())
+        value = "" if self.value is None else f", value={self.value!r}"
+        return f"{type(self).__name__}({self.verb}: {self.condition} after {self.time:.6g} s{value}{outputs})"
+
+    def _repr_html_(self) -> str:
+        rows = [("verb", self.verb), ("condition", self.condition), ("time", f"{self.time:.6g} s"), *self.outputs.items()]
+        return "<table>" + "".join(f"<tr><td>{name}</td><td>{value}</td></tr>" for name, value in rows) + "</table>"
+
+
+R = TypeVar("R")
+
+
+def terminated(report: Report, verb: Verb[..., Any]) -> Terminated:
+    """The exception for an end that is not normal: the class that the verb gives this condition."""
+    termination = verb.conditions.get(report.condition)
+    kind = (termination.raises if termination else None) or Terminated
+    where = f" in command list '{report.command_list}'" if report.command_list else ""
+    block = f", reported by block '{report.block}'" if report.block else ""
+    value = f" with value {report.value}" if report.value is not None else ""
+    detail = f": {report.message}" if report.message else ""
+    error = kind(
+        f"verb instance '{report.instance}' ended with '{report.condition}'{value}{where} after {report.time:.6g} s{block}{detail}",
+        place=verb.place,
+    )
+    error.verb, error.instance, error.condition = report.verb, report.instance, report.condition
+    error.command_list, error.block, error.time = report.command_list, report.block, report.time
+    error.value, error.outputs, error.others, error.report = report.value, report.outputs, report.others, report
+    return error

@@ -1,0 +1,11 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arms that are ready to use: `arm = gpac.robots.load("ur5e")`, `arm.enable()`, `gpac.robots.move(arm, goal)`.
+
+Any MJCF file of an arm can be loaded; each actuated joint becomes a logical device.
+"""
+
+from .arms import load
+from .joints import FollowingError, Joint, joint_servo
+from .motion import MotionTimeout, Moved, move
+
+__all__ = ["FollowingError", "Joint", "MotionTimeout", "Moved", "joint_servo", "load", "move"]

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Loading an arm: a physical device, and a logical device for each of its joints."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from .. import drivers
+from ..errors import PlacementError, UnknownName, did_you_mean, refuse
+from ..groups import Group
+from ..physical import Part
+from ..sources import Processor, Source
+from ..system import System
+from .joints import Joint
+
+_ARMS = Path(__file__).parent
+
+
+def load(
+    path: str | os.PathLike[str],
+    rtp: Processor | None = None,
+    *,
+    on: Source | None = None,
+    name: str | None = None,
+    clock: str = "monotonic",
+) -> Group[Joint]:
+    """An arm as a group of joints, simulated by MuJoCo, at its keyframe `home` if it has one.
+
+    `path` is an MJCF file, or the name of an arm that comes with the package. `on` is the timer that exchanges with it and runs
+    the servos, else the fastest of `rtp`. Without `rtp` it makes a system of its own, of the arm's name, with `clock`. The
+    physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
+    """
+    file = _file(path)
+    name = name or file.stem
+    if on is not None:
+        rtp = on.processor
+    if rtp is None:
+        rtp = System(name, clock=clock).processor("rtp0")
+        rtp.timer("slow", period="20 ms", priority=60)
+        on = rtp.timer("fast", period="1 ms", priority=80)
+    device = rtp.physical_device(name, drivers.mujoco(file), exchange=on or _fastest(rtp))
+    return Group(name, *(_joint(name, part, device.source) for part in device))
+
+
+def _joint(arm: str, part: Part, source: Source) -> Joint:
+    about = part.about
+    described = {
+        "home": about["home"],
+        "position_min": about["range_min"],
+        "position_max": about["range_max"],
+        "max_effort": about["effort_max"],
+    }
+    gains = {name: about["servo"][name] for name in ("kp", "kd")}
+    return Joint(f"{arm}.{part.name}", drive=part, on=source, **described, **gains)
+
+
+def _file(path: str | os.PathLike[str]) -> Path:
+    known = {p.stem: p for p in _ARMS.glob("*.xml")}
+    if str(path) in known:
+        return known[str(path)]
+    file = Path(path).expanduser()
+    if not file.suffix and not file.exists():
+        refuse(UnknownName, f"there is no arm '{path}'", did_you_mean(str(path), known) or "give the path of an MJCF file")
+    return file.absolute()
+
+
+def _fastest(rtp: Processor) -> Source:
+    timers = [s for s in rtp.system.sources.values() if s.processor is rtp and s.kind == "timer"]
+    if not timers:
+        refuse(PlacementError, f"processor '{rtp.name}' has no timer for an arm", "make one: rtp.timer('fast', period='1 ms', priority=80)")
+    return min(timers, key=lambda source: source.period)

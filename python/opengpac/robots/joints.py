@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The joint of an arm as a logical device, and the servo that keeps it where it is commanded to be."""
+
+from __future__ import annotations
+
+from .. import library as lib
+from ..commands import activate, execute, ready
+from ..conditions import on
+from ..devices import LogicalDevice, parameter, svv
+from ..errors import Terminated
+from ..parameters import input
+from ..svvs import SVV
+from ..verbs import Verb
+
+
+class FollowingError(Terminated):
+    """A joint is farther from where it is commanded to be than `max_following_error`."""
+
+
+SERVO_PERIOD = "1 ms"
+"""How often the servo runs."""
+
+HISTORY = 10_000
+"""How many values of `sensed` and `commanded` are kept: ten seconds of the servo."""
+
+joint_servo = Verb(
+    "robot_joint_servo",
+    doc="Keeps a joint at its commanded position: PID with the plant's gravity compensation.",
+    blocks={
+        "position": lib.block("read_channel"),
+        "speed": lib.block("read_channel"),
+        "load": lib.block("read_channel"),
+        "servo": lib.block("joint_servo"),
+        "write": lib.block("write_channel"),
+    },
+    instantiation_parameters={
+        "drive.position": "position.channel",
+        "drive.velocity": "speed.channel",
+        "drive.bias": "load.channel",
+        "drive.effort": "write.channel",
+        "sensed": ["position.y", "servo.position"],
+        "velocity": ["speed.y", "servo.velocity"],
+        "commanded": "servo.setpoint",
+    },
+    cells={"bias": ["load.y", "servo.bias"], "effort": ["servo.effort", "write.u"]},
+    input_parameters={
+        "kp": input("servo.kp", tunable=True),
+        "ki": input("servo.ki", tunable=True),
+        "kd": input("servo.kd", tunable=True),
+        "max_effort": "servo.limit",
+        "max_following_error": "servo.following_error",
+    },
+    command_lists={
+        "start": [
+            execute("position"),
+            activate("position", every=SERVO_PERIOD),
+            activate("speed", every=SERVO_PERIOD),
+            activate("load", every=SERVO_PERIOD),
+            activate("servo"),
+            activate("write"),
+            ready(),
+        ]
+    },
+    conditions={"following_error": on("servo.following_error", raises=FollowingError)},
+)
+
+
+class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
+    """A joint of an arm: positions in rad (m for a sliding joint), efforts in N.m (N)."""
+
+    sensed: SVV[float] = svv(unit="rad", history=HISTORY)
+    velocity: SVV[float] = svv(unit="rad/s")
+    commanded: SVV[float] = svv(unit="rad", initial="sensed", history=HISTORY)
+    goal: SVV[float] = svv(unit="rad", initial="sensed")
+    home: float = parameter(0.0, unit="rad")
+    position_min: float = parameter(-1e6, unit="rad")
+    position_max: float = parameter(1e6, unit="rad")
+    max_speed: float = parameter(3.14, unit="rad/s")
+    max_acceleration: float = parameter(5.0, unit="rad/s^2")
+    max_jerk: float = parameter(50.0, unit="rad/s^3")
+    max_effort: float = parameter(150.0, unit="N.m")
+    max_following_error: float = parameter(0.0, unit="rad")
+    kp: float = parameter(100.0, unit="N.m/rad", tunable=True)
+    ki: float = parameter(0.0, unit="N.m/rad/s", tunable=True)
+    kd: float = parameter(10.0, unit="N.m.s/rad", tunable=True)

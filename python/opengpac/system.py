@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A real-time system, embedded in this process: its configuration, its SVVs, its time."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Self
+from weakref import WeakValueDictionary
+
+from . import _native, checking
+from .checks import Definitions
+from .devices import LogicalDevice, type_json
+from .errors import CallError, InUse, InvalidState, refusals, refuse
+from .modules import Module
+from .physical import Channel, PhysicalDevice
+from .places import here
+from .quantities import Quantity, duration_ns
+from .sources import Processor, Source, placement_json
+from .svvs import SVV, Snapshot, snapshot
+from .values import plain
+
+_open: WeakValueDictionary[str, System] = WeakValueDictionary()
+
+
+class System:
+    """A real-time system in this process. `clock="virtual"` makes time a number that the program advances: for tests.
+
+    `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
+    chooses preemptions and faults under the virtual clock. A context manager: leaving it halts the actions, then disables the
+    devices. Making a system again rebuilds it if nothing runs in it.
+
+    >>> import opengpac as gpac
+    >>> with gpac.System("cell", clock="virtual") as cell:
+    ...     cell.advance("2 s")
+    ...     cell.now
+    2.0
+    """
+
+    def __init__(
+        self,
+        name: str,
+        clock: str = "monotonic",
+        *,
+        seed: int = 0,
+        interconnect: str | Mapping[str, Any] = "memory",
+        progress: bool | None = None,
+    ) -> None:
+        if clock not in ("monotonic", "virtual"):
+            refuse(CallError, f"the clock of system '{name}' is {clock!r}", "say 'monotonic' or 'virtual'")
+        if not isinstance(name, str) or not name:
+            refuse(CallError, f"the name of a system is {name!r}", "give a name, for example 'cell'")
+        _close_last(name)
+        self.name = name
+        self.progress = progress
+        self.closed = False
+        self.sources: dict[str, Source] = {}
+        self.devices: dict[str, LogicalDevice] = {}
+        self.physical_devices: dict[str, PhysicalDevice] = {}
+        self._svvs: dict[str, SVV[Any]] = {}
+        link = {"kind": interconnect, "seed": seed} if interconnect == "message" else interconnect
+        options = {"seed": seed, "interconnect": {"kind": link} if isinstance(link, str) else dict(link)}
+        self.virtual = clock == "virtual" or checking.active()
+        with refusals:
+            self._native = _native.System(name, "virtual" if self.virtual else clock, json.dumps(options))
+        self._definitions = Definitions(self._native)
+        _open[name] = self
+
+    # ---- configuration ----
+
+    def processor(self, name: str, core: int | None = None, *, supervisor: bool = False) -> Processor:
+        """A real-time processor, on a core of its own where one is named. The first is the supervisor, unless another says so."""
+        with refusals:
+            self._alive().processor(name, core, supervisor)
+        return Processor(self, name)
+
+    def download(self, path: str | os.PathLike[str], name: str | None = None) -> Module:
+        """A code module while the system runs: C or C++ source, a shared object, or a compiled Rust module."""
+        file = str(Path(path).expanduser().absolute())
+        with refusals:
+            described = json.loads(self._alive().download(file, name))
+        return Module(described, file, self)
+
+    def place(self, placement: Mapping[Any, Source]) -> None:
+        """Says where blocks run: `{"move.planner": slow, "joint_servo.*": fast}`."""
+        placed = placement_json(placement)
+        with refusals:
+            self._alive().place(json.dumps(placed))
+
+    def svv(self, name: str, type: Any = "double", *, unit: str = "", initial: Any = None, history: int = 0) -> SVV[Any]:
+        """A state vector variable of the system; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`."""
+        text, types = type_json(type, f"SVV '{name}'")
+        value = None if initial is None else plain(initial)
+        specification = {"type_text": text, "unit": unit, "initial": value, "history": history, "types": types}
+        with refusals:
+            self._alive().svv(name, json.dumps(specification), json.dumps(here().json()))
+        self._svvs.pop(name, None)
+        return self._svv(name)
+
+    # ---- values and time ----
+
+    def read(self, *svvs: SVV[Any]) -> Snapshot:
+        """One consistent snapshot of these SVVs, with its time: `q, v = cell.read(position, speed)`."""
+        for svv in svvs:
+            if not isinstance(svv, SVV) or svv.system is not self:
+                refuse(CallError, f"system '{self.name}' cannot read {svv!r}", "give SVVs of this system")
+        return snapshot(self, svvs)
+
+    @property
+    def now(self) -> float:
+        """The time of the system's clock, in s."""
+        with refusals:
+            return self._alive().now() * 1e-9
+
+    def advance(self, duration: Quantity | None = None, *, until: Callable[[], Any] | None = None, within: Quantity = "60 s") -> None:
+        """Virtual clock: runs the firings in (now, now + duration], or until a predicate holds, `until=joint.sensed > 1.0`.
+
+        With `until`, `TimeoutError` comes when it does not hold `within` that time.
+        """
+        native = self._alive()
+        if (duration is None) == (until is None):
+            refuse(CallError, "advance() takes a duration or until=", "write advance('2 s') or advance(until=svv > 1.0)")
+        if until is None:
+            ns = duration_ns(duration or 0, "the duration to advance")
+            with refusals:
+                native.advance(ns)
+            return
+        deadline = native.now() + duration_ns(within, "within")
+        while not until():
+            with refusals:
+                moved = native.step()
+            if not moved or native.now() > deadline:
+                why = "nothing more is going to happen" if not moved else f"not within {within}"
+                raise TimeoutError(f"{until!r} did not become true: {why}")
+
+    # ---- the whole system ----
+
+    def emergency_stop(self, reason: str) -> None:
+        """Ends every action, brings devices to their safe state and latches. It is not a certified safety function."""
+        with refusals:
+            self._alive().emergency_stop(reason)
+
+    def emergency_stop_input(self, channel: Channel) -> None:
+        """Stops as `emergency_stop` does whenever that channel reads true."""
+        if not isinstance(channel, Channel):
+            refuse(CallError, f"an emergency stop input is {channel!r}", "give a channel of a physical device")
+        with refusals:
+            self._alive().emergency_stop_input(channel.device.name, channel.name)
+
+    def reset(self) -> None:
+        """Takes back an emergency stop; refused while a cause is present."""
+        with refusals:
+            self._alive().reset()
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Firings, overruns, jitter and times of each source; instances; devices; the emergency stop."""
+        with refusals:
+            return json.loads(self._alive().statistics_json())
+
+    @property
+    def names(self) -> dict[str, Any]:
+        """What there is: processors, sources, devices, SVVs, verbs, modules, instances."""
+        with refusals:
+            return json.loads(self._alive().names_json())
+
+    def log(self, since: int = 0) -> list[dict[str, Any]]:
+        """Conditions, faults, transitions and end reports, recorded in their order; `since` a sequence number."""
+        with refusals:
+            return json.loads(self._alive().log_json(since))
+
+    def close(self) -> None:
+        """Halts the actions, disables the devices, stops the kernels. Closing twice is nothing."""
+        if not self.closed:
+            self.closed = True
+            if _open.get(self.name) is self:
+                del _open[self.name]
+            with refusals:
+                self._native.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        if self.closed:
+            return f"system '{self.name}': closed"
+        names = self.names
+        parts = [f"{what.replace('_', ' ')}: {', '.join(_short(n) for n in found)}" for what, found in names.items() if found]
+        clock = "virtual" if self.virtual else "monotonic"
+        return "\n  ".join([f"system '{self.name}' ({clock} clock, {self.now:.6g} s)", *parts])
+
+    def _alive(self) -> _native.System:
+        if self.closed:
+            refuse(InvalidState, f"system '{self.name}' is closed", f"make it again: gpac.System('{self.name}')")
+        return self._native
+
+    def _svv(self, name: str) -> SVV[Any]:
+        return self._svvs.setdefault(name, SVV(self, name))
+
+    def _enter_verb(self, verb: Any) -> None:
+        self._definitions.enter_verb(verb)
+
+    def _check_verb(self, verb: Any) -> None:
+        with refusals:
+            self._alive().check_verb(verb.text())
+
+    def _running(self) -> list[str]:
+        with refusals:
+            instances = json.loads(self._native.statistics_json()).get("instances", [])
+        return [i["name"] for i in instances if i.get("state") in ("running", "suspended")]
+
+
+def _short(name: Any) -> str:
+    return str(name.get("name", name)) if isinstance(name, dict) else str(name)
+
+
+def _close_last(name: str) -> None:
+    """A system of that name is rebuilt, unless something runs in it."""
+    last = _open.get(name)
+    if last is None:
+        return
+    running = last._running()
+    if running:
+        refuse(InUse, f"system '{name}' exists and runs {', '.join(running)}", "halt them, or close the system first: system.close()")
+    last.close()
+
+
+@atexit.register
+def _close_all() -> None:
+    for system in list(_open.values()):
+        system.close()

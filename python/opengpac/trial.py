@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Trying one block with no system at all: `block.run(alpha=0.1, u=array).y`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _native
+from .errors import CallError, did_you_mean, refusals, refuse
+from .values import plain
+
+if TYPE_CHECKING:
+    from .blocks import Block, Item
+
+
+class Trial:
+    """What a block did: an array of values for each output, `conditions` as (invocation, name, value), `fault` or None."""
+
+    def __init__(self, block: str, result: Mapping[str, Any]) -> None:
+        outputs = result.get("outputs", result)
+        self.block = block
+        self.conditions = [tuple(c) for c in result.get("conditions", [])]
+        self.fault = result.get("fault")
+        self.outputs = {name: np.array(values) for name, values in outputs.items() if name not in ("conditions", "fault")}
+
+    def __getattr__(self, name: str) -> Any:
+        outputs = self.__dict__.get("outputs", {})
+        if name in outputs:
+            return outputs[name]
+        raise AttributeError(f"block '{self.__dict__.get('block')}' has no output '{name}'; {did_you_mean(name, outputs)}")
+
+    def __repr__(self) -> str:
+        outputs = ", ".join(f"{name}={values!r}" for name, values in self.outputs.items())
+        return f"Trial({self.block}: {outputs}, conditions={self.conditions}, fault={self.fault!r})"
+
+
+def _depth(item: Item) -> int:
+    """How many dimensions one value has: `double[6]` has one."""
+    return item.type.count("[")
+
+
+def _series(item: Item, value: Any) -> tuple[Any, int]:
+    """The value of an input as JSON, and how many invocations it covers: 0 for a constant."""
+    shape = np.shape(value)
+    if len(shape) > _depth(item):
+        return plain(value), shape[0]
+    return plain(value), 0
+
+
+def run(block: Block, steps: int | None, given: Mapping[str, Any]) -> Trial:
+    """As `Block.run` says."""
+    values: dict[str, Any] = {}
+    inputs: dict[str, Any] = {}
+    lengths: dict[str, int] = {}
+    for name, value in given.items():
+        item = block.items.get(name)
+        if item is None:
+            refuse(CallError, f"block '{block.name}' has no item '{name}'", did_you_mean(name, block.items))
+        if item.kind == "input":
+            series, length = _series(item, value)
+            inputs[name] = series
+            if length:
+                lengths[name] = length
+        else:
+            values[name] = plain(value)
+    times = steps if steps is not None else min(lengths.values(), default=1)
+    short = next((name for name, length in lengths.items() if length != times), None)
+    if short is not None:
+        refuse(
+            CallError, f"input '{short}' has {lengths[short]} values for {times} invocations", "give one value for each, or one constant"
+        )
+    for name in inputs:
+        if name not in lengths:
+            inputs[name] = [inputs[name]] * times
+    with refusals:
+        text = _native.trial(block.module, block.name.split(".", 1)[1], json.dumps(values), json.dumps(inputs), times)
+    return Trial(block.name, json.loads(text))

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Values between Python and the real-time system: scalars are `int`, `float`, `bool`; arrays are NumPy arrays; structs are
+records of a structured dtype."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from .errors import ValueRefused, refuse
+
+_SCALARS = {
+    "double": "<f8", "float": "<f4", "bool": "?",
+    "int8_t": "<i1", "int16_t": "<i2", "int32_t": "<i4", "int64_t": "<i8",
+    "uint8_t": "<u1", "uint16_t": "<u2", "uint32_t": "<u4", "uint64_t": "<u8",
+}  # fmt: skip
+
+
+def dtype_of(tree: Mapping[str, Any]) -> np.dtype[Any]:
+    """The dtype of a C type, given as the model's tree.
+
+    >>> dtype_of({"scalar": "double"})
+    dtype('float64')
+    >>> dtype_of({"array": [{"scalar": "float"}, 3]})
+    dtype(('<f4', (3,)))
+    """
+    if "scalar" in tree:
+        return np.dtype(_SCALARS[tree["scalar"]])
+    if "array" in tree:
+        element, count = tree["array"]
+        return np.dtype((dtype_of(element), (count,)))
+    fields = tree["struct"]
+    return np.dtype(
+        {
+            "names": [f[0] for f in fields],
+            "formats": [dtype_of(f[1]) for f in fields],
+            "offsets": [f[2] for f in fields],
+            "itemsize": tree["size"],
+        }
+    )
+
+
+def from_bytes(data: bytes, dtype: np.dtype[Any]) -> Any:
+    """The Python value of an object's bytes."""
+    base, shape = (dtype.subdtype[0], dtype.subdtype[1]) if dtype.subdtype else (dtype, ())
+    array = np.frombuffer(data, dtype=base).reshape(shape).copy()
+    if shape:
+        return array
+    return array[()] if base.names else array.item()
+
+
+def plain(value: Any) -> Any:
+    """The JSON form of a value: numbers, text, lists and dictionaries.
+
+    >>> plain(np.array([1.0, 2.0])), plain((1, True)), plain("20 ms")
+    ([1.0, 2.0], [1, True], '20 ms')
+    """
+    if isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            refuse(ValueRefused, f"the value {value} is not a finite number")
+        return value
+    if isinstance(value, np.void) and value.dtype.names:
+        return {name: plain(value[name]) for name in value.dtype.names}
+    if isinstance(value, np.generic | np.ndarray) and value.dtype.names is None:
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(name): plain(v) for name, v in value.items()}
+    if isinstance(value, Iterable):
+        return [plain(v) for v in value]
+    refuse(ValueRefused, f"{value!r} is not a value", "give numbers, text with a unit, sequences, dictionaries or NumPy arrays")
+
+
+def to_json(value: Any) -> str:
+    """The JSON text of a value."""
+    return json.dumps(plain(value))
+
+
+def lively(value: Any) -> Any:
+    """What a value in JSON is in Python: a list of numbers is an array.
+
+    >>> lively([1.0, 2.0])
+    array([1., 2.])
+    """
+    if isinstance(value, list):
+        if value and all(isinstance(v, int | float) for v in value):
+            return np.array(value)
+        if value and all(isinstance(v, list) for v in value):
+            return np.array(value)
+        return [lively(v) for v in value]
+    if isinstance(value, dict):
+        return {name: lively(v) for name, v in value.items()}
+    return value

@@ -1,0 +1,255 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Verbs: blocks, parameters χ and ψ, outputs ω, command lists, conditions ν, transitions τ. Called like functions."""
+
+from __future__ import annotations
+
+import copy
+import functools
+import inspect
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Generic, ParamSpec, TypeVar, overload
+
+from . import checks
+from .blocks import Blocks, mapping_of, names_of, systems_of, uses_of
+from .commands import checked
+from .conditions import termination_of
+from .errors import CallError, DefinitionError, Terminated, did_you_mean, refuse
+from .graphs import mode_json
+from .parameters import Object, input_of, objects_of
+from .places import here
+from .quantities import Quantity, duration_ns
+from .reports import Report
+from .signatures import arguments_signature, call_signature, inputs_signature
+
+if TYPE_CHECKING:
+    from .instances import VerbInstance
+    from .system import System
+
+P = ParamSpec("P")
+R = TypeVar("R", covariant=True)
+
+
+class Verb(Generic[P, R]):
+    """A verb, made from the paper's mappings. `gpac.verb` makes one from a typed function.
+
+    `verb(...)` creates an instance, starts it, waits for its end and deletes it; `verb.asynch(...)` creates and starts;
+    `verb.new_instance(...)` creates only. `verb.on(source)` places it, `verb.named("x")` names its instance.
+    """
+
+    def __init__(
+        self: Verb[..., Report],
+        name: str,
+        *,
+        blocks: Blocks,
+        command_lists: Mapping[str, Sequence[Any]],
+        objects: Mapping[str, Any] | None = None,
+        instantiation_parameters: Mapping[str, Any] | None = None,
+        cells: Mapping[str, Any] | None = None,
+        input_parameters: Mapping[str, Any] | None = None,
+        output_values: Mapping[str, Any] | None = None,
+        conditions: Mapping[str, Any] | None = None,
+        transitions: Mapping[tuple[str, str], str] | None = None,
+        modes: Mapping[str, Any] | None = None,
+        initial: str | None = None,
+        doc: str = "",
+        function: Any = None,
+    ) -> None:
+        self.name = name
+        self.doc = doc
+        self.blocks = uses_of(blocks)
+        self.objects: dict[str, Object] = objects_of(objects)
+        self.instantiation_parameters = mapping_of(instantiation_parameters)
+        self.cells = mapping_of(cells)
+        self.input_parameters = {str(n): input_of(given) for n, given in (input_parameters or {}).items()}
+        self.output_values = {str(n): names_of(target) for n, target in (output_values or {}).items()}
+        self.command_lists = {
+            str(n): [checked(c, f"command list '{n}' of verb '{name}'") for c in _list(commands, n)]
+            for n, commands in command_lists.items()
+        }
+        self.conditions = {str(n): termination_of(given, n) for n, given in (conditions or {}).items()}
+        self.transitions = dict(transitions or {})
+        self.modes = {str(port): mode_json(mode) for port, mode in (modes or {}).items()}
+        self.initial = initial
+        self.place = here()
+        self.placement: dict[str, str] = {}
+        self.intervals: dict[str, int] = {}
+        self.instance_name: str | None = None
+        self.placed_in: System | None = None
+        self._function = function
+        self._check_form()
+        self.signature = call_signature(self, function)
+        self.arguments_signature = arguments_signature(self)
+        self.inputs_signature = inputs_signature(self)
+        self.__name__ = name
+        self.__doc__ = doc or None
+        checks.check_verb(self, self.own_system())
+
+    # ---- calls: the three invocation modes ----
+
+    @overload
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R: ...
+    @overload
+    def __call__(self, *args: Any, time_limit: Quantity | None, **kwargs: Any) -> R: ...
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        """Creates an instance, starts it, waits for its end and deletes it; gives the report or raises."""
+        from .instances import call
+
+        return call(self, args, kwargs)
+
+    @overload
+    def asynch(self, *args: P.args, **kwargs: P.kwargs) -> VerbInstance[R]: ...
+    @overload
+    def asynch(self, *args: Any, time_limit: Quantity | None, **kwargs: Any) -> VerbInstance[R]: ...
+    def asynch(self, *args: Any, **kwargs: Any) -> Any:
+        """Creates and starts an instance and returns at once; its `wait()` waits for the end and deletes it."""
+        from .instances import start
+
+        return start(self, args, kwargs)
+
+    def new_instance(self, *args: Any, **kwargs: Any) -> VerbInstance[R]:
+        """Creates an instance, to be started as often as wanted: `vi = move.new_instance(arm)`, `vi.start(goal, speed)`."""
+        from .instances import create
+
+        return create(self, args, kwargs)
+
+    # ---- options ----
+
+    def on(self, where: Any = None, *, every: Mapping[str, Quantity] | None = None) -> Verb[P, R]:
+        """This verb placed: on one source, or `{"planner": slow, "generator": fast}`, or in a system; `every` changes intervals."""
+        from .sources import Source, placement_json, system_of
+
+        new = copy.copy(self)
+        new.intervals = {
+            **self.intervals,
+            **{str(label): duration_ns(t, f"the interval of '{label}'") for label, t in (every or {}).items()},
+        }
+        if isinstance(where, Source):
+            where = {"*": where}
+        if isinstance(where, Mapping):
+            new.placement = {**placement_json(where), **self.placement}
+            where = next(iter(where.values()), None)
+        if where is not None:
+            new.placed_in = system_of(where)
+        return new
+
+    def named(self, name: str) -> Verb[P, R]:
+        """This verb whose next instance has that name."""
+        new = copy.copy(self)
+        new.instance_name = name
+        return new
+
+    # ---- the definition ----
+
+    def own_system(self) -> System | None:
+        """The system whose code modules its blocks come from, if they do."""
+        systems = systems_of(self.blocks.values())
+        if len(systems) > 1:
+            refuse(DefinitionError, f"verb '{self.name}' has blocks of two systems", "download the module in one system")
+        return next(iter(systems), None)
+
+    @property
+    def simple(self) -> bool:
+        """Whether it has one command list only."""
+        return len(self.command_lists) == 1
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        place = self.place.json()
+        inputs = {n: p.json() for n, p in self.input_parameters.items()}
+        return {
+            "name": self.name, "doc": self.doc, "blocks": {label: use.json() for label, use in self.blocks.items()},
+            "objects": {n: o.json() for n, o in self.objects.items()}, "instantiation_parameters": self.instantiation_parameters,
+            "cells": self.cells, "input_parameters": inputs, "output_values": {n: t[0] for n, t in self.output_values.items()},
+            "command_lists": {n: {"commands": c, "place": place} for n, c in self.command_lists.items()}, "initial": self.initial,
+            "conditions": {n: t.json() for n, t in self.conditions.items()},
+            "transitions": [{"from": c, "condition": t, "to": to, "place": place} for (c, t), to in self.transitions.items()],
+            "modes": self.modes, "place": place,
+        }  # fmt: skip
+
+    def text(self) -> str:
+        """`json` as text, made once: a definition does not change."""
+        text = self.__dict__.get("_text")
+        if text is None:
+            text = self._text = json.dumps(self.json())
+        return text
+
+    @functools.cached_property
+    def report_class(self) -> type[Report]:
+        """The class of its reports: the function's return annotation, if that is a class of reports."""
+        returns = self._function.__annotations__.get("return") if self._function is not None else None
+        if isinstance(returns, str):
+            returns = eval_annotation(returns, self._function)
+        return returns if isinstance(returns, type) and issubclass(returns, Report) else Report
+
+    def _check_form(self) -> None:
+        for name, targets in self.output_values.items():
+            if len(targets) != 1:
+                refuse(
+                    DefinitionError,
+                    f"output value '{name}' of verb '{self.name}' has {len(targets)} sources",
+                    "name exactly one: ω is a function",
+                )
+        for key in self.transitions:
+            if not (isinstance(key, tuple) and len(key) == 2):
+                refuse(
+                    DefinitionError,
+                    f"transition {key!r} of verb '{self.name}' has no list and condition",
+                    "write ('list', 'condition'): 'list'",
+                )
+
+    def refused_call(self, error: TypeError, kwargs: Mapping[str, Any]) -> None:
+        """Raises `CallError` for arguments that do not fit, with the parameter that was probably meant."""
+        known = [*self.signature.parameters, "time_limit"]
+        wrong = next((name for name in kwargs if name not in known), None)
+        remedy = did_you_mean(wrong, known) if wrong else f"call it as {self.name}{self.signature}"
+        refuse(CallError, f"{self.name}(): {error}", remedy)
+
+    # ---- for people ----
+
+    def table(self) -> list[tuple[str, str, str]]:
+        """Lists × conditions: (command list, condition, what happens)."""
+        rows: list[tuple[str, str, str]] = []
+        for name in self.command_lists:
+            for condition in {**self.conditions, **{t: None for c, t in self.transitions if c == name}}:
+                termination = self.conditions.get(condition)
+                if termination and termination.during not in (None, name):
+                    continue
+                rows.append((name, condition, self._outcome(name, condition)))
+        return rows
+
+    def _outcome(self, name: str, condition: str) -> str:
+        if (name, condition) in self.transitions:
+            return f"→ {self.transitions[name, condition]}"
+        termination = self.conditions.get(condition)
+        if termination is not None and termination.raises is None and termination.returns is not None:
+            return f"ends, returns {', '.join(termination.returns) or 'nothing'}"
+        if condition == "completed":
+            return "ends"
+        kind = (termination.raises if termination else None) or Terminated
+        return f"ends, raises {kind.__name__}"
+
+    def __repr__(self) -> str:
+        kind = "simple verb" if self.simple else "verb"
+        lines = [f"{kind} {self.name}{self.signature}: {(self.doc or '').strip().splitlines()[0] if self.doc else ''}".rstrip(": ")]
+        lines += [f"  {c:<12} {t:<20} {what}" for c, t, what in self.table()]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><td>{c}</td><td>{t}</td><td>{what}</td></tr>" for c, t, what in self.table())
+        return f"<b>{self.name}</b>{self.signature}<br>{self.doc}<table><tr><th>list</th><th>condition</th><th></th></tr>{rows}</table>"
+
+
+def eval_annotation(text: str, function: Any) -> Any:
+    """What a return annotation means where the function was defined; None if it cannot be told."""
+    names = {**function.__globals__, **inspect.getclosurevars(function).nonlocals, **getattr(function, "__gpac_locals__", {})}
+    try:
+        return eval(text, names)
+    except (NameError, AttributeError, SyntaxError, TypeError):
+        return None
+
+
+def _list(commands: Any, name: str) -> Sequence[Any]:
+    if isinstance(commands, list | tuple):
+        return commands
+    refuse(DefinitionError, f"command list '{name}' is {commands!r}", "write a list of commands")

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Requirements 1 to 12: the hardware model."""
+
+from __future__ import annotations
+
+import pytest
+from conftest import Rig
+
+import opengpac as gpac
+from opengpac import activate
+from opengpac import library as lib
+
+
+def test_r001_a_processor_runs_several_verbs_of_its_own(rig: Rig) -> None:
+    a, b = rig.svvs("a", "b")
+    counting = rig.counting()
+    counting.on(rig.fast).asynch(a)
+    counting.on(rig.slow, every={"count": "10 ms"}).asynch(b)
+    rig.cell.advance("100 ms")
+    assert (a.value, b.value) == (99, 9)
+
+
+def test_r002_processors_run_different_programs_at_once(rig: Rig) -> None:
+    other = rig.cell.processor("rtp1").timer("fast", period="1 ms", priority=80)
+    a, b = rig.svvs("a", "b")
+    rig.counting().on(rig.fast).asynch(a)
+    rig.counting("other").on(other).asynch(b)
+    rig.cell.advance("10 ms")
+    assert (a.value, b.value) == (9, 9)
+
+
+def test_r003_a_system_is_its_processors_on_one_interconnect(rig: Rig) -> None:
+    other = rig.cell.processor("rtp1").timer("fast", period="1 ms", priority=80)
+    a, b = rig.svvs("a", "b")
+    sampling = gpac.Verb(
+        "sampling",
+        blocks={"sample": rig.block("copy.sample")},
+        instantiation_parameters={"u": "sample.u", "y": "sample.y"},
+        command_lists={"start": [activate("sample", every="1 ms")]},
+    )
+    rig.counting().on(rig.fast).asynch(a)
+    sampling.on(other).asynch(a, b)
+    rig.cell.advance("50 ms")
+    assert b.value > 30, "values of one processor come to the other"
+
+
+def test_r004_modules_are_downloaded_while_the_system_runs(rig: Rig) -> None:
+    (a,) = rig.svvs("a")
+    rig.counting().on(rig.fast).asynch(a)
+    rig.cell.advance("5 ms")
+    code = rig.cell.download(rig.built["pair"], "pair")
+    assert {b.name for b in code} == {"pair.pair", "pair.pair_check"}
+    rig.cell.advance("5 ms")
+    assert a.value == 9
+
+
+def test_r005_a_processor_has_several_interrupt_sources(rig: Rig) -> None:
+    trigger = rig.rtp.trigger("button", priority=50)
+    assert {s.name for s in rig.cell.sources.values()} == {"rtp0.fast", "rtp0.slow", "rtp0.button"}
+    assert trigger.kind == "trigger"
+
+
+def test_r006_a_source_is_a_request_for_work(rig: Rig) -> None:
+    button = rig.rtp.trigger("button", priority=50)
+    (a,) = rig.svvs("a")
+    pressing = rig.counting("pressing", command_lists={"start": [activate("count")]})
+    pressing.on(button).asynch(a)
+    rig.cell.advance("10 ms")
+    assert a.number == 0, "nothing without a request"
+    for _ in range(3):
+        button.request()
+        rig.cell.advance("1 ms")
+    assert a.value == 2
+
+
+def test_r007_sources_have_priorities(rig: Rig) -> None:
+    assert rig.fast.priority > rig.slow.priority
+    with pytest.raises(gpac.CallError, match="priority"):
+        rig.rtp.timer("wrong", period="1 ms", priority="high")  # type: ignore[arg-type]
+
+
+def test_r008_a_higher_source_preempts_a_lower_one(built: dict[str, str]) -> None:
+    with gpac.System("cell", clock="virtual", seed=3) as cell:
+        rig = Rig(cell, built)
+        long = rig.rtp.timer("long", period="20 ms", priority=10, virtual_cost="5 ms")
+        a, b = rig.svvs("a", "b")
+        rig.counting("slowly", every="20 ms").on(long).asynch(b)
+        rig.counting().on(rig.fast).asynch(a)
+        rig.cell.advance("100 ms")
+        assert (a.value, b.value) == (99, 4), "the long firings hold nobody up"
+
+
+def test_r009_another_processor_raises_a_source(rig: Rig) -> None:
+    software = rig.cell.processor("rtp1").software("driven", priority=70)
+    a, b = rig.svvs("a", "b")
+    copying = gpac.Verb(
+        "copying",
+        blocks={"copy": rig.block("copy.copy")},
+        instantiation_parameters={"u": "copy.u", "y": "copy.y"},
+        command_lists={"start": [activate("copy")]},
+    )
+    source = rig.counting().on(rig.fast).new_instance(a)
+    copying.on(software).asynch(a, b)
+    source.start()
+    rig.cell.advance("50 ms")
+    assert b.value >= 40
+
+
+def test_r010_the_same_program_on_other_priorities_gives_the_same_values(built: dict[str, str]) -> None:
+    found = []
+    for fast, slow in ((80, 60), (20, 90)):
+        with gpac.System("cell", clock="virtual") as cell:
+            rtp = cell.processor("rtp0")
+            timers = {"count": rtp.timer("a", period="1 ms", priority=fast), "copy": rtp.timer("b", period="1 ms", priority=slow)}
+            code, copies = cell.download(built["count"], "count"), cell.download(built["copy"], "copy")
+            y = cell.svv("y", history=100)
+            verb = gpac.Verb(
+                "both",
+                blocks={"count": code.count, "copy": copies.copy},
+                instantiation_parameters={"y": "copy.y"},
+                cells={"c": ["count.y", "copy.u"]},
+                command_lists={"start": [activate("count", every="1 ms"), activate("copy")]},
+            )
+            verb.on({"*": timers["count"]}).asynch(y)
+            cell.advance("20 ms")
+            found.append(list(y.history[:]["value"]))
+    assert found[0] == found[1] and len(found[0]) == 20
+
+
+def test_r011_a_device_is_reached_from_its_processor(rig: Rig) -> None:
+    drive = rig.rtp.physical_device("drive", gpac.drivers.loopback("x", initial=[0.25]), exchange=rig.fast)
+    (y,) = rig.svvs("y")
+    reading = gpac.Verb(
+        "reading",
+        blocks={"read": lib.block("read_channel")},
+        instantiation_parameters={"channel": "read.channel", "y": "read.y"},
+        command_lists={"start": [activate("read", every="1 ms")]},
+    )
+    reading.on(rig.fast).asynch(drive["x"].position, y)
+    rig.cell.advance("5 ms")
+    assert y.value == 0.25
+
+
+def test_r012_a_device_of_another_processor_is_refused(rig: Rig) -> None:
+    drive = rig.rtp.physical_device("drive", gpac.drivers.loopback("x"), exchange=rig.fast)
+    elsewhere = rig.cell.processor("rtp1").timer("fast", period="1 ms", priority=80)
+    (y,) = rig.svvs("y")
+    reading = gpac.Verb(
+        "reading",
+        blocks={"read": lib.block("read_channel")},
+        instantiation_parameters={"channel": "read.channel", "y": "read.y"},
+        command_lists={"start": [activate("read", every="1 ms")]},
+    )
+    with pytest.raises(gpac.PlacementError) as caught:
+        reading.on(elsewhere).new_instance(drive["x"].position, y)
+    assert "drive" in str(caught.value) and "rtp1" in str(caught.value)
