@@ -2,14 +2,12 @@
 """The compiled real-time core, seen from Python: conversions only. Everything public is in `opengpac` itself.
 
 Text arguments that end in `_json` have the JSON forms of the Rust model (`definition.rs`, `configuration.rs`); what a call
-refuses comes as `Refused`, whose `.json` is a list of refusals (`class`, `message`, `ends`, `remedy`, `place`).
+refuses comes as `Refused`, whose `args[0]` is the JSON of a list of refusals (`class`, `message`, `ends`, `remedy`, `place`).
 Times are ns, int. Names of sources are `rtp.source`.
 """
 
 class Refused(Exception):
-    """One or more refusals; nothing has changed."""
-
-    json: str
+    """One or more refusals, their JSON in `args[0]`; nothing has changed."""
 
 def version() -> str: ...
 def library_json() -> str:
@@ -54,9 +52,6 @@ class System:
 
     def define_verb(self, verb_json: str) -> None:
         """Checks and enters a verb. An equal definition is nothing; a different one of the name redefines it (InUse while an instance runs or is suspended)."""
-
-    def check_verb(self, verb_json: str) -> None:
-        """As `define_verb`, but enters nothing."""
 
     def check_graph(self, graph_json: str) -> None: ...
     def define_device_type(self, type_json: str) -> None: ...

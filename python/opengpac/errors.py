@@ -182,7 +182,7 @@ class _Refusals:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
         if isinstance(error, _native.Refused):
-            raise from_refusals(error.json) from None
+            raise from_refusals(error.args[0]) from None
 
 
 refusals = _Refusals()

@@ -143,8 +143,22 @@ OG_TYPE_CLASS(char, OG_CLASS_OTHER_WIDTH); OG_TYPE_CLASS(short, OG_CLASS_OTHER_W
 OG_TYPE_CLASS(unsigned, OG_CLASS_OTHER_WIDTH); OG_TYPE_CLASS(size_t, OG_CLASS_OTHER_WIDTH);
 #define OG_CLASS(T) (sizeof(opengpac_class_##T))
 #define OG_BASE_SIZE(T) (sizeof(opengpac_base_##T[0][0][0]))
-// "double[n]": what stands in the first brackets (or in those appended) is no number.
+// Questions to a text while compiling; each compiler folds other functions to constants.
+// OG_IS_SIZED: "double[n]", what stands in the first brackets (or in those appended) is no number.
+#if defined(__cplusplus)
+constexpr const char *opengpac_bracket(const char *text) { return *text == 0 || *text == '[' ? text : opengpac_bracket(text + 1); }
+#define OG_HAS_BRACKET(text) (*opengpac_bracket(text) != 0)
+#define OG_IS_QUOTED(text) (text[0] == '"')
+#define OG_IS_SIZED(text) (*opengpac_bracket(text) != 0 && (opengpac_bracket(text)[1] < '0' || opengpac_bracket(text)[1] > '9'))
+#elif defined(__clang__)
+#define OG_HAS_BRACKET(text) (__builtin_strchr(text "[", '[')[1] != 0)
+#define OG_IS_QUOTED(text) (__builtin_memcmp(text, "\"", 1) == 0)
+#define OG_IS_SIZED(text) (__builtin_strchr(text "[0", '[')[1] < '0' || __builtin_strchr(text "[0", '[')[1] > '9')
+#else
+#define OG_HAS_BRACKET(text) (__builtin_strcspn(text, "[") != sizeof(text) - 1)
+#define OG_IS_QUOTED(text) (__builtin_strspn(text, "\"") != 0)
 #define OG_IS_SIZED(text) (__builtin_strspn(text "[0" + __builtin_strcspn(text "[", "[") + 1, "0123456789") == 0)
+#endif
 
 // A struct type and how it is checked. They lie side by side in a section of the module, the class of an item finds its own.
 typedef struct {
@@ -375,8 +389,8 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_CHECK(C, i, t) OG_EACH(C, i, t, OG_CHECK_ITEM, OG_CHECK_ITEM, OG_CHECK_ITEM, OG_CHECK_ITEM, OG_CHECK_ITEM, OG_CHECK_NAME, OG_CHECK_SIZE, OG_CHECK_ERROR)
 #define OG_CHECK_ERROR(C, i, K, mode, flags, ratio, T, name, value, doc, unit, text) OG_ASSERT(0, doc);
 #define OG_CHECK_NAME(C, i, K, mode, flags, ratio, T, name, value, doc, unit, text) \
-    OG_ASSERT(__builtin_strcspn(#name, "[") == sizeof(#name) - 1, "'" text "': the brackets belong to the type: write word(double[6], name, ...)"); \
-    OG_ASSERT(__builtin_strspn(#doc, "\"") != 0, "'" text "' has no description in quotes where it belongs");
+    OG_ASSERT(!OG_HAS_BRACKET(#name), "'" text "': the brackets belong to the type: write word(double[6], name, ...)"); \
+    OG_ASSERT(OG_IS_QUOTED(#doc), "'" text "' has no description in quotes where it belongs");
 #define OG_CHECK_ITEM(C, i, K, mode, flags, ratio, T, name, value, doc, unit, text) \
     OG_CHECK_NAME(C, i, K, mode, flags, ratio, T, name, value, doc, unit, text) \
     OG_ASSERT(OG_CLASS(T) != OG_CLASS_OTHER_WIDTH, "'" text "': the width of this type differs between machines: write int32_t, uint8_t, ..."); \
@@ -397,7 +411,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_SIZES_OF(C, i, K, most, flags, least, T, name, ...) enum { name = most };
 #else
 #define OG_SIZES_OF(C, i, K, most, flags, least, T, name, ...) \
-    typedef struct opengpac_self_##C *in_C_a_size_name_serves_one_block_of_a_file__rename__##name; \
+    typedef struct in_C_a_size_name_serves_one_block_of_a_file__rename_it_in_##C *opengpac_size_##name; \
     enum { name = most };
 #endif
 #define OG_MOST(C, i, t) OG_ONLY_SIZE(C, i, t, OG_MOST_OF)
@@ -508,7 +522,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
     OG_NAMESPACE(NAME) \
     OG_MAP(OG_SIZES, NAME, __VA_ARGS__) \
     enum { opengpac_most_##NAME = 0 OG_MAP(OG_MOST, NAME, __VA_ARGS__), opengpac_sizes_##NAME = 0 OG_MAP(OG_HAS_SIZE, NAME, __VA_ARGS__) }; \
-    OG_ASSERT(__builtin_strspn(#DOC, "\"") != 0, "FUNCTION_BLOCK(" #NAME ", ...) has no description: write FUNCTION_BLOCK(name, \"what it computes\", items...)"); \
+    OG_ASSERT(OG_IS_QUOTED(#DOC), "FUNCTION_BLOCK(" #NAME ", ...) has no description: write FUNCTION_BLOCK(name, \"what it computes\", items...)"); \
     OG_MAP(OG_CHECK, NAME, __VA_ARGS__) \
     OG_MAP(OG_TYPES, NAME, __VA_ARGS__) \
     struct opengpac_self_##NAME { \
@@ -575,7 +589,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_CALL_MEMBER_(...) OG_CALL_MEMBER_OF(__VA_ARGS__)
 #define OG_CALL_MEMBER_OF(M, K, ...) OG_CAT(M, K)(__VA_ARGS__)
 #define OG_MEMBER_FIELD(T, member, text) \
-    OG_ASSERT(__builtin_strcspn(#member, "[") == sizeof(#member) - 1, "'" text "': the brackets belong to the type: write field(double[6], name)"); \
+    OG_ASSERT(!OG_HAS_BRACKET(#member), "'" text "': the brackets belong to the type: write field(double[6], name)"); \
     OG_ASSERT(OG_CLASS(T) != OG_CLASS_OTHER_WIDTH, "'" text "': the width of this type differs between machines: write int32_t, uint8_t, ..."); \
     __typeof__(T) member;
 #define OG_MEMBER_NO_FIELD(T, member, text) OG_ASSERT(0, text);

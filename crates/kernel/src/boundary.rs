@@ -19,6 +19,7 @@ impl Kernel {
         }
         let submissions = self.source.mailbox.take();
         submissions.for_each(|submission| self.carry_out(submission, now_ns));
+        self.wake();
     }
 
     /// One script as one: then what it stored is published, the conditions of its executes are served, and it is acknowledged.
@@ -51,7 +52,7 @@ impl Kernel {
         // Publication before acknowledgement: who waits for the script then sees what it stored.
         self.settle(now_ns);
         self.source.done.put(submission);
-        self.shared.supervisor.ring();
+        self.told = true;
     }
 
     /// The present table goes into `table`, which is in force from now on.

@@ -105,13 +105,17 @@ impl Kernel {
         }
     }
 
-    /// After a firing or a script: publishes what scripts stored, wakes who is to be woken.
+    /// After a firing or a script: publishes what scripts stored.
     pub(crate) fn settle(&mut self, now_ns: i64) {
         if self.stored {
             self.stored = false;
             self.publish_groups(now_ns, &Never);
             self.write_row(now_ns);
         }
+    }
+
+    /// After firings and scripts: wakes who is to be woken. The one system call, and only where somebody sleeps.
+    pub(crate) fn wake(&mut self) {
         if self.raised {
             self.raised = false;
             self.table.wakes.iter().flatten().for_each(|source| source.bell.wake());

@@ -70,6 +70,7 @@ fn software(kernel: &mut Kernel, epoch_ns: i64) {
 
 fn fire(kernel: &mut Kernel, number: u64, release_ns: i64, now_ns: i64, epoch_ns: i64) {
     kernel.fire(number, release_ns, epoch_ns + now_ns, &Never);
+    kernel.wake();
     kernel.source.counters.jitter.add(now_ns - release_ns);
     kernel.source.counters.duration.add(monotonic_ns() - epoch_ns - now_ns);
 }

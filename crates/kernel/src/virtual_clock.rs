@@ -114,6 +114,7 @@ impl Virtual {
             let rarity = (1 << (self.random() % RARITIES)) - 1;
             kernel.fire(number, release_ns, started_ns, &Within { executor: self, member, end_ns: release_ns + cost_ns, rarity, clock, outer });
         }
+        kernel.wake();
         member.source.counters.jitter.add(0);
         member.source.counters.duration.add(cost_ns);
         member.skip(release_ns + cost_ns);

@@ -105,9 +105,9 @@ impl CheckedVerb {
         let initial = lists::initial(&mut flat, verb);
         let given: Vec<Port> = inputs.iter().flat_map(|input| input.ports.iter().copied()).collect();
         let known = flat.refusals.is_empty();
-        let remarks = flat.fill(&given, false, &verb.place);
+        let mut remarks = flat.fill(&given, false, &verb.place);
         constants_on_bound_inputs(&mut flat);
-        cells_without_writer(&mut flat);
+        remarks.extend(cells_without_writer(&mut flat, &given));
         let group_of = group_of(&flat.blocks, &flat.groups);
         let driven = driven(&flat.blocks, &flat.groups, &group_of);
         if known {
@@ -271,13 +271,20 @@ fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
 }
 
 /// A cell that no block writes changes only by input parameters.
-fn cells_without_writer(flat: &mut Flat<'_>) {
+fn cells_without_writer(flat: &mut Flat<'_>, given: &[Port]) -> Vec<Remark> {
+    let mut remarks = Vec::new();
     for at in 0..flat.groups.len() {
-        let written = flat.groups[at].ports.iter().any(|port| flat.item_kind(*port) == Kind::Output);
-        if flat.groups[at].origin == Origin::Cell && !written {
-            flat.groups[at].origin = Origin::InputOnly;
+        let group = &flat.groups[at];
+        if group.origin != Origin::Cell || group.ports.iter().any(|port| flat.item_kind(*port) == Kind::Output) {
+            continue;
         }
+        if !group.ports.iter().any(|port| given.contains(port)) {
+            let text = format!("cell '{}' has no writer and no input parameter: it stays as it is made", group.name);
+            remarks.push(Remark { text, place: group.place.clone() });
+        }
+        flat.groups[at].origin = Origin::InputOnly;
     }
+    remarks
 }
 
 fn group_of(blocks: &[FlatBlock], groups: &[Group]) -> Vec<Vec<Option<u32>>> {

@@ -151,6 +151,37 @@ fn ratio_ports_drive_slower_blocks() {
 }
 
 #[test]
+fn lists_take_turns_in_writing_one_svv() {
+    let lists = json!({"one": list(&["+s 1ms", "+g"]), "two": list(&["+r 2ms"])});
+    let rest = json!({"instantiation_parameters": {"x": ["s.y", "r.y", "g.u"]}, "command_lists": {"start": null}, "initial": "one",
+        "transitions": [{"from": "one", "condition": "fault", "to": "two"}]});
+    let mut program = verb(&[("s", "lib.signal"), ("r", "lib.signal"), ("g", "lib.gain")], rest);
+    program["command_lists"] = lists;
+    let plan = plan(program, json!({"arguments": {"x": {"svv": "a"}}}));
+    assert_eq!(plan.claims.len(), 1);
+    assert_eq!(plan.blocks[2].drivers, [0], "only the writer that is on together with it drives it");
+    assert_eq!((plan.blocks[0].activation, plan.blocks[1].activation, plan.blocks[2].activation), (0, 1, 0));
+    let fault = plan.conditions.iter().position(|c| c.name == "fault").unwrap();
+    assert_eq!((plan.initial, &plan.lists[0].transitions[..]), (0, &[(fault, 1)][..]));
+    assert_eq!(plan.lists[1].stages[0].commands, [PlannedCommand::On { activation: 1, every: 2 }]);
+}
+
+#[test]
+fn a_graphs_inner_items_are_reached_by_their_labels() {
+    let graph = json!({"name": "loop", "blocks": {"pid": {"block": {"subroutine": "lib.pid"}}, "read": {"block": {"subroutine": "lib.read_channel"}}},
+        "inputs": {"setpoint": ["pid.setpoint"]}, "outputs": {"effort": ["pid.effort"]}, "cells": {"m": ["read.y", "pid.measured"]}, "modes": {"setpoint": "asynchronous"}});
+    let rest = json!({"name": "v", "blocks": {"servo": {"block": {"graph": graph}, "constants": {"pid.limit": "2 N.m"}}},
+        "instantiation_parameters": {"x": ["servo.read.channel"]}, "input_parameters": {"kp": {"targets": ["servo.pid.kp"]}, "to": {"targets": ["servo.setpoint"], "default": "90 deg"}},
+        "output_values": {"q": "servo.pid.measured", "e": "servo.effort"}, "command_lists": start(&["!servo", "+servo 1ms"]), "conditions": {"f": {"on": ["servo.pid.following_error"]}}});
+    let plan = plan(rest, json!({"arguments": {"x": {"channel": {"device": "ur5e", "channel": "j1.position"}}}}));
+    assert_eq!(plan.blocks[0].values, [(4, 2.0_f64.to_le_bytes().to_vec())]);
+    assert_eq!(plan.lists[0].stages[0].commands, [PlannedCommand::Execute(vec![1, 0]), PlannedCommand::On { activation: 0, every: 1 }]);
+    assert_eq!(plan.conditions[0].on, [(0, 5)]);
+    assert_eq!(plan.inputs[1].unit, "rad");
+    assert!(matches!(plan.outputs[0].target, Target::Cell(_)) && matches!(plan.inputs[1].targets[..], [Target::Cell(_)]));
+}
+
+#[test]
 fn a_trigger_takes_no_interval() {
     let rest = json!({"command_lists": start(&["+s"])});
     let plan = plan(verb(&[("s", "lib.signal")], rest), json!({}));

@@ -132,6 +132,12 @@ fn types_and_units() {
     check(v(&[("p", "lib.pid"), ("q", "lib.pid")], json!({"cells": {"c": ["p.effort", "q.measured"]},
         "input_parameters": {"x": {"targets": ["p.measured", "p.setpoint", "q.setpoint"]}}})),
         "UnitMismatch: cannot bind output 'p.effort' (double, N.m) to input 'q.measured' (double, rad): units differ; declare one of them as the other, or convert between them with a gain");
+    check(v(&[("k", "lib.constant"), ("p", "lib.pid"), ("q", "lib.planner")], json!({"cells": {"c": ["k.y", "p.measured", "q.speed"]},
+        "blocks": {"q": {"constants": {"n": 1, "goal": [0.0]}}}, "instantiation_parameters": {"s": ["q.start"]}, "input_parameters": {"x": {"targets": ["p.setpoint"]}}})),
+        "CallError: verb 'v' needs the instantiation parameter 's'; give an SVV or a channel, or make it a cell of the verb");
+    check(v(&[("k", "lib.constant"), ("p", "lib.pid"), ("q", "lib.planner")], json!({"cells": {"c": ["k.y", "p.measured", "q.speed"], "s": ["q.start"]},
+        "blocks": {"q": {"constants": {"n": 1, "goal": [0.0]}}}, "input_parameters": {"x": {"targets": ["p.setpoint"]}}})),
+        "UnitMismatch: cannot bind input 'p.measured' (double, rad) to input 'q.speed' (double, rad/s): units differ; declare one of them as the other, or convert between them with a gain");
     let svv = |name: &str| json!({"arguments": {"x": {"svv": name}}});
     let relaxed = |name| with(verb(&[("h", "lib.relaxed")], json!({"instantiation_parameters": {"x": ["h.u"]}})), json!({}), svv(name));
     check(relaxed("f"), "TypeMismatch: cannot bind SVV 'f' (float) to input 'h.u' (double): types differ; declare one of them as the other");
@@ -230,6 +236,14 @@ fn placement() {
     let sum = verb(&[("s", "lib.signal"), ("r", "lib.signal"), ("m", "lib.sum")], json!({"cells": {"c": ["s.y", "m.a"], "d": ["r.y", "m.b"]}, "command_lists": start(&["+s 20ms", "+r 20ms", "+m"])}));
     check((sum, json!({"placement": {"s": "rtp0.fast", "r": "rtp0.slow"}})),
         "PlacementError: 'm' is driven from 'rtp0.fast' and 'rtp0.slow'; place it on a software source, or relax all but one of its inputs with modes=");
+    let mut pair = cell();
+    let slow = json!({"processor": "rtp0", "source": "rtp0.slow", "channels": [{"name": "z", "write": true, "type_text": "double", "unit": ""}]});
+    pair.devices.insert("lamp".into(), serde_json::from_value(slow).unwrap());
+    pair.interfaces.insert("lib.copy".into(), interface("lib.copy", &["read double a", "write double b"]));
+    let rest = json!({"instantiation_parameters": {"x": ["c.a"], "y": ["c.b"]}});
+    let channel = |device: &str, channel: &str| json!({"channel": {"device": device, "channel": channel}});
+    let refusals = apply_in(pair, verb(&[("c", "lib.copy")], rest), json!({"arguments": {"x": channel("ur5e", "j1.position"), "y": channel("lamp", "z")}})).unwrap_err();
+    assert_eq!(texts(&refusals), "PlacementError: 'c' has the devices 'ur5e' of 'rtp0.fast' and 'lamp' of 'rtp0.slow'; use one block for each device at p.py:7");
     let mut twin = cell();
     let source = twin.sources["rtp0.slow"].clone();
     twin.sources.insert("rtp0.twin".into(), source);

@@ -48,8 +48,10 @@ fn error_text(message: &str) -> Option<&str> {
 
 /// Without what the compiler says of itself.
 fn plain(message: &str) -> String {
-    let assertion = ["static assertion failed: ", "static_assert failed: ", "static assertion failed due to requirement '0': ", "static_assert failed "];
-    let text = assertion.iter().find_map(|prefix| message.strip_prefix(prefix)).unwrap_or(message);
+    let text = match message.strip_prefix("static assertion failed due to requirement '") {
+        Some(requirement) => requirement.split_once("': ").map_or(message, |(_, text)| text),
+        None => message.strip_prefix("static assertion failed: ").unwrap_or(message),
+    };
     let text = text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text);
     let text = unescaped(text);
     match text.rfind(" [-W") {

@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 fn rust_module() -> PathBuf {
     let target = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("rust-module");
     let manifest = examples().join("rust-module/Cargo.toml");
-    let output = Command::new(env!("CARGO")).args(["build", "--offline", "--release", "--manifest-path"]).arg(&manifest).arg("--target-dir").arg(&target).output().unwrap();
+    let output = Command::new(env!("CARGO")).args(["build", "--release", "--manifest-path"]).arg(&manifest).arg("--target-dir").arg(&target).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     target.join("release/librust_module.so")
 }

@@ -75,7 +75,7 @@ fn a_device_without_its_way() {
 
 #[test]
 fn impossible_numbers() {
-    check("ratio", "in_ratio(double, v, 0, \"slow\")", "the ratio must be 1 or more");
+    check("zero", "in_ratio(double, v, 0, \"slow\")", "the ratio must be 1 or more");
     check("size", "size(n, 4, 2)", "the least size must be 1 or more");
 }
 
@@ -106,9 +106,11 @@ fn mistakes_of_the_body() {
     let block = |body: &str| format!("#include <opengpac.h>\nFUNCTION_BLOCK(block, \"What.\", in(double, u, \"u\"), out(double, y, \"y\"))\n{{\n    {body}\n}}\n");
     assert_eq!(first("return", &block("self->y = 1;")).1, 5, "a missing return");
     let (message, line) = first("number", &block("return 1;"));
-    assert!(message.contains("incompatible types when returning type 'int' but 'opengpac_outcome' was expected"), "{message}");
+    assert!(message.contains("'int'") && message.contains("'opengpac_outcome'"), "{message}");
     assert_eq!(line, 4);
-    assert_eq!(first("field", &block("self->z = 1; return OK;")), ("'struct opengpac_self_block' has no member named 'z'".to_string(), 4));
+    let (message, line) = first("field", &block("self->z = 1; return OK;"));
+    assert!(message.to_lowercase().contains("no member named 'z'"), "{message}");
+    assert_eq!(line, 4);
     assert!(first("linker", &format!("double f(double);\n{}", block("self->y = f(self->u); return OK;"))).0.contains("'f' is declared and called but not defined"));
     assert!(first("report", &block("report(done); return OK;")).0.contains("opengpac_bit_done"));
 }
@@ -117,6 +119,6 @@ fn mistakes_of_the_body() {
 fn one_size_name_for_one_block_of_a_c_file() {
     let block = |name: &str| format!("FUNCTION_BLOCK({name}, \"What.\", size(n, 1, 4), in(double[n], u, \"u\"), out(double, y, \"y\")) {{ self->y = self->u[0]; return OK; }}\n");
     let (message, line) = first("sizes", &format!("#include <opengpac.h>\n{}{}", block("one"), block("two")));
-    assert!(message.contains("in_C_a_size_name_serves_one_block_of_a_file__rename__n"), "{message}");
+    assert!(message.contains("in_C_a_size_name_serves_one_block_of_a_file__rename_it_in_two"), "{message}");
     assert_eq!(line, 3);
 }

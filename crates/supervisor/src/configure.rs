@@ -123,7 +123,8 @@ impl System {
             core.submit(id, vec![op], crate::core::Purpose::Nothing);
             Ok(())
         })?;
-        let json = serde_json::json!({ "channels": channels, "driver": description });
+        let mut json = description;
+        json["channels"] = serde_json::json!(channels);
         definitions.configuration.devices.insert(name.to_owned(), PhysicalDevice { processor: processor.to_owned(), source: source.to_owned(), channels, place });
         Ok(json)
     }

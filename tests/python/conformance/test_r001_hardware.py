@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import pytest
-from conftest import Rig
 
 import opengpac as gpac
+from rig import Rig
 from opengpac import activate
 from opengpac import library as lib
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import Rig
 
 import opengpac as gpac
-from opengpac import activate, execute
+from rig import Rig
+from opengpac import _native, activate, execute
 from opengpac import library as lib
 
 
@@ -301,5 +301,5 @@ def test_r056_types_and_units_are_checked(rig: Rig) -> None:
 
 
 def test_r057_the_block_interface_has_no_synchronisation() -> None:
-    header = gpac._native.header_path_text()
+    header = _native.header_text()
     assert not any(word in header for word in ("mutex", "semaphore", "pthread"))

@@ -76,10 +76,8 @@ impl<'a> Draft<'a> {
         let mut drive = Drive::default();
         for relation in &relations.of[block] {
             let cell = relation.cell;
-            if self.cells[cell].writers.is_empty() {
-                if let CellKind::Svv { name, .. } = &self.cells[cell].kind {
-                    self.blocks[block].external_drivers.push((relation.item, name.clone()));
-                }
+            if let (CellKind::Svv { name, .. }, true) = (&self.cells[cell].kind, self.cells[cell].writers.is_empty()) {
+                self.blocks[block].external_drivers.push((relation.item, name.clone()));
             }
             if relation.mode != Mode::Synchronous {
                 continue;

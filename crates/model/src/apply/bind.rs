@@ -73,6 +73,7 @@ impl<'a> Draft<'a> {
         for port in group.ports.iter().filter(|port| **port != first) {
             self.check_ports(first, *port);
         }
+        self.check_units(group);
         for port in &group.ports {
             if matches!(self.kind(*port), Kind::DeviceRead | Kind::DeviceWrite) {
                 let message = format!("{} is covered by the cell '{}'", self.described(*port), group.name);
@@ -132,6 +133,9 @@ impl<'a> Draft<'a> {
                 self.refuse(Class::SecondWriter, format!("SVV '{name}' is twice in the list for '{}', which is written", group.name), "give each SVV once", &group.place);
             }
         }
+        if svvs.iter().all(|(_, svv)| svv.unit.is_empty()) {
+            self.check_units(group);
+        }
         let cells: Vec<CellIndex> = svvs.iter().zip(&layouts).map(|((name, svv), layout)| self.svv_cell(name, svv, layout)).collect();
         for port in &group.ports {
             if let Some(binding) = self.bind_svvs_to(*port, svvs, &layouts, &cells, &group.place) {
@@ -158,10 +162,8 @@ impl<'a> Draft<'a> {
             [(name, svv)] => format!("SVV '{name}' ({}{})", layouts[0].text, comma(&svv.unit)),
             [(name, svv), ..] => format!("{} SVVs '{name}', … ({} each{})", svvs.len(), layouts[0].text, comma(&svv.unit)),
         };
-        let elements = match &layout.read {
-            Type::Array(element, count) if *count == svvs.len() && layouts.iter().all(|l| l.read == **element) => true,
-            _ => false,
-        };
+        let is_element = |element: &Type| layouts.iter().all(|layout| layout.read == *element);
+        let elements = matches!(&layout.read, Type::Array(element, count) if *count == svvs.len() && is_element(element));
         let whole = layouts.len() == 1 && layouts[0].text == layout.text;
         let svv_place = svvs.first().and_then(|(_, svv)| svv.place.clone());
         if !is_port(item.kind) || !whole && !elements {
@@ -229,8 +231,18 @@ impl<'a> Draft<'a> {
             let refusal = Refusal::new(Class::TypeMismatch, format!("cannot bind {from} to {to}: types differ"));
             let refusal = refusal.remedy("declare one of them as the other").end(from, &place_a).end(to, &place_b);
             self.refusals.push(refusal.at(&place_b).at(&self.checked.place));
-        } else if !units_agree(&self.flat(first.0).kind.item(first.1).unit, &self.flat(second.0).kind.item(second.1).unit) {
-            self.refuse_units(self.described(first), &place_a, second, &place_b);
+        }
+    }
+
+    /// All ports of a data object have one unit, as far as it is known: that of its writer, or of the first port that has one.
+    fn check_units(&mut self, group: &'a Group) {
+        let unit = |port: &Port| self.checked.blocks[port.0].kind.item(port.1).unit.as_str();
+        let known = || group.ports.iter().filter(|port| !unit(port).is_empty());
+        let Some(&first) = known().find(|port| self.kind(**port) == Kind::Output).or_else(|| known().next()) else { return };
+        let others: Vec<Port> = known().filter(|port| !units_agree(unit(&first), unit(port))).copied().collect();
+        for port in others {
+            let place = self.flat(port.0).place.clone();
+            self.refuse_units(self.described(first), &self.flat(first.0).place.clone(), port, &place);
         }
     }
 

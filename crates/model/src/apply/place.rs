@@ -63,20 +63,25 @@ impl<'a> Draft<'a> {
                 self.refuse(Class::UnknownName, format!("the placement of '{pattern}' fits no block of verb '{verb}'"), &remedy, &None);
             }
         }
-        if let Some(owner) = application.owner.as_ref().and_then(|owner| configuration.logical_devices.get(owner)) {
-            if let Some(source) = owner.source.as_ref().and_then(|source| configuration.sources.get_key_value(source)) {
-                patterns.push(("*", source.0));
-            }
-        }
+        let owner = application.owner.as_ref().and_then(|owner| configuration.logical_devices.get(owner));
+        let source = owner.and_then(|owner| configuration.sources.get_key_value(owner.source.as_ref()?));
+        patterns.extend(source.map(|(source, _)| ("*", source.as_str())));
         patterns
     }
 
     /// The device and source of each block that has a channel.
-    fn channel_sources(&self, given: &[Given<'a>]) -> Vec<Option<(&'a str, &'a str)>> {
-        let mut sources = vec![None; self.blocks.len()];
-        for (group, given) in self.checked.groups.iter().zip(given) {
-            if let Given::Channel { device, physical, .. } = given {
-                group.ports.iter().for_each(|port| sources[port.0] = Some((*device, physical.source.as_str())));
+    fn channel_sources(&mut self, given: &[Given<'a>]) -> Vec<Option<(&'a str, &'a str)>> {
+        let mut sources: Vec<Option<(&'a str, &'a str)>> = vec![None; self.blocks.len()];
+        let checked = self.checked;
+        for (group, given) in checked.groups.iter().zip(given) {
+            let Given::Channel { device, physical, .. } = given else { continue };
+            for port in &group.ports {
+                let other = sources[port.0].replace((*device, physical.source.as_str()));
+                if let Some((first, source)) = other.filter(|(_, source)| *source != physical.source) {
+                    let flat = self.flat(port.0);
+                    let message = format!("'{}' has the devices '{first}' of '{source}' and '{device}' of '{}'", flat.label, physical.source);
+                    self.refuse(Class::PlacementError, message, "use one block for each device", &flat.place);
+                }
             }
         }
         sources
@@ -129,11 +134,8 @@ impl<'a> Draft<'a> {
             let outside = self.external_writers(relation.cell).iter().map(|writer| writer.source.as_str());
             let none_inside = self.cells[relation.cell].writers.is_empty();
             for source in inside.chain(outside.filter(|_| none_inside)) {
-                if let Some((source, _)) = self.configuration.sources.get_key_value(source) {
-                    if !sources.contains(&source.as_str()) {
-                        sources.push(source);
-                    }
-                }
+                let known = self.configuration.sources.get_key_value(source).map(|(source, _)| source.as_str());
+                sources.extend(known.filter(|known| !sources.contains(known)));
             }
         }
         sources

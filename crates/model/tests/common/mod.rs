@@ -64,7 +64,7 @@ pub fn cell() -> Configuration {
         "device_types": {"Joint": {"name": "Joint", "verb": "joint_servo",
             "svvs": {"sensed": {"type_text": "double", "unit": "rad"}, "commanded": {"type_text": "double", "unit": "rad"},
                      "goal": {"type_text": "double", "unit": "rad"}},
-            "parameters": {"max_speed": {"default": 3.14, "unit": "rad/s"}, "kp": {"default": 80.0, "tunable": true},
+            "parameters": {"max_speed": {"default": 3.0, "unit": "rad/s"}, "kp": {"default": 80.0, "tunable": true},
                            "max_effort": {"default": 150.0, "unit": "N.m"}}},
             "Gripper": {"name": "Gripper"}},
         "svvs": {}, "logical_devices": {}, "writers": {}, "placement": {}

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Requirements 98 to 110: verb instances, supervisor, kernels."""
+
+from __future__ import annotations
+
+import pytest
+
+import opengpac as gpac
+from rig import Rig
+
+
+def test_r098_an_instance_holds_block_instances(rig: Rig) -> None:
+    (a,) = rig.svvs("a")
+    vi = rig.counting().on(rig.fast).new_instance(a)
+    assert vi.state == "created" and "count.count" in repr(vi)
+
+
+def test_r099_several_instances_of_one_verb_are_active(rig: Rig) -> None:
+    counting, svvs = rig.counting(), rig.svvs("a", "b")
+    instances = [counting.on(rig.fast).asynch(svv) for svv in svvs]
+    assert instances[0].name != instances[1].name
+    assert all(vi.state == "running" for vi in instances)
+
+
+def test_r100_start_suspend_resume_halt(rig: Rig) -> None:
+    (a,) = rig.svvs("a")
+    vi = rig.counting().on(rig.fast).new_instance(a)
+    vi.start()
+    rig.cell.advance("5 ms")
+    vi.suspend()
+    held = a.value
+    assert vi.state == "suspended"
+    rig.cell.advance("20 ms")
+    assert a.value == held
+    vi.resume()
+    rig.cell.advance("5 ms")
+    assert a.value > held and vi.state == "running"
+    vi.halt()
+    assert vi.state == "ended" and vi.wait().condition == "halted"
+
+
+def test_r100_running_time_stands_still_while_suspended(rig: Rig) -> None:
+    time, now = rig.cell.svv("time", "int64_t"), rig.cell.svv("now", "int64_t")
+    telling = gpac.Verb(
+        "telling",
+        blocks={"c": rig.block("count.clock_now")},
+        instantiation_parameters={"time": "c.time_ns", "now": "c.now_ns"},
+        command_lists={"start": [gpac.activate("c", every="1 ms")]},
+    )
+    vi = telling.on(rig.fast).asynch(time, now)
+    rig.cell.advance("10 ms")
+    vi.suspend()
+    rig.cell.advance("100 ms")
+    vi.resume()
+    rig.cell.advance("10 ms")
+    assert time.value < 30_000_000 < 100_000_000 < now.value
+
+
+def test_r101_commands_go_to_the_real_time_system(rig: Rig) -> None:
+    (a,) = rig.svvs("a")
+    with pytest.raises(gpac.InvalidState):
+        rig.counting().on(rig.fast).new_instance(a).resume()
+
+
+def test_r102_one_processor_is_the_supervisor(rig: Rig) -> None:
+    with pytest.raises(gpac.Error, match="supervisor"):
+        rig.cell.processor("a", supervisor=True)
+        rig.cell.processor("b", supervisor=True)
+
+
+def test_r103_the_supervisor_answers_while_verbs_run(rig: Rig) -> None:
+    (a,) = rig.svvs("a")
+    vi = rig.counting().on(rig.fast).asynch(a)
+    rig.cell.advance("3 ms")
+    assert vi.state == "running" and rig.cell.statistics["sources"]["rtp0.fast"]["firings"] >= 3
+
+
+def test_r104_every_end_is_reported(rig: Rig) -> None:
+    (a,) = rig.svvs("a")
+    vi = rig.counting().on(rig.fast).new_instance(a)
+    for number in range(5):
+        vi.start(limit=number + 1)
+        report = vi.wait()
+        assert report.last == number + 1
+    assert vi.report is report
+
+
+def test_r105_every_processor_has_a_kernel(rig: Rig) -> None:
+    timers = [rig.cell.processor(f"p{n}").timer("t", period="1 ms", priority=50) for n in range(2)]
+    svvs = rig.svvs("a", "b")
+    for timer, svv in zip(timers, svvs, strict=True):
+        rig.counting().on(timer).asynch(svv)
+    rig.cell.advance("3 ms")
+    sources = rig.cell.statistics["sources"]
+    assert all(sources[timer.name]["firings"] >= 3 for timer in timers)
+
+
+def test_r106_the_supervisor_installs_everywhere(rig: Rig) -> None:
+    elsewhere = rig.cell.processor("p1").timer("t", period="1 ms", priority=50)
+    (a,) = rig.svvs("a")
+    assert rig.counting().on(elsewhere)(a, limit=3).last == 3
+
+
+def test_r107_creation_reports_completion(rig: Rig) -> None:
+    (a,) = rig.svvs("a")
+    vi = rig.counting().on(rig.fast).named("mine").new_instance(a)
+    assert (vi.name, vi.state) == ("mine", "created")
+
+
+def test_r108_an_instance_runs_until_something_ends_it(rig: Rig) -> None:
+    (a,) = rig.svvs("a")
+    vi = rig.counting().on(rig.fast).asynch(a)
+    rig.cell.advance("2 s")
+    assert vi.state == "running" and a.value == 1999
+
+
+def test_r109_the_reason_decides_about_an_exception(rig: Rig) -> None:
+    class Enough(gpac.Terminated):
+        pass
+
+    (a,) = rig.svvs("a")
+    raising = rig.counting("raising", conditions={"enough": gpac.on("count.enough", returns=["last"], raises=Enough)})
+    with pytest.raises(Enough) as caught:
+        raising.on(rig.fast)(a, limit=3)
+    error = caught.value
+    assert (error.verb, error.condition, error.command_list, error.block, error.value) == ("raising", "enough", "start", "count", 3)
+    assert error.outputs == {"last": 3} and error.report.last == 3 and error.time > 0
+    assert __file__ in str(error) or "conftest.py" in str(error)
+
+
+def test_r110_delete_frees_everything(rig: Rig) -> None:
+    (a,) = rig.svvs("a")
+    counting = rig.counting()
+    before = rig.cell.names["instances"]
+    for _ in range(200):
+        counting.on(rig.fast)(a, limit=1)
+    assert rig.cell.names["instances"] == before
+    vi = counting.on(rig.fast).new_instance(a)
+    vi.delete()
+    assert vi.state == "deleted"
+    with pytest.raises(gpac.InvalidState, match="deleted"):
+        vi.start()
+    a.delete()

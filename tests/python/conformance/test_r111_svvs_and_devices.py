@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Requirements 111 to 117: state vector variables and logical devices."""
+
+from __future__ import annotations
+
+import pytest
+
+import opengpac as gpac
+from rig import Rig
+from opengpac import activate, execute
+from opengpac import library as lib
+
+
+@pytest.fixture
+def arm(rig: Rig) -> gpac.Group[gpac.robots.Joint]:
+    """Two joints that follow their effort exactly."""
+    drive = rig.rtp.physical_device("drive", gpac.drivers.loopback("x", "y", initial=[0.5, -0.5]), exchange=rig.fast)
+    return gpac.Group("arm", *(gpac.robots.Joint(n, drive=drive[n], on=rig.fast, kp=50.0, kd=0.0) for n in drive.parts))
+
+
+def test_r111_an_svv_has_a_value_a_history_and_a_type(rig: Rig) -> None:
+    a = rig.cell.svv("a", unit="m", initial=2.5, history=5)
+    assert (a.value, a.type, a.unit) == (2.5, "double", "m")
+    rig.counting("m_counting").on(rig.fast).asynch(a)
+    rig.cell.advance("20 ms")
+    last = a.history[:]
+    assert last["value"].tolist() == [15, 16, 17, 18, 19]
+    assert last["number"].tolist() == sorted(last["number"].tolist())
+    assert a.history[-1]["time"] == pytest.approx(0.020)
+
+
+def test_r112_svvs_need_no_shared_memory(rig: Rig) -> None:
+    other = rig.cell.processor("rtp1").timer("fast", period="1 ms", priority=80)
+    a, b = rig.svvs("a", "b")
+    sampling = gpac.Verb(
+        "sampling",
+        blocks={"s": rig.block("copy.sample")},
+        instantiation_parameters={"u": "s.u", "y": "s.y"},
+        command_lists={"start": [activate("s", every="1 ms")]},
+    )
+    rig.counting().on(rig.fast).asynch(a)
+    sampling.on(other).asynch(a, b)
+    rig.cell.advance("100 ms")
+    assert b.value >= 90
+
+
+def test_r113_a_device_type_is_a_verb_svvs_and_parameters(rig: Rig) -> None:
+    class Tank(gpac.LogicalDevice):
+        """A tank without a verb."""
+
+        level: gpac.SVV[float] = gpac.svv(unit="m", initial=0.5)
+        pose: gpac.SVV[float] = gpac.svv("double[3]")
+        capacity = gpac.parameter(2.0, unit="m")
+
+    tank = Tank("tank", system=rig.cell)
+    assert tank.level.value == 0.5 and tank.level.name == "tank.level"
+    assert tank.pose.value.tolist() == [0, 0, 0]
+    tank.capacity = 3.0
+    assert tank.capacity == 3.0
+    with pytest.raises(gpac.CallError, match="did you mean 'level'"):
+        tank.levle = 3.0
+
+
+def test_r114_a_joint_type_can_be_written(arm: gpac.Group[gpac.robots.Joint]) -> None:
+    joint = arm[0]
+    assert {"sensed", "commanded", "goal"} <= joint.svv_members().keys()
+    assert {"max_speed", "max_effort"} <= joint.parameter_members().keys()
+
+
+def test_r115_a_device_contributes_svvs_and_parameters(rig: Rig, arm: gpac.Group[gpac.robots.Joint]) -> None:
+    arm.enable()
+    holding = gpac.Verb(
+        "holding",
+        blocks={"s": rig.block("copy.sample"), "gain": lib.block("gain")},
+        objects={"joint": gpac.robots.Joint},
+        instantiation_parameters={"joint.sensed": "s.u", "y": "gain.y"},
+        cells={"c": ["s.y", "gain.u"]},
+        input_parameters={"joint.max_speed": "gain.k"},
+        command_lists={"start": [execute("s"), execute("gain")]},
+    )
+    (y,) = rig.svvs("y")
+    arm[0].max_speed = 4.0
+    holding.on(rig.fast)(arm[0], y)
+    assert y.value == pytest.approx(2.0, abs=1e-6)
+
+
+def test_r116_a_verb_applies_to_one_or_more_devices(rig: Rig, arm: gpac.Group[gpac.robots.Joint]) -> None:
+    arm.enable()
+    for devices, goal in ((arm, [0.4, -0.4]), (arm[:1], [0.5])):
+        report = gpac.robots.move.on(rig.fast, every={"generator": "10 ms", "near": "10 ms"})(devices, goal, speed=1.0)
+        assert report.condition == "arrived" and len(report.position) == len(goal)
+
+
+def test_r117_a_device_must_be_enabled(rig: Rig, arm: gpac.Group[gpac.robots.Joint]) -> None:
+    move = gpac.robots.move.on(rig.fast)
+    with pytest.raises(gpac.NotEnabled, match="x"):
+        move(arm, [0.0, 0.0])
+    arm.enable()
+    assert all(joint.state == "standstill" for joint in arm)
+    assert move(arm, {"x": 0.45}, speed=1.0).condition == "arrived"
+    arm.disable()
+    assert all(joint.state == "disabled" for joint in arm)
+    with pytest.raises(gpac.NotEnabled):
+        move(arm, [0.0, 0.0])
+
+
+def test_r117_disabling_ends_the_verbs_that_use_it(rig: Rig, arm: gpac.Group[gpac.robots.Joint]) -> None:
+    with arm.enabled():
+        vi = gpac.robots.move.on(rig.fast).asynch(arm, [2.0, 2.0], speed=0.1)
+        rig.cell.advance("50 ms")
+        arm[0].disable()
+        with pytest.raises(gpac.Terminated) as caught:
+            vi.wait()
+        assert caught.value.condition == "device_disabled"
+
+
+def test_r117_enabling_starts_from_the_present(rig: Rig, arm: gpac.Group[gpac.robots.Joint]) -> None:
+    arm.enable()
+    assert arm.values("commanded") == pytest.approx([0.5, -0.5])
+    rig.cell.advance("100 ms")
+    assert arm.values("sensed") == pytest.approx([0.5, -0.5])
+
+
+def test_r117_a_device_whose_verb_ends_is_lost_to_its_users(rig: Rig) -> None:
+    drive = rig.rtp.physical_device("failing", gpac.drivers.loopback("z", fail_at="100 ms"), exchange=rig.fast)
+    joint = gpac.robots.Joint("z", drive=drive["z"], on=rig.fast, kp=50.0, kd=0.0).enable()
+    with pytest.raises(gpac.Terminated) as caught:
+        gpac.robots.move.on(rig.fast)(gpac.Group("one", joint), [3.0], speed=0.1)
+    assert caught.value.condition == "device_lost"
+
+
+def test_r117_tunable_parameters_act_at_once(rig: Rig, arm: gpac.Group[gpac.robots.Joint]) -> None:
+    arm.enable()
+    arm[0].kp = 20.0
+    rig.cell.advance("10 ms")
+    assert arm[0].kp == 20.0

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A small system for tests."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import opengpac as gpac
+from opengpac import activate, on
+
+
+class Rig:
+    """A system with one processor: `fast` (1 ms, priority 80), `slow` (10 ms, priority 60), a trigger, and C blocks by name."""
+
+    def __init__(self, cell: gpac.System, built: dict[str, str]) -> None:
+        self.cell = cell
+        self.built = built
+        self.rtp = cell.processor("rtp0")
+        self.fast = self.rtp.timer("fast", period="1 ms", priority=80)
+        self.slow = self.rtp.timer("slow", period="10 ms", priority=60)
+        self._modules: dict[str, gpac.Module] = {}
+
+    def block(self, name: str) -> gpac.Block:
+        """A block of `tests/blocks` by its name: `count.count`."""
+        module, block = name.split(".")
+        if module not in self._modules:
+            self._modules[module] = self.cell.download(self.built[module], module)
+        return self._modules[module][block]
+
+    def svvs(self, *names: str, **options: Any) -> list[gpac.SVV[Any]]:
+        """SVVs of type double."""
+        return [self.cell.svv(name, **options) for name in names]
+
+    def counting(self, name: str = "counting", every: str = "1 ms", **changes: Any) -> gpac.Verb[..., Any]:
+        """A verb that counts into its SVV `y` and ends with `enough` when it comes to `limit`."""
+        definition: dict[str, Any] = {
+            "blocks": {"count": self.block("count.count")},
+            "instantiation_parameters": {"y": "count.y"},
+            "input_parameters": {"limit": "count.enough"},
+            "output_values": {"last": "count.y"},
+            "command_lists": {"start": [activate("count", every=every)]},
+            "conditions": {"enough": on("count.enough", returns=["last"])},
+        }
+        return gpac.Verb(name, **{**definition, **changes})
