@@ -20,6 +20,7 @@ pub mod refusal;
 pub mod suggest;
 pub mod types;
 pub mod value;
+mod writers;
 
 pub use apply::apply;
 pub use checked::{CheckedVerb, check_graph, check_verb};

@@ -49,7 +49,7 @@ proptest! {
         }
         // Every edge that gave way lies on a cycle.
         for (a, b) in &sorted.against {
-            let mut reached = vec![false; 30];
+            let mut reached = [false; 30];
             let mut work = vec![*b];
             while let Some(e) = work.pop() {
                 if !std::mem::replace(&mut reached[e], true) {

@@ -182,6 +182,21 @@ fn a_graphs_inner_items_are_reached_by_their_labels() {
 }
 
 #[test]
+fn an_instance_tells_what_it_writes() {
+    let mut cell = cell();
+    let plan = plan(servo(), json!({"owner": "j1"}));
+    let writers = plan.writers("joint_servo#1", &cell);
+    assert_eq!(writers.len(), 1);
+    let (svv, writer) = &writers[0];
+    assert_eq!((svv.as_str(), writer.port.as_str(), writer.source.as_str()), ("j1.sensed", "read.y", "rtp0.fast"));
+    assert_eq!(writer.rates, [Rate::Interval { period_ns: 1_000_000 }, Rate::Once]);
+    cell.writers.insert(svv.clone(), vec![writer.clone()]);
+    let rest = json!({"instantiation_parameters": {"x": ["g.u"]}, "command_lists": start(&["+g"])});
+    let reader = apply_in(cell, verb(&[("g", "lib.gain")], rest), json!({"arguments": {"x": {"svv": "j1.sensed"}}})).unwrap();
+    assert_eq!(reader.activations[0].rates, [(0, Rate::Interval { period_ns: 1_000_000 })]);
+}
+
+#[test]
 fn a_trigger_takes_no_interval() {
     let rest = json!({"command_lists": start(&["+s"])});
     let plan = plan(verb(&[("s", "lib.signal")], rest), json!({}));

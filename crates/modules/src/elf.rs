@@ -14,6 +14,7 @@ pub fn target_here() -> &'static str {
 }
 
 const LOAD_SEGMENT: u32 = 1;
+const DYNAMIC_SEGMENT: u32 = 2;
 
 /// Checks that the file is a whole shared object for this machine.
 pub fn check(bytes: &[u8]) -> Result<(), ElfError> {
@@ -62,17 +63,75 @@ fn check_extent(bytes: &[u8]) -> Result<(), ElfError> {
     if segment_size != 56 || !inside(segments, segment_size * segment_count) || !inside(sections, section_size * section_count) {
         return Err(short());
     }
+    let mut loaded = Vec::new();
+    let mut dynamic = None;
     for index in 0..segment_count {
-        let start = (segments + index * segment_size) as usize;
-        let kind = bytes.get(start..start + 4).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes).ok_or_else(short)?;
-        if kind == LOAD_SEGMENT {
-            let (offset, in_file) = (word(bytes, start + 8).ok_or_else(short)?, word(bytes, start + 32).ok_or_else(short)?);
-            if !inside(offset, in_file) {
-                return Err(short());
+        let segment = Segment::read(bytes, (segments + index * segment_size) as usize).ok_or_else(short)?;
+        if !inside(segment.offset, segment.bytes_in_file) {
+            return Err(short());
+        }
+        match segment.kind {
+            LOAD_SEGMENT => loaded.push(segment),
+            DYNAMIC_SEGMENT => dynamic = Some(segment),
+            _ => {}
+        }
+    }
+    match dynamic {
+        Some(dynamic) => check_relocations(bytes, &loaded, &dynamic).unwrap_or_else(|| Err(damaged("its relocations cannot be read"))),
+        None => Err(damaged("it has no table for the loader")),
+    }
+}
+
+/// One entry of the program header.
+struct Segment {
+    kind: u32,
+    writable: bool,
+    offset: u64,
+    address: u64,
+    bytes_in_file: u64,
+    bytes: u64,
+}
+
+impl Segment {
+    fn read(bytes: &[u8], at: usize) -> Option<Segment> {
+        let kind_and_flags = word(bytes, at)?;
+        Some(Segment {
+            kind: kind_and_flags as u32,
+            writable: kind_and_flags >> 32 & 2 != 0,
+            offset: word(bytes, at + 8)?,
+            address: word(bytes, at + 16)?,
+            bytes_in_file: word(bytes, at + 32)?,
+            bytes: word(bytes, at + 40)?,
+        })
+    }
+    fn holds(&self, address: u64, bytes: u64) -> bool {
+        address >= self.address && address.checked_add(bytes).is_some_and(|end| end - self.address <= self.bytes)
+    }
+}
+
+/// That the loader writes into the module's own writable memory only: a child that is killed by a wild write is one thing, one
+/// that happens to survive it says nothing about this process. `None`: the tables lead out of the file.
+fn check_relocations(bytes: &[u8], loaded: &[Segment], dynamic: &Segment) -> Option<Result<(), ElfError>> {
+    const ENTRY_BYTES: u64 = 24;
+    let mut tags = std::collections::BTreeMap::new();
+    for at in (0..dynamic.bytes_in_file).step_by(16) {
+        match word(bytes, (dynamic.offset + at) as usize)? {
+            0 => break,
+            tag => tags.insert(tag, word(bytes, (dynamic.offset + at + 8) as usize)?),
+        };
+    }
+    for (table, size) in [(7, 8), (23, 2)] {
+        let (Some(table), Some(size)) = (tags.get(&table), tags.get(&size)) else { continue };
+        let segment = loaded.iter().find(|segment| segment.holds(*table, *size))?;
+        let start = segment.offset.checked_add(table - segment.address)?;
+        for at in (0..*size).step_by(ENTRY_BYTES as usize) {
+            let target = word(bytes, usize::try_from(start.checked_add(at)?).ok()?)?;
+            if !loaded.iter().any(|segment| segment.writable && segment.holds(target, 8)) {
+                return Some(Err(damaged("a relocation points outside of it")));
             }
         }
     }
-    Ok(())
+    Some(Ok(()))
 }
 
 fn word(bytes: &[u8], offset: usize) -> Option<u64> {

@@ -156,7 +156,7 @@ fn a_module_without_a_seal_kills_a_child_at_most() {
         object(header(index) + 24)..object(header(index) + 24) + object(header(index) + 32)
     };
     let mut refused = 0;
-    for (name, seeds) in [(".dynamic", 0..40u64), (".dynstr", 40..50), (".dynsym", 50..64)] {
+    for (name, seeds) in [(".dynamic", 0..40u64), (".dynstr", 40..50), (".dynsym", 50..64), (".rela.dyn", 64..90)] {
         let range = section(name);
         for seed in seeds {
             let mut bytes = good.to_vec();
