@@ -20,7 +20,8 @@ fn main() {
     let text = format!(
         "{modules}\n/// The descriptors of all blocks of the library, by name.\npub fn blocks() -> Vec<&'static opengpac::abi::Descriptor> {{\n    vec![\n{}    ]\n}}\n\n\
          /// The struct types of their items.\npub fn types() -> Vec<&'static opengpac::abi::TypeDescriptor> {{\n    vec![\n{}    ].into_iter().flatten().collect()\n}}\n",
-        list("descriptor"), list("types"),
+        list("descriptor"),
+        list("types"),
     );
     let out = env::var("OUT_DIR").expect("cargo sets it");
     fs::write(Path::new(&out).join("blocks.rs"), text).expect("the output folder can be written");

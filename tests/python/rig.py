@@ -36,7 +36,7 @@ class Rig:
         definition: dict[str, Any] = {
             "blocks": {"count": self.block("count.count")},
             "instantiation_parameters": {"y": "count.y"},
-            "input_parameters": {"limit": "count.enough"},
+            "input_parameters": {"limit": gpac.input("count.enough", default=0)},
             "output_values": {"last": "count.y"},
             "command_lists": {"start": [activate("count", every=every)]},
             "conditions": {"enough": on("count.enough", returns=["last"])},

@@ -62,11 +62,17 @@ fn items(input: &DeriveInput) -> syn::Result<Vec<Item>> {
         return Err(syn::Error::new(input.span(), "the items of a block have names: use a struct with named fields"));
     };
     if !input.generics.params.is_empty() {
-        return Err(syn::Error::new(input.generics.span(), "a function block has no generic parameters: its interface is fixed; use #[size(least, most)] for any number of elements"));
+        return Err(syn::Error::new(
+            input.generics.span(),
+            "a function block has no generic parameters: its interface is fixed; use #[size(least, most)] for any number of elements",
+        ));
     }
     let items = fields.named.iter().map(Item::new).collect::<syn::Result<Vec<_>>>()?;
     if items.len() > ITEMS_MAX {
-        return Err(syn::Error::new(items[ITEMS_MAX].name.span(), "a block has at most 32 items: put several values into an array or a struct with #[derive(Type)]"));
+        return Err(syn::Error::new(
+            items[ITEMS_MAX].name.span(),
+            "a block has at most 32 items: put several values into an array or a struct with #[derive(Type)]",
+        ));
     }
     let mut sizes = items.iter().filter(|item| item.kind == Kind::Size);
     let first = sizes.next();

@@ -100,7 +100,9 @@ impl Item {
                 (_, "sized", None) => self.sized = true,
                 ("input" | "output", "asynchronous", None) => self.asynchronous = true,
                 ("input" | "output", "ratio", Some(n)) => self.ratio = Some(n),
-                ("input" | "param", "default", Some(value)) | ("state", "initial", Some(value)) | ("condition", "preset", Some(value)) => self.value = Some(value),
+                ("input" | "param", "default", Some(value)) | ("state", "initial", Some(value)) | ("condition", "preset", Some(value)) => {
+                    self.value = Some(value)
+                }
                 ("output", "nonfinite", None) => self.nonfinite = true,
                 ("state", "keep", None) => self.keep = true,
                 ("state", "opaque", None) => self.opaque = true,

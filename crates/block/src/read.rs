@@ -124,7 +124,9 @@ pub enum Refusal {
 impl core::fmt::Display for Refusal {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Refusal::AbiVersion { module, here } => write!(f, "the module is of ABI version {module}, this system of {here}: compile it again with this system's opengpac.h"),
+            Refusal::AbiVersion { module, here } => {
+                write!(f, "the module is of ABI version {module}, this system of {here}: compile it again with this system's opengpac.h")
+            }
             Refusal::NoBlocks => write!(f, "the module has no function block: declare one with FUNCTION_BLOCK"),
             Refusal::Invalid { block, item, what } if item.is_empty() => write!(f, "block '{block}' of the module is damaged: {what}"),
             Refusal::Invalid { block, item, what } => write!(f, "item '{block}.{item}' of the module is damaged: {what}"),

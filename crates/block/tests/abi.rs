@@ -69,7 +69,8 @@ fn every_offset_is_the_same() {
         let (source, binary) = (folder.join(format!("layout.{ending}")), folder.join(format!("layout-{ending}")));
         std::fs::write(&source, &program).unwrap();
         let header = Path::new(env!("CARGO_MANIFEST_DIR")).join("include");
-        let output = Command::new(compiler).args([standard, "-Wall", "-Wextra", "-Werror", "-I"]).arg(&header).arg(&source).arg("-o").arg(&binary).output().unwrap();
+        let output =
+            Command::new(compiler).args([standard, "-Wall", "-Wextra", "-Werror", "-I"]).arg(&header).arg(&source).arg("-o").arg(&binary).output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let printed = String::from_utf8(Command::new(&binary).output().unwrap().stdout).unwrap();
         assert_eq!(printed, expected, "{compiler}");

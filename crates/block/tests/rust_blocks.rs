@@ -8,14 +8,20 @@ use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step,
 #[derive(FunctionBlock)]
 pub struct Lowpass {
     /// raw signal
-    #[input]                u: f64,
+    #[input]
+    u: f64,
     /// filtered signal
-    #[output]               y: f64,
+    #[output]
+    y: f64,
     /// smoothing factor, 0 to 1
-    #[param(default = 0.1)] alpha: f64,
+    #[param(default = 0.1)]
+    alpha: f64,
 }
 impl Step for Lowpass {
-    fn step(&mut self, _: &Invocation) -> Outcome { self.y += self.alpha * (self.u - self.y); Outcome::Done }
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y += self.alpha * (self.u - self.y);
+        Outcome::Done
+    }
 }
 
 /// Where a body is.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The one door to the drivers: a name and options give a driver and a description of its parts.
-use crate::{loopback, mujoco, scripted, DriverError};
+use crate::{DriverError, loopback, mujoco, scripted};
 use kernel::Driver;
 use serde_json::Value;
 

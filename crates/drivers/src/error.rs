@@ -16,7 +16,9 @@ pub enum DriverError {
     #[error("driver '{kind}' cannot read '{}': {problem}", path.display())]
     File { kind: String, path: PathBuf, problem: String },
     /// The library that a driver needs is not there.
-    #[error("driver 'mujoco' needs the MuJoCo library, {problem}; install it with `pip install mujoco` and give the folder of that package as option 'library', or in OPENGPAC_MUJOCO")]
+    #[error(
+        "driver 'mujoco' needs the MuJoCo library, {problem}; install it with `pip install mujoco` and give the folder of that package as option 'library', or in OPENGPAC_MUJOCO"
+    )]
     LibraryMissing { problem: String },
     /// The library is there, but is not one that this driver knows.
     #[error("driver 'mujoco' needs MuJoCo 4, and '{}' is version {found}; install another with `pip install 'mujoco>=4,<5'`", path.display())]

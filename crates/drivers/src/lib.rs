@@ -17,6 +17,6 @@ pub mod scripted;
 
 mod bytes;
 
-pub use driver::{open, KINDS};
+pub use driver::{KINDS, open};
 pub use error::DriverError;
 pub use part::{Part, Servo};

@@ -50,11 +50,21 @@ pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverEr
         return Err(wrong("initial", format!("{} values for {count} parts", options.initial.len())));
     }
     let position = if options.initial.is_empty() { vec![0.0; count] } else { options.initial.clone() };
-    let parts: Vec<Part> = options.parts.iter().zip(&position).map(|(name, home)| Part {
-        name: name.clone(), unit: "rad", range_min: -UNLIMITED, range_max: UNLIMITED, effort_max: UNLIMITED, home: *home,
-        // x' = u is a velocity drive: kp alone, 50 rad/s, makes a first-order servo.
-        servo: Servo { kp: 50.0, kd: 0.0 },
-    }).collect();
+    let parts: Vec<Part> = options
+        .parts
+        .iter()
+        .zip(&position)
+        .map(|(name, home)| Part {
+            name: name.clone(),
+            unit: "rad",
+            range_min: -UNLIMITED,
+            range_max: UNLIMITED,
+            effort_max: UNLIMITED,
+            home: *home,
+            // x' = u is a velocity drive: kp alone, 50 rad/s, makes a first-order servo.
+            servo: Servo { kp: 50.0, kd: 0.0 },
+        })
+        .collect();
     let device = Loopback {
         channels: channels(&options.parts, options.slew),
         fail_at_ns: options.fail_at_ns.unwrap_or(i64::MAX),
@@ -69,8 +79,15 @@ pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverEr
 
 fn channels(parts: &[String], slew_max: Option<f64>) -> Vec<Channel> {
     let read = |part: &String, name: &str, unit: &str, doc: &str, offset| Channel {
-        name: format!("{part}.{name}"), direction: Direction::Read, type_text: "double".into(), unit: unit.into(), doc: doc.into(),
-        offset, len: 8, safe: vec![], slew_max: None,
+        name: format!("{part}.{name}"),
+        direction: Direction::Read,
+        type_text: "double".into(),
+        unit: unit.into(),
+        doc: doc.into(),
+        offset,
+        len: 8,
+        safe: vec![],
+        slew_max: None,
     };
     let mut channels = Vec::new();
     for (i, part) in parts.iter().enumerate() {
@@ -80,8 +97,15 @@ fn channels(parts: &[String], slew_max: Option<f64>) -> Vec<Channel> {
     }
     for (i, part) in parts.iter().enumerate() {
         channels.push(Channel {
-            name: format!("{part}.effort"), direction: Direction::Write, type_text: "double".into(), unit: "N.m".into(),
-            doc: "its rate, rad/s for each N.m".into(), offset: 8 * i, len: 8, safe: vec![0; 8], slew_max,
+            name: format!("{part}.effort"),
+            direction: Direction::Write,
+            type_text: "double".into(),
+            unit: "N.m".into(),
+            doc: "its rate, rad/s for each N.m".into(),
+            offset: 8 * i,
+            len: 8,
+            safe: vec![0; 8],
+            slew_max,
         });
     }
     channels

@@ -82,9 +82,15 @@ pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverEr
     let mut rows = Vec::new();
     for row in &options.table {
         for (name, value) in &row.values {
-            let channel = channels.iter().find(|c| &c.name == name && c.direction == Direction::Read)
+            let channel = channels
+                .iter()
+                .find(|c| &c.name == name && c.direction == Direction::Read)
                 .ok_or_else(|| wrong("table", format!("no read channel '{name}'")))?;
-            rows.push(Row { at_ns: row.at_ns, offset: channel.offset, bytes: encode(&channel.type_text, value).map_err(|e| wrong("table", format!("'{name}': {e}")))? });
+            rows.push(Row {
+                at_ns: row.at_ns,
+                offset: channel.offset,
+                bytes: encode(&channel.type_text, value).map_err(|e| wrong("table", format!("'{name}': {e}")))?,
+            });
         }
     }
     rows.sort_by_key(|row| row.at_ns);
@@ -115,8 +121,15 @@ fn channel(given: &ChannelOptions, read_len: &mut usize, write_len: &mut usize) 
         (Some(value), Direction::Write) => encode(&given.r#type, value).map_err(failed)?,
     };
     Ok(Channel {
-        name: given.name.clone(), direction, type_text: given.r#type.clone(), unit: given.unit.clone(), doc: "scripted".into(),
-        offset, len, safe, slew_max: given.slew,
+        name: given.name.clone(),
+        direction,
+        type_text: given.r#type.clone(),
+        unit: given.unit.clone(),
+        doc: "scripted".into(),
+        offset,
+        len,
+        safe,
+        slew_max: given.slew,
     })
 }
 

@@ -20,7 +20,8 @@ fn its_parts_are_found_whatever_drives_them() {
         assert_eq!((part(0, "range_min"), part(0, "range_max"), part(1, "home")), (json!(-3.0), json!(3.0), json!(0.0)));
         assert_eq!(machine.about["tool"], json!(false));
         let names: Vec<_> = machine.driver.channels().iter().map(|c| c.name.as_str()).collect();
-        let expected = ["shoulder.position", "shoulder.velocity", "shoulder.bias", "elbow.position", "elbow.velocity", "elbow.bias", "shoulder.effort", "elbow.effort"];
+        let expected =
+            ["shoulder.position", "shoulder.velocity", "shoulder.bias", "elbow.position", "elbow.velocity", "elbow.bias", "shoulder.effort", "elbow.effort"];
         assert_eq!(names, expected);
     });
 }
@@ -109,7 +110,8 @@ fn what_is_not_finite_is_refused_and_what_diverges_is_lost() {
         let error = machine.try_write(0, &[false, true]).expect_err("refused");
         assert!(error.contains("'elbow.effort'"), "{error}");
         // A spring that throws the arm out of all numbers, in some tenths of a second.
-        let text = std::fs::read_to_string(robot("two_joint.xml")).expect("the model")
+        let text = std::fs::read_to_string(robot("two_joint.xml"))
+            .expect("the model")
             .replace(r#"axis="0 -1 0" range="-2.5 2.5""#, r#"axis="0 -1 0" stiffness="-1e4""#);
         let mut machine = Machine::open("mujoco", json!({ "path": scratch("diverges", &text), "library": library }));
         machine.set("elbow.effort", &[1.0]);
@@ -144,7 +146,8 @@ fn a_model_that_does_not_do_says_why() {
         assert!(idle.contains("no actuated joint"), "{idle}");
         let missing = drivers::open("mujoco", &json!({ "path": "no_such.xml", "library": library })).err().expect("refused").to_string();
         assert!(missing.contains("no_such.xml"), "{missing}");
-        let option = drivers::open("mujoco", &json!({ "path": robot("two_joint.xml"), "library": library, "timestep": 5.0 })).err().expect("refused").to_string();
+        let option =
+            drivers::open("mujoco", &json!({ "path": robot("two_joint.xml"), "library": library, "timestep": 5.0 })).err().expect("refused").to_string();
         assert!(option.contains("timestep"), "{option}");
     });
 }
@@ -152,7 +155,8 @@ fn a_model_that_does_not_do_says_why() {
 #[test]
 fn a_free_body_beside_the_arm_shifts_no_channel() {
     with_mujoco(|library| {
-        let text = std::fs::read_to_string(robot("two_joint.xml")).expect("the model")
+        let text = std::fs::read_to_string(robot("two_joint.xml"))
+            .expect("the model")
             .replace("<worldbody>", "<worldbody><geom type='plane' size='2 2 .1'/><body name='ball' pos='3 0 1'><freejoint/><geom size='.1' mass='1'/></body>")
             .replace("</mujoco>", "<keyframe><key name='home' qpos='3 0 1 1 0 0 0 0.25 -0.5'/></keyframe></mujoco>");
         let mut machine = Machine::open("mujoco", json!({ "path": scratch("ball", &text), "library": library }));

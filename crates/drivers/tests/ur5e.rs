@@ -35,10 +35,8 @@ fn potential_energy(q: &[f64; 6]) -> f64 {
     let a = [0.0, -0.425, -0.3922, 0.0, 0.0, 0.0];
     let alpha = [PI / 2.0, 0.0, 0.0, PI / 2.0, -PI / 2.0, 0.0];
     let mass = [3.761, 8.058, 2.846, 1.37, 1.3, 0.365];
-    let centre = [
-        [0.0, -0.02561, 0.00193], [0.2125, 0.0, 0.11336], [0.15, 0.0, 0.0265],
-        [0.0, -0.0018, 0.01634], [0.0, 0.0018, 0.01634], [0.0, 0.0, -0.001159],
-    ];
+    let centre =
+        [[0.0, -0.02561, 0.00193], [0.2125, 0.0, 0.11336], [0.15, 0.0, 0.0265], [0.0, -0.0018, 0.01634], [0.0, 0.0018, 0.01634], [0.0, 0.0, -0.001159]];
     let mut pose = [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
     let mut energy = 0.0;
     for i in 0..6 {
@@ -87,8 +85,12 @@ fn gravity_torques_are_those_of_the_dh_parameters() {
 fn with_the_default_gains_a_servo_tracks_one_radian_a_second() {
     with_mujoco(|library| {
         let mut machine = Machine::open("mujoco", json!({ "path": robot("ur5e.xml"), "library": library }));
-        let servo: Vec<(f64, f64)> = machine.about["parts"].as_array().expect("parts").iter()
-            .map(|p| (p["servo"]["kp"].as_f64().expect("kp"), p["servo"]["kd"].as_f64().expect("kd"))).collect();
+        let servo: Vec<(f64, f64)> = machine.about["parts"]
+            .as_array()
+            .expect("parts")
+            .iter()
+            .map(|p| (p["servo"]["kp"].as_f64().expect("kp"), p["servo"]["kd"].as_f64().expect("kd")))
+            .collect();
         machine.read(0);
         let start: Vec<f64> = JOINTS.iter().map(|j| machine.get(&format!("{j}.position"))[0]).collect();
         let mut worst: f64 = 0.0;

@@ -55,15 +55,18 @@ fn wrong_options_are_named() {
 
 #[test]
 fn a_scripted_device_reads_its_table_and_shows_what_is_written() {
-    let mut machine = Machine::open("scripted", json!({
-        "channels": [
-            { "name": "force", "direction": "read", "type": "double[3]", "unit": "N" },
-            { "name": "button", "direction": "read", "type": "bool" },
-            { "name": "lamp", "direction": "write", "type": "double", "safe": 0.25 },
-            { "name": "lamp_seen", "direction": "read", "type": "double", "loop_of": "lamp" },
-        ],
-        "table": [{ "at_ns": 20 * MS, "values": { "force": [1.0, "nan", 3.0], "button": true } }, { "at_ns": 10 * MS, "values": { "force": [4, 5, 6] } }],
-    }));
+    let mut machine = Machine::open(
+        "scripted",
+        json!({
+            "channels": [
+                { "name": "force", "direction": "read", "type": "double[3]", "unit": "N" },
+                { "name": "button", "direction": "read", "type": "bool" },
+                { "name": "lamp", "direction": "write", "type": "double", "safe": 0.25 },
+                { "name": "lamp_seen", "direction": "read", "type": "double", "loop_of": "lamp" },
+            ],
+            "table": [{ "at_ns": 20 * MS, "values": { "force": [1.0, "nan", 3.0], "button": true } }, { "at_ns": 10 * MS, "values": { "force": [4, 5, 6] } }],
+        }),
+    );
     let channels = machine.driver.channels();
     assert_eq!((channels[0].len, channels[1].len, channels[2].safe.clone()), (24, 1, 0.25f64.to_ne_bytes().to_vec()));
     let button = channels[1].offset;

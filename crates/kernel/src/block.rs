@@ -33,7 +33,11 @@ impl Block {
     pub fn install(id: BlockId, name: &str, descriptor: &'static Descriptor, module: Arc<dyn Any + Send + Sync>, memory: Cell) -> Block {
         let size = descriptor.instance_size as usize;
         let memory = memory.part(0, size);
-        assert_eq!(memory.start() as usize % descriptor.instance_align.max(1) as usize, 0, "the memory of block '{name}' is not aligned as its descriptor asks");
+        assert_eq!(
+            memory.start() as usize % descriptor.instance_align.max(1) as usize,
+            0,
+            "the memory of block '{name}' is not aligned as its descriptor asks"
+        );
         // SAFETY: a descriptor's image is `instance_size` bytes and lives as long as its module.
         let initial: Box<[u8]> = unsafe { std::slice::from_raw_parts(descriptor.image.cast::<u8>(), size) }.into();
         memory.store(&initial);
@@ -148,7 +152,8 @@ fn items(descriptor: &'static Descriptor) -> &'static [Item] {
 
 /// The stretches of an instance of `size` bytes between the header and its end that no kept state lies in.
 fn restored(items: &[Item], size: usize) -> Vec<(usize, usize)> {
-    let mut kept: Vec<(usize, usize)> = items.iter().filter(|item| item.kind == kind::STATE && item.flags & flag::KEEP != 0).map(|item| (item.offset as usize, item.size as usize)).collect();
+    let mut kept: Vec<(usize, usize)> =
+        items.iter().filter(|item| item.kind == kind::STATE && item.flags & flag::KEEP != 0).map(|item| (item.offset as usize, item.size as usize)).collect();
     kept.sort_unstable();
     let mut stretches = Vec::new();
     let mut at = size_of::<Header>();

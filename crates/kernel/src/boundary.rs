@@ -133,7 +133,8 @@ impl Kernel {
         }
         state.on = true;
         state.every = every;
-        state.next = (self.firing / u64::from(every) + 1) * u64::from(every);
+        // The first multiple after the last firing; without the division where there is none to do.
+        state.next = if every == 1 { self.firing + 1 } else { (self.firing / u64::from(every) + 1) * u64::from(every) };
         let mut headers = slot.into_iter().flat_map(|slot| self.table.steps_of(slot)).filter_map(|step| self.table.header(step)).peekable();
         if let Some(&header) = headers.peek() {
             // SAFETY: the block is in the table, and no step runs.

@@ -124,7 +124,8 @@ impl Kernel {
         let moved = self.act(process, word, stage, watch, candidate.process, now_ns);
         let (acted, ended, next) = (moved.is_some(), moved == Some(Moved::Ended), if let Some(Moved::To(next)) = moved { Some(next) } else { None });
         let (condition, value, captured) = (watch.condition, Vec::new(), Vec::new());
-        let event = Event::Condition { source, process: id, generation, condition, block, item, fault, number, time_ns, acted, ended, stage: next, value, captured };
+        let event =
+            Event::Condition { source, process: id, generation, condition, block, item, fault, number, time_ns, acted, ended, stage: next, value, captured };
         self.tell_condition(event, candidate.step, item);
         self.serve_entered(now_ns);
     }
@@ -135,7 +136,7 @@ impl Kernel {
         let time: *mut TimeState = self.table.times[place as usize];
         // SAFETY: the process's time in this source.
         if !word.acts() || word.stage != stage || unsafe { (*time).moved } == self.pass {
-            if word.acts() && matches!(watch.response, Response::Remember) {
+            if word.remembers() && matches!(watch.response, Response::Remember) {
                 process.remember(watch.condition);
             }
             return None;

@@ -101,7 +101,14 @@ impl Device {
         let readings = Extent::new(readings_len).cell(0, readings_len);
         let commands = Extent::new(commands_len).cell(0, commands_len);
         for channel in channels.iter().filter(|channel| channel.direction == Direction::Write) {
-            assert_eq!(channel.safe.len(), channel.len, "channel '{}' of device '{name}' has {} bytes, its safe value {}", channel.name, channel.len, channel.safe.len());
+            assert_eq!(
+                channel.safe.len(),
+                channel.len,
+                "channel '{}' of device '{name}' has {} bytes, its safe value {}",
+                channel.name,
+                channel.len,
+                channel.safe.len()
+            );
             commands.part(channel.offset, channel.len).store(&channel.safe);
         }
         let writes = channels.iter().filter(|channel| channel.direction == Direction::Write).count();

@@ -30,7 +30,22 @@ pub enum Event {
     /// A watched condition came. `acted`: this one moved the process (to `stage`, or ended or froze it); the others of the
     /// firing are told with `acted` false. `captured`: what the `Capture` ops of its reaction script took. `number`: of the
     /// invocation that reported it (0 for a remembered one that acts at a later stage).
-    Condition { source: SourceId, process: u64, generation: u32, condition: u16, block: BlockId, item: u8, fault: Option<Fault>, number: u64, time_ns: i64, acted: bool, ended: bool, stage: Option<u16>, value: Vec<u8>, captured: Vec<u8> },
+    Condition {
+        source: SourceId,
+        process: u64,
+        generation: u32,
+        condition: u16,
+        block: BlockId,
+        item: u8,
+        fault: Option<Fault>,
+        number: u64,
+        time_ns: i64,
+        acted: bool,
+        ended: bool,
+        stage: Option<u16>,
+        value: Vec<u8>,
+        captured: Vec<u8>,
+    },
     /// A condition or fault that no watch names: recorded.
     Unwatched { source: SourceId, process: u64, generation: u32, block: BlockId, item: u8, fault: Option<Fault>, number: u64, time_ns: i64 },
     /// The source stopped after a signal or a spent budget in `block`; pending and later scripts are still carried out.

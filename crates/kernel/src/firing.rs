@@ -3,12 +3,12 @@
 //! devices, publish connections, serve conditions.
 use crate::clock::monotonic_ns;
 use crate::event::{Event, Teller};
+use crate::futex::Bell;
 use crate::preempt::{Never, Preempt};
 use crate::schedule::stores;
 use crate::source::{Source, add};
 use crate::steps::{self, Ended};
 use crate::{Activation, Block, Device, DeviceError, Due, Process, Table};
-use crate::futex::Bell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -59,7 +59,22 @@ impl Kernel {
     pub(crate) fn new(source: Arc<Source>, shared: Arc<Shared>, teller: Teller, firing: u64, budget_ns: i64) -> Kernel {
         let (entered, captured) = (Vec::with_capacity(1024), Vec::with_capacity(CAPTURED_MAX));
         let table = Box::new(Table::empty());
-        Kernel { source, shared, table, teller, firing, careful: false, stopped: false, told: false, stored: false, raised: false, pass: 0, entered, captured, budget_ns }
+        Kernel {
+            source,
+            shared,
+            table,
+            teller,
+            firing,
+            careful: false,
+            stopped: false,
+            told: false,
+            stored: false,
+            raised: false,
+            pass: 0,
+            entered,
+            captured,
+            budget_ns,
+        }
     }
 
     /// Firing `number`, released at `release_ns` on the host's clock, started at `started_ns` of CLOCK_MONOTONIC (for the budget).

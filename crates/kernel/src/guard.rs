@@ -112,6 +112,7 @@ pub(crate) fn budget_signal() -> i32 {
 
 thread_local! {
     static STACK: Cell<Option<HandlerStack>> = const { Cell::new(None) };
+    static PREPARED: Cell<bool> = const { Cell::new(false) };
 }
 
 /// A stack for the handlers of this thread.
@@ -121,8 +122,11 @@ struct HandlerStack {
 
 const STACK_LEN: usize = 64 * 1024;
 
-/// Gives this thread a stack for its handlers, where it has none.
+/// Gives this thread a stack for its handlers, where it has none. Cheap after the first time.
 pub(crate) fn prepare_thread() {
+    if PREPARED.replace(true) {
+        return;
+    }
     // SAFETY: asking for and setting this thread's own signal stack, with memory that stays until the thread ends.
     unsafe {
         let mut present: libc::stack_t = std::mem::zeroed();

@@ -113,6 +113,11 @@ impl Word {
         self.flags == 0
     }
 
+    /// True while a condition that comes belongs to the present generation: also while the supervisor carries it on.
+    pub(crate) fn remembers(self) -> bool {
+        self.flags & (CLAIMED | ENDED) == 0
+    }
+
     /// The generation that what runs now belongs to.
     pub(crate) fn running_generation(self) -> u32 {
         self.generation - u32::from(self.flags & CLAIMED != 0 && self.generation > 0)
@@ -157,7 +162,8 @@ impl Process {
     /// Supervisor: moves it from generation `from` to the next, frozen until an `Op::Stage`. False if a kernel was faster (it
     /// froze or ended it): its event tells.
     pub fn claim(&self, from: u32) -> bool {
-        self.change(|word| (word.generation == from && word.acts()).then_some(Word { generation: from + 1, stage: word.stage, flags: FROZEN | CLAIMED })).is_some()
+        self.change(|word| (word.generation == from && word.acts()).then_some(Word { generation: from + 1, stage: word.stage, flags: FROZEN | CLAIMED }))
+            .is_some()
     }
 
     pub(crate) fn created(&self) -> u64 {

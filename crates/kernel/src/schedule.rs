@@ -109,7 +109,8 @@ impl Activation {
                 Due::Driven { by } => unsafe { all_due(state, by) },
                 Due::Queued { members, by } => {
                     // SAFETY: as for this one.
-                    let due = members.iter().zip(&state.had).all(|((inbound, member), had)| unsafe { inbound.sequence(*member) } != *had) && unsafe { all_due(state, by) };
+                    let due = members.iter().zip(&state.had).all(|((inbound, member), had)| unsafe { inbound.sequence(*member) } != *had)
+                        && unsafe { all_due(state, by) };
                     if due {
                         for ((inbound, member), had) in members.iter().zip(state.had.iter_mut()) {
                             // SAFETY: as for this one.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The step loop: the hot one, and the careful one that a firing goes over to when a step has faulted.
+#![allow(clippy::needless_borrow, reason = "behind a raw pointer the compiler asks for the borrow to be seen")]
 use crate::event::Fault;
 use crate::firing::Kernel;
 use crate::guard::{OUTSIDE, budget_signal};

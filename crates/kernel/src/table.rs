@@ -79,12 +79,15 @@ pub struct Table {
     /// The greatest budget declared, and whether some activation declares none.
     pub(crate) budget_ns: (u64, bool),
     /// Copy steps, at addresses that stay.
+    #[allow(clippy::vec_box, reason = "calls hold the address of each")]
     _copies: Vec<Box<Copies>>,
 }
 
 // SAFETY: a table belongs to one thread at a time: whoever builds it, then the kernel of its source, then whoever frees it. Its
 // pointers lead to what it keeps alive itself.
 unsafe impl Send for Table {}
+// SAFETY: nothing of a table can be reached through a shared reference from outside; the kernel that has it in force owns it.
+unsafe impl Sync for Table {}
 
 /// One call of the hot loop: 24 bytes.
 #[derive(Clone, Copy)]

@@ -25,6 +25,7 @@ const RARITIES: u64 = 8;
 /// The executor. One thread at a time uses it (the host holds a lock).
 pub(crate) struct Virtual {
     /// Boxed, so that a kernel stays where it is while others are added.
+    #[allow(clippy::vec_box, reason = "a firing holds its own member while sources are added")]
     sources: RefCell<Vec<Box<Member>>>,
     seed: Cell<u64>,
     instant: Cell<(i64, u32)>,

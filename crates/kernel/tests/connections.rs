@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Connections: latched once a firing, published once a firing, queues by order and by number.
+#![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use interconnect::ConnectionSpec;
 use kernel::*;
-use support::*;
 use std::sync::Arc;
+use support::*;
 
 const MS: i64 = 1_000_000;
 
@@ -57,7 +58,13 @@ fn read(p: &Pair, inbound: Arc<Inbound>, activation: Arc<Activation>) {
 }
 
 fn spec(asynchronous_len: usize, members: usize) -> ConnectionSpec {
-    ConnectionSpec { writer: 0, reader: 1, asynchronous_len, queue_row_len: if members == 0 { 0 } else { row_prefix(members) + 8 * members }, queue_depth: if members == 0 { 0 } else { 4 } }
+    ConnectionSpec {
+        writer: 0,
+        reader: 1,
+        asynchronous_len,
+        queue_row_len: if members == 0 { 0 } else { row_prefix(members) + 8 * members },
+        queue_depth: if members == 0 { 0 } else { 4 },
+    }
 }
 
 fn member(cell: &Cell, activation: Option<Arc<Activation>>, ratio: u32) -> Vec<QueueMember> {
@@ -117,7 +124,10 @@ fn a_queue_that_nobody_takes_from_overruns_and_names_both_ends() {
     write(&p, Outbound::new(sender, vec![], member(&p.cells[0], Some(p.on.clone()), 0), Some(p.reader)));
     run_until(&p.host, 10 * MS);
     let told = events(&p.host);
-    assert!(matches!(told.last(), Some(Event::Overrun { source, reader, member: 0, time_ns: 10_000_000 }) if *source == p.writer && *reader == p.reader), "{told:?}");
+    assert!(
+        matches!(told.last(), Some(Event::Overrun { source, reader, member: 0, time_ns: 10_000_000 }) if *source == p.writer && *reader == p.reader),
+        "{told:?}"
+    );
 }
 
 #[test]
@@ -140,7 +150,8 @@ fn an_absent_ratio_value_is_late_once_and_the_old_one_is_kept() {
     let activation = interval();
     read(&p, Inbound::new(receiver, vec![], member(&p.cells[1], Some(activation.clone()), 2)), activation);
     run_until(&p.host, 6 * MS);
-    let late: Vec<_> = events(&p.host).into_iter().filter_map(|event| if let Event::Late { time_ns, .. } = event { Some(time_ns / MS) } else { None }).collect();
+    let late: Vec<_> =
+        events(&p.host).into_iter().filter_map(|event| if let Event::Late { time_ns, .. } = event { Some(time_ns / MS) } else { None }).collect();
     assert_eq!(late, [3, 5]);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Faults of a block that a signal shows, and endless loops: contained under both clocks.
+#![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use kernel::*;
 use opengpac::abi::Descriptor;
@@ -20,7 +21,7 @@ fn count() -> &'static Descriptor {
 
 fn null_pointer() -> &'static Descriptor {
     block!(|this, _| {
-        this.y = black_box(8 as *const i64).read_volatile();
+        this.y = black_box(std::ptr::dangling::<i64>()).read_volatile();
         0
     })
 }
@@ -81,14 +82,27 @@ impl Driver for Brake {
 
 fn brake() -> (Arc<Device>, Arc<AtomicU64>, Arc<Mutex<Vec<f64>>>) {
     let text = String::new;
-    let channel = Channel { name: "brake.force".into(), direction: Direction::Write, type_text: "double".into(), unit: text(), doc: text(), offset: 0, len: 8, safe: 0f64.to_ne_bytes().into(), slew_max: None };
+    let channel = Channel {
+        name: "brake.force".into(),
+        direction: Direction::Write,
+        type_text: "double".into(),
+        unit: text(),
+        doc: text(),
+        offset: 0,
+        len: 8,
+        safe: 0f64.to_ne_bytes().into(),
+        slew_max: None,
+    };
     let (safe, written) = (Arc::new(AtomicU64::new(0)), Arc::default());
     let driver = Brake { channels: vec![channel], safe: safe.clone(), written: Arc::clone(&written) };
     (Device::open("brake", Box::new(driver), 0).unwrap(), safe, written)
 }
 
+/// Drives a host until what it is given takes an event, or, asked without one, says that it is enough.
+type Until<'a> = &'a dyn Fn(&Host, &mut dyn FnMut(Event) -> bool);
+
 /// A faulty block between two good ones of two processes on one source, and a good one on another source.
-fn contains(host: &Host, faulty: &'static Descriptor, expected: Fault, until: &dyn Fn(&Host, &mut dyn FnMut(Event) -> bool)) {
+fn contains(host: &Host, faulty: &'static Descriptor, expected: Fault, until: Until) {
     let source = host.add_source(timer("fast", MS, 80)).unwrap();
     let other = host.add_source(timer("other", MS, 60)).unwrap();
     let cells = cells(4);
@@ -218,7 +232,10 @@ fn a_panic_ends_inside_its_entry_and_its_firing_goes_on() {
     let host = virtual_host(1);
     let source = host.add_source(timer("fast", MS, 80)).unwrap();
     let (cells, on, process) = (cells(1), interval(), Process::new(1, 1));
-    let steps = vec![step(&Arc::new(install(1, panic(), None, None)), &on, &process, &[]), step(&Arc::new(install(2, count(), None, Some(&cells[0]))), &on, &process, &[])];
+    let steps = vec![
+        step(&Arc::new(install(1, panic(), None, None)), &on, &process, &[]),
+        step(&Arc::new(install(2, count(), None, Some(&cells[0]))), &on, &process, &[]),
+    ];
     host.submit(source, script(vec![Op::Table(Box::new(table(steps))), Op::On(on, 1)]));
     run_until(&host, 3 * MS as i64);
     assert_eq!(value(&cells[0]), 3);

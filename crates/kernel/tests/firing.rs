@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Firings under the virtual clock: order, intervals, numbers, faults.
+#![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use kernel::*;
-use support::*;
 use std::sync::Arc;
+use support::*;
 
 const MS: i64 = 1_000_000;
 
@@ -63,7 +64,13 @@ fn a_fault_publishes_nothing_and_skips_what_it_drives() {
     run_until(&host, 4 * MS);
     assert_eq!(cells.iter().map(value).collect::<Vec<_>>(), [103, 104, 4]);
     let told = events(&host);
-    assert!(matches!(told[1], Event::Unwatched { process: 7, block: BlockId(1), item: Watch::FAULT, fault: Some(Fault::Returned(7)), number: 2, time_ns: 3_000_000, .. }), "{told:?}");
+    assert!(
+        matches!(
+            told[1],
+            Event::Unwatched { process: 7, block: BlockId(1), item: Watch::FAULT, fault: Some(Fault::Returned(7)), number: 2, time_ns: 3_000_000, .. }
+        ),
+        "{told:?}"
+    );
     assert_eq!(host.statistics(source).faults, 1);
 }
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The same under the monotonic clock: threads. Bounded by counts, never by time.
+#![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use kernel::*;
-use support::*;
 use std::sync::Arc;
+use support::*;
 
 /// Counts, and reports when it has come to its parameter.
 fn count_to() -> &'static opengpac::abi::Descriptor {

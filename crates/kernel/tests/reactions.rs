@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Conditions: reactions in the same firing, priorities, what is remembered, claims, `execute`.
+#![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use kernel::*;
-use support::*;
 use std::sync::Arc;
+use support::*;
 
 const MS: i64 = 1_000_000;
 
@@ -67,7 +68,14 @@ impl Program {
     /// (condition, acted, ended, stage, time in ms) of the conditions told so far.
     fn conditions(&self) -> Vec<(u16, bool, bool, Option<u16>, i64)> {
         let told = events(&self.host).into_iter();
-        told.filter_map(|event| if let Event::Condition { condition, acted, ended, stage, time_ns, .. } = event { Some((condition, acted, ended, stage, time_ns / MS)) } else { None }).collect()
+        told.filter_map(|event| {
+            if let Event::Condition { condition, acted, ended, stage, time_ns, .. } = event {
+                Some((condition, acted, ended, stage, time_ns / MS))
+            } else {
+                None
+            }
+        })
+        .collect()
     }
 }
 
@@ -181,7 +189,12 @@ fn a_reset_restores_the_initial_state_and_number_and_its_parameters() {
     p.process.set_stages(vec![]);
     p.start(&[0]);
     run_until(&p.host, 4 * MS);
-    let ops = vec![Op::Off(p.activations[0].clone()), Op::Reset(p.blocks[0].clone()), Op::On(p.activations[0].clone(), 2), Op::Capture(vec![p.blocks[0].value(PARAMETER)])];
+    let ops = vec![
+        Op::Off(p.activations[0].clone()),
+        Op::Reset(p.blocks[0].clone()),
+        Op::On(p.activations[0].clone(), 2),
+        Op::Capture(vec![p.blocks[0].value(PARAMETER)]),
+    ];
     p.host.submit(p.source, script(ops));
     run_until(&p.host, 8 * MS);
     assert_eq!(p.values(), [2]);

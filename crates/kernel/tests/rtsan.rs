@@ -4,6 +4,7 @@
 //!
 //! `RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" cargo test -p kernel --target x86_64-unknown-linux-gnu --test rtsan`
 #![cfg(rtsan)]
+#![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use interconnect::ConnectionSpec;
 use kernel::*;
@@ -22,7 +23,8 @@ fn alone(name: &str, scenario: fn()) -> Option<String> {
         scenario();
         std::process::exit(0);
     }
-    let process = Command::new(std::env::current_exe().unwrap()).args(["--exact", name, "--nocapture", "--test-threads=1"]).env(SCENARIO, name).output().unwrap();
+    let process =
+        Command::new(std::env::current_exe().unwrap()).args(["--exact", name, "--nocapture", "--test-threads=1"]).env(SCENARIO, name).output().unwrap();
     let said = String::from_utf8_lossy(&process.stderr).into_owned();
     (!process.status.success()).then_some(said)
 }
@@ -72,7 +74,13 @@ fn everything(block: &'static Descriptor, host: Host, drive: fn(&Host, SourceId)
     let soft = host.add_source(software("soft", 40)).unwrap();
     let (ours, theirs, queued) = (cells(4), cells(4), cells(2));
     let connect = |from: SourceId, to: SourceId, members: usize| {
-        host.connect(&ConnectionSpec { writer: from.0, reader: to.0, asynchronous_len: 8, queue_row_len: members * (row_prefix(1) + 8), queue_depth: 4 * members })
+        host.connect(&ConnectionSpec {
+            writer: from.0,
+            reader: to.0,
+            asynchronous_len: 8,
+            queue_row_len: members * (row_prefix(1) + 8),
+            queue_depth: 4 * members,
+        })
     };
     let process = Process::new(1, 1);
     let on = interval();
@@ -81,13 +89,28 @@ fn everything(block: &'static Descriptor, host: Host, drive: fn(&Host, SourceId)
     let executed = Arc::new(install(3, count(), None, Some(&ours[2])));
     let off = interval();
     let steps = vec![step(&counting, &on, &process, &[]), step(&in_c, &on, &process, &[0]), step(&executed, &off, &process, &[])];
-    let reaction = Script { id: 0, ops: vec![Op::Execute(vec![executed.clone()]), Op::Capture(vec![ours[0].clone()]), Op::Store(ours[3].clone(), Box::new([1; 8])), Op::Reset(executed), Op::Off(off.clone()), Op::On(off, 1)] };
+    let reaction = Script {
+        id: 0,
+        ops: vec![
+            Op::Execute(vec![executed.clone()]),
+            Op::Capture(vec![ours[0].clone()]),
+            Op::Store(ours[3].clone(), Box::new([1; 8])),
+            Op::Reset(executed),
+            Op::Off(off.clone()),
+            Op::On(off, 1),
+        ],
+    };
     let watch = |item, response| Watch { block: Some(BlockId(1)), item, condition: 0, priority: 0, response };
-    process.set_stages(vec![Stage { watches: vec![watch(CONDITION as u8, Response::React { script: Arc::new(reaction), next: Some(0) }), watch(Watch::FAULT, Response::Remember)] }]);
+    process.set_stages(vec![Stage {
+        watches: vec![watch(CONDITION as u8, Response::React { script: Arc::new(reaction), next: Some(0) }), watch(Watch::FAULT, Response::Remember)],
+    }]);
     let (there, here) = (connect(fast, slow, 0), connect(slow, fast, 0));
     let queue = connect(fast, soft, 1);
     let member = |cell: &Cell, activation| vec![QueueMember { cell: cell.clone(), offset: row_prefix(1), activation, ratio: 0 }];
-    let outbound = vec![Outbound::new(there.0, vec![ours[0].clone()], vec![], None), Outbound::new(queue.0, vec![ours[0].clone()], member(&ours[0], Some(on.clone())), Some(soft))];
+    let outbound = vec![
+        Outbound::new(there.0, vec![ours[0].clone()], vec![], None),
+        Outbound::new(queue.0, vec![ours[0].clone()], member(&ours[0], Some(on.clone())), Some(soft)),
+    ];
     let inbound = vec![Inbound::new(here.1, vec![ours[3].clone()], vec![])];
     let (writer, reader) = interconnect::rows(32, 16);
     let rows = Rows { cells: ours.clone(), writer: RowsEnd::new(writer) };
@@ -96,7 +119,13 @@ fn everything(block: &'static Descriptor, host: Host, drive: fn(&Host, SourceId)
 
     let theirs_on = interval();
     let steps = vec![step(&Arc::new(install(4, count(), None, Some(&theirs[0]))), &theirs_on, &process, &[])];
-    let back = Table::new(steps, vec![Inbound::new(there.1, vec![theirs[1].clone()], vec![])], vec![Outbound::new(here.0, vec![theirs[0].clone()], vec![], None)], vec![], None);
+    let back = Table::new(
+        steps,
+        vec![Inbound::new(there.1, vec![theirs[1].clone()], vec![])],
+        vec![Outbound::new(here.0, vec![theirs[0].clone()], vec![], None)],
+        vec![],
+        None,
+    );
     host.submit(slow, script(vec![Op::Table(Box::new(back)), Op::On(theirs_on, 1)]));
 
     let inbound = Inbound::new(queue.1, vec![queued[1].clone()], member(&queued[0], None));
@@ -154,7 +183,7 @@ fn a_rust_block_that_allocates_is_caught() {
 fn a_segfault_is_contained_without_a_call_that_blocks() {
     let said = alone("a_segfault_is_contained_without_a_call_that_blocks", || {
         let null = block!(|this, _| {
-            this.y = std::hint::black_box(8 as *const i64).read_volatile();
+            this.y = std::hint::black_box(std::ptr::dangling::<i64>()).read_volatile();
             0
         });
         let host = virtual_host(1);

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Nobody sees part of a firing: a writer of 8 to 64 SVVs whose checksum must agree; readers of higher and of lower priority on its
 //! core and one on another. Reads that begin inside a firing, and inside a publication, are counted and required.
+#![allow(
+    clippy::undocumented_unsafe_blocks,
+    clippy::macro_metavars_in_unsafe,
+    clippy::declare_interior_mutable_const,
+    reason = "test blocks are written by hand against the ABI"
+)]
 mod support;
 use interconnect::{Carrier, ConnectionSpec, Full, Header, Memory, Receiver, Sender};
 use kernel::*;
@@ -52,7 +58,9 @@ fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     let guard = ALONE.lock().unwrap_or_else(|broken| broken.into_inner());
     for reader in &SHARED.readers {
-        [&reader.inside_firing, &reader.inside_publication, &reader.reads, &reader.torn, &reader.oldest, &reader.first].into_iter().for_each(|count| count.store(0, SeqCst));
+        [&reader.inside_firing, &reader.inside_publication, &reader.reads, &reader.torn, &reader.oldest, &reader.first]
+            .into_iter()
+            .for_each(|count| count.store(0, SeqCst));
     }
     [&SHARED.linger, &SHARED.invocations, &SHARED.newest].into_iter().for_each(|count| count.store(0, SeqCst));
     [&SHARED.firing, &SHARED.publishing, &SHARED.low_firing, &SHARED.low_latching].into_iter().for_each(|flag| flag.store(false, SeqCst));
@@ -225,7 +233,8 @@ fn read(host: &Host, source: SourceId, place: usize, svvs: usize, receiver: Box<
 }
 
 fn enough(invocations: u64) -> bool {
-    SHARED.invocations.load(SeqCst) >= invocations && SHARED.readers.iter().all(|reader| reader.inside_firing.load(SeqCst) >= 1_000 && reader.inside_publication.load(SeqCst) >= 100)
+    SHARED.invocations.load(SeqCst) >= invocations
+        && SHARED.readers.iter().all(|reader| reader.inside_firing.load(SeqCst) >= 1_000 && reader.inside_publication.load(SeqCst) >= 100)
 }
 
 fn assert_none_torn(age_max: u64) {
@@ -241,7 +250,8 @@ fn by_seed(seed: u64, svvs: usize, invocations: u64) -> Vec<[u64; 3]> {
     let _alone = alone();
     let host = Host::new(ClockKind::Virtual { seed }, Box::new(Watched));
     let spec = |rtp, name, period, priority, virtual_cost_ns| SourceSpec { rtp, virtual_cost_ns, ..timer(name, period, priority) };
-    let specs = [spec(0, "writer", 100_000, 50, 90_000), spec(0, "high", 17_000, 80, 0), spec(0, "low", 500_000, 20, 400_000), spec(1, "other", 13_000, 50, 5_000)];
+    let specs =
+        [spec(0, "writer", 100_000, 50, 90_000), spec(0, "high", 17_000, 80, 0), spec(0, "low", 500_000, 20, 400_000), spec(1, "other", 13_000, 50, 5_000)];
     let [writer, ..] = program(&host, specs, svvs, 0);
     while !enough(invocations) {
         assert!(host.fire_next(i64::MAX).unwrap());

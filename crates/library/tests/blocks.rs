@@ -21,7 +21,10 @@ fn sized(name: &str, n: u32) -> Trial {
 #[test]
 fn every_file_of_the_folder_is_a_block_of_that_name() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/blocks");
-    let mut files: Vec<String> = std::fs::read_dir(folder).expect("the folder").map(|e| e.expect("an entry").path().file_stem().expect("a name").to_string_lossy().into_owned()).collect();
+    let mut files: Vec<String> = std::fs::read_dir(folder)
+        .expect("the folder")
+        .map(|e| e.expect("an entry").path().file_stem().expect("a name").to_string_lossy().into_owned())
+        .collect();
     files.sort();
     let names: Vec<String> = faces().into_iter().map(|face| face.name).collect();
     assert_eq!(names, files);
@@ -41,11 +44,19 @@ fn every_block_says_what_it_does_and_every_item_what_it_is() {
 #[test]
 fn the_names_of_the_interface_stay() {
     let expected = [
-        ("read_channel", "channel y"), ("write_channel", "u channel"), ("pid", "setpoint measured feedforward effort error kp ki kd limit interpolation following_error"),
+        ("read_channel", "channel y"),
+        ("write_channel", "u channel"),
+        ("pid", "setpoint measured feedforward effort error kp ki kd limit interpolation following_error"),
         ("joint_servo", "setpoint position velocity bias effort error kp ki kd limit interpolation following_error"),
         ("trajectory_planner", "n start goal speed speed_max acceleration_max jerk_max position_min position_max target coefficients duration"),
-        ("setpoint_generator", "n coefficients setpoint velocity complete lead finished"), ("in_position", "n sensed goal complete error tolerance dwell done"),
-        ("force_guard", "force magnitude above"), ("time_limit", "remaining limit expired"), ("lowpass", "u y alpha"), ("gain", "u y k"), ("limit", "u y low high limited"), ("sum", "n u y w"),
+        ("setpoint_generator", "n coefficients setpoint velocity complete lead finished"),
+        ("in_position", "n sensed goal complete error tolerance dwell done"),
+        ("force_guard", "force magnitude above"),
+        ("time_limit", "remaining limit expired"),
+        ("lowpass", "u y alpha"),
+        ("gain", "u y k"),
+        ("limit", "u y low high limited"),
+        ("sum", "n u y w"),
     ];
     for (name, items) in expected {
         let face = faces().into_iter().find(|face| face.name == name).expect(name);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A verb and its arguments become a plan: bound, placed, related, ordered.
-mod activity;
 mod activations;
+mod activity;
 mod arguments;
 mod bind;
 mod finish;
@@ -67,7 +67,11 @@ pub(crate) enum Given<'a> {
     Private,
     /// One SVV, or one for each element (`each`).
     Svvs(Vec<(&'a str, &'a Svv)>),
-    Channel { device: &'a str, channel: usize, physical: &'a PhysicalDevice },
+    Channel {
+        device: &'a str,
+        channel: usize,
+        physical: &'a PhysicalDevice,
+    },
 }
 
 /// The plan while it is made.

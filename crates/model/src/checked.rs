@@ -147,17 +147,10 @@ fn whose(flat: &mut Flat<'_>, verb: &Verb, name: &str, is_svv: bool, place: &Opt
         return Whose::Part { argument: first.to_owned(), channel: member.to_owned() };
     };
     if let Some(device_type) = flat.configuration.device_types.get(&object.device_type) {
-        let (there, what) = if is_svv {
-            (device_type.svvs.contains_key(member), "SVV")
-        } else {
-            (device_type.parameters.contains_key(member), "parameter")
-        };
+        let (there, what) = if is_svv { (device_type.svvs.contains_key(member), "SVV") } else { (device_type.parameters.contains_key(member), "parameter") };
         if !there {
-            let names: Vec<&str> = if is_svv {
-                device_type.svvs.keys().map(String::as_str).collect()
-            } else {
-                device_type.parameters.keys().map(String::as_str).collect()
-            };
+            let names: Vec<&str> =
+                if is_svv { device_type.svvs.keys().map(String::as_str).collect() } else { device_type.parameters.keys().map(String::as_str).collect() };
             let remedy = did_you_mean(member, names);
             flat.refuse(Class::UnknownName, format!("'{name}': the device type '{}' has no {what} '{member}'", device_type.name), place, &remedy);
         }
@@ -169,7 +162,12 @@ fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(usize, Who
     for (name, object) in &verb.objects {
         if !flat.configuration.device_types.contains_key(&object.device_type) {
             let remedy = did_you_mean(&object.device_type, flat.configuration.device_types.keys().map(String::as_str));
-            flat.refuse(Class::UnknownName, format!("the object '{name}' is of the device type '{}', which is not there", object.device_type), &verb.place, &remedy);
+            flat.refuse(
+                Class::UnknownName,
+                format!("the object '{name}' is of the device type '{}', which is not there", object.device_type),
+                &verb.place,
+                &remedy,
+            );
         }
     }
     let mut parameters = Vec::with_capacity(verb.instantiation_parameters.len());
@@ -187,7 +185,12 @@ fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedInput> {
     for (name, input) in &verb.input_parameters {
         let place = if input.place.is_some() { &input.place } else { &verb.place };
         if verb.instantiation_parameters.contains_key(name) || verb.objects.contains_key(name) {
-            flat.refuse(Class::DefinitionError, format!("'{name}' is an input parameter and an instantiation parameter or object"), place, "give them two names");
+            flat.refuse(
+                Class::DefinitionError,
+                format!("'{name}' is an input parameter and an instantiation parameter or object"),
+                place,
+                "give them two names",
+            );
         }
         let whose = match whose(flat, verb, name, false, place) {
             Whose::Part { argument, .. } => {
@@ -214,7 +217,12 @@ fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedInput> {
             };
             if !takes {
                 let described = flat.described(*port);
-                flat.refuse(Class::DefinitionError, format!("the input parameter '{name}' cannot store into {described}"), place, "input parameters go to ports, presets of conditions and parameters");
+                flat.refuse(
+                    Class::DefinitionError,
+                    format!("the input parameter '{name}' cannot store into {described}"),
+                    place,
+                    "input parameters go to ports, presets of conditions and parameters",
+                );
             }
         }
         inputs.push(CheckedInput {
@@ -251,7 +259,12 @@ fn output_values(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(String, Port)> {
             outputs.push((name.clone(), port));
         } else {
             let described = flat.described(port);
-            flat.refuse(Class::DefinitionError, format!("the output value '{name}' cannot be read from {described}"), &verb.place, "name a port, a condition with a value or a parameter");
+            flat.refuse(
+                Class::DefinitionError,
+                format!("the output value '{name}' cannot be read from {described}"),
+                &verb.place,
+                "name a port, a condition with a value or a parameter",
+            );
         }
     }
     outputs

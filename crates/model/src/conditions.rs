@@ -9,8 +9,7 @@ use crate::suggest::did_you_mean;
 use std::collections::HashMap;
 
 /// Conditions that exist in every verb.
-pub const SYSTEM: [&str; 8] =
-    ["completed", "halted", "fault", "processor_lost", "device_lost", "device_disabled", "aborted", "emergency_stop"];
+pub const SYSTEM: [&str; 8] = ["completed", "halted", "fault", "processor_lost", "device_lost", "device_disabled", "aborted", "emergency_stop"];
 
 /// Conditions that come where a limit is declared.
 pub const LIMITS: [&str; 4] = ["time_limit", "overrun", "late", "link_lost"];
@@ -25,20 +24,13 @@ pub struct CheckedCondition {
 
 /// Resolves the table of conditions and τ. The system conditions that the verb does not name come after its own.
 pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedCondition> {
-    let mut conditions: Vec<CheckedCondition> =
-        verb.conditions.iter().map(|(name, termination)| check_one(flat, verb, name, termination)).collect();
+    let mut conditions: Vec<CheckedCondition> = verb.conditions.iter().map(|(name, termination)| check_one(flat, verb, name, termination)).collect();
     let named_in_transitions = |name: &str| verb.transitions.iter().any(|t| t.condition == name);
     let wanted = LIMITS.into_iter().filter(|name| *name == "time_limit" || named_in_transitions(name));
     for name in SYSTEM.into_iter().chain(wanted) {
         if !verb.conditions.contains_key(name) {
-            let planned = PlannedCondition {
-                name: name.to_owned(),
-                on: Vec::new(),
-                returns: Vec::new(),
-                normal: name == "completed",
-                priority: 0,
-                during: None,
-            };
+            let planned =
+                PlannedCondition { name: name.to_owned(), on: Vec::new(), returns: Vec::new(), normal: name == "completed", priority: 0, during: None };
             conditions.push(CheckedCondition { planned, transitions: Vec::new() });
         }
     }
@@ -104,7 +96,11 @@ fn check_transitions(flat: &mut Flat<'_>, verb: &Verb, conditions: &mut [Checked
         let (Some(from), Some(to)) = (from, to) else { continue };
         match condition.planned.during {
             Some(during) if during != from => {
-                let message = format!("{text} cannot happen: '{}' holds only during '{}'", transition.condition, verb.command_lists.get_index(during).map_or("", |l| l.0));
+                let message = format!(
+                    "{text} cannot happen: '{}' holds only during '{}'",
+                    transition.condition,
+                    verb.command_lists.get_index(during).map_or("", |l| l.0)
+                );
                 flat.refuse(Class::DefinitionError, message, place, "leave one of them out");
             }
             _ => condition.transitions.push((from, to)),

@@ -110,8 +110,7 @@ impl<'a> Flat<'a> {
             return;
         }
         let declared = self.blocks[port.0].mode(port.1);
-        let relaxes = declared == mode
-            || matches!((declared, mode), (Mode::Synchronous, _) | (Mode::Ratio(_), Mode::Asynchronous));
+        let relaxes = declared == mode || matches!((declared, mode), (Mode::Synchronous, _) | (Mode::Ratio(_), Mode::Asynchronous));
         if mode == Mode::Ratio(0) {
             self.refuse(Class::SchedulingError, format!("the ratio of {described} is 0"), place, "give 1 or more");
         } else if relaxes {

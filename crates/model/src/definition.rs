@@ -78,13 +78,30 @@ pub struct InputParameter {
 #[serde(tag = "command", rename_all = "snake_case")]
 pub enum Command {
     /// Fresh state for these blocks.
-    Install { blocks: Vec<String> },
-    Execute { block: String },
+    Install {
+        blocks: Vec<String>,
+    },
+    Execute {
+        block: String,
+    },
     /// `every_ns` absent: a data-driven block, or the trigger that it is placed on.
-    Activate { block: String, #[serde(default)] every_ns: Option<u64>, #[serde(default)] budget_ns: Option<u64> },
-    Deactivate { block: String },
+    Activate {
+        block: String,
+        #[serde(default)]
+        every_ns: Option<u64>,
+        #[serde(default)]
+        budget_ns: Option<u64>,
+    },
+    Deactivate {
+        block: String,
+    },
     /// `conditions` (block conditions `label.item`, or termination condition names), or a time, or neither: until no instance is active.
-    Wait { #[serde(default)] conditions: Vec<String>, #[serde(default)] time_ns: Option<i64> },
+    Wait {
+        #[serde(default)]
+        conditions: Vec<String>,
+        #[serde(default)]
+        time_ns: Option<i64>,
+    },
     /// `gpac.ready()`: enabling is complete when the list comes here.
     Ready,
 }
@@ -218,9 +235,15 @@ pub enum Argument {
     /// One SVV for each element of an array port.
     Svvs(Vec<String>),
     /// A channel of a physical device.
-    Channel { device: String, channel: String },
+    Channel {
+        device: String,
+        channel: String,
+    },
     /// A part of a physical device: `drive.position` of the verb is its channel `part.position`.
-    Part { device: String, part: String },
+    Part {
+        device: String,
+        part: String,
+    },
     /// A logical device by name.
     Device(String),
     Devices(Vec<String>),

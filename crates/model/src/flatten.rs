@@ -233,13 +233,7 @@ impl<'a> Flat<'a> {
             self.one_output(&full, &resolved, place);
             self.groups.push(Group { name: full, origin: Origin::Cell, ports: resolved, place: place.clone() });
         }
-        self.scopes.push(Scope {
-            label: prefix.trim_end_matches('.').to_owned(),
-            name: graph.name.clone(),
-            blocks: first..self.blocks.len(),
-            ports,
-            divide,
-        });
+        self.scopes.push(Scope { label: prefix.trim_end_matches('.').to_owned(), name: graph.name.clone(), blocks: first..self.blocks.len(), ports, divide });
         let scope = self.scopes.len() - 1;
         self.relax(prefix, &graph.modes, Some(scope), place);
     }

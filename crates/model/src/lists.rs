@@ -58,7 +58,12 @@ fn check_list(flat: &mut Flat<'_>, verb: &Verb, name: &str, list: &CommandList) 
             Command::Execute { block } => labelled(flat, block, &what, place).map(|found| CheckedCommand::Execute(found.0)),
             Command::Activate { block, every_ns, budget_ns } => {
                 if *every_ns == Some(0) {
-                    flat.refuse(Class::SchedulingError, format!("{what} activates '{block}' with an interval of 0"), place, "give a positive interval, for example every='1 ms'");
+                    flat.refuse(
+                        Class::SchedulingError,
+                        format!("{what} activates '{block}' with an interval of 0"),
+                        place,
+                        "give a positive interval, for example every='1 ms'",
+                    );
                 }
                 labelled(flat, block, &what, place).map(|(blocks, divide)| CheckedCommand::Activate {
                     label: block.clone(),
@@ -150,7 +155,12 @@ pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
         }),
         None if verb.command_lists.len() == 1 => 0,
         None if verb.command_lists.is_empty() => {
-            flat.refuse(Class::DefinitionError, format!("verb '{}' has no command list", verb.name), &verb.place, "give one, for example {'start': [activate('block')]}");
+            flat.refuse(
+                Class::DefinitionError,
+                format!("verb '{}' has no command list", verb.name),
+                &verb.place,
+                "give one, for example {'start': [activate('block')]}",
+            );
             0
         }
         None => {

@@ -57,9 +57,7 @@ pub fn insert<K: Copy + Eq + Hash>(existing: &[K], new: &[K], hard: &[(K, K)], s
     // Backwards: the last place is given first, to the last new element that nothing waits for. So every number is mirrored.
     let count = keys.len();
     let number: HashMap<K, usize> = keys.iter().enumerate().map(|(at, key)| (*key, count - 1 - at)).collect();
-    let mirrored = |edges: &[(K, K)]| -> Vec<(usize, usize)> {
-        edges.iter().filter_map(|(from, to)| Some((*number.get(to)?, *number.get(from)?))).collect()
-    };
+    let mirrored = |edges: &[(K, K)]| -> Vec<(usize, usize)> { edges.iter().filter_map(|(from, to)| Some((*number.get(to)?, *number.get(from)?))).collect() };
     let mut chained = mirrored(hard);
     chained.extend((1..existing.len()).map(|at| (count - 1 - at, count - at)));
     let key_of = |element: usize| keys[count - 1 - element];
@@ -126,7 +124,11 @@ fn kahn(count: usize, edges: &[Edge], out: &Adjacency, component: &[usize]) -> R
         order.push(element);
         for &index in out.of(element) {
             let edge = &edges[index];
-            if edge.hard { hard[edge.to] -= 1 } else { soft[edge.to] -= 1 }
+            if edge.hard {
+                hard[edge.to] -= 1
+            } else {
+                soft[edge.to] -= 1
+            }
             if hard[edge.to] == 0 && !placed[edge.to] {
                 match soft[edge.to] {
                     0 => free.push(Reverse(edge.to)),

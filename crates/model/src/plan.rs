@@ -115,7 +115,10 @@ pub enum PlannedCommand {
     /// One invocation of each, in order: of a graph its blocks without synchronous inputs, then what they drive.
     Execute(Vec<BlockIndex>),
     /// Every `every`-th release of its source (1 for driven ones).
-    On { activation: ActivationIndex, every: u32 },
+    On {
+        activation: ActivationIndex,
+        every: u32,
+    },
     Off(ActivationIndex),
     Ready,
 }

@@ -47,8 +47,16 @@ const SYMBOLS: &[(&str, f64, f64, Dimension, bool)] = &[
 ];
 
 const PREFIXES: &[(&str, f64, f64)] = &[
-    ("n", 1.0, 1e9), ("u", 1.0, 1e6), ("µ", 1.0, 1e6), ("μ", 1.0, 1e6), ("m", 1.0, 1e3), ("c", 1.0, 1e2), ("d", 1.0, 1e1),
-    ("k", 1e3, 1.0), ("M", 1e6, 1.0), ("G", 1e9, 1.0),
+    ("n", 1.0, 1e9),
+    ("u", 1.0, 1e6),
+    ("µ", 1.0, 1e6),
+    ("μ", 1.0, 1e6),
+    ("m", 1.0, 1e3),
+    ("c", 1.0, 1e2),
+    ("d", 1.0, 1e1),
+    ("k", 1e3, 1.0),
+    ("M", 1e6, 1.0),
+    ("G", 1e9, 1.0),
 ];
 
 /// Whether a binding between these units holds: an empty one is unknown and agrees with all; two known ones must be the same
@@ -79,9 +87,7 @@ pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
     };
     let wanted = if target.is_empty() { Some(Unit { dimension: given.dimension, ..ONE }) } else { unit(target) };
     match wanted {
-        Some(wanted) if wanted.dimension == given.dimension => {
-            Ok(number * given.multiply * wanted.divide / (given.divide * wanted.multiply))
-        }
+        Some(wanted) if wanted.dimension == given.dimension => Ok(number * given.multiply * wanted.divide / (given.divide * wanted.multiply)),
         _ => Err(Refusal::new(Class::UnitMismatch, format!("cannot take '{text}' where the unit is {target}: the dimensions differ"))
             .remedy(format!("give a number or a quantity in {target}"))),
     }
@@ -97,11 +103,7 @@ pub fn duration_ns(text: &str) -> Result<i64, Refusal> {
         return Err(Refusal::new(Class::ValueRefused, format!("the duration '{text}' has no unit")).remedy("write for example '20 ms'"));
     }
     let ns = number_in(text, "ns")?.round();
-    if ns.abs() < i64::MAX as f64 {
-        Ok(ns as i64)
-    } else {
-        Err(Refusal::new(Class::ValueRefused, format!("the duration '{text}' is out of range")))
-    }
+    if ns.abs() < i64::MAX as f64 { Ok(ns as i64) } else { Err(Refusal::new(Class::ValueRefused, format!("the duration '{text}' is out of range"))) }
 }
 
 /// Nanoseconds for people: `1.5 ms`.
@@ -125,8 +127,9 @@ fn split(text: &str) -> Result<(f64, &str), Refusal> {
     let end = longest.map_or(0, |(at, c)| at + c.len_utf8());
     match (1..=end).rev().find(is_number) {
         Some(end) => Ok((text[..end].trim_end().parse().expect("it was parsed a line above"), text[end..].trim())),
-        None => Err(Refusal::new(Class::ValueRefused, format!("'{text}' is not a number with a unit"))
-            .remedy("write a number, or for example '20 ms' or '90 deg'")),
+        None => {
+            Err(Refusal::new(Class::ValueRefused, format!("'{text}' is not a number with a unit")).remedy("write a number, or for example '20 ms' or '90 deg'"))
+        }
     }
 }
 

@@ -11,7 +11,9 @@ fn scan(folder: &Path, found: &mut Vec<String>, files: &mut usize) {
         }
         *files += 1;
         let text = std::fs::read_to_string(&path).expect("a source is text");
-        for word in ["std::time", "std::thread", "std::fs", "std::net", "std::process", "std::env", "unsafe {", "unsafe fn", "unsafe impl", "Instant", "SystemTime"] {
+        for word in
+            ["std::time", "std::thread", "std::fs", "std::net", "std::process", "std::env", "unsafe {", "unsafe fn", "unsafe impl", "Instant", "SystemTime"]
+        {
             if text.contains(word) {
                 found.push(format!("{}: {word}", path.display()));
             }

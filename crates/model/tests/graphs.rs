@@ -17,7 +17,9 @@ fn graph(parents: &[usize], names: &[usize], nested: bool) -> Value {
         let subroutine = if at == 0 { "lib.signal" } else { "lib.gain" };
         let block = match (at, nested && at % 3 == 1) {
             (_, false) => json!({"subroutine": subroutine}),
-            (_, true) => json!({"graph": {"name": "inner", "blocks": {"g": {"block": {"subroutine": subroutine}}}, "inputs": {"u": ["g.u"]}, "outputs": {"y": ["g.y"]}}}),
+            (_, true) => {
+                json!({"graph": {"name": "inner", "blocks": {"g": {"block": {"subroutine": subroutine}}}, "inputs": {"u": ["g.u"]}, "outputs": {"y": ["g.y"]}}})
+            }
         };
         blocks.insert(label(at), json!({"block": block}));
     }

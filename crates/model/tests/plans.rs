@@ -26,10 +26,7 @@ fn the_servo_is_one_activation_in_its_devices_source() {
     let stage = &plan.lists[0].stages[0];
     assert_eq!(stage.commands, [PlannedCommand::Execute(vec![0]), PlannedCommand::On { activation: 0, every: 1 }, PlannedCommand::Ready]);
     assert_eq!(stage.active, [(0, 1)]);
-    assert_eq!(plan.claims, [
-        Claim::Channel { device: "ur5e".into(), channel: 1 },
-        Claim::Svv { id: SvvId(0), name: "j1.sensed".into() },
-    ]);
+    assert_eq!(plan.claims, [Claim::Channel { device: "ur5e".into(), channel: 1 }, Claim::Svv { id: SvvId(0), name: "j1.sensed".into() },]);
     let kp = plan.inputs.iter().find(|input| input.name == "kp").unwrap();
     assert_eq!(kp.origin, InputOrigin::DeviceParameter { devices: vec!["j1".into()], parameter: "kp".into() });
     assert_eq!(kp.targets, [Target::Item { block: 1, item: 3 }]);

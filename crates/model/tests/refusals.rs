@@ -39,7 +39,10 @@ fn names_that_are_not_there() {
     check(two(json!({"cells": {"d": ["gg.y"]}})), "UnknownName: 'gg.y' names the block 'gg', which is not there; did you mean 'g'?");
     check(two(json!({"cells": {"d": ["g.yy"]}})), "UnknownName: 'g' (lib.gain) has no 'yy'; did you mean 'y'?");
     check(two(json!({"cells": {"d": ["g"]}})), "UnknownName: 'g' does not name a port; write label.port");
-    check(two(json!({"command_lists": start(&["+s 1ms", "+q"])})), "UnknownName: command list 'start' names the block 'q', which is not there; did you mean 'g'?");
+    check(
+        two(json!({"command_lists": start(&["+s 1ms", "+q"])})),
+        "UnknownName: command list 'start' names the block 'q', which is not there; did you mean 'g'?",
+    );
     check(two(json!({"command_lists": start(&["!x1"])})), "UnknownName: command list 'start' names the block 'x1', which is not there; there are g, s");
     check(two(json!({"command_lists": start(&["-x1"])})), "UnknownName: command list 'start' names the block 'x1', which is not there; there are g, s");
     check(two(json!({"command_lists": start(&["*x1"])})), "UnknownName: command list 'start' names the block 'x1', which is not there; there are g, s");
@@ -51,54 +54,101 @@ fn names_that_are_not_there() {
     check(two(json!({"output_values": {"p": "g.z"}})), "UnknownName: 'g' (lib.gain) has no 'z'; did you mean 'u'?");
     check(two(json!({"initial": "begin"})), "UnknownName: the initial command list 'begin' of verb 'v' is not there; there is only start");
     check(two(json!({"blocks": {"g": {"constants": {"kk": 2.0}}}})), "UnknownName: 'g' (lib.gain) has no parameter 'kk'; did you mean 'k'?");
-    check((json!({"name": "v", "blocks": {}, "objects": {"arm": {"device_type": "Jiont"}}, "command_lists": start(&[])}), json!({})),
-        "UnknownName: the object 'arm' is of the device type 'Jiont', which is not there; did you mean 'Joint'?");
-    check(with(movement(), json!({"instantiation_parameters": {"arm.sense": ["near.sensed"], "arm.sensed": []}}), arm()),
-        "UnknownName: 'arm.sense': the device type 'Joint' has no SVV 'sense'; did you mean 'sensed'?");
-    check(with(movement(), json!({"input_parameters": {"arm.max_sped": {"targets": []}}}), arm()),
-        "UnknownName: 'arm.max_sped': the device type 'Joint' has no parameter 'max_sped'; did you mean 'max_speed'?");
-    check(with(movement(), json!({"input_parameters": {"leg.max_speed": {"targets": []}}}), arm()),
-        "UnknownName: the input parameter 'leg.max_speed' names the object 'leg', which is not there; there is only arm");
+    check(
+        (json!({"name": "v", "blocks": {}, "objects": {"arm": {"device_type": "Jiont"}}, "command_lists": start(&[])}), json!({})),
+        "UnknownName: the object 'arm' is of the device type 'Jiont', which is not there; did you mean 'Joint'?",
+    );
+    check(
+        with(movement(), json!({"instantiation_parameters": {"arm.sense": ["near.sensed"], "arm.sensed": []}}), arm()),
+        "UnknownName: 'arm.sense': the device type 'Joint' has no SVV 'sense'; did you mean 'sensed'?",
+    );
+    check(
+        with(movement(), json!({"input_parameters": {"arm.max_sped": {"targets": []}}}), arm()),
+        "UnknownName: 'arm.max_sped': the device type 'Joint' has no parameter 'max_sped'; did you mean 'max_speed'?",
+    );
+    check(
+        with(movement(), json!({"input_parameters": {"leg.max_speed": {"targets": []}}}), arm()),
+        "UnknownName: the input parameter 'leg.max_speed' names the object 'leg', which is not there; there is only arm",
+    );
 }
 
 #[test]
 fn conditions_and_transitions() {
-    check(two(json!({"conditions": {"done": {}}})),
-        "UnknownName: the condition 'done' stands for no block condition and is no system condition; say on('label.condition'), or name one of completed, halted, fault, processor_lost, device_lost, device_disabled, aborted, emergency_stop, time_limit, overrun, late, link_lost");
+    check(
+        two(json!({"conditions": {"done": {}}})),
+        "UnknownName: the condition 'done' stands for no block condition and is no system condition; say on('label.condition'), or name one of completed, halted, fault, processor_lost, device_lost, device_disabled, aborted, emergency_stop, time_limit, overrun, late, link_lost",
+    );
     check(two(json!({"conditions": {"done": {"on": ["s.y"]}}})), "UnknownName: 's.y' is no condition: it is output 's.y' (double); there is only above");
-    check(two(json!({"conditions": {"done": {"on": ["s.above"], "returns": ["r"]}}})), "UnknownName: the condition 'done' returns 'r', which is no output value");
-    check(two(json!({"conditions": {"done": {"on": ["s.above"], "during": "strat"}}})),
-        "UnknownName: the condition 'done' holds during 'strat', which is no command list; there is only start".replace("there is only start", "did you mean 'start'?").as_str());
+    check(
+        two(json!({"conditions": {"done": {"on": ["s.above"], "returns": ["r"]}}})),
+        "UnknownName: the condition 'done' returns 'r', which is no output value",
+    );
+    check(
+        two(json!({"conditions": {"done": {"on": ["s.above"], "during": "strat"}}})),
+        "UnknownName: the condition 'done' holds during 'strat', which is no command list; there is only start"
+            .replace("there is only start", "did you mean 'start'?")
+            .as_str(),
+    );
     let from = |from: &str, condition: &str, to: &str| json!({"from": from, "condition": condition, "to": to});
-    check(two(json!({"transitions": [from("begin", "fault", "start")]})),
-        "UnknownName: the transition ('begin', 'fault') → 'start' names the command list 'begin', which is not there; there is only start");
-    check(two(json!({"transitions": [from("start", "fault", "end")]})),
-        "UnknownName: the transition ('start', 'fault') → 'end' names the command list 'end', which is not there; there is only start");
-    check(two(json!({"transitions": [from("start", "falt", "start")]})),
-        "UnknownName: the transition ('start', 'falt') → 'start' names the condition 'falt', which is not in the verb's table; did you mean 'fault'?");
-    check(two(json!({"transitions": [from("start", "fault", "start"), from("start", "fault", "start")]})),
-        "DefinitionError: the transition ('start', 'fault') → 'start' is there already, to 'start'; a condition leads from a list to one list");
-    check(two(json!({"command_lists": {"other": list(&[])}, "initial": "start", "conditions": {"c": {"on": ["s.above"], "during": "other"}},
+    check(
+        two(json!({"transitions": [from("begin", "fault", "start")]})),
+        "UnknownName: the transition ('begin', 'fault') → 'start' names the command list 'begin', which is not there; there is only start",
+    );
+    check(
+        two(json!({"transitions": [from("start", "fault", "end")]})),
+        "UnknownName: the transition ('start', 'fault') → 'end' names the command list 'end', which is not there; there is only start",
+    );
+    check(
+        two(json!({"transitions": [from("start", "falt", "start")]})),
+        "UnknownName: the transition ('start', 'falt') → 'start' names the condition 'falt', which is not in the verb's table; did you mean 'fault'?",
+    );
+    check(
+        two(json!({"transitions": [from("start", "fault", "start"), from("start", "fault", "start")]})),
+        "DefinitionError: the transition ('start', 'fault') → 'start' is there already, to 'start'; a condition leads from a list to one list",
+    );
+    check(
+        two(json!({"command_lists": {"other": list(&[])}, "initial": "start", "conditions": {"c": {"on": ["s.above"], "during": "other"}},
         "transitions": [from("start", "c", "other")]})),
-        "DefinitionError: the transition ('start', 'c') → 'other' cannot happen: 'c' holds only during 'other'; leave one of them out");
-    check(two(json!({"command_lists": {"other": list(&[])}})), "DefinitionError: verb 'v' has 2 command lists and no initial one; say initial= one of start, other");
-    check((json!({"name": "v", "blocks": {}, "command_lists": {}}), json!({})),
-        "DefinitionError: verb 'v' has no command list; give one, for example {'start': [activate('block')]}");
+        "DefinitionError: the transition ('start', 'c') → 'other' cannot happen: 'c' holds only during 'other'; leave one of them out",
+    );
+    check(
+        two(json!({"command_lists": {"other": list(&[])}})),
+        "DefinitionError: verb 'v' has 2 command lists and no initial one; say initial= one of start, other",
+    );
+    check(
+        (json!({"name": "v", "blocks": {}, "command_lists": {}}), json!({})),
+        "DefinitionError: verb 'v' has no command list; give one, for example {'start': [activate('block')]}",
+    );
 }
 
 #[test]
 fn covers() {
-    check(two(json!({"cells": {"d": ["g.u"]}})), "CoverError: input 'g.u' (double) is covered by 'c' and by 'd'; a port has one binding; leave one of them out");
-    check(v(&[("g", "lib.gain")], json!({})),
-        "CoverError: input 'g.u' (double) has no binding, default or input parameter; name it in an instantiation parameter, a cell or an input parameter, or give it a constant");
-    check(two(json!({"cells": {"d": ["g.k"]}})), "CoverError: 'd' covers parameter 'g.k' (double), which is no port or device; parameters and conditions are reached by input parameters");
+    check(
+        two(json!({"cells": {"d": ["g.u"]}})),
+        "CoverError: input 'g.u' (double) is covered by 'c' and by 'd'; a port has one binding; leave one of them out",
+    );
+    check(
+        v(&[("g", "lib.gain")], json!({})),
+        "CoverError: input 'g.u' (double) has no binding, default or input parameter; name it in an instantiation parameter, a cell or an input parameter, or give it a constant",
+    );
+    check(
+        two(json!({"cells": {"d": ["g.k"]}})),
+        "CoverError: 'd' covers parameter 'g.k' (double), which is no port or device; parameters and conditions are reached by input parameters",
+    );
     check(v(&[("r", "lib.read_channel")], json!({})), "CoverError: device 'r.channel' (double) has no channel; name it in an instantiation parameter");
-    check(two(json!({"blocks": {"g": {"constants": {"u": 1.0}}}})), "CoverError: input 'g.u' (double) is given a constant and bound to 'c'; leave one of them out");
+    check(
+        two(json!({"blocks": {"g": {"constants": {"u": 1.0}}}})),
+        "CoverError: input 'g.u' (double) is given a constant and bound to 'c'; leave one of them out",
+    );
     check(two(json!({"instantiation_parameters": {"c": []}})), "CoverError: 'c' is an instantiation parameter and a cell; give them two names");
-    check(v(&[("r", "lib.read_channel")], json!({"cells": {"c": ["r.channel"]}})),
-        "TypeMismatch: device 'r.channel' (double) is covered by the cell 'c'; a device item takes a channel: make it an instantiation parameter");
-    check(two(json!({"input_parameters": {"c": {"targets": ["g.k"]}}, "instantiation_parameters": {"c": []}, "cells": {"c": [], "d": ["s.y", "g.u"]}})),
-        "CoverError: 'c' is an instantiation parameter and a cell; give them two names\nDefinitionError: 'c' is an input parameter and an instantiation parameter or object; give them two names");
+    check(
+        v(&[("r", "lib.read_channel")], json!({"cells": {"c": ["r.channel"]}})),
+        "TypeMismatch: device 'r.channel' (double) is covered by the cell 'c'; a device item takes a channel: make it an instantiation parameter",
+    );
+    check(
+        two(json!({"input_parameters": {"c": {"targets": ["g.k"]}}, "instantiation_parameters": {"c": []}, "cells": {"c": [], "d": ["s.y", "g.u"]}})),
+        "CoverError: 'c' is an instantiation parameter and a cell; give them two names\nDefinitionError: 'c' is an input parameter and an instantiation parameter or object; give them two names",
+    );
 }
 
 #[test]
@@ -106,85 +156,175 @@ fn graphs() {
     let blocks = json!({"s": {"block": {"subroutine": "lib.signal"}}, "g": {"block": {"subroutine": "lib.gain"}}, "h": {"block": {"subroutine": "lib.gain"}}});
     let graph = |over: Value| with(json!({"name": "g", "blocks": blocks, "inputs": {"u": ["h.u"]}, "cells": {"c": ["s.y", "g.u"]}}), over, json!(null)).0;
     graph_check(graph(json!({})), "");
-    graph_check(graph(json!({"inputs": {"v": ["h.y"]}})), "CoverError: the graph input 'v' covers the output 'h.y'; a graph input leads to inputs; make it an output or a cell");
-    graph_check(graph(json!({"outputs": {"v": []}, "cells": {"c": ["s.y"]}, "inputs": {"w": []}})),
-        "CoverError: input 'g.u' (double) has no binding, default or input parameter; name it in a cell or an input of the graph, or give it a constant");
-    graph_check(graph(json!({"outputs": {"y": ["g.y", "h.y"]}})),
-        "SecondWriter: 'y' has two writers: output 'g.y' (double) and output 'h.y' (double); give each a cell of its own");
-    graph_check(graph(json!({"cells": {"d": ["g.y", "h.y"]}})),
-        "SecondWriter: 'd' has two writers: output 'g.y' (double) and output 'h.y' (double); give each a cell of its own");
+    graph_check(
+        graph(json!({"inputs": {"v": ["h.y"]}})),
+        "CoverError: the graph input 'v' covers the output 'h.y'; a graph input leads to inputs; make it an output or a cell",
+    );
+    graph_check(
+        graph(json!({"outputs": {"v": []}, "cells": {"c": ["s.y"]}, "inputs": {"w": []}})),
+        "CoverError: input 'g.u' (double) has no binding, default or input parameter; name it in a cell or an input of the graph, or give it a constant",
+    );
+    graph_check(
+        graph(json!({"outputs": {"y": ["g.y", "h.y"]}})),
+        "SecondWriter: 'y' has two writers: output 'g.y' (double) and output 'h.y' (double); give each a cell of its own",
+    );
+    graph_check(
+        graph(json!({"cells": {"d": ["g.y", "h.y"]}})),
+        "SecondWriter: 'd' has two writers: output 'g.y' (double) and output 'h.y' (double); give each a cell of its own",
+    );
     graph_check(graph(json!({"outputs": {"u": ["g.y"]}})), "CoverError: 'u' is an input and an output of graph 'g'; give them two names");
     graph_check(graph(json!({"divide": {"x1": 2}})), "UnknownName: divide of graph 'g' names 'x1', which is no block of it; there are s, g, h");
     graph_check(graph(json!({"divide": {"s": 0}})), "SchedulingError: divide of 's' is 0; give 1 or more");
-    graph_check(graph(json!({"inputs": {"u": []}, "cells": {"c": ["g.y", "h.u"], "d": ["h.y", "g.u"]}})),
-        "SynchronousCycle: synchronous ports make a cycle: 'g' → 'h' → 'g'; relax one of the inputs with modes={…: 'asynchronous'}");
-    graph_check(json!({"name": "g", "blocks": {"i": {"block": {"graph": graph(json!({}))}}}, "inputs": {"x": ["i.uu"]}}),
-        "UnknownName: 'i' (graph g) has no 'uu'; did you mean 'u'?");
-    graph_check(json!({"name": "g", "blocks": {"o": {"block": {"subroutine": "lib.odd"}}}}),
-        "DefinitionError: item 'u' of block 'lib.odd': cannot read the type 'doubel': the type 'doubel' is not known; did you mean 'double'?");
-    graph_check(json!({"name": "g", "blocks": {"a.b": {"block": {"subroutine": "lib.signal"}}}}), "DefinitionError: the label 'a.b' of a block is empty or has a dot");
+    graph_check(
+        graph(json!({"inputs": {"u": []}, "cells": {"c": ["g.y", "h.u"], "d": ["h.y", "g.u"]}})),
+        "SynchronousCycle: synchronous ports make a cycle: 'g' → 'h' → 'g'; relax one of the inputs with modes={…: 'asynchronous'}",
+    );
+    graph_check(
+        json!({"name": "g", "blocks": {"i": {"block": {"graph": graph(json!({}))}}}, "inputs": {"x": ["i.uu"]}}),
+        "UnknownName: 'i' (graph g) has no 'uu'; did you mean 'u'?",
+    );
+    graph_check(
+        json!({"name": "g", "blocks": {"o": {"block": {"subroutine": "lib.odd"}}}}),
+        "DefinitionError: item 'u' of block 'lib.odd': cannot read the type 'doubel': the type 'doubel' is not known; did you mean 'double'?",
+    );
+    graph_check(
+        json!({"name": "g", "blocks": {"a.b": {"block": {"subroutine": "lib.signal"}}}}),
+        "DefinitionError: the label 'a.b' of a block is empty or has a dot",
+    );
 }
 
 #[test]
 fn types_and_units() {
-    check(v(&[("s", "lib.signal"), ("n", "lib.narrow")], json!({"cells": {"c": ["s.y", "n.u"]}})),
-        "TypeMismatch: cannot bind output 's.y' (double) to input 'n.u' (float): types differ; declare one of them as the other");
-    check(v(&[("p", "lib.pid"), ("q", "lib.pid")], json!({"cells": {"c": ["p.effort", "q.measured"]},
-        "input_parameters": {"x": {"targets": ["p.measured", "p.setpoint", "q.setpoint"]}}})),
-        "UnitMismatch: cannot bind output 'p.effort' (double, N.m) to input 'q.measured' (double, rad): units differ; declare one of them as the other, or convert between them with a gain");
-    check(v(&[("k", "lib.constant"), ("p", "lib.pid"), ("q", "lib.planner")], json!({"cells": {"c": ["k.y", "p.measured", "q.speed"]},
-        "blocks": {"q": {"constants": {"n": 1, "goal": [0.0]}}}, "instantiation_parameters": {"s": ["q.start"]}, "input_parameters": {"x": {"targets": ["p.setpoint"]}}})),
-        "CallError: verb 'v' needs the instantiation parameter 's'; give an SVV or a channel, or make it a cell of the verb");
-    check(v(&[("k", "lib.constant"), ("p", "lib.pid"), ("q", "lib.planner")], json!({"cells": {"c": ["k.y", "p.measured", "q.speed"], "s": ["q.start"]},
-        "blocks": {"q": {"constants": {"n": 1, "goal": [0.0]}}}, "input_parameters": {"x": {"targets": ["p.setpoint"]}}})),
-        "UnitMismatch: cannot bind input 'p.measured' (double, rad) to input 'q.speed' (double, rad/s): units differ; declare one of them as the other, or convert between them with a gain");
+    check(
+        v(&[("s", "lib.signal"), ("n", "lib.narrow")], json!({"cells": {"c": ["s.y", "n.u"]}})),
+        "TypeMismatch: cannot bind output 's.y' (double) to input 'n.u' (float): types differ; declare one of them as the other",
+    );
+    check(
+        v(
+            &[("p", "lib.pid"), ("q", "lib.pid")],
+            json!({"cells": {"c": ["p.effort", "q.measured"]},
+        "input_parameters": {"x": {"targets": ["p.measured", "p.setpoint", "q.setpoint"]}}}),
+        ),
+        "UnitMismatch: cannot bind output 'p.effort' (double, N.m) to input 'q.measured' (double, rad): units differ; declare one of them as the other, or convert between them with a gain",
+    );
+    check(
+        v(
+            &[("k", "lib.constant"), ("p", "lib.pid"), ("q", "lib.planner")],
+            json!({"cells": {"c": ["k.y", "p.measured", "q.speed"]},
+        "blocks": {"q": {"constants": {"n": 1, "goal": [0.0]}}}, "instantiation_parameters": {"s": ["q.start"]}, "input_parameters": {"x": {"targets": ["p.setpoint"]}}}),
+        ),
+        "CallError: verb 'v' needs the instantiation parameter 's'; give an SVV or a channel, or make it a cell of the verb",
+    );
+    check(
+        v(
+            &[("k", "lib.constant"), ("p", "lib.pid"), ("q", "lib.planner")],
+            json!({"cells": {"c": ["k.y", "p.measured", "q.speed"], "s": ["q.start"]},
+        "blocks": {"q": {"constants": {"n": 1, "goal": [0.0]}}}, "input_parameters": {"x": {"targets": ["p.setpoint"]}}}),
+        ),
+        "UnitMismatch: cannot bind input 'p.measured' (double, rad) to input 'q.speed' (double, rad/s): units differ; declare one of them as the other, or convert between them with a gain",
+    );
     let svv = |name: &str| json!({"arguments": {"x": {"svv": name}}});
     let relaxed = |name| with(verb(&[("h", "lib.relaxed")], json!({"instantiation_parameters": {"x": ["h.u"]}})), json!({}), svv(name));
     check(relaxed("f"), "TypeMismatch: cannot bind SVV 'f' (float) to input 'h.u' (double): types differ; declare one of them as the other");
     check(relaxed("aa"), "UnknownName: there is no SVV 'aa'; did you mean 'a'?");
-    let vector = |argument: Value| (verb(&[("h", "lib.vector")], json!({"instantiation_parameters": {"x": ["h.q", "h.y"]}})), json!({"arguments": {"x": argument}}));
-    check(vector(json!({"svv": "speed"})), "TypeMismatch: cannot bind SVV 'speed' (double, rad/s) to input 'h.q' (double[6], rad): types differ; declare one of them as the other\nTypeMismatch: cannot bind SVV 'speed' (double, rad/s) to output 'h.y' (double[6], rad): types differ; declare one of them as the other");
-    check(vector(json!({"svvs": ["j1.sensed", "j1.sensed", "j1.goal", "j2.goal", "j2.sensed", "j2.commanded"]})),
-        "SecondWriter: SVV 'j1.sensed' is twice in the list for 'x', which is written; give each SVV once");
-    check((verb(&[("h", "lib.vector")], json!({"instantiation_parameters": {"x": ["h.q"]}})), json!({"arguments": {"x": {"svvs": ["j1.sensed", "j2.sensed"]}}})),
-        "TypeMismatch: cannot bind 2 SVVs 'j1.sensed', … (double each, rad) to input 'h.q' (double[6], rad): the numbers of elements differ; give one SVV for each element");
+    let vector =
+        |argument: Value| (verb(&[("h", "lib.vector")], json!({"instantiation_parameters": {"x": ["h.q", "h.y"]}})), json!({"arguments": {"x": argument}}));
+    check(
+        vector(json!({"svv": "speed"})),
+        "TypeMismatch: cannot bind SVV 'speed' (double, rad/s) to input 'h.q' (double[6], rad): types differ; declare one of them as the other\nTypeMismatch: cannot bind SVV 'speed' (double, rad/s) to output 'h.y' (double[6], rad): types differ; declare one of them as the other",
+    );
+    check(
+        vector(json!({"svvs": ["j1.sensed", "j1.sensed", "j1.goal", "j2.goal", "j2.sensed", "j2.commanded"]})),
+        "SecondWriter: SVV 'j1.sensed' is twice in the list for 'x', which is written; give each SVV once",
+    );
+    check(
+        (verb(&[("h", "lib.vector")], json!({"instantiation_parameters": {"x": ["h.q"]}})), json!({"arguments": {"x": {"svvs": ["j1.sensed", "j2.sensed"]}}})),
+        "TypeMismatch: cannot bind 2 SVVs 'j1.sensed', … (double each, rad) to input 'h.q' (double[6], rad): the numbers of elements differ; give one SVV for each element",
+    );
     let channel = |block: &str, item: &str, channel: &str| {
-        (verb(&[("r", block)], json!({"instantiation_parameters": {"x": [format!("r.{item}")]}, "cells": if block == "lib.write_channel" { json!({"u": ["r.u"]}) } else { json!({}) }})),
-            json!({"arguments": {"x": {"channel": {"device": "ur5e", "channel": channel}}}}))
+        (
+            verb(
+                &[("r", block)],
+                json!({"instantiation_parameters": {"x": [format!("r.{item}")]}, "cells": if block == "lib.write_channel" { json!({"u": ["r.u"]}) } else { json!({}) }}),
+            ),
+            json!({"arguments": {"x": {"channel": {"device": "ur5e", "channel": channel}}}}),
+        )
     };
-    check(channel("lib.read_channel", "channel", "mass"), "TypeMismatch: cannot bind channel 'ur5e.mass' (float, kg) to device 'r.channel' (double): types differ; declare one of them as the other");
-    check(channel("lib.read_channel", "channel", "j1.effort"), "TypeMismatch: cannot bind channel 'ur5e.j1.effort' (double, N.m) to device 'r.channel' (double): the channel is written, and the block reads it; give a channel that is read");
-    check(channel("lib.write_channel", "channel", "j1.position"), "TypeMismatch: cannot bind channel 'ur5e.j1.position' (double, rad) to device 'r.channel' (double): the channel is read, and the block writes it; give a channel that is written");
-    check(channel("lib.relaxed", "u", "j1.position"), "TypeMismatch: cannot bind channel 'ur5e.j1.position' (double, rad) to input 'r.u' (double): a channel is bound to a device item; put library.read_channel or library.write_channel between them");
-    check(channel("lib.read_channel", "channel", "j3.position"), "UnknownName: the physical device 'ur5e' has no channel 'j3.position'; did you mean 'j1.position'?");
-    check((verb(&[("r", "lib.read_channel")], json!({"instantiation_parameters": {"x": ["r.channel"]}})), json!({"arguments": {"x": {"svv": "a"}}})),
-        "TypeMismatch: cannot bind SVV 'a' (double) to device 'r.channel' (double): it takes a channel of a physical device; give a channel");
-    check(two(json!({"blocks": {"g": {"constants": {"k": "fast"}}}})),
-        "ValueRefused: the constant for parameter 'g.k' (double): 'fast' is not a number with a unit; write a number, or for example '20 ms' or '90 deg'");
-    check(two(json!({"blocks": {"s": {"constants": {"frequency": "5 ms"}}}})),
-        "UnitMismatch: the constant for parameter 's.frequency' (double, Hz): cannot take '5 ms' where the unit is Hz: the dimensions differ; give a number or a quantity in Hz");
-    check(two(json!({"input_parameters": {"p": {"targets": ["g.k"], "default": [1.0]}}})),
-        "ValueRefused: the default of the input parameter 'p': double takes a number, not a list of 1");
-    check(v(&[("g", "lib.generator")], json!({"cells": {"c": ["g.coefficients"]}})),
-        "TypeMismatch: the size 'n' of 'g' (lib.generator) is not known; bind an array or a list to it, or give n= as a constant");
-    check(v(&[("g", "lib.generator")], json!({"cells": {"c": ["g.coefficients"]}, "blocks": {"g": {"constants": {"n": 9}}}})),
-        "ValueRefused: the size 'n' of 'g' is 9, and lib.generator takes 1 to 8; give another number of elements");
+    check(
+        channel("lib.read_channel", "channel", "mass"),
+        "TypeMismatch: cannot bind channel 'ur5e.mass' (float, kg) to device 'r.channel' (double): types differ; declare one of them as the other",
+    );
+    check(
+        channel("lib.read_channel", "channel", "j1.effort"),
+        "TypeMismatch: cannot bind channel 'ur5e.j1.effort' (double, N.m) to device 'r.channel' (double): the channel is written, and the block reads it; give a channel that is read",
+    );
+    check(
+        channel("lib.write_channel", "channel", "j1.position"),
+        "TypeMismatch: cannot bind channel 'ur5e.j1.position' (double, rad) to device 'r.channel' (double): the channel is read, and the block writes it; give a channel that is written",
+    );
+    check(
+        channel("lib.relaxed", "u", "j1.position"),
+        "TypeMismatch: cannot bind channel 'ur5e.j1.position' (double, rad) to input 'r.u' (double): a channel is bound to a device item; put library.read_channel or library.write_channel between them",
+    );
+    check(
+        channel("lib.read_channel", "channel", "j3.position"),
+        "UnknownName: the physical device 'ur5e' has no channel 'j3.position'; did you mean 'j1.position'?",
+    );
+    check(
+        (verb(&[("r", "lib.read_channel")], json!({"instantiation_parameters": {"x": ["r.channel"]}})), json!({"arguments": {"x": {"svv": "a"}}})),
+        "TypeMismatch: cannot bind SVV 'a' (double) to device 'r.channel' (double): it takes a channel of a physical device; give a channel",
+    );
+    check(
+        two(json!({"blocks": {"g": {"constants": {"k": "fast"}}}})),
+        "ValueRefused: the constant for parameter 'g.k' (double): 'fast' is not a number with a unit; write a number, or for example '20 ms' or '90 deg'",
+    );
+    check(
+        two(json!({"blocks": {"s": {"constants": {"frequency": "5 ms"}}}})),
+        "UnitMismatch: the constant for parameter 's.frequency' (double, Hz): cannot take '5 ms' where the unit is Hz: the dimensions differ; give a number or a quantity in Hz",
+    );
+    check(
+        two(json!({"input_parameters": {"p": {"targets": ["g.k"], "default": [1.0]}}})),
+        "ValueRefused: the default of the input parameter 'p': double takes a number, not a list of 1",
+    );
+    check(
+        v(&[("g", "lib.generator")], json!({"cells": {"c": ["g.coefficients"]}})),
+        "TypeMismatch: the size 'n' of 'g' (lib.generator) is not known; bind an array or a list to it, or give n= as a constant",
+    );
+    check(
+        v(&[("g", "lib.generator")], json!({"cells": {"c": ["g.coefficients"]}, "blocks": {"g": {"constants": {"n": 9}}}})),
+        "ValueRefused: the size 'n' of 'g' is 9, and lib.generator takes 1 to 8; give another number of elements",
+    );
 }
 
 #[test]
 fn calls() {
     check((movement(), json!({})), "CallError: verb 'move' needs 'arm', a Joint; give a logical device");
-    check((movement(), json!({"arguments": {"arm": {"devices": ["j1"]}, "amr": {"svv": "a"}}})), "CallError: verb 'move' has no instantiation parameter 'amr'; did you mean 'arm'?");
-    check((movement(), json!({"arguments": {"arm": {"devices": ["j1"]}, "speed": {"svv": "a"}}})),
-        "CallError: verb 'move' has no instantiation parameter 'speed'; 'speed' is an input parameter; give it at start");
+    check(
+        (movement(), json!({"arguments": {"arm": {"devices": ["j1"]}, "amr": {"svv": "a"}}})),
+        "CallError: verb 'move' has no instantiation parameter 'amr'; did you mean 'arm'?",
+    );
+    check(
+        (movement(), json!({"arguments": {"arm": {"devices": ["j1"]}, "speed": {"svv": "a"}}})),
+        "CallError: verb 'move' has no instantiation parameter 'speed'; 'speed' is an input parameter; give it at start",
+    );
     check((movement(), json!({"arguments": {"arm": {"devices": ["j1", "j9"]}}})), "UnknownName: there is no logical device 'j9'; did you mean 'j1'?");
-    check((movement(), json!({"arguments": {"arm": {"devices": ["j1", "j1"]}}})), "CallError: 'arm' of verb 'move' is given the device 'j1' twice; give each once");
+    check(
+        (movement(), json!({"arguments": {"arm": {"devices": ["j1", "j1"]}}})),
+        "CallError: 'arm' of verb 'move' is given the device 'j1' twice; give each once",
+    );
     check((movement(), json!({"arguments": {"arm": {"svv": "a"}}})), "CallError: 'arm' of verb 'move' takes a Joint; give a logical device");
-    check(with(movement(), json!({"objects": {"arm": {"each": false}}}), arm()), "CallError: 'arm' of verb 'move' takes one Joint, not 2; declare it with each() to take several");
-    check((servo(), json!({"arguments": {"sensed": {"svv": "a"}, "commanded": {"svv": "b"}}})),
-        "CallError: verb 'joint_servo' needs 'drive', a part of a physical device with a channel 'position'; give for example arm['elbow']\nCallError: verb 'joint_servo' needs 'drive', a part of a physical device with a channel 'effort'; give for example arm['elbow']");
-    check((servo(), json!({"arguments": {"drive": {"part": {"device": "ur5e", "part": "j1"}}, "sensed": {"svv": "a"}}})),
-        "CallError: verb 'joint_servo' needs the instantiation parameter 'commanded'; give an SVV or a channel, or make it a cell of the verb");
+    check(
+        with(movement(), json!({"objects": {"arm": {"each": false}}}), arm()),
+        "CallError: 'arm' of verb 'move' takes one Joint, not 2; declare it with each() to take several",
+    );
+    check(
+        (servo(), json!({"arguments": {"sensed": {"svv": "a"}, "commanded": {"svv": "b"}}})),
+        "CallError: verb 'joint_servo' needs 'drive', a part of a physical device with a channel 'position'; give for example arm['elbow']\nCallError: verb 'joint_servo' needs 'drive', a part of a physical device with a channel 'effort'; give for example arm['elbow']",
+    );
+    check(
+        (servo(), json!({"arguments": {"drive": {"part": {"device": "ur5e", "part": "j1"}}, "sensed": {"svv": "a"}}})),
+        "CallError: verb 'joint_servo' needs the instantiation parameter 'commanded'; give an SVV or a channel, or make it a cell of the verb",
+    );
     let nothing = model::apply(&serde_json::from_value(json!({"verb": "mvoe"})).unwrap(), &cell()).unwrap_err();
     assert_eq!(texts(&nothing), "UnknownName: there is no verb 'mvoe'; did you mean 'move'?");
 }
@@ -192,63 +332,125 @@ fn calls() {
 #[test]
 fn scheduling() {
     check(two(json!({"modes": {"g.u": {"ratio": 0}}})), "SchedulingError: the ratio of input 'g.u' (double) is 0; give 1 or more");
-    check(v(&[("h", "lib.relaxed"), ("s", "lib.signal")], json!({"cells": {"c": ["s.y", "h.u"]}, "modes": {"h.u": "synchronous"}})),
-        "SchedulingError: input 'h.u' (double) is asynchronous, and modes would make it synchronous; modes may relax a declared mode, never tighten it");
+    check(
+        v(&[("h", "lib.relaxed"), ("s", "lib.signal")], json!({"cells": {"c": ["s.y", "h.u"]}, "modes": {"h.u": "synchronous"}})),
+        "SchedulingError: input 'h.u' (double) is asynchronous, and modes would make it synchronous; modes may relax a declared mode, never tighten it",
+    );
     check(two(json!({"modes": {"g.k": "asynchronous"}})), "SchedulingError: modes gives a mode to parameter 'g.k' (double), which is no port");
-    check(two(json!({"command_lists": start(&["+s 1ms", "+g 1ms"])})),
-        "SchedulingError: command list 'start' gives 'g' an execution interval, and a synchronous input drives it; write activate('g'), or relax the input with modes={…: 'asynchronous'}");
-    check(two(json!({"command_lists": start(&["+s 0s"])})), "SchedulingError: command list 'start' activates 's' with an interval of 0; give a positive interval, for example every='1 ms'");
-    check(two(json!({"command_lists": start(&["+g"])})),
-        "SchedulingError: nobody drives input 'g.u' (double): it is synchronous, and no active block writes cell 'c' in command list 'start'; bind a writer to cell 'c' and activate it, or relax it with modes={'g.u': 'asynchronous'}");
-    check((verb(&[("g", "lib.gain")], json!({"instantiation_parameters": {"x": ["g.u"]}, "command_lists": start(&["+g"])})), json!({"arguments": {"x": {"svv": "a"}}})),
-        "SchedulingError: nobody drives input 'g.u' (double): it is synchronous, and no active block writes SVV 'a' in command list 'start'; bind a writer to SVV 'a' and activate it, or relax it with modes={'g.u': 'asynchronous'}");
-    check(v(&[("s", "lib.signal"), ("r", "lib.signal"), ("m", "lib.sum")], json!({"cells": {"c": ["s.y", "m.a"], "d": ["r.y", "m.b"]}, "command_lists": start(&["+s 1ms", "+r 2ms", "+m"])})),
-        "SchedulingError: input 'm.a' (double) is driven every 1 ms and input 'm.b' (double) every 2 ms: synchronous inputs of a block update at one rate; relax it with modes={'m.b': 'asynchronous'}");
-    check(v(&[("s", "lib.signal"), ("i", "lib.slow_in")], json!({"cells": {"c": ["s.y", "i.u"]}, "command_lists": start(&["+s 3ms", "+i 1ms"])})),
-        "SchedulingError: input 'i.u' (double) has ratio 4 and runs every 1 ms, and output 's.y' (double) updates every 3 ms: it would have to update every 4 ms; change one of the intervals, or relax the input with modes={'i.u': 'asynchronous'}");
-    check(v(&[("a", "lib.gain"), ("b", "lib.gain")], json!({"cells": {"c": ["a.y", "b.u"], "d": ["b.y", "a.u"]}})),
-        "SynchronousCycle: synchronous ports make a cycle: 'a' → 'b' → 'a'; relax one of the inputs with modes={…: 'asynchronous'}");
-    check(v(&[("s", "lib.signal"), ("r", "lib.signal")], json!({"cells": {"c": ["s.y", "r.y"]}, "command_lists": start(&["+s 1ms", "+r 1ms"])})),
-        "SecondWriter: cell 'c' has two active writers in command list 'start': output 's.y' (double) and output 'r.y' (double); give one of them a cell of its own, or deactivate it first");
-    check((verb(&[("s", "lib.signal")], json!({"command_lists": start(&["+s 1ms"])})), json!({"every": {"x1": 1_000_000}})),
-        "UnknownName: every names 'x1', which verb 'v' does not activate; there is only s");
-    check((verb(&[("s", "lib.signal")], json!({"command_lists": start(&["+s 1ms"])})), json!({"every": {"s": 0}})),
-        "SchedulingError: every gives 's' an interval of 0; give a positive interval, for example '1 ms'");
+    check(
+        two(json!({"command_lists": start(&["+s 1ms", "+g 1ms"])})),
+        "SchedulingError: command list 'start' gives 'g' an execution interval, and a synchronous input drives it; write activate('g'), or relax the input with modes={…: 'asynchronous'}",
+    );
+    check(
+        two(json!({"command_lists": start(&["+s 0s"])})),
+        "SchedulingError: command list 'start' activates 's' with an interval of 0; give a positive interval, for example every='1 ms'",
+    );
+    check(
+        two(json!({"command_lists": start(&["+g"])})),
+        "SchedulingError: nobody drives input 'g.u' (double): it is synchronous, and no active block writes cell 'c' in command list 'start'; bind a writer to cell 'c' and activate it, or relax it with modes={'g.u': 'asynchronous'}",
+    );
+    check(
+        (
+            verb(&[("g", "lib.gain")], json!({"instantiation_parameters": {"x": ["g.u"]}, "command_lists": start(&["+g"])})),
+            json!({"arguments": {"x": {"svv": "a"}}}),
+        ),
+        "SchedulingError: nobody drives input 'g.u' (double): it is synchronous, and no active block writes SVV 'a' in command list 'start'; bind a writer to SVV 'a' and activate it, or relax it with modes={'g.u': 'asynchronous'}",
+    );
+    check(
+        v(
+            &[("s", "lib.signal"), ("r", "lib.signal"), ("m", "lib.sum")],
+            json!({"cells": {"c": ["s.y", "m.a"], "d": ["r.y", "m.b"]}, "command_lists": start(&["+s 1ms", "+r 2ms", "+m"])}),
+        ),
+        "SchedulingError: input 'm.a' (double) is driven every 1 ms and input 'm.b' (double) every 2 ms: synchronous inputs of a block update at one rate; relax it with modes={'m.b': 'asynchronous'}",
+    );
+    check(
+        v(&[("s", "lib.signal"), ("i", "lib.slow_in")], json!({"cells": {"c": ["s.y", "i.u"]}, "command_lists": start(&["+s 3ms", "+i 1ms"])})),
+        "SchedulingError: input 'i.u' (double) has ratio 4 and runs every 1 ms, and output 's.y' (double) updates every 3 ms: it would have to update every 4 ms; change one of the intervals, or relax the input with modes={'i.u': 'asynchronous'}",
+    );
+    check(
+        v(&[("a", "lib.gain"), ("b", "lib.gain")], json!({"cells": {"c": ["a.y", "b.u"], "d": ["b.y", "a.u"]}})),
+        "SynchronousCycle: synchronous ports make a cycle: 'a' → 'b' → 'a'; relax one of the inputs with modes={…: 'asynchronous'}",
+    );
+    check(
+        v(&[("s", "lib.signal"), ("r", "lib.signal")], json!({"cells": {"c": ["s.y", "r.y"]}, "command_lists": start(&["+s 1ms", "+r 1ms"])})),
+        "SecondWriter: cell 'c' has two active writers in command list 'start': output 's.y' (double) and output 'r.y' (double); give one of them a cell of its own, or deactivate it first",
+    );
+    check(
+        (verb(&[("s", "lib.signal")], json!({"command_lists": start(&["+s 1ms"])})), json!({"every": {"x1": 1_000_000}})),
+        "UnknownName: every names 'x1', which verb 'v' does not activate; there is only s",
+    );
+    check(
+        (verb(&[("s", "lib.signal")], json!({"command_lists": start(&["+s 1ms"])})), json!({"every": {"s": 0}})),
+        "SchedulingError: every gives 's' an interval of 0; give a positive interval, for example '1 ms'",
+    );
     let (program, _) = two(json!({}));
-    check((program, json!({"every": {"g": 1_000_000}})), "SchedulingError: every gives 'g' an execution interval, and a synchronous input drives it; give the interval to what drives it");
+    check(
+        (program, json!({"every": {"g": 1_000_000}})),
+        "SchedulingError: every gives 'g' an execution interval, and a synchronous input drives it; give the interval to what drives it",
+    );
 }
 
 #[test]
 fn placement() {
     let signal = |command: &str| verb(&[("s", "lib.signal")], json!({"command_lists": start(&[command])}));
-    check((signal("+s 1500us"), json!({})), "PlacementError: 's' needs a timer for every 1.5 ms, and there is none on 'rtp0'; make one, or change the interval");
-    check((signal("+s 1500us"), json!({"placement": {"s": "rtp0.fast"}})),
-        "SchedulingError: the interval of 's' (1.5 ms) is not a whole multiple of the period of 'rtp0.fast' (1 ms); change the interval, or place it on another timer");
-    check((signal("+s"), json!({"placement": {"s": "rtp0.fast"}})),
-        "SchedulingError: 's' is activated without an interval, and its source 'rtp0.fast' is a timer; write activate('s', every='1 ms'), or place it on a trigger");
-    check((signal("+s 1ms"), json!({"placement": {"s": "rtp0.door"}})), "SchedulingError: 's' has the interval 1 ms, and its source 'rtp0.door' is no timer; place it on a timer, or write activate('s')");
-    check((signal("+s 1ms"), json!({"placement": {"s": "rtp0.fats"}})), "UnknownName: the placement of 's' names the source 'rtp0.fats', which is not there; did you mean 'rtp0.fast'?");
+    check(
+        (signal("+s 1500us"), json!({})),
+        "PlacementError: 's' needs a timer for every 1.5 ms, and there is none on 'rtp0'; make one, or change the interval",
+    );
+    check(
+        (signal("+s 1500us"), json!({"placement": {"s": "rtp0.fast"}})),
+        "SchedulingError: the interval of 's' (1.5 ms) is not a whole multiple of the period of 'rtp0.fast' (1 ms); change the interval, or place it on another timer",
+    );
+    check(
+        (signal("+s"), json!({"placement": {"s": "rtp0.fast"}})),
+        "SchedulingError: 's' is activated without an interval, and its source 'rtp0.fast' is a timer; write activate('s', every='1 ms'), or place it on a trigger",
+    );
+    check(
+        (signal("+s 1ms"), json!({"placement": {"s": "rtp0.door"}})),
+        "SchedulingError: 's' has the interval 1 ms, and its source 'rtp0.door' is no timer; place it on a timer, or write activate('s')",
+    );
+    check(
+        (signal("+s 1ms"), json!({"placement": {"s": "rtp0.fats"}})),
+        "UnknownName: the placement of 's' names the source 'rtp0.fats', which is not there; did you mean 'rtp0.fast'?",
+    );
     check((signal("+s 1ms"), json!({"placement": {"x1": "rtp0.fast"}})), "UnknownName: the placement of 'x1' fits no block of verb 'v'; there is only s");
-    check((servo(), json!({"owner": "j1", "placement": {"read": "rtp0.slow"}})), "PlacementError: 'read' is placed on 'rtp0.slow', and its device 'ur5e' belongs to 'rtp0.fast'; place 'read' on 'rtp0.fast'");
+    check(
+        (servo(), json!({"owner": "j1", "placement": {"read": "rtp0.slow"}})),
+        "PlacementError: 'read' is placed on 'rtp0.slow', and its device 'ur5e' belongs to 'rtp0.fast'; place 'read' on 'rtp0.fast'",
+    );
     let (program, _) = two(json!({}));
-    check((program, json!({"placement": {"s": "rtp0.fast", "g": "rtp0.slow"}})),
-        "SchedulingError: 'g' is placed on 'rtp0.slow', and what drives it runs on 'rtp0.fast'; place it there or on a software source, or relax the input with modes=");
-    let sum = verb(&[("s", "lib.signal"), ("r", "lib.signal"), ("m", "lib.sum")], json!({"cells": {"c": ["s.y", "m.a"], "d": ["r.y", "m.b"]}, "command_lists": start(&["+s 20ms", "+r 20ms", "+m"])}));
-    check((sum, json!({"placement": {"s": "rtp0.fast", "r": "rtp0.slow"}})),
-        "PlacementError: 'm' is driven from 'rtp0.fast' and 'rtp0.slow'; place it on a software source, or relax all but one of its inputs with modes=");
+    check(
+        (program, json!({"placement": {"s": "rtp0.fast", "g": "rtp0.slow"}})),
+        "SchedulingError: 'g' is placed on 'rtp0.slow', and what drives it runs on 'rtp0.fast'; place it there or on a software source, or relax the input with modes=",
+    );
+    let sum = verb(
+        &[("s", "lib.signal"), ("r", "lib.signal"), ("m", "lib.sum")],
+        json!({"cells": {"c": ["s.y", "m.a"], "d": ["r.y", "m.b"]}, "command_lists": start(&["+s 20ms", "+r 20ms", "+m"])}),
+    );
+    check(
+        (sum, json!({"placement": {"s": "rtp0.fast", "r": "rtp0.slow"}})),
+        "PlacementError: 'm' is driven from 'rtp0.fast' and 'rtp0.slow'; place it on a software source, or relax all but one of its inputs with modes=",
+    );
     let mut pair = cell();
     let slow = json!({"processor": "rtp0", "source": "rtp0.slow", "channels": [{"name": "z", "write": true, "type_text": "double", "unit": ""}]});
     pair.devices.insert("lamp".into(), serde_json::from_value(slow).unwrap());
     pair.interfaces.insert("lib.copy".into(), interface("lib.copy", &["read double a", "write double b"]));
     let rest = json!({"instantiation_parameters": {"x": ["c.a"], "y": ["c.b"]}});
     let channel = |device: &str, channel: &str| json!({"channel": {"device": device, "channel": channel}});
-    let refusals = apply_in(pair, verb(&[("c", "lib.copy")], rest), json!({"arguments": {"x": channel("ur5e", "j1.position"), "y": channel("lamp", "z")}})).unwrap_err();
-    assert_eq!(texts(&refusals), "PlacementError: 'c' has the devices 'ur5e' of 'rtp0.fast' and 'lamp' of 'rtp0.slow'; use one block for each device at p.py:7");
+    let refusals =
+        apply_in(pair, verb(&[("c", "lib.copy")], rest), json!({"arguments": {"x": channel("ur5e", "j1.position"), "y": channel("lamp", "z")}})).unwrap_err();
+    assert_eq!(
+        texts(&refusals),
+        "PlacementError: 'c' has the devices 'ur5e' of 'rtp0.fast' and 'lamp' of 'rtp0.slow'; use one block for each device at p.py:7"
+    );
     let mut twin = cell();
     let source = twin.sources["rtp0.slow"].clone();
     twin.sources.insert("rtp0.twin".into(), source);
     let refusals = apply_in(twin, signal("+s 20ms"), json!({})).unwrap_err();
-    assert_eq!(texts(&refusals), "PlacementError: 's' needs a timer for every 20 ms, and 'rtp0.slow' and 'rtp0.twin' fit equally; say which with .on({'s': …}) or place() at p.py:7");
+    assert_eq!(
+        texts(&refusals),
+        "PlacementError: 's' needs a timer for every 20 ms, and 'rtp0.slow' and 'rtp0.twin' fit equally; say which with .on({'s': …}) or place() at p.py:7"
+    );
 }
 
 #[test]

@@ -18,8 +18,15 @@ fn value(json: serde_json::Value) -> Value {
 #[test]
 fn spelling_does_not_count_and_member_names_do() {
     for (text, normalised) in [
-        ("double", "double"), ("_Bool", "bool"), ("unsigned char", "uint8_t"), ("int", "int32_t"), ("unsigned", "uint32_t"),
-        ("long long", "int64_t"), ("short", "int16_t"), ("double[3][2]", "double[3][2]"), (" float [ 4 ] ", "float[4]"),
+        ("double", "double"),
+        ("_Bool", "bool"),
+        ("unsigned char", "uint8_t"),
+        ("int", "int32_t"),
+        ("unsigned", "uint32_t"),
+        ("long long", "int64_t"),
+        ("short", "int16_t"),
+        ("double[3][2]", "double[3][2]"),
+        (" float [ 4 ] ", "float[4]"),
         ("struct tag { double x; double q[4]; }", "struct { double x; double[4] q; }"),
         ("struct { double[4] q; int a, b[2]; }", "struct { double[4] q; int32_t a; int32_t[2] b; }"),
         ("struct { struct { bool on; } inner; }", "struct { struct { bool on; } inner; }"),
@@ -44,12 +51,24 @@ fn named_structs_are_looked_up() {
 #[test]
 fn what_cannot_be_read_says_why() {
     for (text, why) in [
-        ("", "it is empty"), ("doubel", "did you mean 'double'?"), ("long", "write int64_t"), ("size_t", "write uint64_t"), ("char", "write int8_t or uint8_t"),
-        ("double*", "it is a pointer"), ("double[0]", "an array needs an element"), ("double[n]", "the number of elements 'n' is not a number"),
-        ("double[3", "']' is missing at the end"), ("double x", "'x' is not expected there"), ("struct { }", "a struct needs a member"),
-        ("struct { int a; int a; }", "the member 'a' is there twice"), ("struct { int a }", "';' is expected before '}'"),
-        ("double[99999][99999]", "it has more than"), ("void", "'void' has no value"), ("struct { int; }", "a member's name is missing"),
-        ("[3]", "'[' is not a type"), ("struct pose", "the type 'pose' is not known"),
+        ("", "it is empty"),
+        ("doubel", "did you mean 'double'?"),
+        ("long", "write int64_t"),
+        ("size_t", "write uint64_t"),
+        ("char", "write int8_t or uint8_t"),
+        ("double*", "it is a pointer"),
+        ("double[0]", "an array needs an element"),
+        ("double[n]", "the number of elements 'n' is not a number"),
+        ("double[3", "']' is missing at the end"),
+        ("double x", "'x' is not expected there"),
+        ("struct { }", "a struct needs a member"),
+        ("struct { int a; int a; }", "the member 'a' is there twice"),
+        ("struct { int a }", "';' is expected before '}'"),
+        ("double[99999][99999]", "it has more than"),
+        ("void", "'void' has no value"),
+        ("struct { int; }", "a member's name is missing"),
+        ("[3]", "'[' is not a type"),
+        ("struct pose", "the type 'pose' is not known"),
     ] {
         let refusal = Type::parse(text, &Default::default()).expect_err(text);
         assert_eq!(refusal.class, Class::DefinitionError);

@@ -29,7 +29,10 @@ fn the_interfaces_are_equal() {
     let [c, rust] = both().each_ref().map(|module| module.block("lowpass").unwrap());
     assert_eq!((&c.name, &c.doc), (&rust.name, &rust.doc));
     for (c, rust) in c.items.iter().zip(&rust.items) {
-        assert_eq!((&c.name, c.kind, c.mode, &c.type_text, &c.unit, &c.doc, &c.initial), (&rust.name, rust.kind, rust.mode, &rust.type_text, &rust.unit, &rust.doc, &rust.initial));
+        assert_eq!(
+            (&c.name, c.kind, c.mode, &c.type_text, &c.unit, &c.doc, &c.initial),
+            (&rust.name, rust.kind, rust.mode, &rust.type_text, &rust.unit, &rust.doc, &rust.initial)
+        );
     }
     assert_eq!((both()[0].name.as_str(), both()[1].name.as_str()), ("lowpass", "rust_module"));
 }

@@ -96,14 +96,16 @@ fn first(test: &str, text: &str) -> (String, u32) {
 
 #[test]
 fn a_block_without_a_description() {
-    let (message, line) = first("undescribed", "#include <opengpac.h>\n\nFUNCTION_BLOCK(block, in(double, u, \"raw\"), out(double, y, \"out\"))\n{ return OK; }\n");
+    let (message, line) =
+        first("undescribed", "#include <opengpac.h>\n\nFUNCTION_BLOCK(block, in(double, u, \"raw\"), out(double, y, \"out\"))\n{ return OK; }\n");
     assert!(message.starts_with("FUNCTION_BLOCK(block, ...) has no description"), "{message}");
     assert_eq!(line, 3);
 }
 
 #[test]
 fn mistakes_of_the_body() {
-    let block = |body: &str| format!("#include <opengpac.h>\nFUNCTION_BLOCK(block, \"What.\", in(double, u, \"u\"), out(double, y, \"y\"))\n{{\n    {body}\n}}\n");
+    let block =
+        |body: &str| format!("#include <opengpac.h>\nFUNCTION_BLOCK(block, \"What.\", in(double, u, \"u\"), out(double, y, \"y\"))\n{{\n    {body}\n}}\n");
     assert_eq!(first("return", &block("self->y = 1;")).1, 5, "a missing return");
     let (message, line) = first("number", &block("return 1;"));
     assert!(message.contains("'int'") && message.contains("'opengpac_outcome'"), "{message}");
@@ -111,13 +113,17 @@ fn mistakes_of_the_body() {
     let (message, line) = first("field", &block("self->z = 1; return OK;"));
     assert!(message.to_lowercase().contains("no member named 'z'"), "{message}");
     assert_eq!(line, 4);
-    assert!(first("linker", &format!("double f(double);\n{}", block("self->y = f(self->u); return OK;"))).0.contains("'f' is declared and called but not defined"));
+    assert!(
+        first("linker", &format!("double f(double);\n{}", block("self->y = f(self->u); return OK;"))).0.contains("'f' is declared and called but not defined")
+    );
     assert!(first("report", &block("report(done); return OK;")).0.contains("opengpac_bit_done"));
 }
 
 #[test]
 fn one_size_name_for_one_block_of_a_c_file() {
-    let block = |name: &str| format!("FUNCTION_BLOCK({name}, \"What.\", size(n, 1, 4), in(double[n], u, \"u\"), out(double, y, \"y\")) {{ self->y = self->u[0]; return OK; }}\n");
+    let block = |name: &str| {
+        format!("FUNCTION_BLOCK({name}, \"What.\", size(n, 1, 4), in(double[n], u, \"u\"), out(double, y, \"y\")) {{ self->y = self->u[0]; return OK; }}\n")
+    };
     let (message, line) = first("sizes", &format!("#include <opengpac.h>\n{}{}", block("one"), block("two")));
     assert!(message.contains("in_C_a_size_name_serves_one_block_of_a_file__rename_it_in_two"), "{message}");
     assert_eq!(line, 3);

@@ -74,7 +74,11 @@ fn two_blocks_of_one_name() {
 
 #[test]
 fn two_items_of_one_name_do_not_compile() {
-    let source = write(&folder("refused-items"), "twice.c", "#include <opengpac.h>\nFUNCTION_BLOCK(b, \"What.\", in(double, u, \"in\"), out(double, u, \"out\")) { return OK; }\n");
+    let source = write(
+        &folder("refused-items"),
+        "twice.c",
+        "#include <opengpac.h>\nFUNCTION_BLOCK(b, \"What.\", in(double, u, \"in\"), out(double, u, \"out\")) { return OK; }\n",
+    );
     let error = refusal(&source);
     assert!(matches!(&error, LoadError::BuildFailed { line: 2, .. }), "{error}");
 }

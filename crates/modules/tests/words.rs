@@ -139,11 +139,9 @@ fn a_fault_changes_nothing() {
         let names = ["shifted", "sum", "reciprocal", "again", "count", "memory", "motor", "above"];
         let before: Vec<_> = names.iter().map(|name| trial.get(name).unwrap()).collect();
         trial.set_numbers("q", &[200.0]).unwrap();
-        for (mode, encoder, fault) in [
-            (1.0, 0.5, Fault::Returned(42)),
-            (3.0, 0.5, Fault::NonFinite { item: "again".into() }),
-            (0.0, f64::NAN, Fault::NonFinite { item: "motor".into() }),
-        ] {
+        for (mode, encoder, fault) in
+            [(1.0, 0.5, Fault::Returned(42)), (3.0, 0.5, Fault::NonFinite { item: "again".into() }), (0.0, f64::NAN, Fault::NonFinite { item: "motor".into() })]
+        {
             trial.set_number("mode", mode).unwrap();
             trial.set_number("encoder", encoder).unwrap();
             assert_eq!(trial.run(), Err(fault));
@@ -163,7 +161,12 @@ fn the_guard_of_the_examples() {
     trial.set_number("n", 2.0).unwrap();
     trial.set_numbers("effort", &[30.0, 40.0]).unwrap();
     trial.set_number("exceeded", 49.0).unwrap();
-    let reports: Vec<usize> = (0..4).map(|_| { trial.run().unwrap(); trial.reported().len() }).collect();
+    let reports: Vec<usize> = (0..4)
+        .map(|_| {
+            trial.run().unwrap();
+            trial.reported().len()
+        })
+        .collect();
     assert_eq!(reports, [0, 0, 1, 1]);
     assert_eq!(trial.number("exceeded").unwrap(), 50.0);
 }
@@ -171,8 +174,16 @@ fn the_guard_of_the_examples() {
 #[test]
 fn several_files_make_one_module() {
     let folder = folder("words-several");
-    let one = write(&folder, "one.c", "#include <opengpac.h>\ndouble half(double x);\nFUNCTION_BLOCK(one, \"y = u / 2.\", in(double, u, \"in\"), out(double, y, \"out\")) { self->y = half(self->u); return OK; }\n");
-    let two = write(&folder, "two.cpp", "#include <opengpac.h>\nextern \"C\" double half(double x) { return x / 2; }\nFUNCTION_BLOCK(two, \"y = 2 u.\", in(float, u, \"in\"), out(float, y, \"out\")) { self->y = 2 * self->u; return OK; }\n");
+    let one = write(
+        &folder,
+        "one.c",
+        "#include <opengpac.h>\ndouble half(double x);\nFUNCTION_BLOCK(one, \"y = u / 2.\", in(double, u, \"in\"), out(double, y, \"out\")) { self->y = half(self->u); return OK; }\n",
+    );
+    let two = write(
+        &folder,
+        "two.cpp",
+        "#include <opengpac.h>\nextern \"C\" double half(double x) { return x / 2; }\nFUNCTION_BLOCK(two, \"y = 2 u.\", in(float, u, \"in\"), out(float, y, \"out\")) { self->y = 2 * self->u; return OK; }\n",
+    );
     let path = build(&[one, two], &BuildOptions { output: Some(folder.join("both.so")), ..BuildOptions::default() }).unwrap();
     let module = load(&path, &options()).unwrap();
     let names: Vec<_> = module.blocks.iter().map(|block| block.name.as_str()).collect();
@@ -191,7 +202,13 @@ fn a_block_compiles_without_a_warning() {
         let source = write(&folder, name, EVERYTHING);
         let compiler = modules::compiler(cxx, None).unwrap();
         for level in ["-O0", "-O2"] {
-            let output = std::process::Command::new(&compiler[0]).args(&compiler[1..]).args([standard, level, "-Wall", "-Wextra", "-Werror", "-fPIC", "-c", "-o", "/dev/null", "-I"]).arg(&folder).arg(&source).output().unwrap();
+            let output = std::process::Command::new(&compiler[0])
+                .args(&compiler[1..])
+                .args([standard, level, "-Wall", "-Wextra", "-Werror", "-fPIC", "-c", "-o", "/dev/null", "-I"])
+                .arg(&folder)
+                .arg(&source)
+                .output()
+                .unwrap();
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         }
     }

@@ -262,6 +262,18 @@ impl System {
         self.enter_module("library", &faces, &types, Arc::new(()));
     }
 
+    /// Enters blocks that are part of this program (Rust blocks linked into it) as module `module`; a module of that name is
+    /// redefined. For code that comes while the system runs see [`System::download`]. Refused where a descriptor is not in order
+    /// (`ModuleError`), or an instance of the module's blocks runs (`InUse`).
+    pub fn enter(&self, module: &str, blocks: &[&'static opengpac::abi::Descriptor], types: &[&'static opengpac::abi::TypeDescriptor]) -> Result<(), Refusals> {
+        self.refuse_busy_module(module)?;
+        let wrong = |why: String| refuse(Class::ModuleError, format!("cannot enter module '{module}': {why}"), "");
+        let types = types.iter().map(|t| opengpac::read::TypeFace::read(t)).collect::<Result<Vec<_>, _>>().map_err(|why| wrong(why.to_string()))?;
+        let faces = blocks.iter().map(|d| opengpac::read::BlockFace::read(d, &types)).collect::<Result<Vec<_>, _>>().map_err(|why| wrong(why.to_string()))?;
+        self.enter_module(module, &faces, &types, Arc::new(()));
+        Ok(())
+    }
+
     /// Enters blocks under a module's name; verbs that use them are checked again when they are applied next.
     pub(crate) fn enter_module(&self, module: &str, blocks: &[opengpac::read::BlockFace], types: &[opengpac::read::TypeFace], keep: Arc<dyn std::any::Any + Send + Sync>) {
         let mut definitions = self.shared.definitions();

@@ -33,7 +33,14 @@ pub(super) fn channels(arm: &Arm) -> Vec<Channel> {
     }
     for (j, joint) in arm.joints.iter().enumerate() {
         let effort = if joint.part.unit == "rad" { "N.m" } else { "N" };
-        add(format!("{}.effort", joint.part.name), Direction::Write, 1, effort.into(), "effort at the joint; the brake holds it while nobody claims this channel", 8 * j);
+        add(
+            format!("{}.effort", joint.part.name),
+            Direction::Write,
+            1,
+            effort.into(),
+            "effort at the joint; the brake holds it while nobody claims this channel",
+            8 * j,
+        );
     }
     if arm.tool.is_some() {
         add("tool.push".into(), Direction::Write, 3, "N".into(), "force from outside at the tool, in the world frame", 8 * arm.joints.len());

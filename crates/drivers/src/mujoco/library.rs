@@ -110,8 +110,8 @@ pub fn load(place: Option<&Path>) -> Result<&'static MuJoCo, DriverError> {
 
 fn load_file(path: PathBuf) -> Result<MuJoCo, DriverError> {
     // SAFETY: loading runs the initialisers of a library that the user has named; MuJoCo's have no condition.
-    let library = unsafe { Library::new(&path) }
-        .map_err(|e| DriverError::LibraryMissing { problem: format!("and '{}' does not load: {e}", path.display()) })?;
+    let library =
+        unsafe { Library::new(&path) }.map_err(|e| DriverError::LibraryMissing { problem: format!("and '{}' does not load: {e}", path.display()) })?;
     let missing = |_| DriverError::LibrarySymbol { path: path.clone(), symbol: "mj_version".into() };
     // SAFETY: `mj_version` has had this type in every version.
     let version = unsafe { library.get::<unsafe extern "C" fn() -> c_int>(b"mj_version\0").map_err(missing)?() };
@@ -132,7 +132,8 @@ fn version_text(library: &Library) -> Option<String> {
 fn find(place: Option<&Path>) -> Result<PathBuf, DriverError> {
     let place = match place {
         Some(place) => place.to_path_buf(),
-        None => std::env::var_os("OPENGPAC_MUJOCO").map(PathBuf::from)
+        None => std::env::var_os("OPENGPAC_MUJOCO")
+            .map(PathBuf::from)
             .ok_or_else(|| DriverError::LibraryMissing { problem: "and nothing says where it is".into() })?,
     };
     if place.is_file() {

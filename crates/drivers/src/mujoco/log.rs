@@ -65,7 +65,9 @@ unsafe extern "C" fn receive(message: *const LogMessage) {
     });
     // SAFETY: the level is the first member of every message.
     let fatal = unsafe { (*message).level } >= 3;
-    if (!ours || fatal) && let Some(before) = BEFORE.get() {
+    if (!ours || fatal)
+        && let Some(before) = BEFORE.get()
+    {
         // SAFETY: it was MuJoCo's receiver until ours took its place, and takes the same message.
         unsafe { before(message) };
     }

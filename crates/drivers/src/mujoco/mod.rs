@@ -42,7 +42,9 @@ struct Options {
 /// Loads the library and the model. The description: `{"parts": […], "tool": bool, "timestep": s}`.
 pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverError> {
     let options: Options = driver::options("mujoco", options)?;
-    if let Some(step) = options.timestep && !(1e-6..=0.1).contains(&step) {
+    if let Some(step) = options.timestep
+        && !(1e-6..=0.1).contains(&step)
+    {
         return Err(DriverError::Option { kind: "mujoco".into(), option: "timestep".into(), problem: format!("{step} s is not within 1e-6 s to 0.1 s") });
     }
     let mujoco = library::load(options.library.as_deref())?;

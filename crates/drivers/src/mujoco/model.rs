@@ -6,8 +6,8 @@
 //! are motors and one whose actuators are position servos are commanded alike, by torque; and the automatic reset after a
 //! numerical failure is off, because a plant that jumps to its start is worse than one that is lost.
 use super::library::{BatchConfig, Model, MuJoCo, object};
-use crate::part::{Part, Servo, UNLIMITED};
 use crate::DriverError;
+use crate::part::{Part, Servo, UNLIMITED};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::Path;
 
@@ -140,7 +140,11 @@ fn joints(arm: &Arm, fields: &Fields, home: i32) -> Vec<Joint> {
     let efforts = efforts(fields, kind.len());
     let mut joints = Vec::new();
     for j in 0..kind.len() {
-        let unit = match kind[j] { JOINT_HINGE => "rad", JOINT_SLIDE => "m", _ => continue };
+        let unit = match kind[j] {
+            JOINT_HINGE => "rad",
+            JOINT_SLIDE => "m",
+            _ => continue,
+        };
         let Some(effort_max) = efforts[j] else { continue };
         let (q, v) = (position[j] as usize, velocity[j] as usize);
         let home = if home >= 0 { keys[home as usize * start.len() + q] } else { start[q] };
@@ -199,12 +203,7 @@ fn tool(arm: &Arm, fields: &Fields) -> Option<Tool> {
     let site = sensed.map(|s| sensor_site[s]).or(named)?;
     let body = fields.ints("site_bodyid")[site as usize];
     let three = |values: Vec<f64>, i: i32| -> [f64; 3] { std::array::from_fn(|k| values[3 * i as usize + k]) };
-    Some(Tool {
-        body,
-        site_m: three(fields.reals("site_pos"), site),
-        centre_m: three(fields.reals("body_ipos"), body),
-        sensor: sensed.map(|s| s as i32),
-    })
+    Some(Tool { body, site_m: three(fields.reals("site_pos"), site), centre_m: three(fields.reals("body_ipos"), body), sensor: sensed.map(|s| s as i32) })
 }
 
 /// The model's fields, by name.

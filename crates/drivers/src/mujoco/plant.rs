@@ -130,7 +130,11 @@ impl Plant {
         // SAFETY: model and data belong together; `forces` has the size of both components, `state` as in `sense`.
         unsafe {
             (mujoco.mj_setState)(model, data, self.forces.as_ptr(), state::QFRC_APPLIED | state::XFRC_APPLIED);
-            if self.arm.runge_kutta { (mujoco.mj_step)(model, data) } else { (mujoco.mj_step2)(model, data) }
+            if self.arm.runge_kutta {
+                (mujoco.mj_step)(model, data)
+            } else {
+                (mujoco.mj_step2)(model, data)
+            }
             (mujoco.mj_getState)(model, data, self.state.as_mut_ptr(), state::QPOS | state::QVEL);
         }
         for (joint, held) in self.arm.joints.iter().zip(&self.held) {
@@ -172,11 +176,7 @@ impl Plant {
         let (site, centre) = (self.world(tool, &tool.site_m), self.world(tool, &tool.centre_m));
         let arm: [f64; 3] = std::array::from_fn(|k| site[k] - centre[k]);
         let force = self.push;
-        let torque = [
-            arm[1] * force[2] - arm[2] * force[1],
-            arm[2] * force[0] - arm[0] * force[2],
-            arm[0] * force[1] - arm[1] * force[0],
-        ];
+        let torque = [arm[1] * force[2] - arm[2] * force[1], arm[2] * force[0] - arm[0] * force[2], arm[0] * force[1] - arm[1] * force[0]];
         let place = self.bias.len() + 6 * tool.body as usize;
         self.forces[place..place + 3].copy_from_slice(&force);
         self.forces[place + 3..place + 6].copy_from_slice(&torque);
@@ -186,9 +186,7 @@ impl Plant {
     fn world(&self, tool: &Tool, point_m: &[f64; 3]) -> [f64; 3] {
         let (mut place, mut turn, upright) = ([0.0; 3], [0.0; 9], [1.0, 0.0, 0.0, 0.0]);
         // SAFETY: the body is one of this model, and the arrays have the sizes of the header.
-        unsafe {
-            (self.arm.mujoco.mj_local2Global)(self.motion.0, place.as_mut_ptr(), turn.as_mut_ptr(), point_m.as_ptr(), upright.as_ptr(), tool.body, 0)
-        };
+        unsafe { (self.arm.mujoco.mj_local2Global)(self.motion.0, place.as_mut_ptr(), turn.as_mut_ptr(), point_m.as_ptr(), upright.as_ptr(), tool.body, 0) };
         place
     }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Activations: the largest sets of blocks of one source that are always active together at one rate.
+use super::Draft;
 use super::activity::{Activity, On};
 use super::relate::{Beat, Relations};
-use super::Draft;
 use crate::configuration::Rate;
 use crate::interface::Mode;
 use crate::plan::{ActivationIndex, CellIndex, CellKind, Due, PlannedActivation};

@@ -95,7 +95,12 @@ impl Draft<'_> {
             } else if *every_ns == 0 {
                 self.refuse(Class::SchedulingError, format!("every gives '{label}' an interval of 0"), "give a positive interval, for example '1 ms'", &None);
             } else if block.is_some_and(|block| checked.driven[block]) {
-                self.refuse(Class::SchedulingError, format!("every gives '{label}' an execution interval, and a synchronous input drives it"), "give the interval to what drives it", &None);
+                self.refuse(
+                    Class::SchedulingError,
+                    format!("every gives '{label}' an execution interval, and a synchronous input drives it"),
+                    "give the interval to what drives it",
+                    &None,
+                );
             }
         }
     }

@@ -44,7 +44,12 @@ impl<'a> Draft<'a> {
                     Vec::new()
                 }
                 Some(_) => {
-                    self.refuse(Class::CallError, format!("'{name}' of verb '{}' takes a {}", checked.name, object.device_type), "give a logical device", &None);
+                    self.refuse(
+                        Class::CallError,
+                        format!("'{name}' of verb '{}' takes a {}", checked.name, object.device_type),
+                        "give a logical device",
+                        &None,
+                    );
                     Vec::new()
                 }
                 None => {

@@ -130,7 +130,12 @@ impl<'a> Draft<'a> {
         for (at, (name, _)) in svvs.iter().enumerate() {
             let is_output = |port: &Port| self.kind(*port) == Kind::Output;
             if svvs[..at].iter().any(|(other, _)| other == name) && group.ports.iter().any(is_output) {
-                self.refuse(Class::SecondWriter, format!("SVV '{name}' is twice in the list for '{}', which is written", group.name), "give each SVV once", &group.place);
+                self.refuse(
+                    Class::SecondWriter,
+                    format!("SVV '{name}' is twice in the list for '{}', which is written", group.name),
+                    "give each SVV once",
+                    &group.place,
+                );
             }
         }
         if svvs.iter().all(|(_, svv)| svv.unit.is_empty()) {

@@ -215,7 +215,11 @@ impl<'a> Draft<'a> {
         let refused = activity.on[block].iter().find_map(|on| match (&found.kind, on.every_ns) {
             (SourceKind::Timer { period_ns }, Some(every)) if *period_ns > 0 && every % period_ns == 0 => None,
             (SourceKind::Timer { period_ns }, Some(every)) => Some((
-                format!("the interval of '{label}' ({}) is not a whole multiple of the period of '{source}' ({})", duration_text(every), duration_text(*period_ns)),
+                format!(
+                    "the interval of '{label}' ({}) is not a whole multiple of the period of '{source}' ({})",
+                    duration_text(every),
+                    duration_text(*period_ns)
+                ),
                 "change the interval, or place it on another timer".to_owned(),
             )),
             (SourceKind::Timer { .. }, None) => Some((

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scheduling relations: every synchronous or ratio input has one active writer, at the right rate.
+use super::Draft;
 use super::activity::Activity;
 use super::bind::cells_of;
-use super::Draft;
 use crate::checked::cycle_refusal;
 use crate::configuration::{Rate, Writer};
 use crate::flatten::Port;
@@ -241,7 +241,12 @@ impl<'a> Draft<'a> {
                 Some(update) if *update == own.divided(n) => {}
                 Some(update) => {
                     let (described, writer) = (self.described(reader), self.writer_text(relation.cell));
-                    let message = format!("{described} has ratio {n} and runs {}, and {writer} updates {}: it would have to update {}", own.text(), update.text(), own.divided(n).text());
+                    let message = format!(
+                        "{described} has ratio {n} and runs {}, and {writer} updates {}: it would have to update {}",
+                        own.text(),
+                        update.text(),
+                        own.divided(n).text()
+                    );
                     let remedy = format!("change one of the intervals, or relax the input with modes={{'{}': 'asynchronous'}}", self.port_name(reader));
                     return self.refuse(Class::SchedulingError, message, &remedy, &self.flat(reader.0).place.clone());
                 }
@@ -254,7 +259,10 @@ impl<'a> Draft<'a> {
         let list = &self.checked.lists[list].name;
         let mode = crate::cover::mode_name(relation.mode);
         let cell = self.cell_text(relation.cell);
-        let refusal = Refusal::new(Class::SchedulingError, format!("nobody drives {described}: it is {mode}, and no active block writes {cell} in command list '{list}'"));
+        let refusal = Refusal::new(
+            Class::SchedulingError,
+            format!("nobody drives {described}: it is {mode}, and no active block writes {cell} in command list '{list}'"),
+        );
         let refusal = refusal.remedy(format!("bind a writer to {cell} and activate it, or {}", self.relax_remedy(reader)));
         let place = &self.flat(reader.0).place;
         self.refusals.push(refusal.end(described, place).at(place).at(&self.checked.lists[0].place));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sequences: the order of each source's firing, and the command lists with activations in the place of blocks.
+use super::Draft;
 use super::activity::Activity;
 use super::bind::cells_of;
 use super::relate::Relations;
-use super::Draft;
 use crate::configuration::SourceKind;
 use crate::interface::{Kind, Mode};
 use crate::lists::{CheckedCommand, CheckedStage};

@@ -103,7 +103,8 @@ impl Draft<'_> {
                 self.sizes[block] = Some(item.least.max(1));
             }
             Some(size) if size < item.least || size > item.most => {
-                let message = format!("the size '{}' of '{}' is {size}, and {} takes {} to {}", item.name, flat.label, flat.kind.interface.name, item.least, item.most);
+                let message =
+                    format!("the size '{}' of '{}' is {size}, and {} takes {} to {}", item.name, flat.label, flat.kind.interface.name, item.least, item.most);
                 self.refuse(Class::ValueRefused, message, "give another number of elements", &flat.place);
             }
             Some(_) => {}

@@ -26,9 +26,7 @@ impl Type {
     pub fn decode(&self, bytes: &[u8]) -> Value {
         match self {
             Type::Scalar(scalar) => scalar.decode(bytes),
-            Type::Array(element, count) => {
-                Value::List(bytes.chunks_exact(element.size()).take(*count).map(|chunk| element.decode(chunk)).collect())
-            }
+            Type::Array(element, count) => Value::List(bytes.chunks_exact(element.size()).take(*count).map(|chunk| element.decode(chunk)).collect()),
             Type::Struct(members) => {
                 let values = members.iter().zip(self.offsets());
                 Value::Record(values.map(|(m, at)| (m.name.clone(), m.member_type.decode(&bytes[at..]))).collect())
@@ -63,8 +61,7 @@ impl Type {
     fn encode_record(&self, values: &IndexMap<String, Value>, unit: &str, bytes: &mut [u8]) -> Result<(), Refusal> {
         let Type::Struct(members) = self else { return Ok(()) };
         if let Some(name) = values.keys().find(|name| members.iter().all(|m| m.name != **name)) {
-            return Err(refused(format!("{self} has no member '{name}'"))
-                .remedy(suggest::did_you_mean(name, members.iter().map(|m| m.name.as_str()))));
+            return Err(refused(format!("{self} has no member '{name}'")).remedy(suggest::did_you_mean(name, members.iter().map(|m| m.name.as_str()))));
         }
         for (member, at) in members.iter().zip(self.offsets()) {
             let Some(value) = values.get(&member.name) else {
@@ -126,8 +123,7 @@ impl Scalar {
                     Err(refused(format!("'{text}' is {number}, and {} takes whole numbers", self.name())))
                 }
             }
-            _ => Err(refused(format!("{} takes a whole number, not {}", self.name(), describe(value)))
-                .remedy("round it where that is meant")),
+            _ => Err(refused(format!("{} takes a whole number, not {}", self.name(), describe(value))).remedy("round it where that is meant")),
         }
     }
 

@@ -68,7 +68,8 @@ pub fn cell() -> Configuration {
                            "max_effort": {"default": 150.0, "unit": "N.m"}}},
             "Gripper": {"name": "Gripper"}},
         "svvs": {}, "logical_devices": {}, "writers": {}, "placement": {}
-    })).expect("the cell is well formed");
+    }))
+    .expect("the cell is well formed");
     for joint in ["j1", "j2"] {
         let mut svvs = serde_json::Map::new();
         for member in ["sensed", "commanded", "goal"] {
@@ -77,9 +78,13 @@ pub fn cell() -> Configuration {
             let svv = json!({"id": id, "type_text": "double", "unit": "rad", "device": joint});
             cell.svvs.insert(format!("{joint}.{member}"), serde_json::from_value(svv).expect("an SVV"));
         }
-        cell.logical_devices.insert(joint.into(), serde_json::from_value(json!({
+        cell.logical_devices.insert(
+            joint.into(),
+            serde_json::from_value(json!({
             "device_type": "Joint", "svvs": svvs, "parameters": {}, "enabled": true, "source": "rtp0.fast",
-            "arguments": {"drive": {"part": {"device": "ur5e", "part": joint}}}})).expect("a device"));
+            "arguments": {"drive": {"part": {"device": "ur5e", "part": joint}}}}))
+            .expect("a device"),
+        );
     }
     for (name, type_text, unit) in [("a", "double", ""), ("b", "double", ""), ("f", "float", ""), ("q", "double[6]", "rad"), ("speed", "double", "rad/s")] {
         let id = SvvId(100 + cell.svvs.len() as u32);
@@ -100,9 +105,29 @@ fn blocks() -> Vec<Interface> {
     vec![
         interface("lib.read_channel", &["read double channel", "out double y"]),
         interface("lib.write_channel", &["in double u", "write double channel"]),
-        interface("lib.pid", &["in double measured rad", "in double setpoint rad", "out double effort N.m", "param double kp", "param double limit N.m", "condition - following_error"]),
-        interface("lib.planner", &["size uint32_t n", "in double[n] start rad async sized", "out double[n] target rad sized", "in double[n] goal rad sized",
-            "in double speed rad/s", "param double[n] speed_max rad/s sized", "out double[16] coefficients"]),
+        interface(
+            "lib.pid",
+            &[
+                "in double measured rad",
+                "in double setpoint rad",
+                "out double effort N.m",
+                "param double kp",
+                "param double limit N.m",
+                "condition - following_error",
+            ],
+        ),
+        interface(
+            "lib.planner",
+            &[
+                "size uint32_t n",
+                "in double[n] start rad async sized",
+                "out double[n] target rad sized",
+                "in double[n] goal rad sized",
+                "in double speed rad/s",
+                "param double[n] speed_max rad/s sized",
+                "out double[16] coefficients",
+            ],
+        ),
         interface("lib.generator", &["size uint32_t n", "in double[16] coefficients async", "out double[n] setpoint rad sized"]),
         interface("lib.near", &["size uint32_t n", "in double[n] goal rad async sized", "in double[n] sensed rad async sized", "condition - done"]),
         interface("lib.gain", &["in double u", "out double y", "param double k"]),
@@ -178,19 +203,22 @@ pub fn start(commands: &[&str]) -> Value {
 }
 
 pub fn list(commands: &[&str]) -> Value {
-    let commands: Vec<Value> = commands.iter().map(|text| {
-        let (sign, rest) = text.split_at(1);
-        let mut words = rest.split_whitespace();
-        let label = words.next();
-        let every = words.next().map(|every| model::quantity::duration_ns(every).expect("a duration"));
-        match sign {
-            "+" => json!({"command": "activate", "block": label, "every_ns": every}),
-            "-" => json!({"command": "deactivate", "block": label}),
-            "!" => json!({"command": "execute", "block": label}),
-            "*" => json!({"command": "install", "blocks": [label]}),
-            _ => json!({"command": "wait", "conditions": label.into_iter().collect::<Vec<_>>()}),
-        }
-    }).collect();
+    let commands: Vec<Value> = commands
+        .iter()
+        .map(|text| {
+            let (sign, rest) = text.split_at(1);
+            let mut words = rest.split_whitespace();
+            let label = words.next();
+            let every = words.next().map(|every| model::quantity::duration_ns(every).expect("a duration"));
+            match sign {
+                "+" => json!({"command": "activate", "block": label, "every_ns": every}),
+                "-" => json!({"command": "deactivate", "block": label}),
+                "!" => json!({"command": "execute", "block": label}),
+                "*" => json!({"command": "install", "blocks": [label]}),
+                _ => json!({"command": "wait", "conditions": label.into_iter().collect::<Vec<_>>()}),
+            }
+        })
+        .collect();
     json!({"commands": commands})
 }
 

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Devices: read at the start of a firing, written at its end; safe values, slew limits, loss.
+#![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
+mod support;
+use kernel::*;
+use std::sync::{Arc, Mutex};
+use support::*;
+
+const MS: i64 = 1_000_000;
+
+/// One channel each way. Reads the time of the release in ms; fails to write from `fails_ns` on.
+struct Drive {
+    channels: Vec<Channel>,
+    log: Arc<Mutex<Vec<String>>>,
+    fails_ns: i64,
+}
+
+impl Driver for Drive {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+    fn open(&mut self, _: i64) -> Result<(), DeviceError> {
+        Ok(())
+    }
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        readings.copy_from_slice(&(release_ns / MS).to_ne_bytes());
+        Ok(())
+    }
+    fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        if release_ns >= self.fails_ns {
+            return Err(DeviceError { message: "no answer".into() });
+        }
+        self.log.lock().unwrap().push(format!("{} {}", f64::from_ne_bytes(commands.try_into().unwrap()), engaged[0]));
+        Ok(())
+    }
+    fn safe_state(&mut self) {
+        self.log.lock().unwrap().push("safe".into());
+    }
+    fn close(&mut self) {
+        self.log.lock().unwrap().push("closed".into());
+    }
+}
+
+fn drive(slew_max: Option<f64>, fails_ns: i64) -> (Arc<Device>, Arc<Mutex<Vec<String>>>) {
+    let channel = |name: &str, direction| Channel {
+        name: name.into(),
+        direction,
+        type_text: "double".into(),
+        unit: String::new(),
+        doc: String::new(),
+        offset: 0,
+        len: 8,
+        safe: vec![0; 8],
+        slew_max,
+    };
+    let log = Arc::default();
+    let driver = Drive { channels: vec![channel("position", Direction::Read), channel("effort", Direction::Write)], log: Arc::clone(&log), fails_ns };
+    (Device::open("drive", Box::new(driver), 0).unwrap(), log)
+}
+
+/// A block that turns the reading (an integer) into a command of ten times that.
+fn servo() -> &'static opengpac::abi::Descriptor {
+    block!(|this, _| {
+        this.y = (10.0 * this.u as f64).to_bits() as i64;
+        0
+    })
+}
+
+fn program(device: &Arc<Device>) -> (Host, SourceId) {
+    let host = virtual_host(1);
+    let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
+    let on = interval();
+    let steps = vec![step(&Arc::new(install(1, servo(), Some(&device.cell(0)), Some(&device.cell(1)))), &on, &Process::new(1, 1), &[])];
+    let table = Table::new(steps, vec![], vec![], vec![device.clone()], None);
+    host.submit(source, script(vec![Op::Table(Box::new(table)), Op::On(on, 1)]));
+    (host, source)
+}
+
+#[test]
+fn a_claimed_channel_carries_the_command_and_a_free_one_its_safe_value() {
+    let (device, log) = drive(None, i64::MAX);
+    let (host, source) = program(&device);
+    run_until(&host, MS);
+    device.engage(1, true);
+    run_until(&host, 3 * MS);
+    host.submit(source, script(vec![Op::Safe { device: device.clone(), channels: vec![1] }]));
+    device.engage(1, false);
+    run_until(&host, 4 * MS);
+    assert_eq!(*log.lock().unwrap(), ["0 false", "20 true", "30 true", "0 true", "0 false"]);
+    host.close();
+    drop((host, device));
+    assert_eq!(log.lock().unwrap()[5..], ["safe", "safe", "closed"]);
+}
+
+#[test]
+fn a_slew_limit_is_enforced_and_counted_and_going_safe_is_exempt() {
+    let (device, log) = drive(Some(5_000.0), i64::MAX);
+    let (host, _) = program(&device);
+    run_until(&host, MS);
+    device.engage(1, true);
+    run_until(&host, 4 * MS);
+    device.engage(1, false);
+    run_until(&host, 5 * MS);
+    assert_eq!(*log.lock().unwrap(), ["0 false", "5 true", "10 true", "15 true", "0 false"]);
+    assert_eq!(device.slew_limited(1), 3);
+}
+
+#[test]
+fn a_device_that_fails_is_lost_once_and_safe() {
+    let (device, log) = drive(None, 2 * MS);
+    let (host, _) = program(&device);
+    run_until(&host, 5 * MS);
+    let lost: Vec<_> = events(&host)
+        .into_iter()
+        .filter(|event| matches!(event, Event::DeviceLost { device, message, time_ns: 2_000_000, .. } if device == "drive" && message == "no answer"))
+        .collect();
+    assert_eq!(lost.len(), 1);
+    assert_eq!(*log.lock().unwrap(), ["0 false", "safe"]);
+    assert!(device.is_lost());
+}

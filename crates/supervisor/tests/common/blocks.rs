@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Blocks for scenarios. What a probe sees goes into a trace, by its parameter `trace`.
+use opengpac::abi::Descriptor;
+use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
+use std::collections::HashMap;
+use std::sync::Mutex;
+
+/// What one invocation of a probe saw.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    pub now_ns: i64,
+    /// Running time.
+    pub time_ns: i64,
+    pub number: u64,
+    pub u: f64,
+}
+
+static TRACES: Mutex<Option<HashMap<i64, Vec<Row>>>> = Mutex::new(None);
+
+/// What the probes with this `trace` have seen since it was asked for last.
+pub fn seen(trace: i64) -> Vec<Row> {
+    TRACES.lock().unwrap().get_or_insert_default().remove(&trace).unwrap_or_default()
+}
+
+fn note(trace: i64, invocation: &Invocation, u: f64) {
+    let row = Row { now_ns: invocation.now_ns, time_ns: invocation.time_ns, number: invocation.number, u };
+    TRACES.lock().unwrap().get_or_insert_default().entry(trace).or_default().push(row);
+}
+
+/// Counts: y = start + number of invocations since the last reset.
+#[derive(FunctionBlock)]
+pub struct Count {
+    /// the count
+    #[output]
+    y: f64,
+    /// where it starts
+    #[param(default = 0.0)]
+    start: f64,
+    /// invocations
+    #[state]
+    count: u32,
+    /// invocations in the life of the instance
+    #[state(keep)]
+    life: u32,
+    /// the count has reached `limit`
+    #[condition]
+    reached: Condition,
+    /// the count is a multiple of `each`, with the count
+    #[condition(preset = 0.0)]
+    each: ConditionOf<f64>,
+    /// when to report
+    #[param(default = 0.0)]
+    limit: f64,
+    /// invocations ever, as a value
+    #[output]
+    total: f64,
+}
+
+impl Step for Count {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.count += 1;
+        self.life += 1;
+        self.total = f64::from(self.life);
+        self.y = self.start + f64::from(self.count);
+        if self.limit != 0.0 && self.y >= self.limit {
+            self.reached.report();
+        }
+        if self.each.preset != 0.0 && self.y % self.each.preset == 0.0 {
+            let y = self.y;
+            self.each.report(y);
+        }
+        Outcome::Done
+    }
+}
+
+/// Leaves a trace of what it reads, and passes it on: y = u.
+#[derive(FunctionBlock)]
+pub struct Probe {
+    /// what it reads
+    #[input]
+    u: f64,
+    /// the same
+    #[output]
+    y: f64,
+    /// which trace
+    #[param(default = 0)]
+    trace: i64,
+    /// u is above `limit`
+    #[condition]
+    above: Condition,
+    /// when to report
+    #[param(default = 1e300)]
+    limit: f64,
+}
+
+impl Step for Probe {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        note(self.trace, invocation, self.u);
+        self.y = self.u;
+        if self.u > self.limit {
+            self.above.report();
+        }
+        Outcome::Done
+    }
+}
+
+/// Leaves a trace of what is newest: y = u.
+#[derive(FunctionBlock)]
+pub struct Watch {
+    /// what it reads
+    #[input(asynchronous, default = 0.0)]
+    u: f64,
+    /// the same
+    #[output]
+    y: f64,
+    /// which trace
+    #[param(default = 0)]
+    trace: i64,
+    /// u is above `limit`
+    #[condition]
+    above: Condition,
+    /// when to report
+    #[param(default = 1e300)]
+    limit: f64,
+}
+
+impl Step for Watch {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        note(self.trace, invocation, self.u);
+        self.y = self.u;
+        if self.u > self.limit {
+            self.above.report();
+        }
+        Outcome::Done
+    }
+}
+
+/// Leaves a trace of every fourth value: y = u.
+#[derive(FunctionBlock)]
+pub struct Fourth {
+    /// what it reads
+    #[input(ratio = 4)]
+    u: f64,
+    /// the same
+    #[output]
+    y: f64,
+    /// which trace
+    #[param(default = 0)]
+    trace: i64,
+}
+
+impl Step for Fourth {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        note(self.trace, invocation, self.u);
+        self.y = self.u;
+        Outcome::Done
+    }
+}
+
+/// Stores its count every fourth invocation.
+#[derive(FunctionBlock)]
+pub struct Quarter {
+    /// the count
+    #[output(ratio = 4)]
+    y: f64,
+    /// invocations
+    #[state]
+    count: u32,
+}
+
+impl Step for Quarter {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.count += 1;
+        self.y = f64::from(self.count);
+        Outcome::Done
+    }
+}
+
+/// Faults in invocation `at`: 1 returned, 2 panic, 3 an output that is not finite.
+#[derive(FunctionBlock)]
+pub struct Faulty {
+    /// invocations that succeeded
+    #[output]
+    y: f64,
+    /// in which invocation (from 0)
+    #[param(default = 3)]
+    at: u64,
+    /// how
+    #[param(default = 1)]
+    how: u32,
+    /// invocations that succeeded
+    #[state]
+    count: u32,
+}
+
+impl Step for Faulty {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        self.count += 1;
+        self.y = f64::from(self.count);
+        if invocation.number == self.at {
+            match self.how {
+                2 => panic!("as asked for"),
+                3 => self.y = f64::NAN,
+                code => return Outcome::Fault(code),
+            }
+        }
+        Outcome::Done
+    }
+}
+
+/// Spreads: y_i = u + i.
+#[derive(FunctionBlock)]
+pub struct Spread {
+    /// base
+    #[input(asynchronous, default = 0.0)]
+    u: f64,
+    /// three values
+    #[output]
+    y: [f64; 3],
+}
+
+impl Step for Spread {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = [self.u, self.u + 1.0, self.u + 2.0];
+        Outcome::Done
+    }
+}
+
+/// Adds up: y = u_0 + 10 u_1 + 100 u_2.
+#[derive(FunctionBlock)]
+pub struct Gather {
+    /// three values
+    #[input(asynchronous)]
+    u: [f64; 3],
+    /// their digits
+    #[output]
+    y: f64,
+}
+
+impl Step for Gather {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = self.u[0] + 10.0 * self.u[1] + 100.0 * self.u[2];
+        Outcome::Done
+    }
+}
+
+/// Reads a channel of a device.
+#[derive(FunctionBlock)]
+pub struct ReadChannel {
+    /// the channel
+    #[device(read, unit = "rad")]
+    channel: f64,
+    /// its value
+    #[output(unit = "rad")]
+    y: f64,
+}
+
+impl Step for ReadChannel {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = self.channel;
+        Outcome::Done
+    }
+}
+
+/// Drives a channel: channel = gain · u.
+#[derive(FunctionBlock)]
+pub struct Drive {
+    /// what to write
+    #[input(asynchronous, default = 0.0)]
+    u: f64,
+    /// the channel
+    #[device(write, unit = "N.m")]
+    channel: f64,
+    /// gain
+    #[param(default = 1.0)]
+    gain: f64,
+}
+
+impl Step for Drive {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.channel = self.gain * self.u;
+        Outcome::Done
+    }
+}
+
+pub fn all() -> Vec<&'static Descriptor> {
+    vec![
+        Count::descriptor(),
+        Probe::descriptor(),
+        Watch::descriptor(),
+        Fourth::descriptor(),
+        Quarter::descriptor(),
+        Faulty::descriptor(),
+        Spread::descriptor(),
+        Gather::descriptor(),
+        ReadChannel::descriptor(),
+        Drive::descriptor(),
+    ]
+}

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The listings of a Markdown page, and how they run.
+
+The Python listings of a page are one program, in order, under the virtual clock, in a folder of its own. A comment in the line
+before a fence says more, `<!-- program; file: first.py -->`:
+
+    program              a new program begins: no names, no systems
+    file: lowpass.c      the listing is written into the folder as that file; equal to the repository's where there is one
+    output               what the listings before it have printed since the last output; `…` stands for any text
+    raises: CoverError   the listing raises that; the exception counts as printed
+    pytest               the listing is a file of tests, and they pass
+    run                  the lines `$ opengpac …` are run, and what they print is what stands below them
+    prose                it is not run
+
+A C listing is compiled; a Rust listing is the `src/lib.rs` of `examples/rust-module` and is built with cargo, offline.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from opengpac import system
+
+ROOT = Path(__file__).parent.parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+_FENCE = re.compile(r"(?:<!-- (?P<words>[^>]*?) -->\n)?^```(?P<language>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A fenced block: its language, text, the line of its first line in the page, and what the comment before it says."""
+
+    page: Path
+    line: int
+    language: str
+    text: str
+    words: Mapping[str, str]
+
+    @property
+    def file(self) -> str:
+        """The name of the file that it is in its folder."""
+        return Path(self.words.get("file", "program.py" if self.language == "python" else f"listing_{self.line}.{self.language}")).name
+
+    def __str__(self) -> str:
+        return f"{self.page.name}:{self.line}"
+
+
+def listings(page: Path) -> Iterator[Listing]:
+    """Every listing of a page, in order."""
+    text = page.read_text()
+    for found in _FENCE.finditer(text):
+        words = (word.strip().partition(":") for word in (found["words"] or "").split(";") if word.strip())
+        line = text.count("\n", 0, found.start("text")) + 1
+        yield Listing(page, line, found["language"], found["text"], {name: value.strip() for name, _, value in words})
+
+
+class Program:
+    """The Python listings of a page, in one namespace, and what they have printed."""
+
+    def __init__(self) -> None:
+        self.names: dict[str, Any] = {}
+        self.printed = ""
+
+    def run(self, listing: Listing) -> None:
+        """Runs one listing; its place in messages is its file, else `program.py`, with the lines of the listing itself."""
+        if "program" in listing.words:
+            self.close()
+        self.names.setdefault("__name__", "__main__")
+        code = compile(listing.text, listing.file, "exec")
+        raises = listing.words.get("raises")
+        with contextlib.redirect_stdout(io.StringIO()) as out:
+            try:
+                exec(code, self.names)
+            except Exception as error:
+                if type(error).__name__ != raises:
+                    error.add_note(f"in the listing at {listing}")
+                    raise
+                print(f"{raises}: {error}")
+            else:
+                assert raises is None, f"the listing at {listing} does not raise {raises}"
+        self.printed += out.getvalue()
+
+    def close(self) -> None:
+        """Ends the program: what a process does at its exit."""
+        self.names = {}
+        for made in list(system._open.values()):
+            made.close()
+
+    def check(self, listing: Listing) -> None:
+        """Compares an output listing with what was printed since the last one."""
+        printed, self.printed = self.printed, ""
+        assert_prints(listing, listing.text, printed)
+
+
+def assert_prints(listing: Listing, expected: str, printed: str) -> None:
+    """Asserts that `printed` is what a page shows, `…` standing for any text within a line, a line of it for any lines."""
+    pattern = "".join(
+        ".*?" if part == "\n…\n" else "[^\n]*" if part == "…" else re.escape(part)
+        for part in re.split(r"(\n…\n|…)", "\n".join(line.rstrip() for line in expected.strip().splitlines()))
+    )
+    given = "\n".join(line.rstrip() for line in printed.strip().splitlines())
+    assert re.fullmatch(pattern, given, re.DOTALL), f"{listing} shows\n{expected}\nbut the program prints\n{given}"
