@@ -171,7 +171,21 @@ def from_refusals(text: str) -> Error:
         if errors[0].place is None:
             errors[0].place = here()
         return errors[0]
-    return InstallationErrors(errors)
+    return _several(errors)
+
+
+_BOTH: dict[type[Error], type[InstallationErrors]] = {}
+
+
+def _several(errors: Sequence[Error]) -> InstallationErrors:
+    """Several errors as one: of the class that they share too, so that `except NotEnabled` catches an arm of six joints."""
+    kinds = {type(error) for error in errors}
+    if len(kinds) != 1 or Error in kinds:
+        return InstallationErrors(errors)
+    kind = kinds.pop()
+    if kind not in _BOTH:
+        _BOTH[kind] = type("InstallationErrors", (InstallationErrors, kind), {"__module__": __name__})
+    return _BOTH[kind](errors)
 
 
 class _Refusals:

@@ -94,7 +94,7 @@ class System:
     def svv(self, name: str, type: Any = "double", *, unit: str = "", initial: Any = None, history: int = 0) -> SVV[Any]:
         """A state vector variable of the system; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`."""
         text, types = type_json(type, f"SVV '{name}'")
-        value = None if initial is None else plain(initial)
+        value = None if initial is None else {"value": plain(initial)}
         specification = {"type_text": text, "unit": unit, "initial": value, "history": history, "types": types}
         with refusals:
             self._alive().svv(name, json.dumps(specification), json.dumps(here().json()))

@@ -107,6 +107,7 @@ impl Kernel {
             Op::StopClock(process) => self.with_time(process, |time| time.stop(now_ns)),
             Op::ResumeClock(process) => self.with_time(process, |time| time.resume(now_ns)),
             Op::Capture(cells) => cells.iter().for_each(|cell| capture(cell, captured)),
+            Op::Engage { device, channels } => channels.iter().for_each(|channel| device.engage(usize::from(*channel), true)),
             Op::Safe { device, channels } => {
                 // SAFETY: a device of this source.
                 if let Err(error) = unsafe { device.make_safe(now_ns, channels) } {

@@ -210,7 +210,7 @@ impl Device {
         self.checked(service, written)
     }
 
-    /// Stores the safe values of `channels` and writes them at once.
+    /// Stores the safe values of `channels`, which are free from now on, and writes them at once.
     ///
     /// # Safety
     /// As for `read`.
@@ -220,9 +220,10 @@ impl Device {
         }
         // SAFETY: the caller is the one that touches it.
         let service = unsafe { &mut *self.service.get() };
-        for &index in channels {
-            let channel = &self.channels[usize::from(index)];
-            if channel.direction == Direction::Write {
+        for (place, (index, channel)) in self.channels.iter().enumerate().filter(|(_, channel)| channel.direction == Direction::Write).enumerate() {
+            if channels.iter().any(|asked| usize::from(*asked) == index) {
+                self.engage(index, false);
+                service.engaged[place] = false;
                 // SAFETY: the channel lies within the commands; `safe` has its length (checked at opening).
                 unsafe { self.commands.start().add(channel.offset).copy_from_nonoverlapping(channel.safe.as_ptr(), channel.len) };
                 service.out[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);

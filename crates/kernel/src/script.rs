@@ -39,7 +39,9 @@ pub enum Op {
     ResumeClock(Arc<Process>),
     /// Copies cells into the acknowledgement (ω, a read of SVVs): all of one boundary.
     Capture(Vec<Cell>),
-    /// Device channels: goes to the safe value at once (exempt from the slew limit).
+    /// Write channels of a device are claimed from now on: what their cells hold goes out at the end of the firing.
+    Engage { device: Arc<crate::Device>, channels: Vec<u16> },
+    /// Write channels of a device go to their safe values at once (exempt from the slew limit), and are free.
     Safe { device: Arc<crate::Device>, channels: Vec<u16> },
 }
 

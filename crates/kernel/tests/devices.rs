@@ -86,7 +86,7 @@ fn a_claimed_channel_carries_the_command_and_a_free_one_its_safe_value() {
     host.submit(source, script(vec![Op::Safe { device: device.clone(), channels: vec![1] }]));
     device.engage(1, false);
     run_until(&host, 4 * MS);
-    assert_eq!(*log.lock().unwrap(), ["0 false", "20 true", "30 true", "0 true", "0 false"]);
+    assert_eq!(*log.lock().unwrap(), ["0 false", "20 true", "30 true", "0 false", "0 false"]);
     host.close();
     drop((host, device));
     assert_eq!(log.lock().unwrap()[5..], ["safe", "safe", "closed"]);

@@ -103,9 +103,9 @@ fn author_of(core: &Core, plan: &Plan, block_source: &[SourceId], cells: &[HashM
     Some((writer.source, from, Author::Installed(writer.activation.clone())))
 }
 
-/// Offsets of members behind the kernel's own bytes, and the length of a row.
+/// Offsets of members, behind the kernel's own bytes, and the length of a row.
 fn lay_out(members: &[Member]) -> (Vec<usize>, usize) {
-    let mut end = 0;
+    let mut end = kernel::row_prefix(members.len());
     let offsets = members
         .iter()
         .map(|m| {
@@ -114,7 +114,7 @@ fn lay_out(members: &[Member]) -> (Vec<usize>, usize) {
             at
         })
         .collect();
-    (offsets, kernel::connection::row_prefix(members.len()) + end)
+    (offsets, end)
 }
 
 fn queue(core: &Core, pair: Pair, members: Vec<Member>) -> Queue {

@@ -7,7 +7,7 @@ use crate::sequence::{Builder, Movement};
 use crate::stages::Verbatim;
 use indexmap::IndexMap;
 use kernel::{Op, SourceId};
-use model::plan::{Claim, Target};
+use model::plan::Target;
 use model::types::Type;
 use model::value::Value;
 use std::collections::HashMap;
@@ -143,13 +143,7 @@ impl Core {
 
     /// What it claimed is free again.
     pub fn release_claims(&mut self, id: u64) {
-        let claims: Vec<Claim> = self.claims.iter().filter(|(_, holder)| **holder == id).map(|(claim, _)| claim.clone()).collect();
-        for claim in claims {
-            if let Claim::Channel { device, channel } = &claim {
-                self.physical[device].device.engage(*channel, false);
-            }
-            self.claims.remove(&claim);
-        }
+        self.claims.retain(|_, holder| *holder != id);
     }
 
     /// A logical device's own verb has ended: the device is disabled, and the verbs that use it lose it.

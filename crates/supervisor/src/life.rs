@@ -103,9 +103,6 @@ impl Core {
         }
         for claim in &plan.claims {
             self.claims.insert(claim.clone(), id);
-            if let Claim::Channel { device, channel } = claim {
-                self.physical[device].device.engage(*channel, true);
-            }
         }
         Ok(())
     }
@@ -164,6 +161,7 @@ impl Core {
         if instance.owner.is_some() && !self.logical[instance.owner.as_ref().expect("checked")].copies.is_empty() {
             self.open_device(&mut builder, instance, &of);
         } else {
+            of.engage(&mut builder);
             of.enter(&mut builder, &[], instance.plan.initial, 0, Some(instance.generation));
         }
         builder.finish().into()
@@ -189,6 +187,7 @@ impl Core {
             }
         }
         builder.then(Movement::CopyInitial);
+        of.engage(builder);
         for command in &stage.commands[leading..] {
             of.command(builder, command, generation);
         }

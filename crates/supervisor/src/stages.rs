@@ -222,6 +222,15 @@ impl Verbatim<'_> {
         }
     }
 
+    /// Operations that claim the verb's channels at their device: what its blocks store goes out from that firing on.
+    pub fn engage(&self, builder: &mut Builder) {
+        for &source in &self.installed.sources {
+            for (device, channels) in self.channels_in(source) {
+                builder.add(source, Op::Engage { device, channels });
+            }
+        }
+    }
+
     /// Channels that the verb writes in a source.
     fn channels_in(&self, source: SourceId) -> Vec<(Arc<kernel::Device>, Vec<u16>)> {
         let mut found: Vec<(&str, Vec<u16>)> = Vec::new();

@@ -297,7 +297,7 @@ def test_r056_types_and_units_are_checked(rig: Rig) -> None:
         command_lists={"start": [activate("near", every="1 ms")]},
     )
     with pytest.raises(gpac.UnitMismatch, match="rad"):
-        drive.on(rig.fast).new_instance([metres], [metres])
+        drive.on(rig.fast).new_instance([metres], rig.svvs("goal"))
 
 
 def test_r057_the_block_interface_has_no_synchronisation() -> None:

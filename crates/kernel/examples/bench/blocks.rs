@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Function blocks in Rust: what the rows run, and what takes their times.
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
+
+/// CLOCK_MONOTONIC.
+pub fn now_ns() -> i64 {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: fills in a time of our own.
+    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut time) };
+    time.tv_sec * 1_000_000_000 + time.tv_nsec
+}
+
+/// Gain: y = k u.
+#[derive(FunctionBlock)]
+pub struct Gain {
+    /// input
+    #[input]
+    u: f64,
+    /// k times the input
+    #[output]
+    y: f64,
+    /// factor
+    #[param(default = 1.0)]
+    k: f64,
+}
+
+impl Step for Gain {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = self.k * self.u;
+        Outcome::Done
+    }
+}
+
+/// PID: y = kp e + sum of ki e + kd times the change of e, with e = setpoint - u.
+#[derive(FunctionBlock)]
+pub struct Pid {
+    /// where it is
+    #[input]
+    u: f64,
+    /// effort
+    #[output]
+    y: f64,
+    /// where it is to be
+    #[param(default = 0.5)]
+    setpoint: f64,
+    /// proportional gain
+    #[param(default = 0.7)]
+    kp: f64,
+    /// integral gain, an invocation
+    #[param(default = 0.01)]
+    ki: f64,
+    /// derivative gain, invocations
+    #[param(default = 0.1)]
+    kd: f64,
+    /// greatest effort either way
+    #[param(default = 10.0)]
+    limit: f64,
+    /// sum of ki e
+    #[state]
+    integral: f64,
+    /// e of the invocation before
+    #[state]
+    before: f64,
+}
+
+fn clamp(x: f64, limit: f64) -> f64 {
+    let low = if x < limit { x } else { limit };
+    if low > -limit { low } else { -limit }
+}
+
+impl Step for Pid {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let error = self.setpoint - self.u;
+        self.integral = clamp(self.integral + self.ki * error, self.limit);
+        self.y = clamp(self.kp * error + self.integral + self.kd * (error - self.before), self.limit);
+        self.before = error;
+        Outcome::Done
+    }
+}
+
+/// Invocations of the stopwatch that are still to come in this burst, when the first was and when the last.
+pub static LEFT: AtomicU64 = AtomicU64::new(0);
+pub static FIRST_NS: AtomicI64 = AtomicI64::new(0);
+pub static LAST_NS: AtomicI64 = AtomicI64::new(0);
+
+/// Says when its first and its last invocation of a burst were; the last step of a table.
+#[derive(FunctionBlock)]
+pub struct Stopwatch {
+    /// 0 before the first
+    #[state]
+    running: u32,
+}
+
+impl Step for Stopwatch {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let left = LEFT.load(Ordering::Relaxed) - 1;
+        if self.running == 0 {
+            FIRST_NS.store(now_ns(), Ordering::Relaxed);
+            self.running = 1;
+        }
+        if left == 0 {
+            LAST_NS.store(now_ns(), Ordering::Relaxed);
+            self.running = 0;
+        }
+        LEFT.store(left, Ordering::Release);
+        Outcome::Done
+    }
+}
+
+/// Times that markers took, in the order in which they came: (which, ns).
+pub static MARKS: [AtomicI64; MARKS_MAX] = [const { AtomicI64::new(0) }; MARKS_MAX];
+pub static MARKED: AtomicU64 = AtomicU64::new(0);
+pub const MARKS_MAX: usize = 1 << 16;
+
+/// Keeps the time of each of its invocations.
+#[derive(FunctionBlock)]
+pub struct Marker {
+    /// 0
+    #[param(default = 0)]
+    _spare: u32,
+}
+
+impl Step for Marker {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let place = MARKED.load(Ordering::Relaxed);
+        if let Some(mark) = MARKS.get(place as usize) {
+            mark.store(now_ns(), Ordering::Relaxed);
+        }
+        MARKED.store(place + 1, Ordering::Release);
+        Outcome::Done
+    }
+}
+
+/// Gain with a condition that never comes: y = k u.
+#[derive(FunctionBlock)]
+pub struct Watched {
+    /// input
+    #[input]
+    u: f64,
+    /// k times the input
+    #[output]
+    y: f64,
+    /// factor
+    #[param(default = 1.0)]
+    k: f64,
+    /// the output is not finite
+    #[condition]
+    broken: Condition,
+}
+
+impl Step for Watched {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = self.k * self.u;
+        if self.y.abs() > 1e300 {
+            self.broken.report();
+        }
+        Outcome::Done
+    }
+}
+
+/// Reports on every nth invocation.
+#[derive(FunctionBlock)]
+pub struct Every {
+    /// n
+    #[param(default = 4)]
+    n: u64,
+    /// it is the nth
+    #[condition]
+    reached: Condition,
+}
+
+impl Step for Every {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        if (invocation.number + 1).is_multiple_of(self.n) {
+            self.reached.report();
+        }
+        Outcome::Done
+    }
+}
+
+/// Writes the time: y = now.
+#[derive(FunctionBlock)]
+pub struct Stamp {
+    /// CLOCK_MONOTONIC, ns
+    #[output]
+    y: i64,
+}
+
+impl Step for Stamp {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = now_ns();
+        Outcome::Done
+    }
+}
+
+/// Keeps how old its input is.
+#[derive(FunctionBlock)]
+pub struct Seen {
+    /// time at which it was written, ns
+    #[input(asynchronous)]
+    u: i64,
+}
+
+impl Step for Seen {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let place = MARKED.load(Ordering::Relaxed);
+        if let Some(mark) = MARKS.get(place as usize) {
+            mark.store(now_ns() - self.u, Ordering::Relaxed);
+        }
+        MARKED.store(place + 1, Ordering::Release);
+        Outcome::Done
+    }
+}

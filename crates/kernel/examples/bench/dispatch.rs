@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Dispatch: what one block in a cycle costs, against the same work as a hand-written C loop.
+use crate::Bench;
+use crate::blocks::{Gain, Pid, Stopwatch};
+use crate::ground::{Ground, Image, image, interval, rest, single, step};
+use crate::loaded::{Loop, Peer};
+use crate::report::{Line, median, thousands, time};
+use kernel::*;
+use opengpac::FunctionBlock;
+use opengpac::abi::Descriptor;
+use std::sync::Arc;
+
+const SIZES: [usize; 5] = [10, 100, 1_000, 10_000, 100_000];
+/// Invocations of blocks in one burst.
+const WORK: usize = 1_000_000;
+const KINDS: [&str; 4] = ["gain", "pid", "lowpass", "limit"];
+
+/// How the blocks are bound.
+#[derive(Clone, Copy, PartialEq)]
+enum Shape {
+    /// Each reads what the one before it writes.
+    Chain,
+    /// Each has values of its own.
+    Independent,
+}
+
+/// What is measured.
+struct Program<'a> {
+    name: &'a str,
+    shape: Shape,
+    /// The kind of block `index`.
+    kind: fn(usize) -> usize,
+    rust: bool,
+}
+
+/// Kinds in an order without a pattern.
+fn mixed(index: usize) -> usize {
+    ((index as u64 ^ 0x55).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61) as usize % KINDS.len()
+}
+
+pub fn rows(bench: &Bench) {
+    let programs = [
+        Program { name: "gain in C, chain", shape: Shape::Chain, kind: |_| 0, rust: false },
+        Program { name: "gain in Rust, chain", shape: Shape::Chain, kind: |_| 0, rust: true },
+        Program { name: "PID in C, chain", shape: Shape::Chain, kind: |_| 1, rust: false },
+        Program { name: "PID in Rust, chain", shape: Shape::Chain, kind: |_| 1, rust: true },
+        Program { name: "four kinds in C, chain", shape: Shape::Chain, kind: mixed, rust: false },
+        Program { name: "gain in C, independent", shape: Shape::Independent, kind: |_| 0, rust: false },
+        Program { name: "gain in Rust, independent", shape: Shape::Independent, kind: |_| 0, rust: true },
+        Program { name: "PID in C, independent", shape: Shape::Independent, kind: |_| 1, rust: false },
+        Program { name: "four kinds in C, independent", shape: Shape::Independent, kind: mixed, rust: false },
+    ];
+    let ground = Ground::new();
+    for program in programs {
+        SIZES.iter().for_each(|&n| measure(bench, &ground, &program, n));
+    }
+    recorded(bench, &ground);
+}
+
+fn wiring(shape: Shape, n: usize) -> (Vec<u32>, Vec<u32>, usize) {
+    let (from, n32) = ((0..n as u32), n as u32);
+    match shape {
+        Shape::Chain => (from.clone().collect(), from.map(|i| i + 1).collect(), n + 1),
+        Shape::Independent => (from.clone().collect(), from.map(|i| n32 + i).collect(), 2 * n),
+    }
+}
+
+fn descriptor(bench: &Bench, program: &Program, index: usize) -> &'static Descriptor {
+    match (program.rust, (program.kind)(index)) {
+        (true, 0) => Gain::descriptor(),
+        (true, _) => Pid::descriptor(),
+        (false, kind) => bench.loaded.block(KINDS[kind]),
+    }
+}
+
+/// A table of these blocks, as the supervisor makes it of a graph, with a stopwatch behind them and one connection to another
+/// source (its group: the last value). Gives what switches it on.
+fn table(ground: &Ground, image: &Image, shape: Shape, rows: Option<Rows>) -> Vec<Op> {
+    let (process, first) = (Process::new(1, 1), interval());
+    let driven = Activation::new(Due::Driven { by: vec![(first.clone(), 1)] }, None);
+    let chained = shape == Shape::Chain;
+    let steps = image.blocks.iter().enumerate().map(|(index, block)| {
+        let behind = chained && index > 0;
+        step(block.clone(), if behind { &driven } else { &first }, &process, if behind { vec![index as u32 - 1] } else { vec![] })
+    });
+    let stopwatch = Arc::new(single(u32::MAX - 1, Stopwatch::descriptor()));
+    let steps = steps.chain([step(stopwatch, &first, &process, vec![])]).collect();
+    let spec = interconnect::ConnectionSpec { writer: ground.source.0, reader: 99, asynchronous_len: 8, queue_row_len: 0, queue_depth: 0 };
+    let (sender, _) = ground.host.connect(&spec);
+    let outbound = Outbound::new(sender, image.values.last().into_iter().cloned().collect(), vec![], None);
+    let table = Table::new(steps, vec![], vec![outbound], vec![], rows);
+    vec![Op::Table(Box::new(table)), Op::StartClock(process), Op::On(first, 1), Op::On(driven, 1)]
+}
+
+/// ns a firing and ns a cycle of each loop, in turns.
+fn turns(bench: &Bench, ground: &Ground, peer: &Peer, n: usize) -> Vec<[f64; 4]> {
+    let firings = (WORK / n).max(10);
+    let mut turns = Vec::new();
+    for round in 0..=bench.rounds {
+        let ours = ground.burst(firings) / firings as f64;
+        let theirs = [Loop::Calls, Loop::Checked, Loop::Inlined].map(|by| peer.run(by, firings) / firings as f64);
+        rest(1_000_000);
+        // The first turn warms caches and predictors up.
+        if round > 0 {
+            turns.push([ours, theirs[0], theirs[1], theirs[2]]);
+        }
+    }
+    turns
+}
+
+fn measure(bench: &Bench, ground: &Ground, program: &Program, n: usize) {
+    let (reads, writes, values) = wiring(program.shape, n);
+    let descriptors: Vec<_> = (0..n).map(|index| descriptor(bench, program, index)).collect();
+    let kinds: Vec<u8> = (0..n).map(|index| (program.kind)(index) as u8).collect();
+    let image = image(&descriptors, &reads, &writes, values);
+    let peer = bench.loaded.peer(&kinds, &reads, &writes, values);
+    ground.carry_out(ground.source, table(ground, &image, program.shape, None));
+    let turns = turns(bench, ground, &peer, n);
+    let of = |column: usize| median(turns.iter().map(|turn| turn[column]));
+    let ratio = |column: usize| median(turns.iter().map(|turn| turn[0] / turn[column]));
+    let by = if program.shape == Shape::Chain { 1 } else { 2 };
+    let peers = ["", "calls", "checked calls"];
+    Line {
+        row: "dispatch",
+        what: format!("{}, {} blocks", program.name, thousands(n)),
+        ours: format!("{} a block", time(of(0) / n as f64)),
+        peer: format!("C loop, {}: {}", peers[by], time(of(by) / n as f64)),
+        value: ratio(by),
+        shown: format!("{:.2} ×", ratio(by)),
+        bar: Some(1.2),
+        bar_text: "≤ 1.2 ×",
+        note: format!("calls {:.2} ×, checked {:.2} ×, inlined {:.2} ×", ratio(1), ratio(2), ratio(3)),
+    }
+    .print();
+}
+
+/// The same with every output copied into a row of the ring that the programming system and the recorder read.
+fn recorded(bench: &Bench, ground: &Ground) {
+    for n in [1_000, 10_000, 100_000] {
+        let (reads, writes, values) = wiring(Shape::Chain, n);
+        let image = image(&vec![bench.loaded.block("gain"); n], &reads, &writes, values);
+        let firings = (WORK / n).max(10);
+        let mut turns = Vec::new();
+        for round in 0..=bench.rounds {
+            let both = [false, true].map(|record| {
+                let (writer, _) = interconnect::rows(8 * values, 4);
+                let rows = record.then(|| Rows { cells: image.values.clone(), writer: RowsEnd::new(writer) });
+                ground.carry_out(ground.source, table(ground, &image, Shape::Chain, rows));
+                ground.burst(firings / 10 + 1);
+                ground.burst(firings) / firings as f64
+            });
+            rest(1_000_000);
+            if round > 0 {
+                turns.push(both);
+            }
+        }
+        let ratio = median(turns.iter().map(|[without, with]| with / without));
+        Line {
+            row: "dispatch",
+            what: format!("gain in C, chain, {} blocks, every output recorded", thousands(n)),
+            ours: format!("{} a block", time(median(turns.iter().map(|turn| turn[1])) / n as f64)),
+            peer: format!("unrecorded: {}", time(median(turns.iter().map(|turn| turn[0])) / n as f64)),
+            value: ratio,
+            shown: format!("{ratio:.2} ×"),
+            bar: Some(2.0),
+            bar_text: "≤ 2 ×",
+            note: format!("{} more a value", time(median(turns.iter().map(|[without, with]| (with - without).max(0.0))) / n as f64)),
+        }
+        .print();
+    }
+}

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The C side: the hand-written loops, and the blocks of a code module.
+use opengpac::abi::{Descriptor, Module};
+use std::collections::HashMap;
+use std::ffi::{CStr, CString, c_char, c_long, c_uchar, c_void};
+
+type New = unsafe extern "C" fn(c_long, *const c_uchar, *const u32, *const u32, c_long) -> *mut c_void;
+type Cycles = unsafe extern "C" fn(*mut c_void, c_long) -> i64;
+
+/// What was loaded.
+pub struct Loaded {
+    new: New,
+    free: unsafe extern "C" fn(*mut c_void),
+    loops: [Cycles; 3],
+    blocks: HashMap<String, &'static Descriptor>,
+}
+
+/// The hand-written loops.
+#[derive(Clone, Copy)]
+pub enum Loop {
+    /// Through function pointers.
+    Calls = 0,
+    /// The same with a look at the outputs.
+    Checked = 1,
+    /// Everything in one function.
+    Inlined = 2,
+}
+
+impl Loaded {
+    /// Loads both. Panics, saying why, where one cannot be loaded: this is a program for people who build it.
+    pub fn open(peer: &str, blocks: &str) -> Loaded {
+        let (peer, module) = (library(peer), library(blocks));
+        // SAFETY: the symbols have these types in `bench/c/peer.c`; a module exports `opengpac_module` as the ABI says.
+        unsafe {
+            let list: unsafe extern "C" fn() -> *const Module = std::mem::transmute(symbol(module, c"opengpac_module"));
+            let list = &*list();
+            let blocks = std::slice::from_raw_parts(list.blocks, list.block_count as usize).iter().map(|block| &**block);
+            let blocks = blocks.map(|block: &'static Descriptor| (text(block.name), block)).collect();
+            Loaded {
+                new: std::mem::transmute::<*mut c_void, New>(symbol(peer, c"peer_new")),
+                free: std::mem::transmute::<*mut c_void, unsafe extern "C" fn(*mut c_void)>(symbol(peer, c"peer_free")),
+                loops: [c"peer_calls", c"peer_checked", c"peer_inlined"].map(|name| std::mem::transmute::<*mut c_void, Cycles>(symbol(peer, name))),
+                blocks,
+            }
+        }
+    }
+
+    /// The block of the C module with this name.
+    pub fn block(&self, name: &str) -> &'static Descriptor {
+        self.blocks.get(name).copied().expect("the names here are those of bench/c/blocks.c")
+    }
+
+    /// The same work by hand: block i of `kinds` reads value `reads[i]` and writes value `writes[i]`.
+    pub fn peer(&self, kinds: &[u8], reads: &[u32], writes: &[u32], values: usize) -> Peer<'_> {
+        // SAFETY: the arrays have one entry a block, and `kinds` is kept as long as the peer.
+        let kinds: Box<[u8]> = kinds.into();
+        let peer = unsafe { (self.new)(kinds.len() as c_long, kinds.as_ptr(), reads.as_ptr(), writes.as_ptr(), values as c_long) };
+        Peer { loaded: self, peer, _kinds: kinds }
+    }
+}
+
+/// One such program.
+pub struct Peer<'a> {
+    loaded: &'a Loaded,
+    peer: *mut c_void,
+    _kinds: Box<[u8]>,
+}
+
+impl Peer<'_> {
+    /// ns that `cycles` cycles took.
+    pub fn run(&self, by: Loop, cycles: usize) -> f64 {
+        // SAFETY: made by `peer_new`.
+        unsafe { self.loaded.loops[by as usize](self.peer, cycles as c_long) as f64 }
+    }
+}
+
+impl Drop for Peer<'_> {
+    fn drop(&mut self) {
+        // SAFETY: made by `peer_new`, freed once.
+        unsafe { (self.loaded.free)(self.peer) };
+    }
+}
+
+fn library(path: &str) -> *mut c_void {
+    let name = CString::new(path).expect("a path has no NUL");
+    // SAFETY: loads a library that `bench/run.py` has just compiled.
+    let library = unsafe { libc::dlopen(name.as_ptr(), libc::RTLD_NOW | libc::RTLD_LOCAL) };
+    assert!(!library.is_null(), "cannot load '{path}': run it by bench/run.py, which compiles it");
+    library
+}
+
+fn symbol(library: *mut c_void, name: &CStr) -> *mut c_void {
+    // SAFETY: a library that is loaded and stays.
+    let found = unsafe { libc::dlsym(library, name.as_ptr()) };
+    assert!(!found.is_null(), "there is no {name:?}");
+    found
+}
+
+fn text(text: *const c_char) -> String {
+    // SAFETY: names of descriptors end in NUL and live as long as the module.
+    unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned()
+}

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The kernel's benchmark rows, as JSON lines: `bench/run.py` compiles the C side, runs this, and prints the table.
+//!
+//!     bench PEER.so BLOCKS.so ROUNDS [ROW…]
+//!
+//! A row is measured as the kernel really does it: a host with real threads, sources pinned to one core at real-time priorities
+//! where the rights are given, tables installed by scripts. What it is compared with runs on the same core at the same kind of
+//! priority, in turns with it.
+mod blocks;
+mod crossing;
+mod dispatch;
+mod ground;
+mod install;
+mod loaded;
+mod reader;
+mod report;
+mod transition;
+
+use loaded::Loaded;
+
+/// Everything that a row needs.
+pub struct Bench {
+    pub loaded: Loaded,
+    pub rounds: usize,
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [peer, blocks, rounds, only @ ..] = arguments.as_slice() else {
+        eprintln!("bench PEER.so BLOCKS.so ROUNDS [ROW…]");
+        std::process::exit(2);
+    };
+    let bench = Bench { loaded: Loaded::open(peer, blocks), rounds: rounds.parse().expect("ROUNDS is a number") };
+    type Row = (&'static str, fn(&Bench));
+    let rows: [Row; 5] = [("dispatch", dispatch::rows), ("reader", reader::rows), ("transition", transition::rows), ("install", install::rows), ("crossing", crossing::rows)];
+    for (name, row) in rows {
+        if only.is_empty() || only.iter().any(|wanted| wanted == name) {
+            row(&bench);
+        }
+    }
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One line of the table, and medians.
+
+/// A line of the table, printed as JSON.
+pub struct Line<'a> {
+    /// Its group, as `--only` names it.
+    pub row: &'a str,
+    pub what: String,
+    /// What the kernel took, in words with a unit.
+    pub ours: String,
+    /// What it is compared with, and what that took; empty for none.
+    pub peer: String,
+    /// The figure that the bar is for, and how it is shown.
+    pub value: f64,
+    pub shown: String,
+    /// The greatest value that holds; none where `DESIGN.md` has no bar.
+    pub bar: Option<f64>,
+    pub bar_text: &'a str,
+    pub note: String,
+}
+
+impl Line<'_> {
+    pub fn print(&self) {
+        let text = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""));
+        let bar = self.bar.map_or("null".to_owned(), |bar| bar.to_string());
+        println!(
+            "{{\"row\": {}, \"what\": {}, \"ours\": {}, \"peer\": {}, \"value\": {}, \"shown\": {}, \"bar\": {bar}, \"bar_text\": {}, \"note\": {}}}",
+            text(self.row), text(&self.what), text(&self.ours), text(&self.peer), self.value, text(&self.shown), text(self.bar_text), text(&self.note),
+        );
+    }
+}
+
+/// The middle value.
+pub fn median(values: impl IntoIterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    assert!(!values.is_empty(), "a median is of something");
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
+}
+
+/// ns, µs or ms with three digits.
+pub fn time(ns: f64) -> String {
+    match ns {
+        _ if ns < 1e3 => format!("{} ns", digits(ns)),
+        _ if ns < 1e6 => format!("{} µs", digits(ns / 1e3)),
+        _ => format!("{} ms", digits(ns / 1e6)),
+    }
+}
+
+fn digits(value: f64) -> String {
+    match value {
+        _ if value < 10.0 => format!("{value:.2}"),
+        _ if value < 100.0 => format!("{value:.1}"),
+        _ => format!("{value:.0}"),
+    }
+}
+
+/// 1000 as `1,000`.
+pub fn thousands(n: usize) -> String {
+    let text = n.to_string();
+    let mut grouped = String::new();
+    for (index, digit) in text.chars().enumerate() {
+        if index > 0 && (text.len() - index) % 3 == 0 {
+            grouped.push(',');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}

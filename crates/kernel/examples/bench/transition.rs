@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A transition: the time from the last step of the firing that met the condition to the first step of the next one, in which
+//! the new process runs. The next firing is requested beforehand, so nothing lies between but publication, the transition, the
+//! event to the supervisor, and the start of a firing.
+use crate::Bench;
+use crate::blocks::{Every, MARKED, MARKS, Marker, Watched};
+use crate::ground::{Ground, Image, image, interval, rest, single, step};
+use crate::report::{Line, median, thousands, time};
+use kernel::*;
+use opengpac::FunctionBlock;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+/// Firings in a burst; a transition on each fourth.
+const FIRINGS: usize = 400;
+const PERIOD: usize = 4;
+/// Index of the condition of `Watched`, and of `Every`.
+const BROKEN: u8 = 3;
+const REACHED: u8 = 1;
+const CONDITIONS: usize = 100;
+const EVERY: u32 = 1_000_000;
+
+pub fn rows(bench: &Bench) {
+    for (n, apart) in [(10, true), (100, true), (100, false)] {
+        measure(bench, n, apart);
+    }
+}
+
+/// `n` blocks out and `n` in, each activated by a command of its own (`apart`) or all as one graph.
+fn measure(bench: &Bench, n: usize, apart: bool) {
+    let ground = Ground::new();
+    let (reads, writes): (Vec<u32>, Vec<u32>) = ((0..2 * n as u32).collect(), (2 * n as u32..4 * n as u32).collect());
+    let image = image(&vec![Watched::descriptor(); 2 * n], &reads, &writes, 4 * n);
+    let process = Process::new(1, 1);
+    let activations: Vec<Vec<Arc<Activation>>> = (0..2).map(|_| if apart { (0..n).map(|_| interval()).collect() } else { vec![interval()] }).collect();
+    process.set_stages((0..2).map(|from| stage(&image, &activations, n, from)).collect());
+    let always = interval();
+    let mut ops = vec![Op::Table(Box::new(table(&image, &activations, &always, &process, n))), Op::On(always, 1)];
+    ops.extend([Op::Stage { process: process.clone(), stage: 0, generation: Some(1) }, Op::StartClock(process.clone())]);
+    ops.extend(activations[0].iter().map(|activation| Op::On(activation.clone(), 1)));
+    ground.carry_out(ground.source, ops);
+    let (mut with, mut without) = (Vec::new(), Vec::new());
+    for round in 0..=bench.rounds {
+        let (these, those) = burst(&ground);
+        if round > 0 {
+            with.push(median(these));
+            without.push(median(those));
+        }
+        rest(1_000_000);
+    }
+    let (with, without) = (median(with), median(without));
+    Line {
+        row: "transition",
+        what: format!("{} blocks out and in, {}, {CONDITIONS} conditions watched", thousands(n), if apart { "each by a command" } else { "as one graph" }),
+        ours: time(with),
+        peer: format!("no transition: {}", time(without)),
+        value: with,
+        shown: time(with),
+        bar: Some(5_000.0),
+        bar_text: "≤ 5 µs",
+        note: "last step of a firing to first step of the next".into(),
+    }
+    .print();
+}
+
+/// The watches of one stage: 99 conditions that do not come, then the one that does.
+fn stage(image: &Image, activations: &[Vec<Arc<Activation>>], n: usize, from: usize) -> Stage {
+    let of_blocks = (0..CONDITIONS - 1).map(|index| Watch {
+        block: Some(image.blocks[from * n + index % n].id()),
+        item: BROKEN,
+        condition: index as u16,
+        priority: 0,
+        response: Response::Tell,
+    });
+    let off = activations[from].iter().map(|activation| Op::Off(activation.clone()));
+    let on = activations[1 - from].iter().map(|activation| Op::On(activation.clone(), 1));
+    let script = Arc::new(Script { id: 0, ops: off.chain(on).collect() });
+    let response = Response::React { script, next: Some(1 - from as u16) };
+    let reached = Watch { block: Some(BlockId(EVERY)), item: REACHED, condition: CONDITIONS as u16, priority: 0, response };
+    Stage { watches: of_blocks.chain([reached]).collect() }
+}
+
+/// A marker, the blocks of both lists, what reports, a marker.
+fn table(image: &Image, activations: &[Vec<Arc<Activation>>], always: &Arc<Activation>, process: &Arc<Process>, n: usize) -> Table {
+    let every = Arc::new(single(EVERY, Every::descriptor()));
+    let marker = |id| step(Arc::new(single(id, Marker::descriptor())), always, process, vec![]);
+    let mut steps = vec![marker(EVERY + 1)];
+    for (list, activations) in activations.iter().enumerate() {
+        steps.extend((0..n).map(|index| step(image.blocks[list * n + index].clone(), &activations[index % activations.len()], process, vec![])));
+    }
+    steps.push(step(every, always, process, vec![]));
+    steps.push(marker(EVERY + 2));
+    Table::new(steps, vec![], vec![], vec![], None)
+}
+
+/// The gaps behind firings with a transition, and behind those without.
+fn burst(ground: &Ground) -> (Vec<f64>, Vec<f64>) {
+    MARKED.store(0, Ordering::Release);
+    for _ in 0..FIRINGS {
+        ground.host.request(ground.source);
+    }
+    while MARKED.load(Ordering::Acquire) < 2 * FIRINGS as u64 {
+        rest(200_000);
+    }
+    while ground.host.poll().is_some() {}
+    let mark = |place: usize| MARKS[place].load(Ordering::Relaxed);
+    let gaps = (0..FIRINGS - 1).map(|firing| ((firing + 1) % PERIOD == 0, (mark(2 * firing + 2) - mark(2 * firing + 1)) as f64));
+    let (with, without): (Vec<_>, Vec<_>) = gaps.partition(|(transition, _)| *transition);
+    (with.into_iter().map(|(_, gap)| gap).collect(), without.into_iter().map(|(_, gap)| gap).collect())
+}
