@@ -44,3 +44,12 @@ FUNCTION_BLOCK(limit, "Limit: y = u within -k to k.",
     self->y = clamp(self->u, self->k);
     return OK;
 }
+
+FUNCTION_BLOCK(at_once, "Reports `done` on every invocation.",
+    out      (double, y,  "number of the invocation"),
+    condition(done,       "it ran"))
+{
+    self->y = (double)invocation->number;
+    report(done);
+    return OK;
+}

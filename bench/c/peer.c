@@ -148,7 +148,7 @@ static inline __attribute__((always_inline)) void inlined(peer *p, int only)
 
 int64_t peer_inlined(peer *p, long cycles)
 {
-    int only = p->kinds[0];
+    int only = p->n ? p->kinds[0] : -1;
     for (long i = 1; i < p->n; i++)
         if (p->kinds[i] != only)
             only = -1;

@@ -5,16 +5,17 @@ import sys
 from pathlib import Path
 
 import matplotlib
-
-matplotlib.use("Agg")
-matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "opengpac", "font.family": "sans-serif", "font.size": 9})
 import matplotlib.pyplot as plt
 import numpy as np
 
 import opengpac as gpac
 
+matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "opengpac", "font.family": "sans-serif", "font.size": 9})
+
 FOLDER = Path(__file__).parent
 GOALS = ([-40, -65, 100, -120, -70, 45], [0, -90, 90, -90, -90, 0])
+SLOW = "planner (once)  →  generator  →  in_position\na condition, done, ends the verb"
+FAST = "6 × joint:  read  →  servo  →  write\na verb of its own, started by enable()"
 BLUE, ORANGE, GREEN, GREY = "#2c6fbb", "#d9782d", "#4b8b3b", "#666666"
 
 
@@ -23,20 +24,20 @@ def motion(clock: str) -> None:
     arm = gpac.robots.load("ur5e", clock=clock)
     with arm.system:
         arm.enable()
+        moving = gpac.robots.move.new_instance(arm)
         for goal in GOALS:
-            print(gpac.robots.move(arm, goal=gpac.deg(goal), speed=0.8))
+            print(moving.start(goal=gpac.deg(goal), speed=0.8).wait())
         rows = [(joint.short_name, joint.commanded.history[:], joint.sensed.history[:]) for joint in arm]
     figure, (above, below) = plt.subplots(2, 1, figsize=(8, 4.6), height_ratios=(3, 1), sharex=True, layout="constrained")
     for name, commanded, sensed in rows:
         (line,) = above.plot(sensed["time"], np.degrees(sensed["value"]), lw=1.6, label=name)
         above.step(commanded["time"], np.degrees(commanded["value"]), "k:", lw=0.9, where="post")
-        at = np.searchsorted(commanded["time"], sensed["time"], side="right") - 1
-        known = at >= 0
-        error = np.degrees(commanded["value"][at[known]] - sensed["value"][known])
-        below.plot(sensed["time"][known], error, lw=0.8, color=line.get_color())
+        # The servo reaches each set-point one period after it was stored, on a straight line.
+        reference = np.interp(sensed["time"] - 0.020, commanded["time"], commanded["value"])
+        below.plot(sensed["time"], np.degrees(reference - sensed["value"]), lw=0.8, color=line.get_color())
     above.plot([], [], "k:", lw=0.9, label="commanded, every 20 ms")
     above.set_ylabel("position, °")
-    below.set(ylabel="behind, °", xlabel="time, s")
+    below.set(ylabel="servo error, °", xlabel="time, s")
     above.legend(ncols=4, fontsize=8, loc="upper center", frameon=False)
     above.set_ylim(-145, 175)
     for axes in (above, below):
@@ -61,13 +62,13 @@ def arrow(axes: plt.Axes, begin: tuple[float, float], end: tuple[float, float], 
 def verb_to_torque() -> None:
     """How a call of a verb becomes a torque."""
     figure, axes = plt.subplots(figsize=(9, 5.4), layout="constrained")
-    box(axes, 0, 5.1, 4.3, "Python: the programming system", "move(arm, goal, speed=0.5)   …   returns a report, or raises", BLUE)
+    box(axes, 0, 5.1, 4.3, "Python: the programming system", "move(arm, goal, speed=0.5) returns a report, or raises", BLUE)
     box(axes, 0, 3.9, 4.3, "model", "checks types, units, rates, cover, writers → a plan", BLUE)
     box(axes, 0, 2.7, 4.3, "supervisor", "installs the plan; starts, watches and ends the verb", BLUE)
-    box(axes, 5.6, 4.5, 4.9, "interrupt source 'slow': every 20 ms", "planner (once)  →  generator  →  in_position\na condition, done, ends the verb", ORANGE, 1.1)
-    box(axes, 5.6, 2.4, 4.9, "interrupt source 'fast': every 1 ms", "6 × joint:  read  →  servo  →  write\na verb of its own, started by enable()", GREEN, 1.1)
+    box(axes, 5.6, 4.5, 4.9, "interrupt source 'slow': every 20 ms", SLOW, ORANGE, 1.1)
+    box(axes, 5.6, 2.4, 4.9, "interrupt source 'fast': every 1 ms", FAST, GREEN, 1.1)
     box(axes, 5.6, 0.6, 4.9, "physical device", "MuJoCo, or a machine: positions in, torques out", GREY)
-    box(axes, 0, 0.6, 4.3, "state vector variables", "commanded, goal, sensed: values with number, time, history", GREY)
+    box(axes, 0, 0.6, 4.3, "state vector variables", "commanded, goal, sensed: value, number, time, history", GREY)
     arrow(axes, (1.2, 5.1), (1.2, 4.7), "definition, arguments")
     arrow(axes, (1.2, 3.9), (1.2, 3.5), "plan")
     arrow(axes, (3.6, 3.5), (3.6, 5.1))

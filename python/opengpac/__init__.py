@@ -5,6 +5,10 @@
 `library` has the blocks, `drivers` the physical devices, `robots` arms that are ready to use.
 """
 
+import importlib
+from types import ModuleType
+from typing import TYPE_CHECKING
+
 from . import drivers, library
 from ._native import version as _version
 from .blocks import Block, BlockUse, Occurrence, Reference
@@ -47,9 +51,19 @@ from .system import System
 from .verbs import Verb
 
 from .decorated import verb  # isort: skip
-from . import robots  # isort: skip
+
+if TYPE_CHECKING:
+    from . import robots
 
 __version__ = _version()
+
+
+def __getattr__(name: str) -> ModuleType:
+    # Its definitions are checked by a real-time system: importing the package makes none.
+    if name == "robots":
+        return importlib.import_module(".robots", __name__)
+    raise AttributeError(f"module 'opengpac' has no attribute '{name}'")
+
 
 __all__ = [
     "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "CoverError", "DefinitionError", "DeviceFailed",

@@ -100,7 +100,8 @@ def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any
     wrong = next((key for key in given if key not in members), None)
     if wrong is not None:
         refuse(UnknownName, f"'{name}' names '{wrong}', which is no member of group '{group.name}'", did_you_mean(str(wrong), members))
-    return [given[short] if short in given else device.sensed.value for short, device in members.items()]
+    present = dict(zip(members, group.values("sensed"), strict=True))
+    return [given.get(short, present[short]) for short in members]
 
 
 def options_json(kwargs: dict[str, Any], verb: Verb[..., Any]) -> dict[str, Any]:

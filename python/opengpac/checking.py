@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import runpy
 import sys
+import traceback
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
@@ -30,6 +31,8 @@ class Findings:
     planned: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
+    stopped: str = ""
+    """Why the program was not followed to its end, if it was not: it needed a value that only a run gives."""
 
 
 _findings: Findings | None = None
@@ -107,6 +110,9 @@ def check(path: str, arguments: list[str]) -> Findings:
         _findings.errors += getattr(error, "errors", [error])
     except SystemExit:
         pass
+    except Exception as error:
+        line = next((f.lineno for f in reversed(traceback.extract_tb(error.__traceback__)) if f.filename == path), None)
+        _findings.stopped = f"{type(error).__name__}: {error} at {path}:{line}"
     finally:
         findings, _findings, sys.argv = _findings, None, before
     return findings

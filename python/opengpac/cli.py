@@ -84,6 +84,8 @@ def _check(given: argparse.Namespace) -> int:
             print(remark)
     for error in findings.errors:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
+    if findings.stopped:
+        print(f"followed as far as a value that only a run gives: {findings.stopped}")
     print(f"{len(findings.planned)} verb applications planned, {len(findings.errors)} errors")
     return 1 if findings.errors else 0
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 from collections.abc import Generator
 from contextlib import contextmanager
@@ -69,7 +70,7 @@ class SvvMember:
 def _annotated(owner: type, name: str) -> Any:
     """The type in `sensed: gpac.SVV[float]`; `double` without one."""
     for kind in owner.__mro__:
-        given = kind.__dict__.get("__annotations__", {}).get(name)
+        given = inspect.get_annotations(kind).get(name)
         if isinstance(given, str):
             inner = given[given.index("[") + 1 : -1] if given.endswith("]") else "float"
             return _PYTHON_TYPES.get(inner, inner.strip("'\""))

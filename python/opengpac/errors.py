@@ -52,7 +52,7 @@ class DefinitionError(Error):
     """A word, number or structure that cannot be read, or a definition that is not of the right form."""
 
 
-class UnknownName(Error, LookupError):
+class UnknownName(Error, LookupError, AttributeError):
     """No block, port, list, condition, parameter, source or device has that name."""
 
 

@@ -22,7 +22,9 @@ class Reported(NamedTuple):
 
 
 class Report:
-    """How a verb ended: `condition`, `time` (s of running time), `value`, `others`, and an attribute for each output it returned.
+    """How a verb ended: `condition`, `time` (s since its start), `value`, `others`, and an attribute for each output it returned.
+
+    `started` and `ended` are times of the system's clock.
 
     Derive from it to give a verb's outputs types: `class Moved(gpac.Report): position: np.ndarray`, and `def move(...) -> Moved`.
     """
@@ -36,6 +38,7 @@ class Report:
     command_list: str
     block: str | None
     started: float
+    ended: float
     normal: bool
     message: str
     start: int
@@ -43,14 +46,15 @@ class Report:
 
     def __init__(self, given: Mapping[str, Any]) -> None:
         self.condition = given["condition"]
-        self.time = given["time_s"]
+        self.ended = given["time_s"]
+        self.started = given.get("started_s", 0.0)
+        self.time = self.ended - self.started
         self.value = lively(given.get("value"))
-        self.others = tuple(Reported(o["condition"], o.get("block"), o["time_s"]) for o in given.get("others", []))
+        self.others = tuple(Reported(o["condition"], o.get("block"), o["time_s"] - self.started) for o in given.get("others", []))
         self.verb = given["verb"]
         self.instance = given["instance"]
         self.command_list = given.get("command_list") or ""
         self.block = given.get("block")
-        self.started = given.get("started_s", 0.0)
         self.normal = given["normal"]
         self.message = given.get("message") or ""
         self.start = given.get("start", 0)

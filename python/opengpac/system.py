@@ -126,6 +126,8 @@ class System:
             refuse(CallError, "advance() takes a duration or until=", "write advance('2 s') or advance(until=svv > 1.0)")
         if until is None:
             ns = duration_ns(duration or 0, "the duration to advance")
+            if ns < 0:
+                refuse(CallError, f"advance({duration!r}): time does not run backwards")
             with refusals:
                 native.advance(ns)
             return

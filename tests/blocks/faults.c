@@ -24,8 +24,8 @@ FUNCTION_BLOCK(divides, "Divides an integer by zero from invocation `at` on.",
     out  (double, y, "number of the invocation"),
     param(double, at, 3, "first invocation that fails"))
 {
-    volatile int divisor = (double)invocation->number >= self->at ? 0 : 1;
-    self->y = (double)(1 / divisor) * (double)invocation->number;
+    volatile int dividend = 12, divisor = (double)invocation->number >= self->at ? 0 : 12;
+    self->y = (double)(dividend / divisor) * (double)invocation->number;
     return OK;
 }
 

@@ -80,10 +80,10 @@ def keep(listing: Listing, folder: Path) -> None:
 
 
 def run_listing(listing: Listing, program: Program, folder: Path) -> None:
-    if "prose" in listing.words:
-        return
     if "file" in listing.words:
         keep(listing, folder)
+    if "prose" in listing.words:
+        return
     if "output" in listing.words:
         program.check(listing)
     elif "run" in listing.words:

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from rig import Rig
 
 import opengpac as gpac
 from opengpac import _native
+from rig import Rig
 
 BLOCKS = Path(__file__).parent.parent / "blocks"
 

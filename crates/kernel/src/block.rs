@@ -18,7 +18,8 @@ pub struct Block {
     memory: Cell,
     /// What `Op::Reset` goes back to: the descriptor's image with the bindings and values of this instance.
     initial: Box<[u8]>,
-    /// The stretches (offset, length) of the instance that a reset restores: all but the header and what is declared `keep`.
+    /// The stretches (offset, length) of the instance that a reset restores: all but the header, what is declared `keep`, and
+    /// parameters, presets and sizes, which somebody else stores.
     restored: Vec<(usize, usize)>,
     /// Cells that the addresses lead to, held for as long as the block.
     bound: Vec<Option<Cell>>,
@@ -150,10 +151,19 @@ fn items(descriptor: &'static Descriptor) -> &'static [Item] {
     unsafe { std::slice::from_raw_parts(descriptor.items, descriptor.item_count as usize) }
 }
 
+/// True where a reset leaves the item's value: it belongs to who stores it, or is declared `keep`.
+fn is_kept(item: &Item) -> bool {
+    match item.kind {
+        kind::PARAMETER | kind::CONDITION | kind::SIZE => true,
+        kind::STATE => item.flags & flag::KEEP != 0,
+        _ => false,
+    }
+}
+
 /// The stretches of an instance of `size` bytes between the header and its end that no kept state lies in.
 fn restored(items: &[Item], size: usize) -> Vec<(usize, usize)> {
     let mut kept: Vec<(usize, usize)> =
-        items.iter().filter(|item| item.kind == kind::STATE && item.flags & flag::KEEP != 0).map(|item| (item.offset as usize, item.size as usize)).collect();
+        items.iter().filter(|item| is_kept(item) && item.offset != NONE).map(|item| (item.offset as usize, item.size as usize)).collect();
     kept.sort_unstable();
     let mut stretches = Vec::new();
     let mut at = size_of::<Header>();

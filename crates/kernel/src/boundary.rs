@@ -101,8 +101,13 @@ impl Kernel {
                     self.enter(process);
                 }
             }
+            Op::Advance { process, generation, from, to } => {
+                if process.advance(*generation, *from, *to) {
+                    self.enter(process);
+                }
+            }
             // Of a reaction: its loop has looked.
-            Op::While { .. } => {}
+            Op::While { .. } | Op::Forget => {}
             Op::StartClock(process) => self.with_time(process, |time| time.start(now_ns)),
             Op::StopClock(process) => self.with_time(process, |time| time.stop(now_ns)),
             Op::ResumeClock(process) => self.with_time(process, |time| time.resume(now_ns)),

@@ -165,6 +165,9 @@ impl Kernel {
                     {
                         break;
                     }
+                    if matches!(op, Op::Forget) {
+                        process.forget_all();
+                    }
                     self.apply(op, now_ns, &mut captured);
                 }
                 self.captured = captured;

@@ -23,6 +23,7 @@ typedef struct opengpac_guard {
 
 static _Thread_local opengpac_guard *volatile current __attribute__((tls_model("initial-exec")));
 static struct sigaction earlier[NSIG];
+static volatile sig_atomic_t passed_on[NSIG];
 static int budget_signal;
 
 static int64_t now_ns(void)
@@ -59,6 +60,13 @@ int opengpac_guard_run(opengpac_guard *guard, void (*body)(void *), void *argume
 static void pass_on(int number, siginfo_t *what, void *context)
 {
     const struct sigaction *before = &earlier[number];
+    // One before us that hands it back to us has had its turn.
+    if (passed_on[number]) {
+        signal(number, SIG_DFL);
+        raise(number);
+        return;
+    }
+    passed_on[number] = number != SIGXCPU;
     if (before->sa_flags & SA_SIGINFO) {
         before->sa_sigaction(number, what, context);
     } else if (before->sa_handler == SIG_DFL) {
@@ -69,6 +77,7 @@ static void pass_on(int number, siginfo_t *what, void *context)
     } else if (before->sa_handler != SIG_IGN) {
         before->sa_handler(number);
     }
+    passed_on[number] = 0;
 }
 
 static void fault(int number, siginfo_t *what, void *context)
@@ -92,27 +101,40 @@ static void budget(int number, siginfo_t *what, void *context)
         pass_on(number, what, context);
 }
 
-// Installs the handlers, once a process. Gives the signal of a spent budget, or -1.
+// Puts `handler` in front for a signal, unless it is there.
+static int put_in_front(int number, void (*handler)(int, siginfo_t *, void *), int flags)
+{
+    struct sigaction action, present;
+    if (sigaction(number, NULL, &present) != 0)
+        return -1;
+    if ((present.sa_flags & SA_SIGINFO) && present.sa_sigaction == handler)
+        return 0;
+    memset(&action, 0, sizeof action);
+    sigemptyset(&action.sa_mask);
+    action.sa_flags = SA_SIGINFO | SA_ONSTACK | SA_NODEFER | flags;
+    action.sa_sigaction = handler;
+    return sigaction(number, &action, &earlier[number]);
+}
+
+// Installs the handlers, or puts them in front again where somebody else's have come before them (a crash reporter that was
+// switched on later). One thread at a time. Gives the signal of a spent budget, or -1.
 int opengpac_guard_install(void)
 {
     static const int faults[] = {SIGSEGV, SIGFPE, SIGBUS, SIGILL};
-    struct sigaction action;
-    memset(&action, 0, sizeof action);
-    sigemptyset(&action.sa_mask);
-    action.sa_flags = SA_SIGINFO | SA_ONSTACK | SA_NODEFER;
-    action.sa_sigaction = fault;
     for (unsigned i = 0; i < sizeof faults / sizeof *faults; i++)
-        if (sigaction(faults[i], &action, &earlier[faults[i]]) != 0)
+        if (put_in_front(faults[i], fault, 0) != 0)
             return -1;
-    action.sa_flags |= SA_RESTART;
-    action.sa_sigaction = budget;
-    if (sigaction(SIGXCPU, &action, &earlier[SIGXCPU]) != 0)
+    if (put_in_front(SIGXCPU, budget, SA_RESTART) != 0)
         return -1;
+    if (budget_signal)
+        return budget_signal;
     // The first real-time signal that nobody has taken.
-    for (budget_signal = SIGRTMIN + 3; budget_signal < SIGRTMAX; budget_signal++) {
+    for (int signal = SIGRTMIN + 3; signal < SIGRTMAX; signal++) {
         struct sigaction present;
-        if (sigaction(budget_signal, NULL, &present) == 0 && !(present.sa_flags & SA_SIGINFO) && present.sa_handler == SIG_DFL)
-            return sigaction(budget_signal, &action, NULL) == 0 ? budget_signal : -1;
+        if (sigaction(signal, NULL, &present) == 0 && !(present.sa_flags & SA_SIGINFO) && present.sa_handler == SIG_DFL) {
+            budget_signal = signal;
+            return put_in_front(signal, budget, SA_RESTART) == 0 ? signal : -1;
+        }
     }
     return -1;
 }

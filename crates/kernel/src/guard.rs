@@ -3,8 +3,8 @@
 use std::cell::Cell;
 use std::ffi::{c_int, c_void};
 use std::ptr;
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicI64, AtomicPtr, AtomicU32, Ordering};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicI32, AtomicI64, AtomicPtr, AtomicU32, Ordering};
 
 /// One source's guard. The first fields are shared with `guard.c`; the jump buffer follows, in memory of C's size.
 #[repr(C)]
@@ -103,10 +103,23 @@ impl Drop for Guard {
 
 /// The signal of a spent budget. Installs the handlers when called for the first time.
 pub(crate) fn budget_signal() -> i32 {
-    static INSTALLED: OnceLock<i32> = OnceLock::new();
-    // SAFETY: called once; handlers of others are called for what is not ours.
-    let signal = *INSTALLED.get_or_init(|| unsafe { opengpac_guard_install() });
+    match BUDGET_SIGNAL.load(Ordering::Relaxed) {
+        0 => install(),
+        signal => signal,
+    }
+}
+
+static BUDGET_SIGNAL: AtomicI32 = AtomicI32::new(0);
+
+/// Puts the handlers in front of those that are there: for each host that is made, because a crash reporter may have been
+/// switched on since the last.
+pub(crate) fn install() -> i32 {
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
+    // SAFETY: one thread at a time; handlers of others are called for what is not ours.
+    let signal = unsafe { opengpac_guard_install() };
     assert!(signal > 0, "the fault handlers cannot be installed: no real-time signal is free");
+    BUDGET_SIGNAL.store(signal, Ordering::Relaxed);
     signal
 }
 

@@ -43,7 +43,7 @@ const BUDGET_VIRTUAL_NS: i64 = 1_000_000_000;
 impl Host {
     /// No sources yet. `carrier`: what carries connections. Installs the fault handlers (once a process; earlier handlers are called for what is not ours).
     pub fn new(clock: ClockKind, carrier: Box<dyn Carrier>) -> Host {
-        guard::budget_signal();
+        guard::install();
         let (epoch_ns, executor) = match clock {
             ClockKind::Monotonic => (monotonic_ns(), None),
             ClockKind::Virtual { seed } => (0, Some(Mutex::new(Virtual::new(seed)))),
@@ -104,7 +104,7 @@ impl Host {
         for op in &mut script.ops {
             match op {
                 Op::Table(table) => table.place(source, &sources),
-                Op::StartClock(process) | Op::StopClock(process) | Op::ResumeClock(process) | Op::Stage { process, .. } => drop(process.prepare_time(source)),
+                Op::StartClock(process) | Op::StopClock(process) | Op::ResumeClock(process) | Op::Stage { process, .. } | Op::Advance { process, .. } => drop(process.prepare_time(source)),
                 _ => {}
             }
         }

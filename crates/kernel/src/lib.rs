@@ -42,7 +42,7 @@ pub use device::{Channel, Device, DeviceError, Direction, Driver};
 pub use event::{Event, Fault};
 pub use host::Host;
 pub use memory::{Cell, Extent};
-pub use process::{Process, Response, Stage, Watch};
+pub use process::{Process, Response, Stage, Taken, Watch};
 pub use schedule::{Activation, Due};
 pub use script::{Op, Script};
 pub use source::{SourceId, SourceKind, SourceSpec, Statistics};

@@ -108,6 +108,11 @@ impl Cell {
         unsafe { std::slice::from_raw_parts(self.start(), self.len) }.to_vec()
     }
 
+    /// True where both are the same bytes of memory.
+    pub fn is_same(&self, other: &Cell) -> bool {
+        self.start() == other.start() && self.len() == other.len()
+    }
+
     /// True where `next` starts where this one ends, in the same extent.
     pub fn adjoins(&self, next: &Cell) -> bool {
         Arc::ptr_eq(&self.extent, &next.extent) && self.offset + self.len == next.offset

@@ -84,6 +84,17 @@ unsafe impl Send for Process {}
 // SAFETY: as for `Send`.
 unsafe impl Sync for Process {}
 
+/// What [`Process::take`] found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Taken {
+    /// It was in this stage.
+    From(u16),
+    /// It had not entered a stage in that generation yet.
+    Before,
+    /// A kernel was faster; its event tells.
+    Late,
+}
+
 /// The process's word: generation 32 | stage 16 | flags 16.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Word {
@@ -159,6 +170,26 @@ impl Process {
         (word.generation, word.stage)
     }
 
+    /// Supervisor: takes it from the kernels, past `generation`: frozen until an `Op::Stage` of the next one or later, and stages of
+    /// `generation` that are still on their way change nothing. A kernel that ended it in `generation` was faster, and, unless
+    /// `insist`, one that froze it: then nothing changes, its event tells.
+    pub fn take(&self, generation: u32, insist: bool) -> Taken {
+        let taken = self.change(|word| {
+            let late = word.generation > generation || (word.generation == generation && (word.flags & ENDED != 0 || (word.flags == FROZEN && !insist)));
+            (!late).then_some(Word { generation: generation + 1, stage: word.stage, flags: FROZEN | CLAIMED })
+        });
+        match taken {
+            None => Taken::Late,
+            Some(before) if before.generation < generation => Taken::Before,
+            Some(before) => Taken::From(before.stage),
+        }
+    }
+
+    /// `Op::Advance`: true if it is in force.
+    pub(crate) fn advance(&self, generation: u32, from: u16, to: u16) -> bool {
+        self.change(|word| (word.acts() && word.generation == generation && word.stage == from).then_some(Word { stage: to, ..word })).is_some()
+    }
+
     /// Supervisor: moves it from generation `from` to the next, frozen until an `Op::Stage`. False if a kernel was faster (it
     /// froze or ended it): its event tells.
     pub fn claim(&self, from: u32) -> bool {
@@ -188,7 +219,8 @@ impl Process {
         self.exchange(seen, Word { stage: next.unwrap_or(seen.stage), flags: if next.is_some() { 0 } else { ENDED }, ..seen })
     }
 
-    /// `Op::Stage`: true if it is in force. A stage of an older generation, or of one that is under way already, is not.
+    /// `Op::Stage`: true if it is in force. What is remembered is forgotten in a new generation, but not where the supervisor has
+    /// taken it and goes on in the generation that this gave. A stage of an older generation, or of one that is under way already, is not.
     pub(crate) fn enter(&self, stage: u16, generation: Option<u32>) -> bool {
         let entered = self.change(|word| match generation {
             None => word.acts().then_some(Word { stage, ..word }),
@@ -196,7 +228,7 @@ impl Process {
             Some(_) => None,
         });
         if let (Some(before), Some(generation)) = (entered, generation)
-            && before.running_generation() != generation
+            && before.generation != generation
         {
             self.remembered.store(0, Ordering::Release);
         }
@@ -209,6 +241,10 @@ impl Process {
 
     pub(crate) fn remembers(&self, condition: u16) -> bool {
         condition < 64 && self.remembered.load(Ordering::Acquire) & (1 << condition) != 0
+    }
+
+    pub(crate) fn forget_all(&self) {
+        self.remembered.store(0, Ordering::Release);
     }
 
     pub(crate) fn forget(&self, condition: u16) {

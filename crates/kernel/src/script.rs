@@ -14,7 +14,8 @@ pub enum Op {
     Store(Cell, Box<[u8]>),
     /// Copies one cell to another (`initial="sensed"`).
     Copy(Cell, Cell),
-    /// Initial state of a new start: the block's image as installed, but for states declared `keep`; invocation number 0.
+    /// Initial state: the block's image as installed, but for states declared `keep` and for parameters, presets and sizes, which
+    /// keep what was stored last; invocation number 0.
     Reset(Arc<Block>),
     /// Switches an activation on, due at firings that are multiples of `every` (1 for a driven one). Nothing where it is on
     /// with the same `every` already: instance, state and phase stay.
@@ -27,6 +28,11 @@ pub enum Op {
     /// Conditions that came, unserved, and that the stage waits for act at once. A generation that has passed, or that is under
     /// way already (several sources may be told), changes nothing.
     Stage { process: Arc<Process>, stage: u16, generation: Option<u32> },
+    /// From stage `from` to stage `to` of the same list, where the process acts in `generation` and is in `from`: a wait is reached
+    /// when all commands before it have been carried out. Conditions that came, unserved, act at once.
+    Advance { process: Arc<Process>, generation: u32, from: u16, to: u16 },
+    /// Of a reaction: what the process remembers is forgotten (it goes to another list). Nothing in other scripts.
+    Forget,
     /// Serves what the `Execute`s before it reported; the rest of this script acts only if that moved the process nowhere, and it
     /// is in this generation and not frozen: what a fault of the executed blocks ended is not started after all. The script is
     /// acknowledged as always.

@@ -223,6 +223,8 @@ impl System {
                     stored_ns: now_ns,
                     writers: Vec::new(),
                     bound: 0,
+                    stamp: None,
+                    past: Vec::new(),
                     rows: None,
                 },
             );

@@ -8,7 +8,7 @@ use crate::core::Core;
 use crate::install::Installed;
 use crate::sequence::{Inlet, Movement};
 use crate::tables::{InletRecord, Outlet};
-use interconnect::{ConnectionSpec, Receiver, Sender};
+use interconnect::{Carrier, ConnectionSpec, Memory, Receiver, Sender};
 use kernel::connection::QueueMember;
 use kernel::{Activation, Cell, Inbound, Outbound, SourceId};
 use model::interface::Mode;
@@ -48,9 +48,11 @@ pub(crate) struct Queue {
     ends: (Box<dyn Sender>, Box<dyn Receiver>),
 }
 
+/// Cells of ratio inputs by (block, item): the value that an input takes by number is not the newest, so it has a cell of its own.
+pub(crate) type Delays = HashMap<(usize, usize), Cell>;
 
-/// The queues that a plan needs. Ratio members travel in a queue of their own.
-pub(crate) fn queues(core: &Core, plan: &Plan, block_source: &[SourceId], cells: &[HashMap<SourceId, Cell>]) -> Vec<Queue> {
+/// The queues that a plan needs. Ratio members travel in a queue of their own, inside a source too: so they go by number there.
+pub(crate) fn queues(core: &Core, plan: &Plan, block_source: &[SourceId], cells: &[HashMap<SourceId, Cell>], delays: &Delays) -> Vec<Queue> {
     let mut members: BTreeMap<(Pair, bool), Vec<Member>> = BTreeMap::new();
     for (index, block) in plan.blocks.iter().enumerate() {
         let reader = block_source[index];
@@ -64,16 +66,19 @@ pub(crate) fn queues(core: &Core, plan: &Plan, block_source: &[SourceId], cells:
                 Binding::Cell(cell) => std::slice::from_ref(cell),
                 Binding::Cells(list) => list,
             };
+            let mut part = 0;
             for cell in list {
                 let planned = &plan.cells[*cell];
                 if !planned.readers.contains(&(index, bound.item)) {
                     continue;
                 }
                 let Some((writer, from, author)) = author_of(core, plan, block_source, cells, *cell) else { continue };
-                if writer == reader {
+                if writer == reader && ratio == 0 {
                     continue;
                 }
-                let (to, author_ratio) = (cells[*cell][&reader].clone(), author_ratio(plan, *cell));
+                let to = delays.get(&(index, bound.item)).map_or_else(|| cells[*cell][&reader].clone(), |whole| whole.part(part, planned.size));
+                part += planned.size;
+                let author_ratio = author_ratio(plan, *cell);
                 let member = Member { from, to, author, author_ratio, ratio, reader: block.activation };
                 members.entry(((writer, reader), ratio > 0)).or_default().push(member);
             }
@@ -119,7 +124,8 @@ fn lay_out(members: &[Member]) -> (Vec<usize>, usize) {
 
 fn queue(core: &Core, pair: Pair, members: Vec<Member>) -> Queue {
     let spec = ConnectionSpec { writer: pair.0.0, reader: pair.1.0, asynchronous_len: 0, queue_row_len: lay_out(&members).1, queue_depth: QUEUE_DEPTH };
-    let ends = core.host.connect(&spec);
+    // Within a source nothing is on a way.
+    let ends = if pair.0 == pair.1 { Memory.connect(&spec) } else { core.host.connect(&spec) };
     Queue { pair, members, ends }
 }
 
@@ -251,8 +257,11 @@ impl Core {
                 outlets.push(Outlet { reader, instance: None, outbound: Outbound::new(sender, from, Vec::new(), None) });
                 Inbound::new(receiver, to, Vec::new())
             });
+            self.last_connection += 1;
+            let serial = self.last_connection;
+            self.latest.insert((writer, reader), serial);
             writers.push(writer);
-            inlets.push(Inlet { reader, writer, inbound });
+            inlets.push(Inlet { serial, reader, writer, inbound });
         }
         if writers.is_empty() {
             return Vec::new();

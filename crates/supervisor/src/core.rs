@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Everything that the supervisor keeps of a running system, under one lock. Every method that changes what runs is here or in
 //! the files named after what they do; none of them waits.
+use crate::connect::Pair;
 use crate::instance::Instance;
 use crate::log::Log;
 use crate::svvs::SvvRecord;
@@ -68,6 +69,9 @@ pub(crate) struct Core {
     pub reads: HashMap<u64, (i64, Vec<u8>)>,
     /// Ends not yet told to an event loop.
     pub ended: u64,
+    /// The latest connection of each pair.
+    pub latest: HashMap<Pair, u64>,
+    pub last_connection: u64,
     scripts: HashMap<u64, Purpose>,
     last_id: u64,
 }
@@ -89,6 +93,8 @@ impl Core {
             poisoned: HashMap::new(),
             reads: HashMap::new(),
             ended: 0,
+            latest: HashMap::new(),
+            last_connection: 0,
             scripts: HashMap::new(),
             last_id: 0,
         }

@@ -7,9 +7,9 @@ use crate::install::{Installed, install};
 use crate::instance::{Instance, Limits, RunningTime, State};
 use crate::refuse::{invalid_state, refuse};
 use crate::sequence::Movement;
-use crate::stages::Verbatim;
+use crate::stages::{REMEMBERED_MAX, Verbatim};
 use crate::svvs::WriterRecord;
-use crate::tables::{Delay, StepRecord};
+use crate::tables::StepRecord;
 use kernel::{BlockId, SourceId};
 use model::order;
 use model::plan::{CellKind, Plan};
@@ -23,6 +23,7 @@ impl Core {
         let id = self.fresh();
         let name = name.unwrap_or_else(|| format!("{}#{id}", plan.verb));
         let (installed, queues) = install(self, catalog, &plan, id, &name)?;
+        check_waits(&plan, &installed)?;
         let merged = self.merge_orders(&plan, &installed)?;
         let devices = self.device_sources();
         let stages = Verbatim { plan: &plan, installed: &installed, devices: &devices }.stages();
@@ -114,16 +115,6 @@ impl Core {
             }
             table.steps = order.iter().filter_map(|id| steps.remove(id)).collect();
         }
-        for (source, cell, to) in &installed.delays {
-            let writer = plan.cells[*cell].writers.first().map(|(b, _)| installed.blocks[*b].id()).or_else(|| match &plan.cells[*cell].kind {
-                CellKind::Svv { name, .. } => self.svvs[name].writers.iter().find(|w| w.source == *source).map(|w| w.block),
-                _ => None,
-            });
-            if let Some(writer) = writer {
-                let from = installed.cells[*cell][source].clone();
-                self.tables.get_mut(source).expect("as above").delays.push(Delay { instance: id, writer, from, to: to.clone() });
-            }
-        }
     }
 
     /// Tells the SVVs who reads and may write them. The pairs whose connections change.
@@ -147,7 +138,6 @@ impl Core {
                     instance: id,
                     source: installed.block_source[*block],
                     activation: installed.activations[activation].clone(),
-                    stamp: installed.stamps[activation].clone(),
                     block: installed.blocks[*block].id(),
                 });
             }
@@ -191,7 +181,6 @@ impl Core {
             let before = (table.outlets.len(), table.inlets.len());
             table.outlets.retain(|o| o.instance != Some(id));
             table.inlets.retain(|i| i.instance != Some(id));
-            table.delays.retain(|d| d.instance != id);
             if instance.installed.sources.contains(source) {
                 table.steps.retain(|s| s.instance != id);
             }
@@ -199,7 +188,8 @@ impl Core {
                 sources.push(*source);
             }
         }
-        let movements = self.reconnect(pairs);
+        let mut movements: Vec<Movement> = instance.sequence.into_iter().filter(Movement::is_structural).collect();
+        movements.extend(self.reconnect(pairs));
         self.detached(movements, sources);
     }
 
@@ -224,6 +214,16 @@ impl Core {
             self.submit(source, vec![op], crate::core::Purpose::Nothing);
         }
     }
+}
+
+/// What a kernel can remember for waits has room for every condition.
+fn check_waits(plan: &Plan, installed: &Installed) -> Result<(), Refusals> {
+    let waited = Verbatim { plan, installed, devices: &HashMap::new() }.waited_for().len();
+    let count = plan.conditions.len() + waited;
+    if waited == 0 || count <= REMEMBERED_MAX {
+        return Ok(());
+    }
+    Err(refuse(Class::DefinitionError, format!("'{}' has {count} conditions and waits for conditions, more than {REMEMBERED_MAX}", plan.verb), "let one termination condition stand for several block conditions, or divide the verb"))
 }
 
 /// The step of one planned block.
@@ -259,6 +259,7 @@ fn instance(id: u64, name: String, plan: Arc<Plan>, installed: Installed, crossi
         generation: 0,
         list,
         stage: 0,
+        target: (list, 0),
         active: Vec::new(),
         running: RunningTime::default(),
         started_ns: 0,
@@ -268,6 +269,7 @@ fn instance(id: u64, name: String, plan: Arc<Plan>, installed: Installed, crossi
         ending: None,
         sequence: VecDeque::new(),
         outstanding: 0,
+        structural: false,
         epoch: 0,
         captured: Vec::new(),
         outputs: Vec::new(),
@@ -275,5 +277,7 @@ fn instance(id: u64, name: String, plan: Arc<Plan>, installed: Installed, crossi
         others: Vec::new(),
         report: None,
         halting: false,
+        suspending: false,
+        entries: (0, 0),
     }
 }

@@ -108,12 +108,13 @@ impl Core {
     }
 
     /// Ends an instance without asking τ.
-    fn end_now(&mut self, id: u64, condition: &str, message: &str) {
+    pub fn end_now(&mut self, id: u64, condition: &str, message: &str) {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get(&id) else { return };
         let Some(condition) = instance.condition(condition) else { return };
-        let process = instance.installed.process.clone();
-        process.claim(process.now().0);
+        if instance.ending.is_some() || !self.take_process(id, true) {
+            return;
+        }
         self.end(id, crate::instance::Cause { condition, block: None, value: None, message: message.to_owned(), time_ns: now_ns, asked_for: false });
     }
 
@@ -137,10 +138,12 @@ impl Core {
         Ok(())
     }
 
-    /// Halts the actions, then disables the devices: the orderly end. True when nothing runs any more.
-    pub fn wind_down(&mut self) -> bool {
+    /// Halts the actions, then disables the devices: the orderly end. True when nothing runs any more. `is_late`: what τ does with
+    /// `halted` has had its time.
+    pub fn wind_down(&mut self, is_late: bool) -> bool {
         let actions: Vec<u64> = (self.instances.values())
             .filter(|i| i.owner.is_none() && matches!(i.state, State::Running | State::Suspended) && i.ending.is_none())
+            .filter(|i| is_late || !i.halting)
             .map(|i| i.id)
             .collect();
         for id in actions {

@@ -29,12 +29,11 @@ impl Core {
     /// A condition comes from outside the blocks: τ, or the end. `asked_for`: by the waiter.
     pub fn come(&mut self, id: u64, condition: usize, message: String, asked_for: bool) {
         let now_ns = self.host.now_ns();
-        let Some(instance) = self.instances.get_mut(&id) else { return };
-        if !matches!(instance.state, State::Running | State::Suspended) || instance.ending.is_some() {
+        let Some(instance) = self.instances.get(&id) else { return };
+        if !matches!(instance.state, State::Running | State::Suspended) || instance.ending.is_some() || !self.take_process(id, true) {
             return;
         }
-        let process = instance.installed.process.clone();
-        process.claim(process.now().0);
+        let Some(instance) = self.instances.get_mut(&id) else { return };
         let to = instance.plan.lists[instance.list].transitions.iter().find(|(c, _)| *c == condition).map(|(_, to)| *to);
         let transition = to.filter(|_| !(asked_for && instance.halting) && instance.state == State::Running);
         match transition {
@@ -55,6 +54,7 @@ impl Core {
         }
         let condition = cause.condition;
         instance.ending = Some(cause);
+        instance.suspending = false;
         instance.capturing.clear();
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
         let mut builder = Builder::default();
@@ -76,6 +76,7 @@ impl Core {
     pub fn ended_by_kernel(&mut self, id: u64, source: SourceId, cause: Cause, captured: &[u8]) {
         let devices = self.device_sources();
         let Some(instance) = self.instances.get_mut(&id) else { return };
+        (instance.list, instance.stage) = instance.list_stage(instance.installed.process.now().1);
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
         let outputs = of.outputs_in(source, cause.condition);
         let lens: Vec<usize> = outputs.iter().map(|o| of.output_len(*o)).collect();

@@ -19,6 +19,7 @@ struct Told {
     acted: bool,
     ended: bool,
     stage: Option<u16>,
+    generation: u32,
     value: Vec<u8>,
     captured: Vec<u8>,
 }
@@ -40,8 +41,8 @@ impl Core {
                 }
                 Purpose::Nothing => {}
             },
-            Event::Condition { source, process, condition, block, item, fault, time_ns, acted, ended, stage, value, captured, .. } => {
-                self.condition(Told { source, process, condition: usize::from(condition), block, item, fault, time_ns, acted, ended, stage, value, captured });
+            Event::Condition { source, process, generation, condition, block, item, fault, time_ns, acted, ended, stage, value, captured, .. } => {
+                self.condition(Told { source, process, condition: usize::from(condition), block, item, fault, time_ns, acted, ended, stage, generation, value, captured });
             }
             Event::Unwatched { process, block, item, fault, time_ns, .. } => self.unwatched(process, block, item, fault, time_ns),
             Event::Stopped { source, block, process, fault, time_ns } => self.stopped(source, block, process, &fault, time_ns),
@@ -73,9 +74,14 @@ impl Core {
             None => format!("{name} (reported by '{label}')"),
         };
         let about = instance.name.clone();
+        let runs = matches!(instance.state, State::Running | State::Suspended);
+        // Of an earlier generation it is recorded, never served: somebody else was faster.
+        let acts = told.acted && runs && instance.ending.is_none() && told.generation == instance.generation;
         self.log.add(told.time_ns, if told.fault.is_some() { "fault" } else { "condition" }, &about, text.clone());
-        if !told.acted {
-            self.other(id, name, label, told.time_ns);
+        if !acts {
+            if runs {
+                self.other(id, name, label, told.time_ns);
+            }
             return;
         }
         let value = self.reported_value(id, block, told.item, &told.value);
@@ -84,8 +90,9 @@ impl Core {
         if told.ended {
             self.ended_by_kernel(id, told.source, cause, &told.captured);
         } else if let Some(stage) = told.stage {
+            let (list, stage) = self.instances[&id].list_stage(stage);
             self.replace_sequence(id, []);
-            self.reacted(id, stage);
+            self.entered(id, list, stage);
         } else {
             self.frozen(id, block.map(|b| (b, usize::from(told.item))), cause);
         }
@@ -93,10 +100,10 @@ impl Core {
 
     /// The kernel has frozen the process: the supervisor answers.
     fn frozen(&mut self, id: u64, reported: Option<(usize, usize)>, cause: Cause) {
-        let Some(instance) = self.instances.get(&id) else { return };
-        if instance.ending.is_some() || !matches!(instance.state, State::Running | State::Suspended) {
+        if !self.take_process(id, true) {
             return;
         }
+        let Some(instance) = self.instances.get(&id) else { return };
         let devices = self.device_sources();
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
         let condition = (cause.condition < instance.plan.conditions.len()).then_some(cause.condition);
@@ -107,11 +114,11 @@ impl Core {
         }
     }
 
-    /// Nothing answers it: the process goes on.
+    /// Nothing answers it: the process, which was taken, goes on.
     fn go_on(&mut self, id: u64) {
         let Some(instance) = self.instances.get(&id) else { return };
         let (process, source) = (instance.installed.process.clone(), instance.installed.sources[0]);
-        let (stage, generation) = (instance.kernel_stage(instance.list, instance.stage), Some(process.now().0));
+        let (stage, generation) = (process.now().1, Some(instance.generation));
         self.submit(source, vec![kernel::Op::Stage { process, stage, generation }], Purpose::Nothing);
     }
 
@@ -156,9 +163,10 @@ impl Core {
         for id in there {
             let label = if id == process { culprit_label(self, id, block) } else { None };
             let Some(condition) = self.instances[&id].condition("fault") else { continue };
-            let process = self.instances[&id].installed.process.clone();
-            process.claim(process.now().0);
-            let message = if id == process.id() && label.is_some() { text.clone() } else { format!("source '{name}' stopped: {text}") };
+            if !self.take_process(id, true) {
+                continue;
+            }
+            let message = if id == process && label.is_some() { text.clone() } else { format!("source '{name}' stopped: {text}") };
             self.end(id, Cause { condition, block: label, value: None, message, time_ns, asked_for: false });
         }
     }
@@ -189,7 +197,7 @@ impl Core {
     pub fn next_deadline(&self) -> Option<i64> {
         let deadlines = |i: &Instance| {
             let limit = i.limits.time_limit_ns.and_then(|t| i.running.clock_at(t));
-            let wait = i.wait_until_ns.and_then(|t| i.running.clock_at(t));
+            let wait = i.wait_until_ns.filter(|_| !i.is_under_way()).and_then(|t| i.running.clock_at(t));
             [limit, wait].into_iter().flatten().min()
         };
         self.instances.values().filter(|i| i.state == State::Running && i.ending.is_none()).filter_map(deadlines).min()
@@ -204,16 +212,21 @@ impl Core {
             if past(instance.limits.time_limit_ns) {
                 let limit = instance.limits.time_limit_ns.take().unwrap_or_default();
                 self.end_by_name(id, "time_limit", format!("it ran longer than {} s", limit as f64 * 1e-9));
-            } else if past(instance.wait_until_ns) {
-                instance.wait_until_ns = None;
-                let (list, stage) = (instance.list, instance.stage);
-                let process = instance.installed.process.clone();
-                if process.claim(process.now().0) {
-                    self.go(id, list, stage + 1);
-                }
+            } else if !instance.is_under_way() && past(instance.wait_until_ns) {
+                self.time_is_over(id);
             }
         }
         self.serve_overrun_limits();
+    }
+
+    /// A wait for a time is over: the next stage, unless a kernel was faster.
+    fn time_is_over(&mut self, id: u64) {
+        let before = (self.instances[&id].list, self.instances[&id].stage);
+        if !self.take_process(id, false) {
+            return;
+        }
+        let now = (self.instances[&id].list, self.instances[&id].stage);
+        if now == before { self.go(id, now.0, now.1 + 1) } else { self.go_on(id) }
     }
 
     /// Instances with a limit on overruns.

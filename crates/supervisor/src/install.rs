@@ -2,13 +2,13 @@
 //! Installing a plan: memory in the image of each source, blocks with their addresses, activations. Nothing runs yet, and what
 //! runs is not disturbed; a plan that cannot be installed leaves nothing behind.
 use crate::catalog::Catalog;
-use crate::connect::{HalfQueue, open, queues};
+use crate::connect::{Delays, HalfQueue, open, queues};
 use crate::core::Core;
 use crate::refuse::refuse;
 use crate::svvs::lay_side_by_side;
 use kernel::{Activation, Block, BlockId, Cell, Extent, Process, SourceId};
 use model::interface::{Interface, Kind, Mode};
-use model::plan::{Binding, CellKind, Due, Plan};
+use model::plan::{Binding, Bound, CellKind, Due, Plan};
 use model::refusal::{Class, Refusals};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -32,9 +32,8 @@ pub(crate) struct Installed {
     /// Copies before and behind each block.
     pub before: Vec<Vec<(Cell, Cell)>>,
     pub after: Vec<Vec<(Cell, Cell)>>,
-    /// Ratio inputs whose writer sits in the same source take the value before its newest: the planned cell, which is copied
-    /// to this delay cell right before the writer runs, and the source.
-    pub delays: Vec<(SourceId, usize, Cell)>,
+    /// Cells of ratio inputs: (source, block, item, cell).
+    pub delays: Vec<(SourceId, usize, usize, Cell)>,
 }
 
 impl Installed {
@@ -71,6 +70,14 @@ struct Places {
     extents: HashMap<SourceId, Arc<Extent>>,
 }
 
+impl Places {
+    /// The cell that block `block` has for itself behind an item.
+    fn own(&self, site: &Site, block: usize, item: usize, size: usize) -> Cell {
+        let offset = self.own[block].iter().find(|(i, _)| *i == item).expect("laid out before").1;
+        self.extents[&site.block_source[block]].cell(offset, size)
+    }
+}
+
 /// Everything that the parts of an installation need.
 struct Site<'a> {
     plan: &'a Plan,
@@ -101,16 +108,18 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
     let stamps: Vec<Cell> = (0..plan.activations.len())
         .map(|i| places.extents[&site.activation_source[i]].cell(places.stamps[i], STAMP))
         .collect();
-    let queues = open(queues(core, plan, &site.block_source, &cells));
+    let delays = delays(&site, &places);
+    let queues = open(queues(core, plan, &site.block_source, &cells, &delays));
     let activations = make_activations(core, &site, &stamps, &queues);
-    let mut copies = Copying { before: vec![Vec::new(); plan.blocks.len()], after: vec![Vec::new(); plan.blocks.len()], delays: Vec::new() };
+    let mut copies = Copying { before: vec![Vec::new(); plan.blocks.len()], after: vec![Vec::new(); plan.blocks.len()] };
     let blocks = make_blocks(core, &site, &places, &cells, name, &mut copies);
     let mut sources = site.block_source.clone();
     sources.sort();
     sources.dedup();
     let process = Process::new(instance, instance);
+    let delays = delays.into_iter().map(|((block, item), cell)| (site.block_source[block], block, item, cell)).collect();
     let interfaces = plan.blocks.iter().map(|b| catalog.blocks[&b.block].interface.clone()).collect();
-    let installed = Installed { sources, blocks, interfaces, block_source: site.block_source, activations, activation_source: site.activation_source, stamps, cells, process, before: copies.before, after: copies.after, delays: copies.delays };
+    let installed = Installed { sources, blocks, interfaces, block_source: site.block_source, activations, activation_source: site.activation_source, stamps, cells, process, before: copies.before, after: copies.after, delays };
     Ok((installed, queues))
 }
 
@@ -180,7 +189,7 @@ fn lay_out(site: &Site) -> Places {
             for bound in &block.bindings {
                 match &bound.binding {
                     Binding::Cells(list) => own[index].push((bound.item, layout.take(list.iter().map(|c| plan.cells[*c].size).sum(), 8))),
-                    Binding::Cell(cell) if matches!(bound.mode, Mode::Ratio(_)) => {
+                    Binding::Cell(cell) if is_delayed(site, index, bound) => {
                         own[index].push((bound.item, layout.take(plan.cells[*cell].size, plan.cells[*cell].align)));
                     }
                     Binding::Cell(_) => {}
@@ -192,6 +201,27 @@ fn lay_out(site: &Site) -> Places {
     }
     let extents = layouts.into_iter().map(|(source, layout)| (source, Extent::new(layout.len.max(8)))).collect();
     Places { stamps, cells, own, blocks, extents }
+}
+
+/// True for a ratio input.
+fn is_delayed(site: &Site, block: usize, bound: &Bound) -> bool {
+    matches!(bound.mode, Mode::Ratio(_)) && site.catalog.blocks[&site.plan.blocks[block].block].interface.items[bound.item].kind == Kind::Input
+}
+
+/// The cells of ratio inputs.
+fn delays(site: &Site, places: &Places) -> Delays {
+    let mut delays = Delays::new();
+    for (index, block) in site.plan.blocks.iter().enumerate() {
+        for bound in block.bindings.iter().filter(|bound| is_delayed(site, index, bound)) {
+            let cells = match &bound.binding {
+                Binding::Cell(cell) => std::slice::from_ref(cell),
+                Binding::Cells(list) => list,
+            };
+            let size = cells.iter().map(|c| site.plan.cells[*c].size).sum();
+            delays.insert((index, bound.item), places.own(site, index, bound.item, size));
+        }
+    }
+    delays
 }
 
 /// The cells in each image: private ones in the instance's memory, SVVs and channels where they lie.
@@ -257,7 +287,6 @@ type Copies = Vec<(Cell, Cell)>;
 struct Copying {
     before: Vec<Copies>,
     after: Vec<Copies>,
-    delays: Vec<(SourceId, usize, Cell)>,
 }
 
 /// The blocks, bound; and the copies around them.
@@ -272,16 +301,11 @@ fn make_blocks(core: &mut Core, site: &Site, places: &Places, cells: &[HashMap<S
         for (item, bytes) in &planned.values {
             block.set(*item, bytes);
         }
-        let own = |item: usize, size: usize| {
-            let offset = places.own[index].iter().find(|(i, _)| *i == item).expect("laid out before").1;
-            places.extents[&source].cell(offset, size)
-        };
         for bound in &planned.bindings {
             match &bound.binding {
-                Binding::Cell(cell) if matches!(bound.mode, Mode::Ratio(_)) && code.interface.items[bound.item].kind == Kind::Input => {
-                    let delay = own(bound.item, site.plan.cells[*cell].size);
-                    block.bind(bound.item, &delay);
-                    copies.delays.push((source, *cell, delay));
+                Binding::Cell(cell) if is_delayed(site, index, bound) => block.bind(bound.item, &places.own(site, index, bound.item, site.plan.cells[*cell].size)),
+                Binding::Cells(list) if is_delayed(site, index, bound) => {
+                    block.bind(bound.item, &places.own(site, index, bound.item, list.iter().map(|c| site.plan.cells[*c].size).sum()));
                 }
                 Binding::Cell(cell) => block.bind(bound.item, &cells[*cell][&source]),
                 Binding::Cells(list) => {
@@ -290,7 +314,7 @@ fn make_blocks(core: &mut Core, site: &Site, places: &Places, cells: &[HashMap<S
                         block.bind(bound.item, &parts[0].widened(parts.iter().map(Cell::len).sum()));
                         continue;
                     }
-                    let whole = own(bound.item, parts.iter().map(Cell::len).sum());
+                    let whole = places.own(site, index, bound.item, parts.iter().map(Cell::len).sum());
                     block.bind(bound.item, &whole);
                     let reads = matches!(code.interface.items[bound.item].kind, Kind::Input | Kind::DeviceRead);
                     let (before, after) = (&mut copies.before[index], &mut copies.after[index]);

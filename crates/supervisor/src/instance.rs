@@ -5,7 +5,7 @@ use crate::install::Installed;
 use crate::report::{Other, Report};
 use crate::sequence::Movement;
 use kernel::{Cell, SourceId};
-use model::plan::Plan;
+use model::plan::{Plan, Wait};
 use model::value::Value;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -105,6 +105,8 @@ pub(crate) struct Instance {
     /// Where it is in its command lists.
     pub list: usize,
     pub stage: usize,
+    /// Where the sequence under way leads to.
+    pub target: (usize, usize),
     /// What is on.
     pub active: Vec<(usize, u32)>,
     pub running: RunningTime,
@@ -119,6 +121,8 @@ pub(crate) struct Instance {
     /// What has to be done, and how many acknowledgements the present movement lacks.
     pub sequence: VecDeque<Movement>,
     pub outstanding: usize,
+    /// The present movement changes tables: what follows waits for it, whatever happens to the instance.
+    pub structural: bool,
     pub epoch: u64,
     /// What the scripts of the last movement captured.
     pub captured: Vec<(SourceId, Vec<u8>)>,
@@ -130,17 +134,16 @@ pub(crate) struct Instance {
     pub report: Option<Report>,
     /// A second `halt` is immediate.
     pub halting: bool,
+    /// To be suspended when the sequence under way is through.
+    pub suspending: bool,
+    /// An instant, and how many stages it has entered in it.
+    pub entries: (i64, u32),
 }
 
 impl Instance {
-    /// Index of a stage in the kernel's stages.
-    pub fn kernel_stage(&self, list: usize, stage: usize) -> u16 {
-        kernel_stage(&self.plan, list, stage)
-    }
-
     /// List and stage of a kernel's stage.
     pub fn list_stage(&self, kernel_stage: u16) -> (usize, usize) {
-        let mut rest = usize::from(kernel_stage);
+        let mut rest = usize::from(kernel_stage) / 2;
         for (index, list) in self.plan.lists.iter().enumerate() {
             if rest < list.stages.len() {
                 return (index, rest);
@@ -155,13 +158,24 @@ impl Instance {
         self.plan.conditions.iter().position(|c| c.name == name)
     }
 
+    /// True while something is left to be done by the kernels.
+    pub fn is_under_way(&self) -> bool {
+        self.outstanding > 0 || !self.sequence.is_empty()
+    }
+
     pub fn is_busy(&self) -> bool {
         matches!(self.state, State::Running | State::Suspended) || self.ending.is_some()
     }
 }
 
-/// Index of (list, stage) when the stages of all lists are counted through.
-pub(crate) fn kernel_stage(plan: &Plan, list: usize, stage: usize) -> u16 {
+/// The kernel's stage while the commands of (list, stage) are carried out. Each stage is two of the kernel's: while its commands are
+/// under way, what its wait is for is remembered; when they are through, the wait is reached.
+pub(crate) fn under_way(plan: &Plan, list: usize, stage: usize) -> u16 {
     let before: usize = plan.lists[..list].iter().map(|l| l.stages.len()).sum();
-    u16::try_from(before + stage).expect("a verb has fewer than 65,536 stages")
+    u16::try_from(2 * (before + stage)).expect("a verb has fewer than 32,768 stages")
+}
+
+/// The kernel's stage once the commands of (list, stage) are through.
+pub(crate) fn reached(plan: &Plan, list: usize, stage: usize) -> u16 {
+    under_way(plan, list, stage) + u16::from(matches!(plan.lists[list].stages[stage].wait, Some(Wait::Conditions(_))))
 }

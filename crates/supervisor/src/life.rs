@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The life of a verb instance: start, suspend, resume, halt, delete. A call that the state does not allow changes nothing.
 use crate::core::{Core, DeviceState};
-use crate::instance::{Instance, Limits, RunningTime, State};
+use crate::instance::{Instance, Limits, RunningTime, State, reached};
 use crate::refuse::{invalid_state, refuse};
-use crate::sequence::{Builder, Movement};
+use crate::sequence::{Builder, Carried, Movement};
 use crate::stages::Verbatim;
 use indexmap::IndexMap;
 use kernel::{Op, SourceId};
-use model::configuration::Configuration;
-use model::plan::{CellKind, Claim, InputOrigin, Plan, PlannedCommand, Target};
+use model::configuration::{Configuration, SvvId};
+use model::plan::{Binding, CellKind, Claim, Due, InputOrigin, Plan, PlannedCommand, Target};
 use model::refusal::{Class, End, Refusal, Refusals};
 use model::types::Type;
 use model::value::Value;
@@ -32,7 +32,9 @@ impl Core {
         self.check_sources(instance)?;
         let stores = psi(&instance.plan, values, configuration)?;
         let (plan, name) = (instance.plan.clone(), instance.name.clone());
+        self.check_stores(id, &plan, &stores)?;
         self.claim_all(id, &plan, &name)?;
+        self.keep_stored(&plan, &stores);
         let mut movements: Vec<Movement> = self.take_over(id);
         let now_ns = self.host.now_ns();
         let overruns = self.overruns(id);
@@ -50,6 +52,9 @@ impl Core {
         instance.outputs.clear();
         instance.captured.clear();
         instance.halting = false;
+        instance.suspending = false;
+        instance.wait_until_ns = None;
+        instance.target = (instance.list, instance.stage);
         movements.extend(self.opening(id, &stores));
         self.log.add(now_ns, "start", &name, "");
         self.append_sequence(id, movements);
@@ -80,6 +85,27 @@ impl Core {
             }
         }
         Ok(())
+    }
+
+    /// No other instance has claimed an SVV that ψ stores into.
+    fn check_stores(&self, id: u64, plan: &Plan, stores: &[(Target, Vec<u8>)]) -> Result<(), Refusals> {
+        let holder = |svv: &SvvId, name: &str| self.claims.get(&Claim::Svv { id: *svv, name: name.to_owned() }).filter(|holder| **holder != id);
+        let held: Refusals = (stored_svvs(plan, stores))
+            .filter_map(|(svv, name, _)| Some((name, self.instances.get(holder(svv, name)?)?)))
+            .flat_map(|(name, holder)| refuse(Class::SecondWriter, format!("'{}' cannot store into SVV '{name}': it is written by '{}'", plan.verb, holder.name), format!("wait for '{}' or halt it", holder.name)))
+            .collect();
+        if held.is_empty() { Ok(()) } else { Err(held) }
+    }
+
+    /// What ψ stores into an SVV is its value for images that get it later.
+    fn keep_stored(&mut self, plan: &Plan, stores: &[(Target, Vec<u8>)]) {
+        let now_ns = self.host.now_ns();
+        for (_, name, bytes) in stored_svvs(plan, stores) {
+            if let Some(record) = self.svvs.get_mut(name) {
+                record.stored = bytes.to_vec();
+                record.stored_ns = now_ns;
+            }
+        }
     }
 
     /// Claims all that the verb can write, or nothing.
@@ -120,15 +146,25 @@ impl Core {
     /// The SVVs that the instance writes from now on belong to its sources: connections are made anew where the writer's source changes.
     fn take_over(&mut self, id: u64) -> Vec<Movement> {
         let instance = &self.instances[&id];
-        let written: Vec<(String, SourceId)> = (instance.plan.cells.iter())
-            .filter_map(|cell| match (&cell.kind, cell.writers.first()) {
-                (CellKind::Svv { name, .. }, Some((block, _))) => Some((name.clone(), instance.installed.block_source[*block])),
-                _ => None,
-            })
+        let mut written: Vec<(String, SourceId)> = Vec::new();
+        let mut stamps = Vec::new();
+        for cell in &instance.plan.cells {
+            if let (CellKind::Svv { name, .. }, Some((block, _))) = (&cell.kind, cell.writers.first()) {
+                written.push((name.clone(), instance.installed.block_source[*block]));
+                stamps.push(instance.installed.stamps[instance.plan.blocks[*block].activation].clone());
+            }
+        }
+        let home = |svv: &str| self.svvs.get(svv).and_then(|s| s.home);
+        let carried: Vec<Carried> = (written.iter())
+            .filter_map(|(svv, to)| Some(Carried { svv: svv.clone(), from: home(svv).filter(|from| from != to)?, to: *to }))
             .collect();
         let pairs = written.iter().flat_map(|(svv, source)| self.hand_over(svv, *source)).collect::<Vec<_>>();
-        let rows = self.remake_rows(&written);
-        let mut movements = self.reconnect(pairs);
+        let rows = self.remake_rows(&written, stamps);
+        let mut movements = Vec::new();
+        if !carried.is_empty() {
+            movements.extend([Movement::Carry(carried.clone()), Movement::Arrive(carried)]);
+        }
+        movements.extend(self.reconnect(pairs));
         if !rows.is_empty() {
             movements.push(Movement::Tables(rows));
         }
@@ -151,6 +187,9 @@ impl Core {
                 }
             }
         }
+        for (source, block, item, delay) in &instance.installed.delays {
+            self.begin_delay(&mut builder, instance, *source, (*block, *item), delay);
+        }
         for &source in &instance.installed.sources {
             builder.add(source, Op::StartClock(instance.installed.process.clone()));
         }
@@ -167,13 +206,26 @@ impl Core {
         builder.finish().into()
     }
 
+    /// The first value of a ratio input: that of the object it is bound to, as it is in its source.
+    fn begin_delay(&self, builder: &mut Builder, instance: &Instance, source: SourceId, port: (usize, usize), delay: &kernel::Cell) {
+        let bound = instance.plan.blocks[port.0].bindings.iter().find(|b| b.item == port.1);
+        let cells = match bound.map(|b| &b.binding) {
+            Some(Binding::Cell(cell)) => std::slice::from_ref(cell),
+            Some(Binding::Cells(list)) => list,
+            None => return,
+        };
+        let mut at = 0;
+        for from in cells.iter().filter_map(|cell| instance.installed.cell(*cell, source)) {
+            builder.add(source, Op::Copy(from.clone(), delay.part(at, from.len())));
+            at += from.len();
+        }
+    }
+
     /// The initial list of a device's own verb: what starts as a copy is copied after the leading executes, before the loop closes.
     fn open_device(&self, builder: &mut Builder, instance: &Instance, of: &Verbatim) {
         let (list, generation) = (instance.plan.initial, Some(instance.generation));
         let stage = &instance.plan.lists[list].stages[0];
-        let process = instance.installed.process.clone();
-        builder.add(instance.installed.sources[0], Op::Stage { process, stage: instance.kernel_stage(list, 0), generation });
-        builder.barrier();
+        of.open(builder, list, 0, generation);
         let leading = stage.commands.iter().take_while(|c| matches!(c, PlannedCommand::Execute(_) | PlannedCommand::Install(_))).count();
         for command in &stage.commands[..leading] {
             of.command(builder, command, generation);
@@ -191,7 +243,7 @@ impl Core {
         for command in &stage.commands[leading..] {
             of.command(builder, command, generation);
         }
-        builder.then(Movement::Entered { list, stage: 0 });
+        of.reach(builder, list, 0, generation);
     }
 
     /// One value of ψ, into every image that has its object.
@@ -223,32 +275,44 @@ impl Core {
         }
     }
 
-    /// Stops the blocks without synchronous inputs; running time stands still. It is suspended when the kernels have done it.
+    /// Stops the blocks without synchronous inputs; running time stands still. It is suspended when the kernels have done it; what is
+    /// under way in a command list is carried out first.
     pub fn suspend(&mut self, id: u64) -> Result<(), Refusals> {
-        let now_ns = self.host.now_ns();
         let instance = self.instance(id)?;
         if instance.state != State::Running || instance.ending.is_some() {
             return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "suspend", "only a running instance can be suspended"));
         }
-        let process = instance.installed.process.clone();
-        let generation = process.now().0;
-        if !process.claim(generation) {
-            return Ok(());
+        if instance.is_under_way() || !self.take_process(id, false) {
+            self.instances.get_mut(&id).expect("found above").suspending = true;
+        } else {
+            self.hold(id);
         }
+        Ok(())
+    }
+
+    /// Suspends an instance whose process was taken: intervals stop, what they drive runs dry, then what others drive stops.
+    pub fn hold(&mut self, id: u64) {
+        let now_ns = self.host.now_ns();
+        let Some(instance) = self.instances.get_mut(&id) else { return };
+        instance.suspending = false;
+        instance.running.hold(now_ns);
+        let (plan, installed) = (&instance.plan, &instance.installed);
+        let is_outside = |activation: usize| plan.activations[activation].blocks.iter().any(|b| !plan.blocks[*b].external_drivers.is_empty());
         let mut builder = Builder::default();
-        for (activation, _) in &instance.active {
-            if matches!(instance.plan.activations[*activation].due, model::plan::Due::Interval) {
-                builder.add(instance.installed.activation_source[*activation], Op::Off(instance.installed.activations[*activation].clone()));
+        for outside in [false, true] {
+            for (activation, _) in &instance.active {
+                let is_interval = matches!(plan.activations[*activation].due, Due::Interval);
+                if if outside { is_outside(*activation) && !is_interval } else { is_interval } {
+                    builder.add(installed.activation_source[*activation], Op::Off(installed.activations[*activation].clone()));
+                }
             }
+            builder.barrier();
         }
-        for &source in &instance.installed.sources {
-            builder.add(source, Op::StopClock(process.clone()));
+        for &source in &installed.sources {
+            builder.add(source, Op::StopClock(installed.process.clone()));
         }
         builder.then(Movement::Suspended);
-        let instance = self.instances.get_mut(&id).expect("found above");
-        instance.running.hold(now_ns);
         self.append_sequence(id, builder.finish());
-        Ok(())
     }
 
     /// Goes on where it stood.
@@ -261,21 +325,22 @@ impl Core {
         if let Some(reason) = &self.emergency {
             return Err(refuse(Class::EmergencyStopped, format!("cannot resume '{}': the emergency stop is latched ({reason})", instance.name), "remove the cause and call reset()"));
         }
+        if instance.is_under_way() {
+            return Ok(());
+        }
         let process = instance.installed.process.clone();
         let mut builder = Builder::default();
         for &source in &instance.installed.sources {
             builder.add(source, Op::ResumeClock(process.clone()));
         }
         builder.barrier();
-        let generation = process.now().0;
-        let stage = instance.kernel_stage(instance.list, instance.stage);
-        builder.add(instance.installed.sources[0], Op::Stage { process, stage, generation: Some(generation) });
+        let (stage, generation) = (reached(&instance.plan, instance.list, instance.stage), Some(instance.generation));
+        builder.add(instance.installed.sources[0], Op::Stage { process, stage, generation });
         for (activation, every) in &instance.active {
             builder.add(instance.installed.activation_source[*activation], Op::On(instance.installed.activations[*activation].clone(), *every));
         }
         builder.then(Movement::Resumed);
         let instance = self.instances.get_mut(&id).expect("found above");
-        instance.generation = generation;
         instance.running.go_on(now_ns);
         self.append_sequence(id, builder.finish());
         Ok(())
@@ -296,6 +361,9 @@ impl Core {
     /// New values of tunable input parameters of a running instance, as one publication between two firings.
     pub fn set(&mut self, id: u64, values: &IndexMap<String, Value>) -> Result<(), Refusals> {
         let instance = self.instance(id)?;
+        if !matches!(instance.state, State::Running | State::Suspended) || instance.ending.is_some() {
+            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "set a parameter of", "give the value at the next start"));
+        }
         let mut refusals = Vec::new();
         let mut stores = Vec::new();
         for (name, value) in values {
@@ -323,6 +391,23 @@ impl Core {
     pub fn overruns(&self, id: u64) -> u64 {
         self.instances[&id].installed.sources.iter().map(|s| self.host.statistics(*s).overruns).sum()
     }
+}
+
+/// The SVVs that ψ stores into, with their values.
+fn stored_svvs<'a>(plan: &'a Plan, stores: &'a [(Target, Vec<u8>)]) -> impl Iterator<Item = (&'a SvvId, &'a str, &'a [u8])> {
+    let parts = stores.iter().flat_map(|(target, bytes)| {
+        let cells = match target {
+            Target::Cell(cell) => std::slice::from_ref(cell),
+            Target::Cells(cells) => cells,
+            Target::Item { .. } | Target::Report { .. } => &[],
+        };
+        let len = bytes.len() / cells.len().max(1);
+        cells.iter().zip(bytes.chunks(len.max(1)))
+    });
+    parts.filter_map(|(cell, bytes)| match &plan.cells[*cell].kind {
+        CellKind::Svv { id, name } => Some((id, name.as_str(), bytes)),
+        _ => None,
+    })
 }
 
 /// The values of ψ: what was given, else the defaults; those of device parameters as they are now.

@@ -2,19 +2,21 @@
 //! Carrying sequences out: one movement after the other, each when the one before has been acknowledged.
 use crate::core::{Core, DeviceState, Purpose};
 use crate::instance::State;
-use crate::sequence::{Inlet, Movement};
+use crate::sequence::{Carried, Inlet, Movement};
 use crate::stages::Verbatim;
-use kernel::{Op, SourceId};
+use kernel::{Op, SourceId, Taken};
 use model::plan::Wait;
 
 impl Core {
-    /// Puts a new sequence in the place of what is left of the one before.
+    /// Puts a new sequence in the place of what is left of the one before, but for what the system needs of that.
     pub fn replace_sequence(&mut self, id: u64, movements: impl IntoIterator<Item = Movement>) {
         if let Some(instance) = self.instances.get_mut(&id) {
-            instance.sequence.clear();
+            instance.sequence.retain(Movement::is_structural);
             instance.sequence.extend(movements);
-            instance.outstanding = 0;
-            instance.epoch += 1;
+            if !instance.structural {
+                instance.outstanding = 0;
+                instance.epoch += 1;
+            }
         }
         self.proceed(id);
     }
@@ -34,6 +36,7 @@ impl Core {
                 return;
             }
             let Some(movement) = instance.sequence.pop_front() else { return };
+            instance.structural = movement.is_structural();
             self.carry_out(id, movement);
         }
     }
@@ -43,11 +46,16 @@ impl Core {
             Movement::Scripts(scripts) => self.send(id, scripts),
             Movement::Tables(sources) => self.swap_tables(id, sources),
             Movement::Inbound(inlets) => self.turn_to(id, inlets),
+            Movement::Carry(carried) => self.carry(id, &carried),
+            Movement::Arrive(carried) => self.arrive(id, &carried),
             Movement::CopyInitial => self.copy_initial(id),
             Movement::Ready => self.device_ready(id),
             Movement::Entered { list, stage } => self.entered(id, list, stage),
             Movement::Suspended => self.set_state(id, State::Suspended),
-            Movement::Resumed => self.set_state(id, State::Running),
+            Movement::Resumed => {
+                self.set_state(id, State::Running);
+                self.follow(id);
+            }
             Movement::Ended => self.ended(id),
         }
     }
@@ -127,54 +135,116 @@ impl Core {
 
     /// The stage is entered: its wait starts to count; a stage that is over at once leads on.
     pub fn entered(&mut self, id: u64, list: usize, stage: usize) {
+        self.is_in(id, list, stage);
+        let Some(instance) = self.instances.get(&id) else { return };
+        if instance.suspending && self.take_process(id, false) {
+            return self.hold(id);
+        }
+        self.follow(id);
+    }
+
+    /// Where the instance is now.
+    fn is_in(&mut self, id: u64, list: usize, stage: usize) {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let moved = instance.list != list;
         (instance.list, instance.stage) = (list, stage);
+        instance.target = (list, stage);
         let planned = &instance.plan.lists[list].stages[stage];
         instance.active = planned.active.clone();
-        let running_ns = instance.running.at(now_ns);
         instance.wait_until_ns = match planned.wait {
-            Some(Wait::Time(time_ns)) => Some(running_ns + time_ns),
+            Some(Wait::Time(time_ns)) => Some(instance.running.at(now_ns) + time_ns),
             _ => None,
         };
-        let idle = planned.active.is_empty();
-        let (next_stage, through) = (matches!(planned.wait, Some(Wait::Idle)) && idle, planned.wait.is_none() && idle);
         if moved {
             let (name, text) = (instance.name.clone(), format!("command list '{}'", instance.plan.lists[list].name));
             self.log.add(now_ns, "transition", &name, text);
         }
-        if next_stage {
-            self.go(id, list, stage + 1);
-        } else if through {
+    }
+
+    /// Goes on from a stage that is over at once.
+    fn follow(&mut self, id: u64) {
+        let now_ns = self.host.now_ns();
+        let Some(instance) = self.instances.get_mut(&id) else { return };
+        let planned = &instance.plan.lists[instance.list].stages[instance.stage];
+        if !planned.active.is_empty() || !matches!(planned.wait, None | Some(Wait::Idle)) {
+            return;
+        }
+        let is_through = planned.wait.is_none();
+        instance.entries = if instance.entries.0 == now_ns { (now_ns, instance.entries.1 + 1) } else { (now_ns, 1) };
+        if instance.entries.1 > ENTRIES_AN_INSTANT {
+            let message = format!("more than {ENTRIES_AN_INSTANT} stages in one instant: its command lists lead to each other without time passing; let one of them wait");
+            self.end_now(id, "fault", &message);
+        } else if is_through {
             self.end_by_name(id, "completed", String::new());
+        } else if self.take_process(id, false) {
+            let (list, stage) = (self.instances[&id].list, self.instances[&id].stage);
+            self.go(id, list, stage + 1);
         }
     }
 
-    /// What a reaction has done already is known here too.
-    pub fn reacted(&mut self, id: u64, kernel_stage: u16) {
-        let Some(instance) = self.instances.get(&id) else { return };
-        let (list, stage) = instance.list_stage(kernel_stage);
-        self.entered(id, list, stage);
+    /// Takes the process from the kernels: nothing moves it until a stage is entered, and the instance knows where it was. False
+    /// where a kernel was faster and its event is on the way (`insist`: a freeze is taken over, an end never).
+    pub fn take_process(&mut self, id: u64, insist: bool) -> bool {
+        let Some(instance) = self.instances.get_mut(&id) else { return false };
+        let (list, stage) = match instance.installed.process.take(instance.generation, insist) {
+            Taken::Late => return false,
+            Taken::Before => instance.target,
+            Taken::From(stage) => instance.list_stage(stage),
+        };
+        instance.generation += 1;
+        if (list, stage) != (instance.list, instance.stage) {
+            self.is_in(id, list, stage);
+        }
+        true
     }
 
-    /// The supervisor moves the instance to (list, stage). Its process is frozen, by the kernel or by a claim.
+    /// The supervisor moves the instance to (list, stage). Its process was taken.
     pub fn go(&mut self, id: u64, list: usize, stage: usize) {
         let devices = self.device_sources();
         let Some(instance) = self.instances.get_mut(&id) else { return };
-        let now = instance.installed.process.now().0;
         // Within a list it is the same process: conditions that came meanwhile still count.
-        let generation = if instance.list == list && stage > 0 {
-            instance.installed.process.claim(now);
-            instance.installed.process.now().0
-        } else {
-            instance.installed.process.claim(now);
-            instance.installed.process.now().0.max(now + 1)
-        };
-        instance.generation = generation;
+        instance.generation += u32::from(stage == 0);
+        instance.target = (list, stage);
         let mut builder = crate::sequence::Builder::default();
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
-        of.enter(&mut builder, &instance.active, list, stage, Some(generation));
+        // What scripts on their way still switch on goes off too.
+        let all: Vec<usize> = (0..instance.plan.activations.len()).collect();
+        of.enter(&mut builder, &all, list, stage, Some(instance.generation));
         self.replace_sequence(id, builder.finish());
     }
+
+    /// Captures the values that go to another source.
+    fn carry(&mut self, id: u64, carried: &[Carried]) {
+        let mut scripts: Vec<(SourceId, Vec<Op>)> = Vec::new();
+        for Carried { svv, from, .. } in carried {
+            let Some(cell) = self.svvs.get(svv).and_then(|s| s.cells.get(from)).cloned() else { continue };
+            match scripts.iter_mut().find(|(source, _)| source == from) {
+                Some((_, ops)) => ops.push(Op::Capture(vec![cell])),
+                None => scripts.push((*from, vec![Op::Capture(vec![cell])])),
+            }
+        }
+        self.send(id, scripts);
+    }
+
+    /// Stores the values that come from another source.
+    fn arrive(&mut self, id: u64, carried: &[Carried]) {
+        let Some(instance) = self.instances.get_mut(&id) else { return };
+        let mut captured = std::mem::take(&mut instance.captured);
+        let mut scripts: Vec<(SourceId, Vec<Op>)> = Vec::new();
+        for Carried { svv, from, to } in carried {
+            let Some(record) = self.svvs.get(svv) else { continue };
+            let Some((_, bytes)) = captured.iter_mut().find(|(source, _)| source == from) else { continue };
+            let value: Box<[u8]> = bytes.drain(..record.size.min(bytes.len())).collect();
+            let Some(cell) = record.cells.get(to).cloned() else { continue };
+            match scripts.iter_mut().find(|(source, _)| source == to) {
+                Some((_, ops)) => ops.push(Op::Store(cell, value)),
+                None => scripts.push((*to, vec![Op::Store(cell, value)])),
+            }
+        }
+        self.send(id, scripts);
+    }
 }
+
+/// More stages than these in one instant are a loop.
+const ENTRIES_AN_INSTANT: u32 = 10_000;

@@ -16,6 +16,10 @@ pub(crate) enum Movement {
     Tables(Vec<SourceId>),
     /// These inbound ends take the place of those of the same writer; then new tables for their sources.
     Inbound(Vec<Inlet>),
+    /// SVVs get a home in another source: their values are captured in the one before …
+    Carry(Vec<Carried>),
+    /// … and stored in the new one.
+    Arrive(Vec<Carried>),
     /// Sets the SVVs of a logical device that start as copies of others, from what the script before captured.
     CopyInitial,
     /// `gpac.ready()`: the device that this instance keeps going is enabled.
@@ -28,8 +32,25 @@ pub(crate) enum Movement {
     Ended,
 }
 
+impl Movement {
+    /// True for what the system needs whatever becomes of the instance: tables, connections, values of SVVs.
+    pub fn is_structural(&self) -> bool {
+        matches!(self, Movement::Tables(_) | Movement::Inbound(_) | Movement::Carry(_) | Movement::Arrive(_))
+    }
+}
+
+/// An SVV whose value goes from the image of one source to that of another.
+#[derive(Clone)]
+pub(crate) struct Carried {
+    pub svv: String,
+    pub from: SourceId,
+    pub to: SourceId,
+}
+
 /// The reading end of a connection, and where it goes.
 pub(crate) struct Inlet {
+    /// Counts the connections that were made: of a pair only the latest is taken.
+    pub serial: u64,
     pub reader: SourceId,
     pub writer: SourceId,
     /// `None`: the pair has no members left.

@@ -3,7 +3,7 @@
 //!
 //! A condition is answered by its kernel alone, in the same firing, where everything that the answer touches lies in the source
 //! that reported it; otherwise the process is frozen there and the supervisor carries on.
-use crate::instance::kernel_stage;
+use crate::instance::{reached, under_way};
 use crate::install::Installed;
 use crate::sequence::{Builder, Movement};
 use kernel::{Op, Response, Script, SourceId, Stage, Watch};
@@ -26,8 +26,11 @@ pub(crate) struct Verbatim<'a> {
     pub devices: &'a HashMap<String, (SourceId, Arc<kernel::Device>)>,
 }
 
-/// What is on: (activation, every).
-pub(crate) type Active = [(usize, u32)];
+/// Bytes of output values that a reaction may capture; an end with more is the supervisor's.
+const CAPTURED_MAX: usize = 64 * 1024;
+
+/// Conditions of a verb, and waits for others, that a kernel can remember.
+pub(crate) const REMEMBERED_MAX: usize = 64;
 
 impl Verbatim<'_> {
     /// What (block, item) leads to in (list, stage): a wait takes it first, else τ, else the end. `None`: nothing (it is no
@@ -48,19 +51,29 @@ impl Verbatim<'_> {
     pub fn stages(&self) -> Vec<Stage> {
         let mut stages = Vec::new();
         for (list, planned) in self.plan.lists.iter().enumerate() {
-            stages.extend((0..planned.stages.len()).map(|stage| Stage { watches: self.watches(list, stage) }));
+            for (stage, of) in planned.stages.iter().enumerate() {
+                let waits = matches!(of.wait, Some(Wait::Conditions(_)));
+                stages.push(Stage { watches: self.watches(list, stage, waits) });
+                stages.push(Stage { watches: if waits { self.watches(list, stage, false) } else { Vec::new() } });
+            }
         }
         stages
     }
 
-    fn watches(&self, list: usize, stage: usize) -> Vec<Watch> {
+    /// The watch table of a stage, while its commands are under way or when its wait is reached.
+    fn watches(&self, list: usize, stage: usize, under_way: bool) -> Vec<Watch> {
+        let awaited = match &self.plan.lists[list].stages[stage].wait {
+            Some(Wait::Conditions(waits)) if under_way => waits.as_slice(),
+            _ => &[],
+        };
+        let remembered = |watch: Watch, reported| if awaited.contains(&reported) { Watch { response: Response::Remember, ..watch } } else { watch };
         let mut watches = Vec::new();
         let mut seen = Vec::new();
         for (index, condition) in self.plan.conditions.iter().enumerate() {
             for &(block, item) in &condition.on {
                 if let Some(answer) = self.answer(list, stage, Some(index), Some((block, item))) {
                     seen.push((block, item));
-                    watches.push(self.watch(list, stage, index, condition.priority, (block, item), answer));
+                    watches.push(remembered(self.watch(list, stage, index, condition.priority, (block, item), answer), (block, item)));
                 }
             }
             if condition.name == "fault" && condition.on.is_empty() {
@@ -76,7 +89,7 @@ impl Verbatim<'_> {
             }
             let index = self.plan.conditions.len() + number;
             let watch = match self.answer(list, stage, None, Some((block, item))) {
-                Some(answer) => self.watch(list, stage, index, i32::MAX, (block, item), answer),
+                Some(answer) => remembered(self.watch(list, stage, index, i32::MAX, (block, item), answer), (block, item)),
                 None => Watch { block: Some(self.installed.blocks[block].id()), item: index_u8(item), condition: index_u16(index), priority: 0, response: Response::Remember },
             };
             watches.push(watch);
@@ -114,22 +127,26 @@ impl Verbatim<'_> {
     /// A reaction where all lies in `source`, else the supervisor is told.
     fn response(&self, list: usize, stage: usize, answer: Answer, condition: usize, source: Option<SourceId>) -> Response {
         let Some(source) = source else { return Response::Tell };
-        let active = &self.plan.lists[list].stages[stage].active;
+        let active: Vec<usize> = self.plan.lists[list].stages[stage].active.iter().map(|(a, _)| *a).collect();
         let mut builder = Builder::default();
         let next = match answer {
             Answer::Go(to, to_stage) => {
                 if self.ends_at_once(to, to_stage) {
                     return Response::Tell;
                 }
-                self.enter(&mut builder, active, to, to_stage, None);
-                Some(kernel_stage(self.plan, to, to_stage))
+                if to_stage == 0 {
+                    builder.add(source, Op::Forget);
+                }
+                self.enter(&mut builder, &active, to, to_stage, None);
+                Some(reached(self.plan, to, to_stage))
             }
             Answer::End => {
-                if active.iter().any(|(a, _)| self.installed.activation_source[*a] != source) {
+                let outputs = self.outputs_in(source, condition);
+                let captured: usize = outputs.iter().map(|o| self.output_len(*o)).sum();
+                if active.iter().any(|a| self.installed.activation_source[*a] != source) || captured > CAPTURED_MAX {
                     return Response::Tell;
                 }
                 self.stop_in(&mut builder, source);
-                let outputs = self.outputs_in(source, condition);
                 builder.add(source, Op::Capture(self.cells_of(&outputs)));
                 None
             }
@@ -147,24 +164,40 @@ impl Verbatim<'_> {
         idle || stage.commands.iter().any(|c| matches!(c, PlannedCommand::Ready))
     }
 
-    /// Operations that leave what is on and enter a stage: the abort, and the leading commands, in order. A block that is on in
-    /// both keeps its instance, state and phase. `generation`: the supervisor's, when it is the one that moves.
-    pub fn enter(&self, builder: &mut Builder, from: &Active, list: usize, stage: usize, generation: Option<u32>) {
+    /// Operations that leave what is on and enter a stage: the abort, and the commands, in order. A block that is on in
+    /// both keeps its instance, state and phase. `from`: activations that may be on. `generation`: the supervisor's, when it is
+    /// the one that moves.
+    pub fn enter(&self, builder: &mut Builder, from: &[usize], list: usize, stage: usize, generation: Option<u32>) {
         let planned = &self.plan.lists[list].stages[stage];
         let commanded = |a: usize| planned.commands.iter().any(|c| matches!(c, PlannedCommand::Off(off) if *off == a));
-        for (activation, every) in from {
-            if !planned.active.contains(&(*activation, *every)) && !commanded(*activation) {
+        for activation in from {
+            if !planned.active.iter().any(|(a, _)| a == activation) && !commanded(*activation) {
                 builder.add(self.installed.activation_source[*activation], Op::Off(self.installed.activations[*activation].clone()));
             }
         }
+        self.open(builder, list, stage, generation);
+        for command in &planned.commands {
+            self.command(builder, command, generation);
+        }
+        self.reach(builder, list, stage, generation);
+    }
+
+    /// The stage is entered, its commands follow.
+    pub fn open(&self, builder: &mut Builder, list: usize, stage: usize, generation: Option<u32>) {
         if let Some(generation) = generation {
             builder.barrier();
             let process = self.installed.process.clone();
-            builder.add(self.stage_source(list, stage), Op::Stage { process, stage: kernel_stage(self.plan, list, stage), generation: Some(generation) });
+            builder.add(self.stage_source(list, stage), Op::Stage { process, stage: under_way(self.plan, list, stage), generation: Some(generation) });
         }
         builder.barrier();
-        for command in &planned.commands {
-            self.command(builder, command, generation);
+    }
+
+    /// The commands of the stage are through: its wait is reached.
+    pub fn reach(&self, builder: &mut Builder, list: usize, stage: usize, generation: Option<u32>) {
+        let (from, to) = (under_way(self.plan, list, stage), reached(self.plan, list, stage));
+        if let (Some(generation), true) = (generation, from != to) {
+            builder.barrier();
+            builder.add(self.stage_source(list, stage), Op::Advance { process: self.installed.process.clone(), generation, from, to });
         }
         builder.then(Movement::Entered { list, stage });
     }

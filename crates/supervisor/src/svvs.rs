@@ -27,6 +27,10 @@ pub(crate) struct SvvRecord {
     pub writers: Vec<WriterRecord>,
     /// Instances with a port bound to it.
     pub bound: usize,
+    /// Number and time of its last value: of who wrote it last.
+    pub stamp: Option<Cell>,
+    /// Values that earlier rows held, oldest first: (number, time, bytes).
+    pub past: Vec<(u64, i64, Vec<u8>)>,
     /// Where its history comes from: the reader of its home's rows, and its offset in a row.
     pub rows: Option<(interconnect::RowsReader, usize)>,
 }
@@ -37,8 +41,6 @@ pub(crate) struct WriterRecord {
     pub instance: u64,
     pub source: SourceId,
     pub activation: Arc<Activation>,
-    /// Number and time of the last invocation, in the image.
-    pub stamp: Cell,
     pub block: kernel::BlockId,
 }
 

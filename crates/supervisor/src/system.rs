@@ -187,8 +187,12 @@ impl System {
             return;
         }
         let begun = Instant::now();
+        let late_ns = self.now_ns().saturating_add(WIND_DOWN_NS);
         while begun.elapsed() < CLOSE_MAX {
-            let waited = self.shared.wait_for(None, Duration::from_millis(50), |core| Ok(core.wind_down().then_some(())));
+            let waited = self.shared.wait_for(None, Duration::from_millis(50), |core| {
+                let is_late = core.host.now_ns() >= late_ns;
+                Ok(core.wind_down(is_late).then_some(()))
+            });
             if matches!(waited, Ok(Waited::Done(())) | Err(_)) {
                 break;
             }
@@ -211,6 +215,8 @@ impl Drop for System {
 
 /// Kernels answer a script within a firing; longer than this means that a processor does not run.
 const SETTLE_MAX: Duration = Duration::from_secs(5);
+/// How long the command lists that a halt at closing leads to may take, ns of the system's clock.
+const WIND_DOWN_NS: i64 = 2_000_000_000;
 /// How long an orderly close may take before the kernels are stopped all the same.
 const CLOSE_MAX: Duration = Duration::from_secs(5);
 
@@ -229,6 +235,7 @@ impl Shared {
         if self.closed.load(Ordering::Acquire) {
             return Err(refuse(Class::InvalidState, "the system is closed", "make a new one"));
         }
+        core.drain();
         let result = command(&mut core);
         core.drain();
         self.announce(&mut core);

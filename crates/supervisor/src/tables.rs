@@ -11,7 +11,7 @@ pub(crate) struct StepRecord {
     pub instance: u64,
     pub id: BlockId,
     pub block: Arc<Block>,
-    /// Copies before and behind the invocation: gathers, ratio delays; scatters.
+    /// Copies before and behind the invocation: gathers; scatters.
     pub before: Vec<(Cell, Cell)>,
     pub after: Vec<(Cell, Cell)>,
     pub activation: Arc<Activation>,
@@ -35,22 +35,12 @@ pub(crate) struct InletRecord {
     pub inbound: Arc<Inbound>,
 }
 
-/// The value before the newest of a ratio input whose writer sits in the same source.
-pub(crate) struct Delay {
-    pub instance: u64,
-    pub writer: BlockId,
-    pub from: Cell,
-    pub to: Cell,
-}
-
 /// Everything that the table of one source is made from.
 #[derive(Default)]
 pub(crate) struct SourceTable {
     pub steps: Vec<StepRecord>,
     pub outlets: Vec<Outlet>,
     pub inlets: Vec<InletRecord>,
-    /// Ratio delays: (reading instance, the cell that the writer stores to, where it is copied right before the writer runs).
-    pub delays: Vec<Delay>,
     pub devices: Vec<Arc<Device>>,
     pub rows: Option<(Vec<Cell>, Arc<kernel::connection::RowsEnd>)>,
 }
@@ -62,10 +52,8 @@ impl SourceTable {
         let mut steps: Vec<Step> = Vec::with_capacity(self.steps.len());
         for record in &self.steps {
             let step = |kind, drivers| Step { kind, activation: record.activation.clone(), process: record.process.clone(), drivers };
-            let delayed = self.delays.iter().filter(|d| d.writer == record.id).map(|d| (d.from.clone(), d.to.clone()));
-            let before: Vec<_> = record.before.iter().cloned().chain(delayed).collect();
-            if !before.is_empty() {
-                steps.push(step(StepKind::Copy(before), vec![]));
+            if !record.before.is_empty() {
+                steps.push(step(StepKind::Copy(record.before.clone()), vec![]));
             }
             let block_index = steps.len() as u32;
             index_of.insert(record.id, block_index);
@@ -88,8 +76,12 @@ impl Core {
         Op::Table(Box::new(self.tables[&source].build()))
     }
 
-    /// Puts the reading end of an asynchronous group in the place of the one before.
+    /// Puts the reading end of an asynchronous group in the place of the one before. One that a later connection of the pair has
+    /// overtaken is dropped.
     pub fn adopt(&mut self, inlet: Inlet) {
+        if self.latest.get(&(inlet.writer, inlet.reader)) != Some(&inlet.serial) {
+            return;
+        }
         let table = self.tables.get_mut(&inlet.reader).expect("a source has its table as long as the system lives");
         table.inlets.retain(|i| i.instance.is_some() || i.writer != inlet.writer);
         if let Some(inbound) = inlet.inbound {

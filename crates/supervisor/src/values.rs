@@ -31,8 +31,7 @@ impl Core {
             let svv = self.svvs.get(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;
             match svv.home.and_then(|home| Some((home, svv.cells.get(&home)?))) {
                 Some((home, cell)) => {
-                    let stamp = svv.writers.iter().filter(|w| w.source == home).map(|w| &w.stamp).next_back();
-                    by_source.entry(home).or_default().push((index, cell.clone(), stamp.cloned()));
+                    by_source.entry(home).or_default().push((index, cell.clone(), svv.stamp.clone()));
                 }
                 None => known.push((index, svv.stored.clone(), svv.stored_ns)),
             }
@@ -86,8 +85,15 @@ impl Core {
     }
 
     /// Makes the rows of the sources in which an SVV with history has got its home, or has been made.
-    pub fn remake_rows(&mut self, written: &[(String, SourceId)]) -> Vec<SourceId> {
-        let mut sources: Vec<SourceId> = written.iter().filter(|(name, source)| self.wants_rows(name, *source)).map(|(_, source)| *source).collect();
+    pub fn remake_rows(&mut self, written: &[(String, SourceId)], stamps: Vec<Cell>) -> Vec<SourceId> {
+        let mut sources = Vec::new();
+        for ((name, source), stamp) in written.iter().zip(stamps) {
+            let svv = self.svvs.get_mut(name).expect("the plan was made from the SVVs that exist");
+            let same = svv.stamp.replace(stamp.clone()).is_some_and(|before| before.is_same(&stamp));
+            if svv.history > 0 && !(same && svv.rows.is_some()) {
+                sources.push(*source);
+            }
+        }
         sources.sort();
         sources.dedup();
         for &source in &sources {
@@ -96,25 +102,20 @@ impl Core {
         sources
     }
 
-    fn wants_rows(&self, name: &str, source: SourceId) -> bool {
-        let svv = &self.svvs[name];
-        svv.history > 0 && svv.home == Some(source) && svv.rows.is_none()
-    }
-
     /// Rows of one source: for each SVV with history its stamp and its value.
     fn remake_rows_of(&mut self, source: SourceId) {
         let mut cells = Vec::new();
         let mut offsets = Vec::new();
         let (mut len, mut depth) = (0, 0);
         for (name, svv) in &self.svvs {
-            let Some(writer) = svv.writers.iter().rfind(|w| w.source == source) else { continue };
+            let Some(stamp) = &svv.stamp else { continue };
             if svv.history == 0 || svv.home != Some(source) {
                 continue;
             }
             offsets.push((name.clone(), len));
             let cell = svv.cells[&source].clone();
-            len += writer.stamp.len() + cell.len();
-            cells.push(writer.stamp.clone());
+            len += stamp.len() + cell.len();
+            cells.push(stamp.clone());
             cells.push(cell);
             depth = depth.max(svv.history as usize);
         }
@@ -123,7 +124,10 @@ impl Core {
             table.rows = Some((cells, RowsEnd::new(writer)));
         }
         for (name, offset) in offsets {
+            // What the rows before held is history all the same.
+            let past = self.history(&name, usize::MAX).unwrap_or_default();
             if let Some(svv) = self.svvs.get_mut(&name) {
+                svv.past = past;
                 svv.rows = Some((reader.clone(), offset));
             }
         }
@@ -136,7 +140,7 @@ impl Core {
             return Err(refuse(Class::ValueRefused, format!("SVV '{name}' has no history"), "declare one: cell.svv(…, history=100)"));
         }
         let Some((reader, offset)) = &svv.rows else { return Ok(Vec::new()) };
-        let mut values: Vec<(u64, i64, Vec<u8>)> = Vec::new();
+        let mut values = svv.past.clone();
         for row in reader.last(usize::MAX) {
             let mut rest = &row.bytes[*offset..];
             let (number, time_ns) = stamp(take(&mut rest, 16));

@@ -135,15 +135,15 @@ fn transitions_cycle_without_the_programming_system() {
                               "transitions": tau(&["one, a_done -> two", "two, b_done -> one"])});
             rig.define(two(&name, of, rest));
             let id = rig.instance(&name, placement);
+            let before = rig.logged("transition").len();
             rig.start_with(id, json!({"a_limit": 2.0, "b_limit": 3.0}));
             rig.advance(52);
-            let transitions = rig.logged("transition").len();
-            assert!((20..=21).contains(&transitions), "{transitions} in 52 ms: {placement:?}");
+            let transitions = rig.logged("transition").len() - before;
+            // Where a source that fires later in the instant goes on, a cycle takes a ms less.
+            assert!((20..=26).contains(&transitions), "{transitions} in 52 ms: {placement:?}");
             rig.system.halt(id).unwrap();
             assert_eq!(rig.wait(id).condition, "halted");
             rig.system.delete(id).unwrap();
-            let rig = Rig::new(Link::Memory);
-            rig.advance(1);
         }
     });
 }

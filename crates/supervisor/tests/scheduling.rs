@@ -259,5 +259,6 @@ fn an_instance_is_driven_by_the_svv_that_another_writes() {
         let rows = values(&seen(112));
         assert!(rows[0] > 149.0, "{rows:?}");
         assert!(rows.windows(2).all(|w| w[1] == w[0] + 1.0));
+        seen(111);
     });
 }

@@ -58,5 +58,6 @@ class Moved(Report):
     command_lists={"start": [execute("planner"), activate("generator", every="20 ms"), activate("near", every="20 ms")]},
     conditions={"arrived": on("near.done", returns=["position", "error", "duration"]), "time_limit": on(raises=MotionTimeout)},
 )
-def move(arm: Group[Joint], /, goal: Sequence[float] | np.ndarray, speed: float = 0.5, tolerance: float = 0.002) -> Moved:  # type: ignore[empty-body]
+def move(arm: Group[Joint], /, goal: Sequence[float] | np.ndarray, speed: float = 0.5, tolerance: float = 0.002) -> Moved:
     """Moves the joints of an arm so that all arrive together. goal: rad, one for each joint; speed: rad/s; tolerance: rad."""
+    ...

@@ -6,9 +6,9 @@ from __future__ import annotations
 import pytest
 
 import opengpac as gpac
-from rig import Rig
 from opengpac import activate
 from opengpac import library as lib
+from rig import Rig
 
 
 def test_r001_a_processor_runs_several_verbs_of_its_own(rig: Rig) -> None:

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import opengpac as gpac
-from rig import Rig
 from opengpac import _native, activate, execute
 from opengpac import library as lib
+from rig import Rig
 
 
 def chain(rig: Rig, name: str = "chain") -> gpac.Verb:
@@ -61,16 +61,17 @@ def test_r041_a_synchronous_input_is_served_once_for_each_value(rig: Rig) -> Non
 
 
 def test_r042_a_ratio_output_is_stored_on_every_nth_invocation(rig: Rig) -> None:
-    y = rig.cell.svv("y", history=100)
+    y, n = rig.cell.svv("y", history=100), rig.cell.svv("n", "int64_t")
     verb = gpac.Verb(
         "decimating",
-        blocks={"d": rig.block("ratio.every_fifth")},
-        instantiation_parameters={"y": "d.y"},
-        command_lists={"start": [activate("d", every="1 ms")]},
+        blocks={"d": rig.block("ratio.every_fifth"), "copy": rig.block("copy.copy")},
+        instantiation_parameters={"y": "copy.y", "n": "copy.n"},
+        cells={"c": ["d.y", "copy.u"]},
+        command_lists={"start": [activate("d", every="1 ms"), activate("copy")]},
     )
-    verb.on(rig.fast).asynch(y)
+    verb.on(rig.fast).asynch(y, n)
     rig.cell.advance("22 ms")
-    assert y.history[:]["value"].tolist() == [4, 9, 14, 19]
+    assert y.history[:]["value"].tolist() == [4, 9, 14, 19] and n.value == 4
 
 
 def test_r042_a_ratio_input_takes_its_writers_value_by_number(rig: Rig) -> None:

@@ -6,8 +6,8 @@ from __future__ import annotations
 import pytest
 
 import opengpac as gpac
-from rig import Rig
 from opengpac import activate, deactivate, execute, install, wait
+from rig import Rig
 
 
 def two_counters(rig: Rig, commands: list[gpac.Command], **changes: object) -> gpac.Verb:
@@ -90,7 +90,7 @@ def test_r064_a_process_installs_executes_and_waits(rig: Rig) -> None:
         [install("a", "b"), execute("a"), activate("b", every="1 ms"), wait("b.enough"), deactivate("b")],
         input_parameters={"limit": "b.enough"},
     )
-    report = verb.on(rig.fast)(a, b, limit=5)
+    report = verb.on(rig.fast)(a, b, limit=5, time_limit="1 s")
     assert report.condition == "completed" and (a.value, b.value) == (0, 5)
 
 
@@ -133,7 +133,7 @@ def test_r068_wait_ends_on_a_condition_or_when_nothing_is_active(rig: Rig) -> No
         [activate("a", every="1 ms"), wait("a.enough"), deactivate("a"), wait(), execute("b")],
         input_parameters={"limit": "a.enough"},
     )
-    report = verb.on(rig.fast)(a, b, limit=3)
+    report = verb.on(rig.fast)(a, b, limit=3, time_limit="1 s")
     assert report.condition == "completed" and (a.value, b.value) == (3, 0)
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 import opengpac as gpac
-from rig import Rig
 from opengpac import activate, execute, on, wait
 from opengpac import library as lib
+from rig import Rig
 
 
 def two_lists(rig: Rig, name: str = "two_lists", **changes: Any) -> gpac.Verb:

@@ -6,9 +6,9 @@ from __future__ import annotations
 import pytest
 
 import opengpac as gpac
-from rig import Rig
 from opengpac import activate, execute
 from opengpac import library as lib
+from rig import Rig
 
 
 @pytest.fixture

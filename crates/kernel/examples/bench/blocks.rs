@@ -212,3 +212,25 @@ impl Step for Seen {
         Outcome::Done
     }
 }
+
+/// CLOCK_MONOTONIC at time 0 of the host's clock.
+pub static LATE_FROM_NS: AtomicI64 = AtomicI64::new(0);
+
+/// Keeps how late each of its invocations is behind its release.
+#[derive(FunctionBlock)]
+pub struct Lateness {
+    /// 0
+    #[param(default = 0)]
+    _spare: u32,
+}
+
+impl Step for Lateness {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let place = MARKED.load(Ordering::Relaxed);
+        if let Some(mark) = MARKS.get(place as usize) {
+            mark.store(now_ns() - LATE_FROM_NS.load(Ordering::Relaxed) - invocation.now_ns, Ordering::Relaxed);
+        }
+        MARKED.store(place + 1, Ordering::Release);
+        Outcome::Done
+    }
+}

@@ -19,7 +19,10 @@ const PRIORITY: u8 = 60;
 pub fn rows(bench: &Bench) {
     if core() == 0 {
         let (what, note) = ("SVV to a source on another core, waking it".to_owned(), "not taken: this process has one core".to_owned());
-        return Line { row: "crossing", what, ours: String::new(), peer: String::new(), value: 0.0, shown: String::new(), bar: None, bar_text: "≤ 2 ×", note }.print();
+        return Line {
+            row: "crossing", what, ours: String::new(), peer: String::new(), value: 0.0, shown: String::new(), bar: None, bar_text: "≤ 2 ×", note
+        }
+        .print();
     }
     let mut turns = Vec::new();
     for round in 0..=bench.rounds {

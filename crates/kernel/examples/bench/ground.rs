@@ -13,6 +13,9 @@ const SOURCE_PRIORITY: u8 = 60;
 /// As the kernel sets it itself: nothing runs at a real-time priority without it.
 const RTTIME_MAX_US: u64 = 5_000_000;
 
+/// Longer than most bursts take.
+pub const BURST_NS: i64 = 8_000_000;
+
 /// The last core that this process may use.
 pub fn core() -> usize {
     static CORE: std::sync::OnceLock<usize> = std::sync::OnceLock::new();
@@ -73,8 +76,9 @@ impl Ground {
         for _ in 0..=firings {
             self.host.request(self.source);
         }
+        // A look at it takes the core from the source: there is none before it should be over.
         while LEFT.load(Ordering::Acquire) > 0 {
-            rest(200_000);
+            rest(BURST_NS);
         }
         while self.host.poll().is_some() {}
         (LAST_NS.load(Ordering::Relaxed) - FIRST_NS.load(Ordering::Relaxed)) as f64

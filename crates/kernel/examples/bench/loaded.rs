@@ -52,8 +52,8 @@ impl Loaded {
 
     /// The same work by hand: block i of `kinds` reads value `reads[i]` and writes value `writes[i]`.
     pub fn peer(&self, kinds: &[u8], reads: &[u32], writes: &[u32], values: usize) -> Peer<'_> {
-        // SAFETY: the arrays have one entry a block, and `kinds` is kept as long as the peer.
         let kinds: Box<[u8]> = kinds.into();
+        // SAFETY: the arrays have one entry a block, and `kinds` is kept as long as the peer.
         let peer = unsafe { (self.new)(kinds.len() as c_long, kinds.as_ptr(), reads.as_ptr(), writes.as_ptr(), values as c_long) };
         Peer { loaded: self, peer, _kinds: kinds }
     }

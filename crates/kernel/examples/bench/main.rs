@@ -11,6 +11,7 @@ mod crossing;
 mod dispatch;
 mod ground;
 mod install;
+mod jitter;
 mod loaded;
 mod reader;
 mod report;
@@ -32,7 +33,14 @@ fn main() {
     };
     let bench = Bench { loaded: Loaded::open(peer, blocks), rounds: rounds.parse().expect("ROUNDS is a number") };
     type Row = (&'static str, fn(&Bench));
-    let rows: [Row; 5] = [("dispatch", dispatch::rows), ("reader", reader::rows), ("transition", transition::rows), ("install", install::rows), ("crossing", crossing::rows)];
+    let rows: [Row; 6] = [
+        ("dispatch", dispatch::rows),
+        ("reader", reader::rows),
+        ("transition", transition::rows),
+        ("install", install::rows),
+        ("crossing", crossing::rows),
+        ("jitter", jitter::rows),
+    ];
     for (name, row) in rows {
         if only.is_empty() || only.iter().any(|wanted| wanted == name) {
             row(&bench);

@@ -25,7 +25,14 @@ impl Line<'_> {
         let bar = self.bar.map_or("null".to_owned(), |bar| bar.to_string());
         println!(
             "{{\"row\": {}, \"what\": {}, \"ours\": {}, \"peer\": {}, \"value\": {}, \"shown\": {}, \"bar\": {bar}, \"bar_text\": {}, \"note\": {}}}",
-            text(self.row), text(&self.what), text(&self.ours), text(&self.peer), self.value, text(&self.shown), text(self.bar_text), text(&self.note),
+            text(self.row),
+            text(&self.what),
+            text(&self.ours),
+            text(&self.peer),
+            self.value,
+            text(&self.shown),
+            text(self.bar_text),
+            text(&self.note),
         );
     }
 }
@@ -61,7 +68,7 @@ pub fn thousands(n: usize) -> String {
     let text = n.to_string();
     let mut grouped = String::new();
     for (index, digit) in text.chars().enumerate() {
-        if index > 0 && (text.len() - index) % 3 == 0 {
+        if index > 0 && (text.len() - index).is_multiple_of(3) {
             grouped.push(',');
         }
         grouped.push(digit);

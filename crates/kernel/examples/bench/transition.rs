@@ -4,7 +4,7 @@
 //! event to the supervisor, and the start of a firing.
 use crate::Bench;
 use crate::blocks::{Every, MARKED, MARKS, Marker, Watched};
-use crate::ground::{Ground, Image, image, interval, rest, single, step};
+use crate::ground::{BURST_NS, Ground, Image, image, interval, rest, single, step};
 use crate::report::{Line, median, thousands, time};
 use kernel::*;
 use opengpac::FunctionBlock;
@@ -100,7 +100,7 @@ fn burst(ground: &Ground) -> (Vec<f64>, Vec<f64>) {
         ground.host.request(ground.source);
     }
     while MARKED.load(Ordering::Acquire) < 2 * FIRINGS as u64 {
-        rest(200_000);
+        rest(BURST_NS);
     }
     while ground.host.poll().is_some() {}
     let mark = |place: usize| MARKS[place].load(Ordering::Relaxed);

@@ -4,6 +4,7 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 mod blocks;
 
+#[allow(unused_imports, reason = "each test file uses its part")]
 pub use blocks::{Row, seen};
 
 use indexmap::IndexMap;

@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rows that the kernel's example `bench` takes: it is built here, with the loops and blocks in C beside it."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from lines import Line
+
+ROOT = Path(__file__).resolve().parents[2]
+C = ROOT / "bench" / "c"
+# As a code module is compiled, and as a careful person compiles a loop that must give the same bits.
+FLAGS = ["-O2", "-fPIC", "-shared", "-ffp-contract=off", "-fno-fast-math", "-fno-math-errno"]
+
+
+def measure(group: str, rounds: int, processes: int = 1) -> Iterator[Line]:
+    """The lines of one group. Where code and memory lie is drawn anew for each process, and matters for a loop of nanoseconds: of
+    several processes each line is the one with the median value."""
+    if processes == 1:
+        yield from _once(group, rounds)
+        return
+    for lines in zip(*[list(_once(group, rounds)) for _ in range(processes)], strict=True):
+        yield sorted(lines, key=lambda line: line.value or 0.0)[processes // 2]
+
+
+def _once(group: str, rounds: int) -> Iterator[Line]:
+    program, peer, blocks = built()
+    with subprocess.Popen([program, peer, blocks, str(rounds), group], stdout=subprocess.PIPE, text=True) as running:
+        assert running.stdout is not None
+        for text in running.stdout:
+            fields = json.loads(text)
+            yield Line(**{**fields, "value": fields["value"] if fields["shown"] else None})
+    if running.returncode:
+        yield Line(group, "not taken", note=f"the kernel's benchmark ended with {running.returncode}")
+
+
+@functools.cache
+def built() -> tuple[str, str, str]:
+    """The example, the loops and the blocks."""
+    folder = Path(tempfile.mkdtemp(prefix="opengpac-bench-"))
+    peer, blocks = folder / "peer.so", folder / "blocks.so"
+    compiler = os.environ.get("CC", "cc")
+    subprocess.run([compiler, *FLAGS, C / "peer.c", "-o", peer, "-lm"], check=True)
+    subprocess.run(
+        [compiler, *FLAGS, "-fvisibility=hidden", "-I", ROOT / "crates/block/include", C / "blocks.c", "-o", blocks, "-lm"], check=True
+    )
+    command = ["cargo", "build", "--release", "--quiet", "-p", "kernel", "--example", "bench", "--message-format=json"]
+    messages = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
+    artifacts = [json.loads(message) for message in messages.splitlines()]
+    program = next(a["executable"] for a in artifacts if a.get("target", {}).get("name") == "bench" and a.get("executable"))
+    return program, str(peer), str(blocks)

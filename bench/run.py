@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The benchmarks: one table of ratios, taken in one run, with the bars of DESIGN.md section 5.
+
+    make bench                                     all of it, some minutes
+    .venv/bin/python bench/run.py --quick          fewer rounds, to see that it works
+    .venv/bin/python bench/run.py --only dispatch  one group, or several
+    .venv/bin/python bench/run.py --json FILE      also as JSON
+
+Everything is measured in turns (A B A B …) on the same core, at real-time priorities where the rights are given; of each round
+the ratio, of the rounds the median. A machine that does other things meanwhile shows in the figures: run it on a quiet one.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import lines
+from rows import jitter, kernel, planned, verbs, virtual_clock
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to measure."""
+
+    rounds: int
+    quick: bool
+
+
+GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
+    "dispatch": lambda options: kernel.measure("dispatch", options.rounds, 1 if options.quick else 5),
+    "reader": lambda options: kernel.measure("reader", options.rounds),
+    "transition": lambda options: kernel.measure("transition", options.rounds),
+    "install": lambda options: kernel.measure("install", options.rounds),
+    "plan": lambda options: planned.measure(options.quick),
+    "crossing": lambda options: kernel.measure("crossing", options.rounds),
+    "jitter": lambda options: jitter.measure(options.rounds, options.quick),
+    "verb": lambda options: verbs.measure(options.rounds, options.quick),
+    "virtual": lambda options: virtual_clock.measure(options.rounds),
+}
+
+
+def main() -> None:
+    options = arguments()
+    chosen = options.only or list(GROUPS)
+    settings = Options(rounds=2 if options.quick else 7, quick=options.quick)
+    print(machine())
+    print(lines.heading())
+    measured: list[lines.Line] = []
+    for group in chosen:
+        before = ""
+        for line in GROUPS[group](settings):
+            print(lines.row(line, before), flush=True)
+            before = line.row
+            measured.append(line)
+    verdicts = [line.verdict for line in measured]
+    held, missed, without = (verdicts.count(verdict) for verdict in ("holds", "misses", ""))
+    print(f"\n{held} bars hold, {missed} are missed, {without} rows have none or could not be taken")
+    if options.json:
+        report = {"machine": machine(), "lines": [line.as_dict() for line in measured]}
+        Path(options.json).write_text(json.dumps(report, indent=1, ensure_ascii=False) + "\n")
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n")[0])
+    parser.add_argument("--quick", action="store_true", help="fewer rounds, to see that it works")
+    parser.add_argument(
+        "--only", action="append", choices=list(GROUPS), metavar="NAME", help=f"one of {', '.join(GROUPS)}; may be repeated"
+    )
+    parser.add_argument("--json", metavar="FILE", help="also write the lines to a file")
+    return parser.parse_args()
+
+
+def machine() -> str:
+    """One line about where this was measured."""
+    cpu = next(
+        (text.split(":")[1].strip() for text in Path("/proc/cpuinfo").read_text().splitlines() if text.startswith("model name")), "?"
+    )
+    rights = "real-time rights" if jitter.may_run_in_real_time() else "no real-time rights: ordinary priorities throughout"
+    return f"{cpu}, {os.cpu_count()} cores, Linux {platform.release()}, load {os.getloadavg()[0]:.1f}, {rights}"
+
+
+if __name__ == "__main__":
+    main()

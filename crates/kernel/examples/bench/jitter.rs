@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Release jitter at 1 kHz beside `cyclictest`: from the release to the first block of the firing, against from the end of the
+//! sleep that was asked for to the return from it. The same core, priority and number of releases, in turns.
+use crate::Bench;
+use crate::blocks::{LATE_FROM_NS, Lateness, MARKED, MARKS, MARKS_MAX, now_ns};
+use crate::ground::{Ground, core, interval, rest, single, step};
+use crate::report::{Line, median, time};
+use kernel::*;
+use opengpac::FunctionBlock;
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+const RELEASES: usize = 2_000;
+const PERIOD_NS: u64 = 1_000_000;
+const PRIORITY: u8 = 80;
+
+pub fn rows(bench: &Bench) {
+    let mut turns = Vec::new();
+    for _ in 0..bench.rounds {
+        let ours = spread(by_kernel());
+        let Some(theirs) = by_cyclictest() else { return not_taken() };
+        turns.push((ours, spread(theirs)));
+    }
+    for (which, name) in ["median", "99 % of releases", "greatest"].into_iter().enumerate() {
+        let ratio = median(turns.iter().map(|(ours, theirs)| ours[which] / theirs[which]));
+        Line {
+            row: "jitter",
+            what: format!("release jitter at 1 kHz, {name}"),
+            ours: time(median(turns.iter().map(|turn| turn.0[which]))),
+            peer: format!("cyclictest: {}", time(median(turns.iter().map(|turn| turn.1[which])))),
+            value: ratio,
+            shown: format!("{ratio:.2} ×"),
+            // The greatest of some thousand is the machine's, not ours: shown, not judged.
+            bar: (which < 2).then_some(1.0),
+            bar_text: if which < 2 { "≤ 1 ×" } else { "" },
+            note: format!("{} rounds of {RELEASES} releases, to the body of the first block", turns.len()),
+        }
+        .print();
+    }
+}
+
+fn not_taken() {
+    let note = "not taken: cyclictest gave no samples".to_owned();
+    Line {
+        row: "jitter",
+        what: "release jitter at 1 kHz".into(),
+        ours: String::new(),
+        peer: String::new(),
+        value: 0.0,
+        shown: String::new(),
+        bar: None,
+        bar_text: "≤ 1 ×",
+        note,
+    }
+    .print();
+}
+
+/// Median, 99th percentile, greatest.
+fn spread(mut samples: Vec<f64>) -> [f64; 3] {
+    samples.sort_by(f64::total_cmp);
+    let at = |share: f64| samples[((samples.len() - 1) as f64 * share) as usize].max(1.0);
+    [at(0.5), at(0.99), at(1.0)]
+}
+
+fn by_kernel() -> Vec<f64> {
+    let ground = Ground::new();
+    let kind = SourceKind::Timer { period_ns: PERIOD_NS };
+    let spec = SourceSpec { rtp: 0, name: "timer".into(), kind, priority: PRIORITY, core: Some(core()), virtual_cost_ns: 0 };
+    let timer = ground.host.add_source(spec).expect("a thread can be made");
+    let (process, on) = (Process::new(1, 1), interval());
+    let table = Table::new(vec![step(Arc::new(single(1, Lateness::descriptor())), &on, &process, vec![])], vec![], vec![], vec![], None);
+    // Where the host's clock began, as exactly as two reads side by side say it.
+    let epoch_ns = (0..100).map(|_| now_ns() - ground.host.now_ns()).max().expect("there are a hundred");
+    LATE_FROM_NS.store(epoch_ns, Ordering::Release);
+    MARKED.store(0, Ordering::Release);
+    ground.carry_out(timer, vec![Op::Table(Box::new(table)), Op::StartClock(process), Op::On(on, 1)]);
+    while MARKED.load(Ordering::Acquire) < RELEASES as u64 {
+        rest(50_000_000);
+    }
+    (0..RELEASES.min(MARKS_MAX)).map(|place| MARKS[place].load(Ordering::Relaxed) as f64).collect()
+}
+
+/// One line a sample: `task: cycle: ns`. It must not keep the processor from sleeping, which the kernel does not either.
+fn by_cyclictest() -> Option<Vec<f64>> {
+    let number = |n: usize| n.to_string();
+    let output = Command::new("cyclictest")
+        .args(["--default-system", "-m", "-q", "-N", "-v", "-t1", "--policy=fifo", "-p"])
+        .args([number(PRIORITY.into()), "-i".into(), number(PERIOD_NS as usize / 1_000), "-l".into(), number(RELEASES), "-a".into(), number(core())])
+        .output()
+        .ok()?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let samples: Vec<f64> = text.lines().filter_map(|line| line.split(':').nth(2)?.trim().parse().ok()).collect();
+    (samples.len() >= RELEASES / 2).then_some(samples)
+}

@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Coordinated motion of the six joints of a UR5e: the example of the paper, on a simulated robot in real time.
+
+The arm is at its home position. It makes moves in the three ways in which a verb can be invoked, meets a force that it does
+not expect, recovers, and ends with a report and a plot. The exit code is 0 only if every move ended as it should.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+import opengpac as gpac
+from opengpac import activate, deactivate, execute, on, wait
+from opengpac import library as lib
+from opengpac.robots import Joint, Moved, move
+
+
+class UnexpectedForce(gpac.Terminated):
+    """The tool met a force above the limit; `value` is its magnitude in N."""
+
+
+@gpac.verb(
+    blocks={
+        "planner": lib.trajectory_planner,
+        "generator": lib.setpoint_generator,
+        "near": lib.in_position,
+        "sensor": lib.read_vector,
+        "guard": lib.force_guard,
+    },
+    objects={"arm": gpac.each(Joint)},
+    instantiation_parameters={
+        "arm.commanded": ["planner.start", "generator.setpoint"],
+        "arm.goal": ["planner.target", "near.goal"],
+        "arm.sensed": "near.sensed",
+        "force": "sensor.channel",
+    },
+    cells={
+        "coefficients": ["planner.coefficients", "generator.coefficients"],
+        "complete": ["generator.complete", "near.complete"],
+        "sensed_force": ["sensor.y", "guard.force"],
+    },
+    input_parameters={"goal": "planner.goal", "speed": "planner.speed", "force_max": "guard.above"},
+    output_values={"position": "near.sensed", "error": "near.error", "duration": "planner.duration"},
+    command_lists={
+        "start": [
+            activate("sensor", every="1 ms"),
+            activate("guard", every="1 ms"),
+            execute("planner"),
+            activate("generator", every="20 ms"),
+            activate("near", every="20 ms"),
+        ]
+    },
+    conditions={
+        "arrived": on("near.done", returns=["position", "error", "duration"]),
+        "force": on("guard.above", returns=["position"], raises=UnexpectedForce, priority=1),
+    },
+)
+def guarded_move(
+    arm: gpac.Group[Joint], /, force: gpac.Channel, goal: Sequence[float] | np.ndarray, speed: float = 0.5, force_max: float = 30.0
+) -> Moved:
+    """Moves the arm until it has arrived, or until the tool meets a force. goal: rad; speed: rad/s; force_max: N."""
+    ...
+
+
+@gpac.verb(
+    blocks={"write": lib.write_vector},
+    instantiation_parameters={"tool": "write.channel"},
+    input_parameters={"force": "write.u"},
+    modes={"write.u": "asynchronous"},
+    command_lists={"start": [wait("0.8 s"), activate("write", every="1 ms"), wait("0.3 s"), deactivate("write")]},
+)
+def push(tool: gpac.Channel, force: Sequence[float]) -> gpac.Report:
+    """Pushes the simulated tool, after a while and for a while. force: N, in the world frame."""
+    ...
+
+
+class Trace:
+    """What the joints were commanded and where they were, collected move by move."""
+
+    def __init__(self, arm: gpac.Group[Joint]) -> None:
+        self._arm = arm
+        self._last: dict[str, float] = {}
+        self._rows: dict[str, list[np.ndarray]] = {}
+
+    def collect(self) -> None:
+        """Takes what is new in the histories."""
+        for joint in self._arm:
+            for svv in (joint.sensed, joint.commanded):
+                rows = svv.history[:]
+                new = rows[rows["time"] > self._last.get(svv.name, -1.0)]
+                if len(new):
+                    self._last[svv.name] = float(new["time"][-1])
+                    self._rows.setdefault(svv.name, []).append(new)
+
+    def of(self, svv: gpac.SVV[float]) -> tuple[np.ndarray, np.ndarray]:
+        """Times (s) and values (rad)."""
+        rows = np.concatenate(self._rows[svv.name])
+        return rows["time"], rows["value"]
+
+    def tracking_error(self) -> np.ndarray:
+        """Greatest distance of each joint from its interpolated set-point, rad; the servo is one generator period behind."""
+        errors = []
+        for joint in self._arm:
+            times, sensed = self.of(joint.sensed)
+            set_times, commanded = self.of(joint.commanded)
+            inside = (times > set_times[0] + 0.02) & (times < set_times[-1])
+            errors.append(np.abs(sensed - np.interp(times - 0.02, set_times, commanded))[inside].max())
+        return np.array(errors)
+
+    def plot(self, file: Path) -> None:
+        """Commanded and sensed positions of all joints."""
+        import matplotlib
+
+        matplotlib.use("Agg")
+        import matplotlib.pyplot as plt
+
+        figure, axes = plt.subplots(len(self._arm), 1, sharex=True, figsize=(10, 2 * len(self._arm)), layout="constrained")
+        for axis, joint in zip(axes, self._arm, strict=True):
+            axis.step(*self.of(joint.commanded), where="post", label="commanded", linewidth=1)
+            axis.plot(*self.of(joint.sensed), label="sensed", linewidth=1, linestyle="--")
+            axis.set_ylabel(f"{joint.short_name}\n(rad)")
+        axes[0].legend(loc="upper right")
+        axes[-1].set_xlabel("time (s)")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(file, dpi=120)
+
+
+class Log:
+    """How each verb ended, and how it should have."""
+
+    def __init__(self, trace: Trace) -> None:
+        self._trace = trace
+        self.rows: list[tuple[str, str, str, str]] = []
+
+    def begin(self, what: str) -> None:
+        """Says what comes."""
+        print(f"  {len(self.rows) + 1}. {what} …", flush=True)
+
+    def end(self, what: str, report: gpac.Report, wanted: str, more: str = "") -> None:
+        """Notes an end."""
+        self._trace.collect()
+        self.rows.append((what, report.condition, wanted, f"{report.time:.2f} s{more}"))
+        print(f"     {report.condition} after {report.time:.2f} s{more}", flush=True)
+
+    @property
+    def as_wanted(self) -> bool:
+        """Whether every verb ended as it should."""
+        return all(condition == wanted for _, condition, wanted, _ in self.rows)
+
+
+def error_text(report: Moved) -> str:
+    """How far the worst joint is from its goal."""
+    return f", {report.error * 1e3:.3f} mrad from the goal"
+
+
+def perform(arm: gpac.Group[Joint], device: gpac.PhysicalDevice, slow: gpac.Source, fast: gpac.Source, log: Log) -> None:
+    """The moves."""
+    home = np.array(arm.values("home"))
+    motion = move.on(slow)
+
+    log.begin("home: a call that returns when the arm has arrived")
+    report = motion(arm, goal=home, speed=1.0, time_limit="10 s")
+    log.end("home", report, "arrived", error_text(report))
+
+    log.begin("reach: the same call, another goal")
+    report = motion(arm, goal=home + gpac.deg([40, 25, -30, -20, 15, 60]), speed=1.0, time_limit="10 s")
+    log.end("reach", report, "arrived", error_text(report))
+
+    log.begin("swing: started, and waited for later")
+    instance = motion.asynch(arm, goal=home + gpac.deg([-40, 10, -40, 30, -15, -60]), speed=1.2, time_limit="10 s")
+    print(f"     {instance.name} is {instance.state} while Python goes on", flush=True)
+    report = instance.wait()
+    log.end("swing", report, "arrived", error_text(report))
+
+    log.begin("circuit: one instance, started three times")
+    with motion.new_instance(arm) as circuit:
+        for offset in ([20, 0, 0, 0, 0, 30], [0, 15, -15, 0, 20, 0], [0, 0, 0, 0, 0, 0]):
+            report = circuit.start(home + gpac.deg(offset), 1.0, time_limit="10 s").wait()
+            log.end(f"circuit {offset}", report, "arrived", error_text(report))
+
+    log.begin("a guarded move that meets a force of 60 N")
+    guarded = guarded_move.on({"sensor": fast, "guard": fast, "*": slow})
+    goal = home + gpac.deg([60, 10, 10, 0, 0, 0])
+    instance = guarded.asynch(arm, device["tool.force"], goal, speed=0.5, time_limit="10 s")
+    pushing = push.on(fast).asynch(device["tool.push"], force=[0.0, 60.0, 0.0])
+    try:
+        report = instance.wait()
+        log.end("guarded move", report, "force")
+    except UnexpectedForce as error:
+        log.end("guarded move", error.report, "force", f", a force of {error.value:.0f} N, raised as {type(error).__name__}")
+    log.end("push", pushing.wait(), "completed")
+
+    log.begin("recovery: the same guarded move, and home")
+    report = guarded(arm, device["tool.force"], goal, speed=0.5, time_limit="10 s")
+    log.end("guarded move again", report, "arrived", error_text(report))
+    report = motion(arm, goal=home, speed=1.0, time_limit="10 s")
+    log.end("home", report, "arrived", error_text(report))
+
+
+def summary(cell: gpac.System, log: Log, trace: Trace, arm: gpac.Group[Joint]) -> None:
+    """The report at the end."""
+    print("\nHow each verb ended")
+    for what, condition, wanted, more in log.rows:
+        print(f"  {what:<34} {condition:<11} {'as it should' if condition == wanted else 'should be ' + wanted:<16} {more}")
+    print("\nGreatest tracking error (mrad)")
+    for joint, error in zip(arm, trace.tracking_error(), strict=True):
+        print(f"  {joint.short_name:<16} {error * 1e3:.3f}")
+    print("\nInterrupt sources")
+    for name, source in cell.statistics["sources"].items():
+        jitter = f"jitter median < {source['jitter_median_ns'] / 1e3:.1f} us, most {source['jitter_max_ns'] / 1e3:.1f} us"
+        print(f"  {name:<12} {source['firings']} firings, {jitter}, {source['overruns']} overruns")
+        if source["rights_missing"]:
+            print(f"  {'':<12} without real-time rights: {', '.join(source['rights_missing'])}")
+
+
+def main() -> int:
+    """Runs the program; 0 where every verb ended as it should."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--clock", choices=["monotonic", "virtual"], default="monotonic")
+    parser.add_argument("--output", type=Path, default=Path("out"), help="folder of the plot")
+    options = parser.parse_args()
+
+    with gpac.System("coordinated_motion", clock=options.clock) as cell:
+        rtp = cell.processor("rtp0", core=1 if (os.cpu_count() or 1) > 1 else None)
+        fast = rtp.timer("fast", period="1 ms", priority=80)
+        slow = rtp.timer("slow", period="20 ms", priority=60)
+        arm = gpac.robots.load("ur5e", rtp, on=fast)
+        trace = Trace(arm)
+        log = Log(trace)
+        print(f"UR5e in {options.clock} time: {', '.join(joint.short_name for joint in arm)}")
+        with arm.enabled():
+            perform(arm, cell.physical_devices["ur5e"], slow, fast, log)
+            summary(cell, log, trace, arm)
+        plot = options.output / "coordinated_motion.png"
+        trace.plot(plot)
+        print(f"\nPositions are drawn in {plot}")
+    print("All verbs ended as they should" if log.as_wanted else "A verb did not end as it should")
+    return 0 if log.as_wanted else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command `opengpac`, and the examples."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from opengpac.cli import main
+
+ROOT = Path(__file__).parent.parent.parent
+
+
+def test_blocks_are_listed_searched_and_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["blocks"]) == 0
+    assert "lowpass" in capsys.readouterr().out
+    assert main(["blocks", "search", "low-pass"]) == 0
+    assert capsys.readouterr().out.startswith("lowpass")
+    assert main(["blocks", "show", "lowpass"]) == 0
+    assert "smoothing factor" in capsys.readouterr().out
+    assert main(["blocks", "show", "lowpas"]) == 1
+    assert "did you mean 'lowpass'" in capsys.readouterr().err
+
+
+def test_a_new_block_builds_and_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "block", "twice"]) == 0
+    assert main(["new", "block", "twice"]) == 1, "it is not overwritten"
+    assert main(["new", "block", "Not a name"]) == 1
+    assert main(["build", "twice.c", "-o", str(tmp_path / "twice.so")]) == 0
+    assert (tmp_path / "twice.so").exists()
+    (tmp_path / "wrong.c").write_text('#include <opengpac.h>\nFUNCTION_BLOCK(wrong, "x", in(double, u, "u"))\n{ return missing; }\n')
+    capsys.readouterr()
+    assert main(["build", "wrong.c"]) == 1
+    assert "missing" in capsys.readouterr().err
+    assert main(["build", "nowhere.c"]) == 1
+
+
+PROGRAM = """
+import opengpac as gpac
+from opengpac import activate, library as lib
+with gpac.System("checked") as cell:
+    rtp = cell.processor("rtp0")
+    fast = rtp.timer("fast", period="1 ms", priority=80)
+    y = cell.svv("y", {type!r})
+    wave = gpac.Verb("wave", blocks={{"g": lib.signal_generator}}, instantiation_parameters={{"y": "g.y"}},
+                     output_values={{"last": "g.y"}}, command_lists={{"start": [activate("g", every="1 ms")]}})
+    wave.on(fast)(y)
+    print("went on")
+"""
+
+
+def test_check_runs_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    good, bad = tmp_path / "good.py", tmp_path / "bad.py"
+    good.write_text(PROGRAM.format(type="double"))
+    bad.write_text(PROGRAM.format(type="float"))
+    assert main(["check", str(good)]) == 0
+    assert "1 verb applications planned, 0 errors" in capsys.readouterr().out
+    assert main(["check", "-v", str(bad)]) == 1
+    captured = capsys.readouterr()
+    assert "TypeMismatch" in captured.err and "bad.py:" in captured.err and "went on" in captured.out
+
+
+def test_check_of_a_program_that_needs_a_run(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(ROOT / "examples" / "coordinated_motion.py")]) == 0
+    assert "0 errors" in capsys.readouterr().out
+
+
+def test_run_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program = tmp_path / "program.py"
+    program.write_text("import sys\nprint('argument', sys.argv[1])\n")
+    assert main(["run", str(program), "here"]) == 0
+    assert capsys.readouterr().out == "argument here\n"
+
+
+def test_the_coordinated_motion_ends_as_it_should(tmp_path: Path) -> None:
+    command = [sys.executable, str(ROOT / "examples" / "coordinated_motion.py"), "--clock", "virtual", "--output", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "All verbs ended as they should" in done.stdout
+    assert (tmp_path / "coordinated_motion.png").stat().st_size > 10_000
