@@ -54,7 +54,7 @@ def median(values: Iterable[float]) -> float:
     return statistics.median(values)
 
 
-WIDTHS = (54, 20, 34, 9, 16, 7)
+WIDTHS = (66, 15, 33, 7, 14, 6)
 HEADINGS = ("what", "OpenGPAC", "beside it", "result", "bar", "")
 
 

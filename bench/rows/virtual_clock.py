@@ -23,9 +23,17 @@ def measure(rounds: int) -> Iterator[Line]:
     speed = median([moved_s / took_s for moved_s, took_s in turns])
     moved, took = median([turn[0] for turn in turns]), median([turn[1] for turn in turns])
     yield Line(
-        "virtual", "coordinated motion of six joints, virtual clock", f"{digits(took)} s", f"real time: {digits(moved)} s", speed, f"{speed:.0f} ×",
-        20.0, "≥ 20 ×", "enable, five moves there and five back; physics at 1 kHz included", at_least=True,
-    )  # fmt: skip
+        "virtual",
+        "coordinated motion of six joints, virtual clock",
+        f"{digits(took)} s",
+        f"real time: {digits(moved)} s",
+        speed,
+        f"{speed:.0f} ×",
+        20.0,
+        "≥ 20 ×",
+        "enable, five moves there and five back; physics at 1 kHz included",
+        at_least=True,
+    )
 
 
 def _move() -> tuple[float, float]:

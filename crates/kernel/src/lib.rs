@@ -43,7 +43,7 @@ pub use event::{Event, Fault};
 pub use host::Host;
 pub use memory::{Cell, Extent};
 pub use process::{Process, Response, Stage, Taken, Watch};
-pub use schedule::{Activation, Due};
+pub use schedule::{Activation, Due, STAMP_LEN};
 pub use script::{Op, Script};
 pub use source::{SourceId, SourceKind, SourceSpec, Statistics};
 pub use table::{Rows, Step, StepKind, Table};

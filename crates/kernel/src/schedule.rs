@@ -51,8 +51,9 @@ pub(crate) struct State {
 }
 
 impl Activation {
-    /// An activation that is off. `stamp`: 16 bytes of the image that hold, after each due firing, the number of the last
-    /// invocation (u64) and its release time (i64): what the SVVs that its blocks write are stamped with.
+    /// An activation that is off. `stamp`: [`STAMP_LEN`] bytes of the image that hold, after each due firing, the number of the last
+    /// invocation (u64), its release time (i64) and the number at activation (u64): what the SVVs that its blocks write are
+    /// stamped with.
     pub fn new(due: Due, stamp: Option<Cell>) -> Arc<Activation> {
         Self::with_budget(due, stamp, None)
     }
@@ -61,7 +62,7 @@ impl Activation {
     /// longer. Without one: ten periods of the source and at least 100 ms (1 s under the virtual clock).
     pub fn with_budget(due: Due, stamp: Option<Cell>, budget_ns: Option<u64>) -> Arc<Activation> {
         if let Some(stamp) = &stamp {
-            assert!(stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number and a time");
+            assert!(stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number, a time, and the number at activation");
         }
         let members = match &due {
             Due::Queued { members, .. } => members.len(),
@@ -126,16 +127,18 @@ impl Activation {
     /// Writes the stamp.
     pub(crate) fn stamp(&self, number: u64, now_ns: i64) {
         if let Some(stamp) = &self.stamp {
-            // SAFETY: the stamp has 16 bytes (checked when it was made).
+            // SAFETY: the stamp has its length (checked when it was made), and the state is this kernel's.
             unsafe {
                 stamp.start().cast::<u64>().write_unaligned(number);
                 stamp.start().add(8).cast::<i64>().write_unaligned(now_ns);
+                stamp.start().add(16).cast::<u64>().write_unaligned((*self.state.get()).activated);
             }
         }
     }
 }
 
-const STAMP_LEN: usize = 16;
+/// Bytes of a stamp.
+pub const STAMP_LEN: usize = 24;
 
 /// True where a ratio output n is stored on the invocation that follows `phase` others since activation: on the nth, the 2nth, …
 /// as the entries of blocks do it.

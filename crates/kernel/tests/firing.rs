@@ -84,7 +84,7 @@ fn releases_that_a_long_firing_missed_consume_their_numbers() {
         this.y = this.y * 100 + invocation.number as i64;
         0
     });
-    let driven = Activation::new(Due::Driven { by: vec![(on.clone(), 1)] }, Some(Extent::new(16).cell(0, 16)));
+    let driven = Activation::new(Due::Driven { by: vec![(on.clone(), 1)] }, Some(Extent::new(STAMP_LEN).cell(0, STAMP_LEN)));
     let first = Arc::new(install(1, number, None, Some(&cells[0])));
     let second = Arc::new(install(2, number, None, Some(&cells[1])));
     let steps = vec![step(&first, &on, &process, &[]), step(&second, &driven, &process, &[0])];
@@ -100,7 +100,7 @@ fn a_ratio_driven_block_is_due_on_each_nth_invocation_and_stamped_so() {
     let host = virtual_host(1);
     let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
     let (cells, process, on) = (cells(2), Process::new(1, 1), interval());
-    let stamp = Extent::new(16).cell(0, 16);
+    let stamp = Extent::new(STAMP_LEN).cell(0, STAMP_LEN);
     let driven = Activation::new(Due::Driven { by: vec![(on.clone(), 3)] }, Some(stamp.clone()));
     let first = Arc::new(install(1, count(), None, Some(&cells[0])));
     let second = Arc::new(install(2, count(), None, Some(&cells[1])));

@@ -35,12 +35,14 @@ impl System {
         if let Some(core) = core.filter(|c| *c >= cores()) {
             return Err(refuse(Class::PlacementError, format!("processor '{name}' asks for core {core}, this machine has cores 0 to {}", cores() - 1), "give one of those, or leave it out"));
         }
-        let supervisors = &mut definitions.processors;
-        if supervisor || supervisors.is_empty() {
-            supervisors.values_mut().for_each(|p| p.supervisor = false);
+        if let Some((other, _)) = definitions.processors.iter().find(|(_, p)| supervisor && p.supervisor && p.asked) {
+            return Err(refuse(Class::InUse, format!("processor '{name}' cannot be the supervisor: '{other}' is"), "a system has one supervisor; leave supervisor= out"));
         }
         let first = definitions.processors.is_empty();
-        definitions.processors.insert(name.to_owned(), Processor { core, supervisor: supervisor || first });
+        if supervisor {
+            definitions.processors.values_mut().for_each(|p| p.supervisor = false);
+        }
+        definitions.processors.insert(name.to_owned(), Processor { core, supervisor: supervisor || first, asked: supervisor });
         definitions.configuration.processors.push(name.to_owned());
         Ok(())
     }
@@ -224,6 +226,7 @@ impl System {
                     writers: Vec::new(),
                     bound: 0,
                     stamp: None,
+                    ratio: 1,
                     past: Vec::new(),
                     rows: None,
                 },
@@ -352,6 +355,8 @@ impl System {
 pub(crate) struct Processor {
     pub core: Option<usize>,
     pub supervisor: bool,
+    /// It was named supervisor, and is not one only because it is the first.
+    pub asked: bool,
 }
 
 /// The shortest period of a timer.

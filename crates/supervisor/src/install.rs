@@ -43,9 +43,6 @@ impl Installed {
     }
 }
 
-/// Bytes of a stamp.
-const STAMP: usize = 16;
-
 /// Memory of one image while it is laid out.
 #[derive(Default)]
 struct Layout {
@@ -106,7 +103,7 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
     let places = lay_out(&site);
     let cells = make_cells(core, &site, &places);
     let stamps: Vec<Cell> = (0..plan.activations.len())
-        .map(|i| places.extents[&site.activation_source[i]].cell(places.stamps[i], STAMP))
+        .map(|i| places.extents[&site.activation_source[i]].cell(places.stamps[i], kernel::STAMP_LEN))
         .collect();
     let delays = delays(&site, &places);
     let queues = open(queues(core, plan, &site.block_source, &cells, &delays));
@@ -171,7 +168,7 @@ fn cell_sources(site: &Site, index: usize) -> Vec<SourceId> {
 fn lay_out(site: &Site) -> Places {
     let plan = site.plan;
     let mut layouts: HashMap<SourceId, Layout> = HashMap::new();
-    let stamps = site.activation_source.iter().map(|s| layouts.entry(*s).or_default().take(STAMP, 8)).collect();
+    let stamps = site.activation_source.iter().map(|s| layouts.entry(*s).or_default().take(kernel::STAMP_LEN, 8)).collect();
     let mut cells: Vec<Vec<(SourceId, usize)>> = vec![Vec::new(); plan.cells.len()];
     for (index, cell) in plan.cells.iter().enumerate() {
         if matches!(cell.kind, CellKind::Private { .. } | CellKind::Constant { .. }) {

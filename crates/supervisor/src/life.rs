@@ -8,6 +8,7 @@ use crate::stages::Verbatim;
 use indexmap::IndexMap;
 use kernel::{Op, SourceId};
 use model::configuration::{Configuration, SvvId};
+use model::interface::Mode;
 use model::plan::{Binding, CellKind, Claim, Due, InputOrigin, Plan, PlannedCommand, Target};
 use model::refusal::{Class, End, Refusal, Refusals};
 use model::types::Type;
@@ -149,9 +150,13 @@ impl Core {
         let mut written: Vec<(String, SourceId)> = Vec::new();
         let mut stamps = Vec::new();
         for cell in &instance.plan.cells {
-            if let (CellKind::Svv { name, .. }, Some((block, _))) = (&cell.kind, cell.writers.first()) {
+            if let (CellKind::Svv { name, .. }, Some((block, item))) = (&cell.kind, cell.writers.first()) {
                 written.push((name.clone(), instance.installed.block_source[*block]));
-                stamps.push(instance.installed.stamps[instance.plan.blocks[*block].activation].clone());
+                let ratio = match instance.installed.interfaces[*block].items[*item].mode {
+                    Mode::Ratio(n) => u64::from(n),
+                    _ => 1,
+                };
+                stamps.push((instance.installed.stamps[instance.plan.blocks[*block].activation].clone(), ratio));
             }
         }
         let home = |svv: &str| self.svvs.get(svv).and_then(|s| s.home);

@@ -11,10 +11,13 @@ use std::collections::BTreeMap;
 /// Rows kept beyond what a history asks for, so that a reader is not overtaken while it copies.
 const ROWS_SPARE: usize = 64;
 
+/// Index of an SVV in a snapshot, its bytes, and where a stamp follows, n of its writer's ratio output.
+type Asked = (usize, usize, Option<u64>);
+
 /// A snapshot that is under way.
 pub(crate) struct Snapshot {
-    /// For each source that was asked: the ticket, and (index of the SVV, bytes of it, whether a stamp follows).
-    pub asked: Vec<(u64, Vec<(usize, usize, bool)>)>,
+    /// For each source that was asked: the ticket, and what was asked for.
+    pub asked: Vec<(u64, Vec<Asked>)>,
     /// What needs no asking: (index, bytes, time).
     pub known: Vec<(usize, Vec<u8>, i64)>,
 }
@@ -25,13 +28,13 @@ pub type Reading = (Vec<u8>, u64, i64);
 impl Core {
     /// Asks the kernels for the present values of these SVVs: all of one source at one boundary.
     pub fn ask(&mut self, names: &[String]) -> Result<Snapshot, Refusals> {
-        let mut by_source: BTreeMap<SourceId, Vec<(usize, Cell, Option<Cell>)>> = BTreeMap::new();
+        let mut by_source: BTreeMap<SourceId, Vec<(usize, Cell, Option<(Cell, u64)>)>> = BTreeMap::new();
         let mut known = Vec::new();
         for (index, name) in names.iter().enumerate() {
             let svv = self.svvs.get(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;
             match svv.home.and_then(|home| Some((home, svv.cells.get(&home)?))) {
                 Some((home, cell)) => {
-                    by_source.entry(home).or_default().push((index, cell.clone(), svv.stamp.clone()));
+                    by_source.entry(home).or_default().push((index, cell.clone(), svv.stamp.clone().map(|stamp| (stamp, svv.ratio))));
                 }
                 None => known.push((index, svv.stored.clone(), svv.stored_ns)),
             }
@@ -39,8 +42,8 @@ impl Core {
         let mut asked = Vec::new();
         for (source, cells) in by_source {
             let ticket = self.fresh();
-            let layout = cells.iter().map(|(index, cell, stamp)| (*index, cell.len(), stamp.is_some())).collect();
-            let capture = cells.into_iter().flat_map(|(_, cell, stamp)| std::iter::once(cell).chain(stamp)).collect();
+            let layout = cells.iter().map(|(index, cell, stamp)| (*index, cell.len(), stamp.as_ref().map(|(_, ratio)| *ratio))).collect();
+            let capture = cells.into_iter().flat_map(|(_, cell, stamp)| std::iter::once(cell).chain(stamp.map(|(stamp, _)| stamp))).collect();
             self.submit(source, vec![Op::Capture(capture)], Purpose::Read { ticket });
             asked.push((ticket, layout));
         }
@@ -61,9 +64,12 @@ impl Core {
             let (at, bytes) = self.reads.remove(ticket)?;
             time_ns = time_ns.max(at);
             let mut rest = bytes.as_slice();
-            for (index, len, stamped) in layout {
+            for (index, len, ratio) in layout {
                 let value = take(&mut rest, *len);
-                let (number, stamp_ns) = if *stamped { stamp(take(&mut rest, 16)) } else { (0, at) };
+                let (number, stamp_ns) = ratio.map_or((0, at), |ratio| {
+                    let stamp = Stamp::of(take(&mut rest, kernel::STAMP_LEN));
+                    (stamp.stored(ratio), stamp.time_ns)
+                });
                 readings[*index] = (value.to_vec(), number, stamp_ns);
             }
         }
@@ -85,11 +91,12 @@ impl Core {
     }
 
     /// Makes the rows of the sources in which an SVV with history has got its home, or has been made.
-    pub fn remake_rows(&mut self, written: &[(String, SourceId)], stamps: Vec<Cell>) -> Vec<SourceId> {
+    pub fn remake_rows(&mut self, written: &[(String, SourceId)], stamps: Vec<(Cell, u64)>) -> Vec<SourceId> {
         let mut sources = Vec::new();
-        for ((name, source), stamp) in written.iter().zip(stamps) {
+        for ((name, source), (stamp, ratio)) in written.iter().zip(stamps) {
             let svv = self.svvs.get_mut(name).expect("the plan was made from the SVVs that exist");
             let same = svv.stamp.replace(stamp.clone()).is_some_and(|before| before.is_same(&stamp));
+            svv.ratio = ratio;
             if svv.history > 0 && !(same && svv.rows.is_some()) {
                 sources.push(*source);
             }
@@ -143,9 +150,10 @@ impl Core {
         let mut values = svv.past.clone();
         for row in reader.last(usize::MAX) {
             let mut rest = &row.bytes[*offset..];
-            let (number, time_ns) = stamp(take(&mut rest, 16));
+            let stamp = Stamp::of(take(&mut rest, kernel::STAMP_LEN));
+            let (number, time_ns) = (stamp.number, stamp.time_ns);
             let same = values.last().is_some_and(|(n, t, _)| (*n, *t) == (number, time_ns));
-            if time_ns > 0 && !same {
+            if time_ns > 0 && !same && stamp.stored(svv.ratio) == number {
                 values.push((number, time_ns, take(&mut rest, svv.size).to_vec()));
             }
         }
@@ -163,8 +171,22 @@ fn take<'a>(rest: &mut &'a [u8], len: usize) -> &'a [u8] {
     head
 }
 
-/// Number and time of a stamp.
-fn stamp(bytes: &[u8]) -> (u64, i64) {
-    let word = |at: usize| bytes.get(at..at + 8).and_then(|b| b.try_into().ok()).map_or(0, u64::from_le_bytes);
-    (word(0), word(8).cast_signed())
+/// What the kernel stamps an activation's values with.
+struct Stamp {
+    number: u64,
+    time_ns: i64,
+    activated: u64,
+}
+
+impl Stamp {
+    fn of(bytes: &[u8]) -> Stamp {
+        let word = |at: usize| bytes.get(at..at + 8).and_then(|b| b.try_into().ok()).map_or(0, u64::from_le_bytes);
+        Stamp { number: word(0), time_ns: word(8).cast_signed(), activated: word(16) }
+    }
+
+    /// Number of the last invocation that stored a ratio output n: those are n, 2n, … from activation.
+    fn stored(&self, n: u64) -> u64 {
+        let since = (self.number + 1).saturating_sub(self.activated);
+        self.number.saturating_sub(since % n.max(1))
+    }
 }

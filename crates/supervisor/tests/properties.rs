@@ -71,7 +71,7 @@ fn verbs() -> [Json; 3] {
     ]
 }
 
-const PLACES: [&[&str]; 3] = [&["*@rtp0.fast"], &["a@rtp0.fast", "p@rtp1.soft", "b@rtp1.other", "bad@rtp0.slow"], &["a@rtp0.slow", "p@rtp0.slow", "b@rtp0.fast", "bad@rtp1.other"]];
+const PLACES: [&[&str]; 3] = [&["*@rtp0.fast"], &["a@rtp0.fast", "p@rtp1.soft", "b@rtp1.other", "bad@rtp1.other"], &["a@rtp0.slow", "p@rtp0.slow", "b@rtp0.fast", "bad@rtp1.other"]];
 
 struct Model<'a> {
     rig: &'a Rig,
@@ -210,8 +210,32 @@ fn check(link: Link, calls: &[Call]) {
     model.close();
 }
 
+#[test]
+fn the_programs_of_these_properties_are_in_order_and_end_in_many_ways() {
+    let rig = Rig::new(Link::Memory);
+    rig.svvs(&["x", "y"]);
+    verbs().into_iter().for_each(|verb| rig.define(verb));
+    let mut ends = std::collections::BTreeSet::new();
+    for verb in ["waits", "faults", "executes"] {
+        for place in &PLACES[..2] {
+            let given: Vec<&str> = place.iter().copied().chain(["s=x"]).collect();
+            let id = rig.instance(verb, &given);
+            for (limit, time_limit_ms) in [(3.0, 1_000), (0.0, 3), (0.0, 1_000), (2.0, 7)] {
+                rig.try_start(id, json!({"limit": limit}), Limits { time_limit_ns: Some(time_limit_ms * MS), overruns: None }).unwrap();
+                rig.advance(30);
+                while rig.wait_for(id, 5).is_none() {
+                    rig.system.halt(id).unwrap();
+                }
+                let report = rig.wait(id);
+                ends.insert(format!("{verb}: {} in {}", report.condition, report.command_list));
+            }
+        }
+    }
+    assert!(ends.len() >= 6, "{ends:?}");
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, max_shrink_iters: 4_000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1_000, max_shrink_iters: 4_000, ..ProptestConfig::default() })]
 
     #[test]
     fn every_start_has_one_end_over_memory(calls in prop::collection::vec(call(), 1..80)) {

@@ -304,3 +304,17 @@ def test_r056_types_and_units_are_checked(rig: Rig) -> None:
 def test_r057_the_block_interface_has_no_synchronisation() -> None:
     header = _native.header_text()
     assert not any(word in header for word in ("mutex", "semaphore", "pthread"))
+
+
+def test_r042_the_history_of_a_ratio_output_has_what_was_stored(rig: Rig) -> None:
+    y = rig.cell.svv("y", history=100)
+    verb = gpac.Verb(
+        "decimating",
+        blocks={"d": rig.block("ratio.every_fifth")},
+        instantiation_parameters={"y": "d.y"},
+        command_lists={"start": [activate("d", every="1 ms")]},
+    )
+    verb.on(rig.fast).asynch(y)
+    rig.cell.advance("22 ms")
+    assert y.history[:]["value"].tolist() == [4, 9, 14, 19]
+    assert y.history[:]["number"].tolist() == [4, 9, 14, 19]

@@ -142,3 +142,12 @@ def test_r110_delete_frees_everything(rig: Rig) -> None:
     with pytest.raises(gpac.InvalidState, match="deleted"):
         vi.start()
     a.delete()
+
+
+def test_r102_a_second_supervisor_is_refused() -> None:
+    with gpac.System("two", clock="virtual") as cell:
+        cell.processor("rtp0")
+        cell.processor("rtp1", supervisor=True)
+        assert cell.names["supervisor"] == "rtp1"
+        with pytest.raises(gpac.InUse, match="rtp1"):
+            cell.processor("rtp2", supervisor=True)

@@ -283,6 +283,34 @@ impl Step for Drive {
     }
 }
 
+/// Writes where nothing is, in invocation `at`.
+#[derive(FunctionBlock)]
+pub struct Crash {
+    /// invocations
+    #[output]
+    y: f64,
+    /// in which invocation (from 0)
+    #[param(default = 3)]
+    at: u64,
+}
+
+impl Step for Crash {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        self.y += 1.0;
+        if invocation.number == self.at {
+            let nowhere = std::hint::black_box(16 as *mut u32);
+            // SAFETY: none; the fault is what the test is about, and the kernel contains it.
+            unsafe { nowhere.write_volatile(1) };
+        }
+        Outcome::Done
+    }
+}
+
+/// Blocks of a module of their own, which is not trusted after they crash.
+pub fn crashing() -> Vec<&'static Descriptor> {
+    vec![Crash::descriptor()]
+}
+
 pub fn all() -> Vec<&'static Descriptor> {
     vec![
         Count::descriptor(),

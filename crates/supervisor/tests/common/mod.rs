@@ -77,6 +77,7 @@ impl Rig {
         system.source("rtp0", "door", SourceKind::Trigger, 50, 0).unwrap();
         system.source("rtp1", "soft", SourceKind::Software, 40, 0).unwrap();
         system.enter("t", &blocks::all(), &[]).unwrap();
+        system.enter("crashing", &blocks::crashing(), &[]).unwrap();
         Rig { system }
     }
 

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Arrows point down only: each crate of the house knows those below it and none above.
+use serde_json::Value as Json;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+/// What each crate may know of the house.
+const HOUSE: &[(&str, &[&str])] = &[
+    ("opengpac-derive", &[]),
+    ("opengpac", &["opengpac-derive"]),
+    ("model", &[]),
+    ("interconnect", &[]),
+    ("kernel", &["opengpac", "interconnect"]),
+    ("drivers", &["kernel"]),
+    ("modules", &["opengpac"]),
+    ("library", &["opengpac"]),
+    ("supervisor", &["opengpac", "model", "interconnect", "kernel", "drivers", "modules", "library"]),
+    ("bindings", &["opengpac", "model", "interconnect", "kernel", "supervisor"]),
+];
+
+/// What some crates must not know of the world.
+const ABSENT: &[(&str, &[&str])] = &[
+    ("opengpac", &["serde", "serde_json", "libc", "libloading", "pyo3"]),
+    ("model", &["libc", "libloading", "pyo3", "rtrb", "tokio"]),
+    ("interconnect", &["serde", "serde_json", "pyo3"]),
+    ("kernel", &["serde", "serde_json", "pyo3", "libloading"]),
+    ("supervisor", &["pyo3"]),
+];
+
+/// The crates of the workspace, each with what it is built with (not what only its tests use).
+fn crates() -> BTreeMap<String, Vec<String>> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let cargo = Command::new(env!("CARGO")).args(["metadata", "--no-deps", "--offline", "--format-version", "1"]).current_dir(root).output().expect("cargo runs");
+    assert!(cargo.status.success(), "{}", String::from_utf8_lossy(&cargo.stderr));
+    let metadata: Json = serde_json::from_slice(&cargo.stdout).expect("metadata is JSON");
+    let built_with = |package: &Json| {
+        let dependencies = package["dependencies"].as_array().expect("a list").iter().filter(|d| d["kind"] != "dev");
+        dependencies.map(|d| d["name"].as_str().expect("a name").to_owned()).collect()
+    };
+    let packages = metadata["packages"].as_array().expect("a list");
+    packages.iter().map(|p| (p["name"].as_str().expect("a name").to_owned(), built_with(p))).collect()
+}
+
+#[test]
+fn arrows_point_down_only() {
+    let crates = crates();
+    let mut wrong = Vec::new();
+    for (name, dependencies) in &crates {
+        let Some((_, below)) = HOUSE.iter().find(|(of, _)| of == name) else {
+            wrong.push(format!("'{name}' has no place in the house: give it one here and in ARCHITECTURE.md"));
+            continue;
+        };
+        let up = dependencies.iter().filter(|d| crates.contains_key(*d) && !below.contains(&d.as_str()));
+        wrong.extend(up.map(|d| format!("'{name}' knows '{d}', which is not below it")));
+    }
+    assert_eq!(wrong, Vec::<String>::new());
+    assert!(HOUSE.iter().all(|(name, _)| crates.contains_key(*name)), "a crate of the house is gone: {:?}", crates.keys());
+}
+
+#[test]
+fn what_a_layer_must_not_know_is_absent() {
+    let crates = crates();
+    for (name, absent) in ABSENT {
+        let found: Vec<&String> = crates[*name].iter().filter(|d| absent.contains(&d.as_str())).collect();
+        assert!(found.is_empty(), "'{name}' is built with {found:?}");
+    }
+}
+
+/// Code lines of a crate that contain a word.
+fn lines_with(name: &str, words: &[&str]) -> Vec<String> {
+    fn scan(folder: &Path, words: &[&str], found: &mut Vec<String>) {
+        for entry in std::fs::read_dir(folder).expect("the sources are there") {
+            let path = entry.expect("a folder can be read").path();
+            if path.is_dir() {
+                scan(&path, words, found);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let text = std::fs::read_to_string(&path).expect("a source is text");
+                let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+                found.extend(code.filter(|line| words.iter().any(|word| line.contains(word))).map(|line| format!("{}: {line}", path.display())));
+            }
+        }
+    }
+    let mut found = Vec::new();
+    scan(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name).join("src"), words, &mut found);
+    found
+}
+
+#[test]
+fn the_kernel_knows_no_verb_file_or_text_format() {
+    assert_eq!(lines_with("kernel", &["std::fs", "std::net", "std::env", "Verb", "json", "python"]), Vec::<String>::new());
+}
+
+#[test]
+fn the_interconnect_has_no_clock_thread_or_file() {
+    assert_eq!(lines_with("interconnect", &["std::fs", "std::net", "std::env", "Instant::", "SystemTime", "thread::spawn", "thread::sleep"]), Vec::<String>::new());
+}
