@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import subprocess
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -107,3 +109,38 @@ def test_a_fault_may_have_a_transition(rig: Rig) -> None:
         transitions={("start", "fault"): "after"},
     ).on(rig.fast)(y, limit=3, time_limit="1 s")
     assert (report.condition, report.command_list, report.last) == ("enough", "after", 2)
+
+
+@pytest.fixture(scope="session")
+def rust_module() -> Path:
+    """The Rust module of the examples, built as its author would."""
+    root = Path(__file__).parent.parent.parent
+    target = root / "target" / "rust-module"
+    command = ["cargo", "build", "--release", "--quiet", "--manifest-path", str(root / "examples/rust-module/Cargo.toml"), "--target-dir", str(target)]
+    subprocess.run(command, check=True)
+    return target / "release" / "librust_module.so"
+
+
+def test_a_panic_in_a_rust_block_ends_its_verb_only(rig: Rig, rust_module: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    code = rig.cell.download(rust_module)
+    (good,) = rig.svvs("good")
+    b, y = rig.cell.svv("b", "int64_t", initial=2), rig.cell.svv("y", "int64_t")
+    rig.counting().on(rig.fast).asynch(good)
+    dividing = gpac.Verb(
+        "dividing",
+        blocks={"d": code.divide(a=12)},
+        instantiation_parameters={"b": "d.b", "y": "d.y"},
+        modes={"d.b": "asynchronous"},
+        command_lists={"start": [activate("d", every="1 ms")]},
+    )
+    vi = dividing.on(rig.fast).asynch(b, y)
+    rig.cell.advance("3 ms")
+    assert y.value == 6
+    b.value = 0
+    with pytest.raises(gpac.Terminated, match="panicked") as caught:
+        vi.wait()
+    assert (caught.value.condition, caught.value.block) == ("fault", "d")
+    before = good.value
+    rig.cell.advance("10 ms")
+    assert (good.value, y.value) == (before + 10, 6)
+    assert "panicked" not in capfd.readouterr().err, "a caught panic is silent"

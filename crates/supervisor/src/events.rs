@@ -70,6 +70,7 @@ impl Core {
         let label = block.map(|b| instance.plan.blocks[b].label.clone()).unwrap_or_default();
         let name = instance.plan.conditions.get(told.condition).map_or_else(|| "wait".to_owned(), |c| c.name.clone());
         let text = match &told.fault {
+            Some(fault) if block.is_none() => self.stopped_text(told.source, told.block, fault),
             Some(fault) => fault_text(instance, block, fault),
             None => format!("{name} (reported by '{label}')"),
         };
@@ -86,7 +87,7 @@ impl Core {
         }
         let value = self.reported_value(id, block, told.item, &told.value);
         let message = if told.fault.is_some() { text } else { String::new() };
-        let cause = Cause { condition: told.condition, block: Some(label), value, message, time_ns: told.time_ns, asked_for: false };
+        let cause = Cause { condition: told.condition, block: block.map(|_| label), value, message, time_ns: told.time_ns, asked_for: false };
         if told.ended {
             self.ended_by_kernel(id, told.source, cause, &told.captured);
         } else if let Some(stage) = told.stage {
@@ -147,16 +148,14 @@ impl Core {
     /// A source was stopped by a signal or a spent budget in a block: verbs with blocks there end; the module takes no new instance.
     fn stopped(&mut self, source: SourceId, block: BlockId, process: u64, fault: &Fault, time_ns: i64) {
         let name = self.source_name(source).to_owned();
-        let culprit = self.instances.get(&process).and_then(|i| i.installed.blocks.iter().position(|b| b.id() == block).map(|b| (i, b)));
-        let (text, module) = match culprit {
-            Some((instance, index)) => {
-                let module = instance.plan.blocks[index].block.split('.').next().unwrap_or("").to_owned();
-                (fault_text(instance, Some(index), fault), Some(module))
-            }
-            None => ("a block that is gone".to_owned(), None),
-        };
-        self.log.add(time_ns, "fault", &name, format!("source '{name}' stopped: {text}"));
-        if let Some(module) = module {
+        let stopped = self.stopped_text(source, block, fault);
+        self.log.add(time_ns, "fault", &name, stopped.clone());
+        let culprit = self.culprit(block).map(|(instance, index)| {
+            let module = instance.plan.blocks[index].block.split('.').next().unwrap_or("").to_owned();
+            (module, fault_text(instance, Some(index), fault))
+        });
+        let text = culprit.as_ref().map_or_else(String::new, |(_, text)| text.clone());
+        if let Some((module, text)) = culprit {
             self.poisoned.insert(module, format!("was stopped by a fault ({text})"));
         }
         let there: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.installed.sources.contains(&source)).map(|i| i.id).collect();
@@ -166,9 +165,20 @@ impl Core {
             if !self.take_process(id, true) {
                 continue;
             }
-            let message = if id == process && label.is_some() { text.clone() } else { format!("source '{name}' stopped: {text}") };
+            let message = if id == process && label.is_some() { text.clone() } else { stopped.clone() };
             self.end(id, Cause { condition, block: label, value: None, message, time_ns, asked_for: false });
         }
+    }
+
+    /// The instance that an installed block is of, and its index there.
+    fn culprit(&self, block: BlockId) -> Option<(&Instance, usize)> {
+        self.instances.values().find_map(|i| Some((i, i.installed.blocks.iter().position(|b| b.id() == block)?)))
+    }
+
+    /// A source that was stopped, in words.
+    fn stopped_text(&self, source: SourceId, block: BlockId, fault: &Fault) -> String {
+        let why = self.culprit(block).map_or_else(|| "a block that is gone".to_owned(), |(of, index)| format!("{}, of '{}'", fault_text(of, Some(index), fault), of.name));
+        format!("source '{}' stopped: {why}", self.source_name(source))
     }
 
     fn device_lost(&mut self, device: &str, message: &str, time_ns: i64) {

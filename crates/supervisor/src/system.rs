@@ -186,9 +186,11 @@ impl System {
         if self.shared.closed.swap(true, Ordering::AcqRel) {
             return;
         }
+        // Where the supervisor panicked there is nobody left to end anything: the kernels are stopped, devices are safe.
+        let is_orderly = !self.shared.core.is_poisoned();
         let begun = Instant::now();
         let late_ns = self.now_ns().saturating_add(WIND_DOWN_NS);
-        while begun.elapsed() < CLOSE_MAX {
+        while is_orderly && begun.elapsed() < CLOSE_MAX {
             let waited = self.shared.wait_for(None, Duration::from_millis(50), |core| {
                 let is_late = core.host.now_ns() >= late_ns;
                 Ok(core.wind_down(is_late).then_some(()))

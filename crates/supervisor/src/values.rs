@@ -68,7 +68,7 @@ impl Core {
                 let value = take(&mut rest, *len);
                 let (number, stamp_ns) = ratio.map_or((0, at), |ratio| {
                     let stamp = Stamp::of(take(&mut rest, kernel::STAMP_LEN));
-                    (stamp.stored(ratio), stamp.time_ns)
+                    (stamp.stored(ratio).unwrap_or(0), stamp.time_ns)
                 });
                 readings[*index] = (value.to_vec(), number, stamp_ns);
             }
@@ -153,7 +153,7 @@ impl Core {
             let stamp = Stamp::of(take(&mut rest, kernel::STAMP_LEN));
             let (number, time_ns) = (stamp.number, stamp.time_ns);
             let same = values.last().is_some_and(|(n, t, _)| (*n, *t) == (number, time_ns));
-            if time_ns > 0 && !same && stamp.stored(svv.ratio) == number {
+            if time_ns > 0 && !same && stamp.stored(svv.ratio) == Some(number) {
                 values.push((number, time_ns, take(&mut rest, svv.size).to_vec()));
             }
         }
@@ -184,9 +184,9 @@ impl Stamp {
         Stamp { number: word(0), time_ns: word(8).cast_signed(), activated: word(16) }
     }
 
-    /// Number of the last invocation that stored a ratio output n: those are n, 2n, … from activation.
-    fn stored(&self, n: u64) -> u64 {
+    /// Number of the last invocation that stored a ratio output n: those are n, 2n, … from activation. `None`: there was none.
+    fn stored(&self, n: u64) -> Option<u64> {
         let since = (self.number + 1).saturating_sub(self.activated);
-        self.number.saturating_sub(since % n.max(1))
+        (since >= n).then(|| self.number - since % n.max(1))
     }
 }
