@@ -18,7 +18,7 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
         Some(name) => name,
         None => text::snake(&ident.to_string()),
     };
-    let doc = text::first_sentence(&text::doc(&input.attrs));
+    let doc = text::description(&text::doc(&input.attrs));
     if doc.is_empty() {
         return Err(syn::Error::new(ident.span(), "a block has a description: write a doc comment above it whose first sentence says what it computes"));
     }

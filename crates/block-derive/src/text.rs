@@ -27,6 +27,16 @@ pub fn first_sentence(doc: &str) -> String {
     }
 }
 
+/// What a block's descriptor says of it: the first sentence, and on a line of its own what its fault codes mean, where the
+/// comment has it (`Faults: 1 a limit is not above 0; 2 a goal is out of range.`).
+pub fn description(doc: &str) -> String {
+    let first = first_sentence(doc);
+    match doc.find("Faults: ") {
+        Some(at) if at >= first.len() => format!("{first}\n{}", &doc[at..]),
+        _ => first,
+    }
+}
+
 /// `SetpointGenerator` → `setpoint_generator`.
 pub fn snake(name: &str) -> String {
     let mut snake = String::new();

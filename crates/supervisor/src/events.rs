@@ -276,7 +276,10 @@ fn fault_text(instance: &Instance, block: Option<usize>, fault: &Fault) -> Strin
     let of = block.map(|b| &instance.plan.blocks[b]);
     let what = of.map_or("a block".to_owned(), |b| format!("block '{}' ({})", b.label, b.block));
     match fault {
-        Fault::Returned(code) => format!("{what} returned fault {code}"),
+        Fault::Returned(code) => match block.and_then(|b| fault_meaning(&instance.installed.interfaces[b].doc, *code)) {
+            Some(meaning) => format!("{what}: {meaning} (fault {code})"),
+            None => format!("{what} returned fault {code}"),
+        },
         Fault::Panic => format!("{what} panicked"),
         Fault::NonFinite(item) => {
             let item = block.and_then(|b| item_name(instance, b, *item)).unwrap_or_default();
@@ -290,4 +293,10 @@ fn fault_text(instance: &Instance, block: Option<usize>, fault: &Fault) -> Strin
 /// Name of an item of an installed block.
 fn item_name(instance: &Instance, block: usize, item: u8) -> Option<String> {
     instance.installed.interfaces.get(block)?.items.get(usize::from(item)).map(|i| i.name.clone())
+}
+
+/// What a block's description says of a fault code: `Faults: 1 a limit is not above 0; 2 a goal is out of range.`
+fn fault_meaning(doc: &str, code: u32) -> Option<&str> {
+    let faults = doc.lines().find_map(|line| line.strip_prefix("Faults: "))?;
+    faults.split(';').find_map(|entry| entry.trim().strip_prefix(&format!("{code} "))).map(|meaning| meaning.trim_end_matches('.'))
 }

@@ -99,6 +99,13 @@ impl System {
         json!({ "name": module, "blocks": blocks, "types": definitions.catalog.modules.get(module) })
     }
 
+    /// DEBUG
+    pub fn debug(&self, id: u64) -> String {
+        let core = self.shared.locked();
+        let i = &core.instances[&id];
+        format!("state {:?} gen {} word {:?} list {} stage {} target {:?} outstanding {} seq {} structural {} ending {} suspending {} epoch {}", i.state, i.generation, i.installed.process.now(), i.list, i.stage, i.target, i.outstanding, i.sequence.len(), i.structural, i.ending.is_some(), i.suspending, i.epoch)
+    }
+
     /// Entries of the log from number `sequence` on.
     pub fn log_since(&self, sequence: u64) -> Vec<crate::log::Entry> {
         self.shared.locked().log.since(sequence)

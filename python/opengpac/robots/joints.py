@@ -79,7 +79,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     max_acceleration: float = parameter(5.0, unit="rad/s^2")
     max_jerk: float = parameter(50.0, unit="rad/s^3")
     max_effort: float = parameter(150.0, unit="N.m")
-    max_following_error: float = parameter(0.0, unit="rad")
+    max_following_error: float = parameter(0.1, unit="rad")
     kp: float = parameter(100.0, unit="N.m/rad", tunable=True)
     ki: float = parameter(0.0, unit="N.m/rad/s", tunable=True)
     kd: float = parameter(10.0, unit="N.m.s/rad", tunable=True)
