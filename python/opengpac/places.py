@@ -22,6 +22,11 @@ class Place(NamedTuple):
         return {"file": self.file, "line": self.line}
 
 
+def packaged(place: Place) -> bool:
+    """Whether that is a line of this package: then the line of your program that led there says more."""
+    return place.file.startswith(_PACKAGE)
+
+
 def _inside(file: str) -> bool:
     if file.startswith(_PACKAGE):
         # What `opengpac.robots` defines is a program of its own: an error in a definition is found there.

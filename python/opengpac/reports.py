@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from .errors import Terminated, did_you_mean
+from .places import here, packaged
 from .values import lively
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def terminated(report: Report, verb: Verb[..., Any]) -> Terminated:
     detail = f": {report.message}" if report.message else ""
     error = kind(
         f"verb instance '{report.instance}' ended with '{report.condition}'{value}{where} after {report.time:.6g} s{block}{detail}",
-        place=verb.place,
+        place=here() if packaged(verb.place) else verb.place,
     )
     error.verb, error.instance, error.condition = report.verb, report.instance, report.condition
     error.command_list, error.block, error.time = report.command_list, report.block, report.time

@@ -194,7 +194,8 @@ class System:
         if self.closed:
             return f"system '{self.name}': closed"
         names = self.names
-        parts = [f"{what.replace('_', ' ')}: {', '.join(_short(n) for n in found)}" for what, found in names.items() if found]
+        listed = {what: [found] if isinstance(found, str) else found for what, found in names.items() if found}
+        parts = [f"{what.replace('_', ' ')}: {', '.join(_short(n) for n in found)}" for what, found in listed.items()]
         clock = "virtual" if self.virtual else "monotonic"
         return "\n  ".join([f"system '{self.name}' ({clock} clock, {self.now:.6g} s)", *parts])
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Trial:
-    """What a block did: an array of values for each output, `conditions` as (invocation, name, value), `fault` or None."""
+    """What a block did: an array of values for each output, `conditions` as (invocation, name), `fault` or None."""
 
     def __init__(self, block: str, result: Mapping[str, Any]) -> None:
         outputs = result.get("outputs", result)
@@ -43,9 +43,17 @@ def _depth(item: Item) -> int:
     return item.type.count("[")
 
 
+def _shape(value: Any) -> tuple[int, ...]:
+    """The shape of a value. A struct's members have different shapes: it has none, and a list of structs is one an invocation."""
+    try:
+        return np.shape(value)
+    except ValueError:
+        return (len(value),) if isinstance(value, list) else ()
+
+
 def _series(item: Item, value: Any) -> tuple[Any, int]:
     """The value of an input as JSON, and how many invocations it covers: 0 for a constant."""
-    shape = np.shape(value)
+    shape = _shape(value)
     if len(shape) > _depth(item):
         return plain(value), shape[0]
     return plain(value), 0

@@ -116,7 +116,16 @@ def rust_module() -> Path:
     """The Rust module of the examples, built as its author would."""
     root = Path(__file__).parent.parent.parent
     target = root / "target" / "rust-module"
-    command = ["cargo", "build", "--release", "--quiet", "--manifest-path", str(root / "examples/rust-module/Cargo.toml"), "--target-dir", str(target)]
+    command = [
+        "cargo",
+        "build",
+        "--release",
+        "--quiet",
+        "--manifest-path",
+        str(root / "examples/rust-module/Cargo.toml"),
+        "--target-dir",
+        str(target),
+    ]
     subprocess.run(command, check=True)
     return target / "release" / "librust_module.so"
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -132,6 +134,7 @@ def test_everything_has_a_repr(rig: Rig) -> None:
     (a,) = rig.svvs("a", unit="m")
     assert "SVV a (double) = 0.0 m" in repr(a)
     assert "rtp0" in repr(rig.cell) and "fast" in repr(rig.rtp) and "0.001 s" in repr(rig.fast)
+    assert "supervisor: rtp0\n" in repr(rig.cell)
     assert "a > 1" in repr(a > 1) and not (a > 1)
     assert "output y" in repr(rig.block("count.count"))
     assert "<table>" in rig.counting("shown")._repr_html_()
@@ -149,6 +152,26 @@ def test_a_trial_needs_no_system() -> None:
     assert trial.y.tolist() == [0, 1] and trial.fault is None and [c[:2] for c in trial.conditions] == [(1, "limited")]
     with pytest.raises(AttributeError, match=r"did you mean|there is"):
         _ = trial.z
+
+
+def test_a_trial_takes_structs(memory_rig: Rig, tmp_path: Path) -> None:
+    source = tmp_path / "heading.c"
+    source.write_text(
+        '#include <opengpac.h>\nTYPE(pose, "Position and heading.", field(double[3], p), field(double, yaw));\n'
+        'FUNCTION_BLOCK(heading, "y = yaw.", in(pose, at, "pose"), out(double, y, "heading")) { self->y = self->at.yaw; return OK; }\n'
+    )
+    heading = memory_rig.cell.download(source).heading
+    assert heading.run(at=([1, 2, 3], 0.5)).y.tolist() == [0.5]
+    assert heading.run(at=[([1, 2, 3], 0.5), {"p": [0, 0, 0], "yaw": 0.25}]).y.tolist() == [0.5, 0.25]
+
+
+def test_an_end_of_a_verb_of_the_package_names_the_line_of_the_call(rig: Rig) -> None:
+    drive = rig.rtp.physical_device("drive", gpac.drivers.loopback("x"), exchange=rig.fast)
+    joint = gpac.robots.Joint("x", drive=drive["x"], on=rig.fast, kp=50.0, kd=0.0)
+    joint.enable()
+    with pytest.raises(gpac.robots.MotionTimeout) as caught:
+        gpac.robots.move.on(every={"generator": "10 ms", "near": "10 ms"})([joint], goal=[1.0], time_limit="0.1 s")  # type: ignore[arg-type]
+    assert caught.value.file == __file__
 
 
 @given(st.integers(min_value=1, max_value=10**6), st.sampled_from(["ns", "us", "ms", "s"]))

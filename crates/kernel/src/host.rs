@@ -104,7 +104,9 @@ impl Host {
         for op in &mut script.ops {
             match op {
                 Op::Table(table) => table.place(source, &sources),
-                Op::StartClock(process) | Op::StopClock(process) | Op::ResumeClock(process) | Op::Stage { process, .. } | Op::Advance { process, .. } => drop(process.prepare_time(source)),
+                Op::StartClock(process) | Op::StopClock(process) | Op::ResumeClock(process) | Op::Stage { process, .. } | Op::Advance { process, .. } => {
+                    process.prepare_time(source);
+                }
                 _ => {}
             }
         }
@@ -149,6 +151,19 @@ impl Host {
     pub fn park(&self, until_ns: Option<i64>) {
         if self.executor.is_none() {
             self.shared.supervisor.sleep(self.polled.load(Ordering::Acquire), until_ns.map(|until| (self.epoch_ns + until).max(0)));
+        }
+    }
+
+    /// How often the supervisor was rung for so far: read before `poll` and whatever else is looked at, and given to
+    /// [`Host::park_since`], so that nothing that comes meanwhile is slept through, whoever else polls.
+    pub fn rings(&self) -> u32 {
+        self.shared.supervisor.rings()
+    }
+
+    /// `park` for a supervisor that is not alone in polling: returns at once where it was rung for since `seen`.
+    pub fn park_since(&self, seen: u32, until_ns: Option<i64>) {
+        if self.executor.is_none() {
+            self.shared.supervisor.sleep(seen, until_ns.map(|until| (self.epoch_ns + until).max(0)));
         }
     }
 

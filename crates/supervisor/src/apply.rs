@@ -64,10 +64,10 @@ impl System {
 
     fn create_in(&self, definitions: &mut Definitions, application: &Application) -> Result<u64, Refusals> {
         let plan = Arc::new(definitions.plan(application)?);
-        if let Some(name) = &application.name {
-            if self.shared.locked().instances.values().any(|i| i.name == *name) {
-                return Err(refuse_at(Class::InUse, format!("there is a verb instance '{name}' already"), "give it another name", application.place.clone()));
-            }
+        if let Some(name) = &application.name
+            && self.shared.locked().instances.values().any(|i| i.name == *name)
+        {
+            return Err(refuse_at(Class::InUse, format!("there is a verb instance '{name}' already"), "give it another name", application.place.clone()));
         }
         let catalog = &definitions.catalog;
         let (id, name) = self.shared.command(|core| {
@@ -99,7 +99,12 @@ impl System {
             return Err(unknown("device type", &request.device_type, definitions.configuration.device_types.keys().map(String::as_str)));
         };
         if definitions.configuration.logical_devices.contains_key(name) {
-            return Err(refuse_at(Class::InUse, format!("there is a logical device '{name}' already"), "give it another name, or delete that one first", place));
+            return Err(refuse_at(
+                Class::InUse,
+                format!("there is a logical device '{name}' already"),
+                "give it another name, or delete that one first",
+                place,
+            ));
         }
         let parameters = device_parameters(&of, &request.parameters)?;
         let (mut svvs, mut copies) = (IndexMap::new(), Vec::new());
@@ -140,7 +145,13 @@ impl System {
     }
 
     /// The instance of a new device's own verb.
-    fn own_verb(&self, definitions: &mut Definitions, name: &str, of: &model::definition::DeviceType, request: &DeviceRequest) -> Result<Option<u64>, Refusals> {
+    fn own_verb(
+        &self,
+        definitions: &mut Definitions,
+        name: &str,
+        of: &model::definition::DeviceType,
+        request: &DeviceRequest,
+    ) -> Result<Option<u64>, Refusals> {
         let Some(verb) = &of.verb else { return Ok(None) };
         let placement = request.source.iter().map(|source| ("*".to_owned(), source.clone())).collect();
         let application = Application {
@@ -247,7 +258,11 @@ impl System {
         let Some(record) = definitions.configuration.logical_devices.get(device) else {
             return Err(unknown("logical device", device, definitions.configuration.logical_devices.keys().map(String::as_str)));
         };
-        record.parameters.get(parameter).cloned().ok_or_else(|| unknown(&format!("parameter of '{device}' named"), parameter, record.parameters.keys().map(String::as_str)))
+        record
+            .parameters
+            .get(parameter)
+            .cloned()
+            .ok_or_else(|| unknown(&format!("parameter of '{device}' named"), parameter, record.parameters.keys().map(String::as_str)))
     }
 }
 
@@ -274,7 +289,9 @@ fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model
     match (default, value) {
         (Value::Number(_) | Value::Integer(_) | Value::Text(_), Value::Text(text)) => model::quantity::number_in(text, unit).map(Value::Number),
         (Value::Number(_), Value::Integer(i)) => Ok(Value::Number(*i as f64)),
-        (Value::Number(_), Value::Number(_)) | (Value::Integer(_), Value::Integer(_)) | (Value::Bool(_), Value::Bool(_)) | (Value::List(_), Value::List(_)) => Ok(value.clone()),
+        (Value::Number(_), Value::Number(_)) | (Value::Integer(_), Value::Integer(_)) | (Value::Bool(_), Value::Bool(_)) | (Value::List(_), Value::List(_)) => {
+            Ok(value.clone())
+        }
         (Value::Integer(_), Value::Number(_)) | (Value::Text(_), Value::Number(_) | Value::Integer(_)) => Ok(value.clone()),
         (Value::Record(_), Value::Record(_)) => Ok(value.clone()),
         _ => Err(model::refusal::Refusal::new(Class::ValueRefused, format!("{value:?} is not of the kind of its default {default:?}"))),
@@ -304,10 +321,10 @@ fn enter_writers(definitions: &mut Definitions, plan: &Plan, instance: &str, pla
 
 fn leave_writers(definitions: &mut Definitions, plan: &Plan, instance: &str) {
     for cell in plan.cells.iter().filter(|c| !c.writers.is_empty()) {
-        if let CellKind::Svv { name, .. } = &cell.kind {
-            if let Some(writers) = definitions.configuration.writers.get_mut(name) {
-                writers.retain(|w| w.instance != instance);
-            }
+        if let CellKind::Svv { name, .. } = &cell.kind
+            && let Some(writers) = definitions.configuration.writers.get_mut(name)
+        {
+            writers.retain(|w| w.instance != instance);
         }
     }
 }

@@ -8,11 +8,11 @@ use crate::system::System;
 use crate::tables::SourceTable;
 use indexmap::IndexMap;
 use kernel::{Direction, Op, SourceSpec};
-use model::{CheckedVerb, check_graph};
 use model::configuration::{Channel, PhysicalDevice, Source, SourceKind, Svv, SvvId};
 use model::definition::{DeviceType, Graph, Initial, SvvSpecification, Verb};
 use model::refusal::{Class, Place, Refusals};
 use model::types::Type;
+use model::{CheckedVerb, check_graph};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -33,10 +33,18 @@ impl System {
             return Err(refuse(Class::InUse, format!("there is a processor '{name}' already"), "give it another name"));
         }
         if let Some(core) = core.filter(|c| *c >= cores()) {
-            return Err(refuse(Class::PlacementError, format!("processor '{name}' asks for core {core}, this machine has cores 0 to {}", cores() - 1), "give one of those, or leave it out"));
+            return Err(refuse(
+                Class::PlacementError,
+                format!("processor '{name}' asks for core {core}, this machine has cores 0 to {}", cores() - 1),
+                "give one of those, or leave it out",
+            ));
         }
         if let Some((other, _)) = definitions.processors.iter().find(|(_, p)| supervisor && p.supervisor && p.asked) {
-            return Err(refuse(Class::InUse, format!("processor '{name}' cannot be the supervisor: '{other}' is"), "a system has one supervisor; leave supervisor= out"));
+            return Err(refuse(
+                Class::InUse,
+                format!("processor '{name}' cannot be the supervisor: '{other}' is"),
+                "a system has one supervisor; leave supervisor= out",
+            ));
         }
         let first = definitions.processors.is_empty();
         if supervisor {
@@ -74,7 +82,11 @@ impl System {
             core: definitions.processors[rtp].core,
             virtual_cost_ns,
         };
-        let id = self.shared.host.add_source(spec).map_err(|why| refuse(Class::InvalidState, format!("cannot start source '{full}': {why}"), "close other programs and try again"))?;
+        let id = self
+            .shared
+            .host
+            .add_source(spec)
+            .map_err(|why| refuse(Class::InvalidState, format!("cannot start source '{full}': {why}"), "close other programs and try again"))?;
         self.shared.command(|core| {
             core.sources.insert(full.clone(), id);
             core.tables.insert(id, SourceTable::default());
@@ -89,7 +101,9 @@ impl System {
         let definitions = self.shared.definitions();
         match definitions.configuration.sources.get(source) {
             None => Err(unknown("source", source, definitions.configuration.sources.keys().map(String::as_str))),
-            Some(Source { kind: SourceKind::Timer { .. }, .. }) => Err(refuse(Class::InvalidState, format!("source '{source}' is a timer"), "only triggers and software sources can be requested")),
+            Some(Source { kind: SourceKind::Timer { .. }, .. }) => {
+                Err(refuse(Class::InvalidState, format!("source '{source}' is a timer"), "only triggers and software sources can be requested"))
+            }
             Some(_) => self.shared.command(|core| {
                 core.host.request(core.sources[source]);
                 Ok(())
@@ -98,7 +112,15 @@ impl System {
     }
 
     /// Opens a physical device. Returns its channels and what the driver says of itself (JSON).
-    pub fn physical_device(&self, processor: &str, name: &str, kind: &str, options: &serde_json::Value, source: &str, place: Option<Place>) -> Result<serde_json::Value, Refusals> {
+    pub fn physical_device(
+        &self,
+        processor: &str,
+        name: &str,
+        kind: &str,
+        options: &serde_json::Value,
+        source: &str,
+        place: Option<Place>,
+    ) -> Result<serde_json::Value, Refusals> {
         let mut definitions = self.shared.definitions();
         let configuration = &definitions.configuration;
         if configuration.devices.contains_key(name) {
@@ -107,11 +129,17 @@ impl System {
         match configuration.sources.get(source) {
             None => return Err(unknown("source", source, configuration.sources.keys().map(String::as_str))),
             Some(s) if s.processor != processor => {
-                return Err(refuse_at(Class::PlacementError, format!("device '{name}' of processor '{processor}' cannot be exchanged by source '{source}'"), format!("name a source of '{processor}'"), place));
+                return Err(refuse_at(
+                    Class::PlacementError,
+                    format!("device '{name}' of processor '{processor}' cannot be exchanged by source '{source}'"),
+                    format!("name a source of '{processor}'"),
+                    place,
+                ));
             }
             Some(_) => {}
         }
-        let (driver, description) = drivers::open(kind, options).map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {why}"), "", place.clone()))?;
+        let (driver, description) =
+            drivers::open(kind, options).map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {why}"), "", place.clone()))?;
         let device = kernel::Device::open(name, driver, self.shared.host.now_ns())
             .map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {}", why.message), "", place.clone()))?;
         let channels: Vec<Channel> = (device.channels().iter())
@@ -127,7 +155,10 @@ impl System {
         })?;
         let mut json = description;
         json["channels"] = serde_json::json!(channels);
-        definitions.configuration.devices.insert(name.to_owned(), PhysicalDevice { processor: processor.to_owned(), source: source.to_owned(), channels, place });
+        definitions
+            .configuration
+            .devices
+            .insert(name.to_owned(), PhysicalDevice { processor: processor.to_owned(), source: source.to_owned(), channels, place });
         Ok(json)
     }
 
@@ -161,7 +192,11 @@ impl System {
         let core = self.shared.locked();
         match core.instances.values().find(|i| i.plan.verb == verb && i.is_busy()) {
             None => Ok(()),
-            Some(busy) => Err(refuse(Class::InUse, format!("cannot {call} verb '{verb}': its instance '{}' is {}", busy.name, busy.state.name()), format!("halt '{}' first", busy.name))),
+            Some(busy) => Err(refuse(
+                Class::InUse,
+                format!("cannot {call} verb '{verb}': its instance '{}' is {}", busy.name, busy.state.name()),
+                format!("halt '{}' first", busy.name),
+            )),
         }
     }
 
@@ -182,7 +217,12 @@ impl System {
         }
         let device = definitions.configuration.logical_devices.iter().find(|(_, d)| d.device_type == of.name);
         if let Some((device, _)) = device {
-            return Err(refuse_at(Class::InUse, format!("cannot redefine device type '{}': device '{device}' is of it", of.name), format!("delete '{device}' first"), of.place));
+            return Err(refuse_at(
+                Class::InUse,
+                format!("cannot redefine device type '{}': device '{device}' is of it", of.name),
+                format!("delete '{device}' first"),
+                of.place,
+            ));
         }
         for (name, svv) in &of.svvs {
             Type::parse(&svv.type_text, &IndexMap::new()).map_err(|r| vec![crate::life::named(r, name)])?;
@@ -197,7 +237,14 @@ impl System {
         self.make_svv(&mut definitions, name, request, None, place)
     }
 
-    pub(crate) fn make_svv(&self, definitions: &mut crate::system::Definitions, name: &str, request: &SvvRequest, device: Option<&str>, place: Option<Place>) -> Result<(), Refusals> {
+    pub(crate) fn make_svv(
+        &self,
+        definitions: &mut crate::system::Definitions,
+        name: &str,
+        request: &SvvRequest,
+        device: Option<&str>,
+        place: Option<Place>,
+    ) -> Result<(), Refusals> {
         if definitions.configuration.svvs.contains_key(name) {
             return Err(refuse_at(Class::InUse, format!("there is an SVV '{name}' already"), "give it another name, or delete that one first", place));
         }
@@ -233,7 +280,8 @@ impl System {
             );
             Ok(id)
         })?;
-        let svv = Svv { id, type_text: asked.type_text.clone(), unit: asked.unit.clone(), types: request.types.clone(), device: device.map(str::to_owned), place };
+        let svv =
+            Svv { id, type_text: asked.type_text.clone(), unit: asked.unit.clone(), types: request.types.clone(), device: device.map(str::to_owned), place };
         definitions.configuration.svvs.insert(name.to_owned(), svv);
         Ok(())
     }
@@ -248,7 +296,8 @@ impl System {
             return Err(invalid_state(&format!("SVV '{name}'"), &format!("part of device '{device}'"), "delete", "delete the device"));
         }
         self.shared.command(|core| {
-            let bound = core.instances.values().find(|i| i.plan.cells.iter().any(|c| matches!(&c.kind, model::plan::CellKind::Svv { name: n, .. } if n == name)));
+            let bound =
+                core.instances.values().find(|i| i.plan.cells.iter().any(|c| matches!(&c.kind, model::plan::CellKind::Svv { name: n, .. } if n == name)));
             if let Some(instance) = bound {
                 return Err(invalid_state(&format!("SVV '{name}'"), &format!("bound by '{}'", instance.name), "delete", "delete that instance first"));
             }
@@ -263,7 +312,8 @@ impl System {
     pub(crate) fn enter_library(&self) {
         let types: Vec<_> = library::types().iter().filter_map(|t| opengpac::read::TypeFace::read(t).ok()).collect();
         let blocks = library::blocks();
-        let faces: Vec<_> = blocks.iter().map(|d| opengpac::read::BlockFace::read(d, &types).expect("the library's own blocks are in order: its tests check it")).collect();
+        let faces: Vec<_> =
+            blocks.iter().map(|d| opengpac::read::BlockFace::read(d, &types).expect("the library's own blocks are in order: its tests check it")).collect();
         self.enter_module("library", &faces, &types, Arc::new(()));
     }
 
@@ -280,7 +330,13 @@ impl System {
     }
 
     /// Enters blocks under a module's name; verbs that use them are checked again when they are applied next.
-    pub(crate) fn enter_module(&self, module: &str, blocks: &[opengpac::read::BlockFace], types: &[opengpac::read::TypeFace], keep: Arc<dyn std::any::Any + Send + Sync>) {
+    pub(crate) fn enter_module(
+        &self,
+        module: &str,
+        blocks: &[opengpac::read::BlockFace],
+        types: &[opengpac::read::TypeFace],
+        keep: Arc<dyn std::any::Any + Send + Sync>,
+    ) {
         let mut definitions = self.shared.definitions();
         let types: IndexMap<String, String> = types.iter().map(|t| (t.name.clone(), t.declaration.clone())).collect();
         let code: Vec<Code> = (blocks.iter())
@@ -304,7 +360,11 @@ impl System {
         let prefix = format!("{module}.");
         match core.instances.values().find(|i| i.is_busy() && i.plan.blocks.iter().any(|b| b.block.starts_with(&prefix))) {
             None => Ok(()),
-            Some(busy) => Err(refuse(Class::InUse, format!("cannot download module '{module}' again: instance '{}' of its blocks is {}", busy.name, busy.state.name()), format!("halt '{}' first", busy.name))),
+            Some(busy) => Err(refuse(
+                Class::InUse,
+                format!("cannot download module '{module}' again: instance '{}' of its blocks is {}", busy.name, busy.state.name()),
+                format!("halt '{}' first", busy.name),
+            )),
         }
     }
 

@@ -252,7 +252,8 @@ impl Core {
             outlets.retain(|o| o.instance.is_some() || o.reader != reader);
             let inbound = (!members.is_empty()).then(|| {
                 let (from, to): (Vec<Cell>, Vec<Cell>) = members.into_iter().unzip();
-                let spec = ConnectionSpec { writer: writer.0, reader: reader.0, asynchronous_len: from.iter().map(Cell::len).sum(), queue_row_len: 0, queue_depth: 0 };
+                let spec =
+                    ConnectionSpec { writer: writer.0, reader: reader.0, asynchronous_len: from.iter().map(Cell::len).sum(), queue_row_len: 0, queue_depth: 0 };
                 let (sender, receiver) = self.host.connect(&spec);
                 outlets.push(Outlet { reader, instance: None, outbound: Outbound::new(sender, from, Vec::new(), None) });
                 Inbound::new(receiver, to, Vec::new())

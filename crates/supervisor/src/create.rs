@@ -17,6 +17,9 @@ use model::refusal::{Class, Refusals};
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
+/// (writer, reader).
+type Edge = (BlockId, BlockId);
+
 impl Core {
     /// Makes an instance of a plan. Its memory and steps are there when this returns; kernels take the tables as soon as they can.
     pub fn create(&mut self, catalog: &Catalog, plan: Arc<Plan>, name: Option<String>, owner: Option<String>) -> Result<u64, Refusals> {
@@ -72,7 +75,7 @@ impl Core {
     }
 
     /// Edges between the new blocks and those that are there, through SVVs of the same source: synchronous and asynchronous.
-    fn edges(&self, plan: &Plan, installed: &Installed, source: SourceId) -> (Vec<(BlockId, BlockId)>, Vec<(BlockId, BlockId)>) {
+    fn edges(&self, plan: &Plan, installed: &Installed, source: SourceId) -> (Vec<Edge>, Vec<Edge>) {
         let (mut hard, mut soft) = (Vec::new(), Vec::new());
         for cell in &plan.cells {
             let CellKind::Svv { name, .. } = &cell.kind else { continue };
@@ -98,7 +101,9 @@ impl Core {
         let mut found = Vec::new();
         for instance in self.instances.values().filter(|i| i.installed.sources.contains(&source)) {
             for cell in instance.plan.cells.iter().filter(|c| matches!(&c.kind, CellKind::Svv { name, .. } if name == svv)) {
-                found.extend(cell.readers.iter().filter(|(b, _)| instance.installed.block_source[*b] == source).map(|(b, _)| instance.installed.blocks[*b].id()));
+                found.extend(
+                    cell.readers.iter().filter(|(b, _)| instance.installed.block_source[*b] == source).map(|(b, _)| instance.installed.blocks[*b].id()),
+                );
             }
         }
         found
@@ -223,7 +228,11 @@ fn check_waits(plan: &Plan, installed: &Installed) -> Result<(), Refusals> {
     if waited == 0 || count <= REMEMBERED_MAX {
         return Ok(());
     }
-    Err(refuse(Class::DefinitionError, format!("'{}' has {count} conditions and waits for conditions, more than {REMEMBERED_MAX}", plan.verb), "let one termination condition stand for several block conditions, or divide the verb"))
+    Err(refuse(
+        Class::DefinitionError,
+        format!("'{}' has {count} conditions and waits for conditions, more than {REMEMBERED_MAX}", plan.verb),
+        "let one termination condition stand for several block conditions, or divide the verb",
+    ))
 }
 
 /// The step of one planned block.
@@ -245,7 +254,14 @@ fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, svvs: &
     }
 }
 
-fn instance(id: u64, name: String, plan: Arc<Plan>, installed: Installed, crossings: Vec<(Pair, kernel::Cell, kernel::Cell)>, owner: Option<String>) -> Instance {
+fn instance(
+    id: u64,
+    name: String,
+    plan: Arc<Plan>,
+    installed: Installed,
+    crossings: Vec<(Pair, kernel::Cell, kernel::Cell)>,
+    owner: Option<String>,
+) -> Instance {
     let list = plan.initial;
     Instance {
         id,

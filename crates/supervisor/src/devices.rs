@@ -21,7 +21,11 @@ impl Core {
             DeviceState::Disabled | DeviceState::Fault => {}
         }
         if let Some(reason) = &self.emergency {
-            return Err(refuse(Class::EmergencyStopped, format!("cannot enable '{device}': the emergency stop is latched ({reason})"), "remove the cause and call reset()"));
+            return Err(refuse(
+                Class::EmergencyStopped,
+                format!("cannot enable '{device}': the emergency stop is latched ({reason})"),
+                "remove the cause and call reset()",
+            ));
         }
         let Some(instance) = record.instance else {
             self.set_device(device, DeviceState::Enabled);
@@ -33,9 +37,10 @@ impl Core {
             self.set_device(device, before);
             return Err(refusals);
         }
-        let has_ready = self.instances.get(&instance).is_some_and(|i| {
-            i.plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.commands).any(|c| matches!(c, model::plan::PlannedCommand::Ready))
-        });
+        let has_ready = self
+            .instances
+            .get(&instance)
+            .is_some_and(|i| i.plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.commands).any(|c| matches!(c, model::plan::PlannedCommand::Ready)));
         if !has_ready && self.logical[device].state == DeviceState::Enabling {
             self.append_sequence(instance, [crate::sequence::Movement::Ready]);
         }
@@ -187,7 +192,10 @@ impl Core {
     /// An emergency input that is tripped now.
     pub fn emergency_cause(&self) -> Option<String> {
         let tripped = |(device, channel): &&(String, usize)| self.physical[device].device.cell(*channel).load().iter().any(|byte| *byte != 0);
-        self.emergency_inputs.iter().find(tripped).map(|(device, channel)| format!("emergency stop input '{device}.{}'", self.physical[device].device.channels()[*channel].name))
+        self.emergency_inputs
+            .iter()
+            .find(tripped)
+            .map(|(device, channel)| format!("emergency stop input '{device}.{}'", self.physical[device].device.channels()[*channel].name))
     }
 }
 

@@ -75,7 +75,14 @@ fn library_faces() -> (Vec<BlockFace>, Vec<TypeFace>) {
 
 /// Runs a block `times` times with no system. `inputs`: a constant, or a list with one value an invocation.
 /// Returns each output's values, the conditions as (invocation, name), and the fault that ended it, if one did.
-pub fn trial(module: &str, block: &str, values: &IndexMap<String, Value>, inputs: &IndexMap<String, Vec<Value>>, times: usize, python: &str) -> Result<Json, Refusals> {
+pub fn trial(
+    module: &str,
+    block: &str,
+    values: &IndexMap<String, Value>,
+    inputs: &IndexMap<String, Vec<Value>>,
+    times: usize,
+    python: &str,
+) -> Result<Json, Refusals> {
     let (faces, types) = if module == "library" {
         library_faces()
     } else {

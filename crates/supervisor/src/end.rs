@@ -103,7 +103,12 @@ impl Core {
         instance.wait_until_ns = None;
         let owner = instance.owner.clone();
         let report = self.report(id, cause);
-        self.log.add((report.time_s * 1e9) as i64, "end", &report.instance, format!("{}{}", report.condition, if report.message.is_empty() { String::new() } else { format!(": {}", report.message) }));
+        self.log.add(
+            (report.time_s * 1e9) as i64,
+            "end",
+            &report.instance,
+            format!("{}{}", report.condition, if report.message.is_empty() { String::new() } else { format!(": {}", report.message) }),
+        );
         let ended_as = report.condition.clone();
         if let Some(instance) = self.instances.get_mut(&id) {
             instance.report = Some(report);

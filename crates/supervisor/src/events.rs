@@ -42,7 +42,21 @@ impl Core {
                 Purpose::Nothing => {}
             },
             Event::Condition { source, process, generation, condition, block, item, fault, time_ns, acted, ended, stage, value, captured, .. } => {
-                self.condition(Told { source, process, condition: usize::from(condition), block, item, fault, time_ns, acted, ended, stage, generation, value, captured });
+                self.condition(Told {
+                    source,
+                    process,
+                    condition: usize::from(condition),
+                    block,
+                    item,
+                    fault,
+                    time_ns,
+                    acted,
+                    ended,
+                    stage,
+                    generation,
+                    value,
+                    captured,
+                });
             }
             Event::Unwatched { process, block, item, fault, time_ns, .. } => self.unwatched(process, block, item, fault, time_ns),
             Event::Stopped { source, block, process, fault, time_ns } => self.stopped(source, block, process, &fault, time_ns),
@@ -130,7 +144,11 @@ impl Core {
             Some(fault) => fault_text(instance, index, fault),
             None => {
                 let item = index.and_then(|b| item_name(instance, b, item));
-                format!("'{}' reported '{}', which no termination condition stands for now", index.map_or("?", |b| instance.plan.blocks[b].label.as_str()), item.unwrap_or_default())
+                format!(
+                    "'{}' reported '{}', which no termination condition stands for now",
+                    index.map_or("?", |b| instance.plan.blocks[b].label.as_str()),
+                    item.unwrap_or_default()
+                )
             }
         };
         let about = instance.name.clone();
@@ -177,7 +195,9 @@ impl Core {
 
     /// A source that was stopped, in words.
     fn stopped_text(&self, source: SourceId, block: BlockId, fault: &Fault) -> String {
-        let why = self.culprit(block).map_or_else(|| "a block that is gone".to_owned(), |(of, index)| format!("{}, of '{}'", fault_text(of, Some(index), fault), of.name));
+        let why = self
+            .culprit(block)
+            .map_or_else(|| "a block that is gone".to_owned(), |(of, index)| format!("{}, of '{}'", fault_text(of, Some(index), fault), of.name));
         format!("source '{}' stopped: {why}", self.source_name(source))
     }
 

@@ -85,9 +85,8 @@ struct Site<'a> {
 
 /// Puts a plan into memory, with the queues that its synchronous inputs from other sources need (not yet entered in any table).
 pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance: u64, name: &str) -> Result<(Installed, Vec<HalfQueue>), Refusals> {
-    let source_of = |core: &Core, name: &str| {
-        core.sources.get(name).copied().ok_or_else(|| refuse(Class::UnknownName, format!("there is no source '{name}'"), ""))
-    };
+    let source_of =
+        |core: &Core, name: &str| core.sources.get(name).copied().ok_or_else(|| refuse(Class::UnknownName, format!("there is no source '{name}'"), ""));
     let block_source = plan.blocks.iter().map(|b| source_of(core, &b.source)).collect::<Result<Vec<_>, _>>()?;
     let activation_source = plan.activations.iter().map(|a| source_of(core, &a.source)).collect::<Result<Vec<_>, _>>()?;
     let site = Site { plan, catalog, block_source, activation_source };
@@ -97,14 +96,16 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
         }
         let module = block.block.split('.').next().unwrap_or("");
         if let Some(why) = core.poisoned.get(module) {
-            return Err(refuse(Class::InvalidState, format!("cannot install '{}': module '{module}' {why}", block.label), "mend the block, download it again, and call reset()"));
+            return Err(refuse(
+                Class::InvalidState,
+                format!("cannot install '{}': module '{module}' {why}", block.label),
+                "mend the block, download it again, and call reset()",
+            ));
         }
     }
     let places = lay_out(&site);
     let cells = make_cells(core, &site, &places);
-    let stamps: Vec<Cell> = (0..plan.activations.len())
-        .map(|i| places.extents[&site.activation_source[i]].cell(places.stamps[i], kernel::STAMP_LEN))
-        .collect();
+    let stamps: Vec<Cell> = (0..plan.activations.len()).map(|i| places.extents[&site.activation_source[i]].cell(places.stamps[i], kernel::STAMP_LEN)).collect();
     let delays = delays(&site, &places);
     let queues = open(queues(core, plan, &site.block_source, &cells, &delays));
     let activations = make_activations(core, &site, &stamps, &queues);
@@ -116,7 +117,20 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
     let process = Process::new(instance, instance);
     let delays = delays.into_iter().map(|((block, item), cell)| (site.block_source[block], block, item, cell)).collect();
     let interfaces = plan.blocks.iter().map(|b| catalog.blocks[&b.block].interface.clone()).collect();
-    let installed = Installed { sources, blocks, interfaces, block_source: site.block_source, activations, activation_source: site.activation_source, stamps, cells, process, before: copies.before, after: copies.after, delays };
+    let installed = Installed {
+        sources,
+        blocks,
+        interfaces,
+        block_source: site.block_source,
+        activations,
+        activation_source: site.activation_source,
+        stamps,
+        cells,
+        process,
+        before: copies.before,
+        after: copies.after,
+        delays,
+    };
     Ok((installed, queues))
 }
 
@@ -146,10 +160,11 @@ fn outside(core: &Core, site: &Site, activation: usize) -> Vec<(Arc<Activation>,
     let blocks = site.plan.activations[activation].blocks.iter().map(|b| &site.plan.blocks[*b]);
     let mut found: Vec<(Arc<Activation>, u32)> = Vec::new();
     for (_, svv) in blocks.flat_map(|b| &b.external_drivers) {
-        if let Some(writer) = core.svvs.get(svv).and_then(|s| s.writers.first()) {
-            if writer.source == source && !found.iter().any(|(a, _)| Arc::ptr_eq(a, &writer.activation)) {
-                found.push((writer.activation.clone(), 1));
-            }
+        if let Some(writer) = core.svvs.get(svv).and_then(|s| s.writers.first())
+            && writer.source == source
+            && !found.iter().any(|(a, _)| Arc::ptr_eq(a, &writer.activation))
+        {
+            found.push((writer.activation.clone(), 1));
         }
     }
     found
@@ -266,11 +281,8 @@ fn lay_out_svvs(core: &mut Core, site: &Site, list: &[usize], source: SourceId) 
         })
         .collect();
     let Some(names) = names else { return };
-    let mut picked: Vec<(usize, &mut crate::svvs::SvvRecord)> = core
-        .svvs
-        .iter_mut()
-        .filter_map(|(name, record)| names.iter().position(|n| n == name).map(|at| (at, record)))
-        .collect();
+    let mut picked: Vec<(usize, &mut crate::svvs::SvvRecord)> =
+        core.svvs.iter_mut().filter_map(|(name, record)| names.iter().position(|n| n == name).map(|at| (at, record))).collect();
     if picked.len() == names.len() {
         picked.sort_by_key(|(at, _)| *at);
         let mut records: Vec<_> = picked.into_iter().map(|(_, record)| record).collect();
@@ -300,7 +312,9 @@ fn make_blocks(core: &mut Core, site: &Site, places: &Places, cells: &[HashMap<S
         }
         for bound in &planned.bindings {
             match &bound.binding {
-                Binding::Cell(cell) if is_delayed(site, index, bound) => block.bind(bound.item, &places.own(site, index, bound.item, site.plan.cells[*cell].size)),
+                Binding::Cell(cell) if is_delayed(site, index, bound) => {
+                    block.bind(bound.item, &places.own(site, index, bound.item, site.plan.cells[*cell].size))
+                }
                 Binding::Cells(list) if is_delayed(site, index, bound) => {
                     block.bind(bound.item, &places.own(site, index, bound.item, list.iter().map(|c| site.plan.cells[*c].size).sum()));
                 }

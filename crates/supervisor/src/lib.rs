@@ -25,6 +25,7 @@ mod refuse;
 mod report;
 mod sequence;
 mod stages;
+mod suspend;
 mod svvs;
 mod system;
 mod tables;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The life of a verb instance: start, suspend, resume, halt, delete. A call that the state does not allow changes nothing.
 use crate::core::{Core, DeviceState};
-use crate::instance::{Instance, Limits, RunningTime, State, reached};
+use crate::instance::{Instance, Limits, RunningTime, State};
 use crate::refuse::{invalid_state, refuse};
 use crate::sequence::{Builder, Carried, Movement};
 use crate::stages::Verbatim;
@@ -9,7 +9,7 @@ use indexmap::IndexMap;
 use kernel::{Op, SourceId};
 use model::configuration::{Configuration, SvvId};
 use model::interface::Mode;
-use model::plan::{Binding, CellKind, Claim, Due, InputOrigin, Plan, PlannedCommand, Target};
+use model::plan::{Binding, CellKind, Claim, InputOrigin, Plan, PlannedCommand, Target};
 use model::refusal::{Class, End, Refusal, Refusals};
 use model::types::Type;
 use model::value::Value;
@@ -27,7 +27,11 @@ impl Core {
             return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "start", "wait for it or halt it first"));
         }
         if let Some(reason) = &self.emergency {
-            return Err(refuse(Class::EmergencyStopped, format!("cannot start '{}': the emergency stop is latched ({reason})", instance.name), "remove the cause and call reset()"));
+            return Err(refuse(
+                Class::EmergencyStopped,
+                format!("cannot start '{}': the emergency stop is latched ({reason})", instance.name),
+                "remove the cause and call reset()",
+            ));
         }
         self.check_enabled(instance)?;
         self.check_sources(instance)?;
@@ -82,7 +86,11 @@ impl Core {
         for &source in &instance.installed.sources {
             if self.host.statistics(source).stopped {
                 let source = self.source_name(source);
-                return Err(refuse(Class::InvalidState, format!("cannot start '{}': source '{source}' was stopped by a fault in a block", instance.name), "mend the block and call reset()"));
+                return Err(refuse(
+                    Class::InvalidState,
+                    format!("cannot start '{}': source '{source}' was stopped by a fault in a block", instance.name),
+                    "mend the block and call reset()",
+                ));
             }
         }
         Ok(())
@@ -93,7 +101,13 @@ impl Core {
         let holder = |svv: &SvvId, name: &str| self.claims.get(&Claim::Svv { id: *svv, name: name.to_owned() }).filter(|holder| **holder != id);
         let held: Refusals = (stored_svvs(plan, stores))
             .filter_map(|(svv, name, _)| Some((name, self.instances.get(holder(svv, name)?)?)))
-            .flat_map(|(name, holder)| refuse(Class::SecondWriter, format!("'{}' cannot store into SVV '{name}': it is written by '{}'", plan.verb, holder.name), format!("wait for '{}' or halt it", holder.name)))
+            .flat_map(|(name, holder)| {
+                refuse(
+                    Class::SecondWriter,
+                    format!("'{}' cannot store into SVV '{name}': it is written by '{}'", plan.verb, holder.name),
+                    format!("wait for '{}' or halt it", holder.name),
+                )
+            })
             .collect();
         if held.is_empty() { Ok(()) } else { Err(held) }
     }
@@ -160,9 +174,8 @@ impl Core {
             }
         }
         let home = |svv: &str| self.svvs.get(svv).and_then(|s| s.home);
-        let carried: Vec<Carried> = (written.iter())
-            .filter_map(|(svv, to)| Some(Carried { svv: svv.clone(), from: home(svv).filter(|from| from != to)?, to: *to }))
-            .collect();
+        let carried: Vec<Carried> =
+            (written.iter()).filter_map(|(svv, to)| Some(Carried { svv: svv.clone(), from: home(svv).filter(|from| from != to)?, to: *to })).collect();
         let pairs = written.iter().flat_map(|(svv, source)| self.hand_over(svv, *source)).collect::<Vec<_>>();
         let rows = self.remake_rows(&written, stamps);
         let mut movements = Vec::new();
@@ -280,77 +293,6 @@ impl Core {
         }
     }
 
-    /// Stops the blocks without synchronous inputs; running time stands still. It is suspended when the kernels have done it; what is
-    /// under way in a command list is carried out first.
-    pub fn suspend(&mut self, id: u64) -> Result<(), Refusals> {
-        let instance = self.instance(id)?;
-        if instance.state != State::Running || instance.ending.is_some() {
-            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "suspend", "only a running instance can be suspended"));
-        }
-        if instance.is_under_way() || !self.take_process(id, false) {
-            self.instances.get_mut(&id).expect("found above").suspending = true;
-        } else {
-            self.hold(id);
-        }
-        Ok(())
-    }
-
-    /// Suspends an instance whose process was taken: intervals stop, what they drive runs dry, then what others drive stops.
-    pub fn hold(&mut self, id: u64) {
-        let now_ns = self.host.now_ns();
-        let Some(instance) = self.instances.get_mut(&id) else { return };
-        instance.suspending = false;
-        instance.running.hold(now_ns);
-        let (plan, installed) = (&instance.plan, &instance.installed);
-        let is_outside = |activation: usize| plan.activations[activation].blocks.iter().any(|b| !plan.blocks[*b].external_drivers.is_empty());
-        let mut builder = Builder::default();
-        for outside in [false, true] {
-            for (activation, _) in &instance.active {
-                let is_interval = matches!(plan.activations[*activation].due, Due::Interval);
-                if if outside { is_outside(*activation) && !is_interval } else { is_interval } {
-                    builder.add(installed.activation_source[*activation], Op::Off(installed.activations[*activation].clone()));
-                }
-            }
-            builder.barrier();
-        }
-        for &source in &installed.sources {
-            builder.add(source, Op::StopClock(installed.process.clone()));
-        }
-        builder.then(Movement::Suspended);
-        self.append_sequence(id, builder.finish());
-    }
-
-    /// Goes on where it stood.
-    pub fn resume(&mut self, id: u64) -> Result<(), Refusals> {
-        let now_ns = self.host.now_ns();
-        let instance = self.instance(id)?;
-        if instance.state != State::Suspended || instance.ending.is_some() {
-            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "resume", "only a suspended instance can be resumed"));
-        }
-        if let Some(reason) = &self.emergency {
-            return Err(refuse(Class::EmergencyStopped, format!("cannot resume '{}': the emergency stop is latched ({reason})", instance.name), "remove the cause and call reset()"));
-        }
-        if instance.is_under_way() {
-            return Ok(());
-        }
-        let process = instance.installed.process.clone();
-        let mut builder = Builder::default();
-        for &source in &instance.installed.sources {
-            builder.add(source, Op::ResumeClock(process.clone()));
-        }
-        builder.barrier();
-        let (stage, generation) = (reached(&instance.plan, instance.list, instance.stage), Some(instance.generation));
-        builder.add(instance.installed.sources[0], Op::Stage { process, stage, generation });
-        for (activation, every) in &instance.active {
-            builder.add(instance.installed.activation_source[*activation], Op::On(instance.installed.activations[*activation].clone(), *every));
-        }
-        builder.then(Movement::Resumed);
-        let instance = self.instances.get_mut(&id).expect("found above");
-        instance.running.go_on(now_ns);
-        self.append_sequence(id, builder.finish());
-        Ok(())
-    }
-
     /// Halts it: τ on `halted`, or the end. A second halt is immediate.
     pub fn halt(&mut self, id: u64) -> Result<(), Refusals> {
         let instance = self.instance(id)?;
@@ -374,7 +316,11 @@ impl Core {
         for (name, value) in values {
             match instance.plan.inputs.iter().find(|i| i.name == *name) {
                 None => refusals.extend(crate::refuse::unknown("input parameter", name, instance.plan.inputs.iter().map(|i| i.name.as_str()))),
-                Some(input) if !input.tunable => refusals.extend(refuse(Class::InvalidState, format!("input parameter '{name}' of '{}' is not tunable", instance.plan.verb), "declare it with gpac.input(…, tunable=True), or give it at the next start")),
+                Some(input) if !input.tunable => refusals.extend(refuse(
+                    Class::InvalidState,
+                    format!("input parameter '{name}' of '{}' is not tunable", instance.plan.verb),
+                    "declare it with gpac.input(…, tunable=True), or give it at the next start",
+                )),
                 Some(input) => match encode(&input.type_text, &input.unit, value) {
                     Ok(bytes) => stores.extend(input.targets.iter().map(|t| (t.clone(), bytes.clone()))),
                     Err(refusal) => refusals.push(named(refusal, name)),
@@ -422,7 +368,11 @@ fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: &Configurat
     let given = |name: &str| plan.inputs.iter().any(|i| i.name == name && i.origin == InputOrigin::Given);
     for name in values.keys().filter(|n| !given(n)) {
         let known = plan.inputs.iter().filter(|i| i.origin == InputOrigin::Given).map(|i| i.name.as_str());
-        refusals.extend(crate::refuse::unknown(&format!("input parameter of '{}' named", plan.verb), name, known).into_iter().map(|r| Refusal { class: Class::CallError, ..r }));
+        refusals.extend(
+            crate::refuse::unknown(&format!("input parameter of '{}' named", plan.verb), name, known)
+                .into_iter()
+                .map(|r| Refusal { class: Class::CallError, ..r }),
+        );
     }
     for input in &plan.inputs {
         let value = match &input.origin {

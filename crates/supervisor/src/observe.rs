@@ -65,7 +65,8 @@ impl System {
         let core = self.shared.locked();
         let sources: serde_json::Map<String, Json> =
             core.sources.iter().map(|(name, id)| (name.clone(), source_json(&core.host.statistics(*id), core.tables[id].steps.len()))).collect();
-        let instances: Vec<Json> = core.instances.values().map(|i| json!({"name": i.name, "verb": i.plan.verb, "state": i.state.name(), "list": i.plan.lists[i.list].name})).collect();
+        let instances: Vec<Json> =
+            core.instances.values().map(|i| json!({"name": i.name, "verb": i.plan.verb, "state": i.state.name(), "list": i.plan.lists[i.list].name})).collect();
         let devices: serde_json::Map<String, Json> = core.logical.keys().map(|d| (d.clone(), json!(core.device_state(d).unwrap_or("?")))).collect();
         let physical: serde_json::Map<String, Json> = (core.physical.iter())
             .map(|(name, p)| {
@@ -99,13 +100,6 @@ impl System {
         json!({ "name": module, "blocks": blocks, "types": definitions.catalog.modules.get(module) })
     }
 
-    /// DEBUG
-    pub fn debug(&self, id: u64) -> String {
-        let core = self.shared.locked();
-        let i = &core.instances[&id];
-        format!("state {:?} gen {} word {:?} list {} stage {} target {:?} outstanding {} seq {} structural {} ending {} suspending {} epoch {}", i.state, i.generation, i.installed.process.now(), i.list, i.stage, i.target, i.outstanding, i.sequence.len(), i.structural, i.ending.is_some(), i.suspending, i.epoch)
-    }
-
     /// Entries of the log from number `sequence` on.
     pub fn log_since(&self, sequence: u64) -> Vec<crate::log::Entry> {
         self.shared.locked().log.since(sequence)
@@ -135,11 +129,12 @@ fn source_json(of: &Statistics, steps: usize) -> Json {
 fn median(bins: &[u64; 32]) -> u64 {
     let half = bins.iter().sum::<u64>().div_ceil(2);
     let mut seen = 0;
-    bins.iter().position(|count| {
-        seen += count;
-        seen >= half && half > 0
-    })
-    .map_or(0, |bin| 1 << (bin + 1))
+    bins.iter()
+        .position(|count| {
+            seen += count;
+            seen >= half && half > 0
+        })
+        .map_or(0, |bin| 1 << (bin + 1))
 }
 
 /// A type as a tree, for the programming system.

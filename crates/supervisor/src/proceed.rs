@@ -173,7 +173,9 @@ impl Core {
         let is_through = planned.wait.is_none();
         instance.entries = if instance.entries.0 == now_ns { (now_ns, instance.entries.1 + 1) } else { (now_ns, 1) };
         if instance.entries.1 > ENTRIES_AN_INSTANT {
-            let message = format!("more than {ENTRIES_AN_INSTANT} stages in one instant: its command lists lead to each other without time passing; let one of them wait");
+            let message = format!(
+                "more than {ENTRIES_AN_INSTANT} stages in one instant: its command lists lead to each other without time passing; let one of them wait"
+            );
             self.end_now(id, "fault", &message);
         } else if is_through {
             self.end_by_name(id, "completed", String::new());

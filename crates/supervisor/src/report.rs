@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! End reports: exactly one for each start of a verb instance.
-use model::value::Value;
 use indexmap::IndexMap;
+use model::value::Value;
 use serde::Serialize;
 
 /// Another condition that came in the firing that ended the verb, or while it was moving.

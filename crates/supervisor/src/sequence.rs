@@ -25,7 +25,10 @@ pub(crate) enum Movement {
     /// `gpac.ready()`: the device that this instance keeps going is enabled.
     Ready,
     /// The stage (list, stage) is entered: its wait starts to count.
-    Entered { list: usize, stage: usize },
+    Entered {
+        list: usize,
+        stage: usize,
+    },
     Suspended,
     Resumed,
     /// The end: what was captured completes the report.

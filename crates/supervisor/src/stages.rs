@@ -3,8 +3,8 @@
 //!
 //! A condition is answered by its kernel alone, in the same firing, where everything that the answer touches lies in the source
 //! that reported it; otherwise the process is frozen there and the supervisor carries on.
-use crate::instance::{reached, under_way};
 use crate::install::Installed;
+use crate::instance::{reached, under_way};
 use crate::sequence::{Builder, Movement};
 use kernel::{Op, Response, Script, SourceId, Stage, Watch};
 use model::plan::{Claim, Plan, PlannedCommand, Target, Wait};
@@ -37,10 +37,10 @@ impl Verbatim<'_> {
     /// termination condition there).
     pub fn answer(&self, list: usize, stage: usize, condition: Option<usize>, reported: Option<(usize, usize)>) -> Option<Answer> {
         let planned = &self.plan.lists[list];
-        if let (Some(Wait::Conditions(waits)), Some(reported)) = (&planned.stages[stage].wait, reported) {
-            if waits.contains(&reported) {
-                return Some(Answer::Go(list, stage + 1));
-            }
+        if let (Some(Wait::Conditions(waits)), Some(reported)) = (&planned.stages[stage].wait, reported)
+            && waits.contains(&reported)
+        {
+            return Some(Answer::Go(list, stage + 1));
         }
         let condition = condition.filter(|c| self.plan.conditions[*c].during.is_none_or(|during| during == list))?;
         let to = planned.transitions.iter().find(|(c, _)| *c == condition);
@@ -76,11 +76,12 @@ impl Verbatim<'_> {
                     watches.push(remembered(self.watch(list, stage, index, condition.priority, (block, item), answer), (block, item)));
                 }
             }
-            if condition.name == "fault" && condition.on.is_empty() {
-                if let Some(answer) = self.answer(list, stage, Some(index), None) {
-                    let response = self.response(list, stage, answer, index, self.only_source());
-                    watches.push(Watch { block: None, item: Watch::FAULT, condition: index_u16(index), priority: condition.priority, response });
-                }
+            if condition.name == "fault"
+                && condition.on.is_empty()
+                && let Some(answer) = self.answer(list, stage, Some(index), None)
+            {
+                let response = self.response(list, stage, answer, index, self.only_source());
+                watches.push(Watch { block: None, item: Watch::FAULT, condition: index_u16(index), priority: condition.priority, response });
             }
         }
         for (number, (block, item)) in self.waited_for().into_iter().enumerate() {
@@ -90,7 +91,13 @@ impl Verbatim<'_> {
             let index = self.plan.conditions.len() + number;
             let watch = match self.answer(list, stage, None, Some((block, item))) {
                 Some(answer) => remembered(self.watch(list, stage, index, i32::MAX, (block, item), answer), (block, item)),
-                None => Watch { block: Some(self.installed.blocks[block].id()), item: index_u8(item), condition: index_u16(index), priority: 0, response: Response::Remember },
+                None => Watch {
+                    block: Some(self.installed.blocks[block].id()),
+                    item: index_u8(item),
+                    condition: index_u16(index),
+                    priority: 0,
+                    response: Response::Remember,
+                },
             };
             watches.push(watch);
         }

@@ -68,7 +68,12 @@ impl System {
         }
         let shared = Arc::new(Shared {
             is_virtual: matches!(clock, ClockKind::Virtual { .. }),
-            definitions: Mutex::new(Definitions { configuration: Configuration::default(), catalog: Catalog::default(), checked: HashMap::new(), processors: IndexMap::new() }),
+            definitions: Mutex::new(Definitions {
+                configuration: Configuration::default(),
+                catalog: Catalog::default(),
+                checked: HashMap::new(),
+                processors: IndexMap::new(),
+            }),
             core: Mutex::new(Core::new(host.clone())),
             host,
             changed: Condvar::new(),
@@ -266,7 +271,12 @@ impl Shared {
     }
 
     /// Waits until `found` gives something. Virtual clock: time advances, as far as it must.
-    pub fn wait_for<T>(&self, until_ns: Option<i64>, slice: Duration, mut found: impl FnMut(&mut Core) -> Result<Option<T>, Refusals>) -> Result<Waited<T>, Refusals> {
+    pub fn wait_for<T>(
+        &self,
+        until_ns: Option<i64>,
+        slice: Duration,
+        mut found: impl FnMut(&mut Core) -> Result<Option<T>, Refusals>,
+    ) -> Result<Waited<T>, Refusals> {
         let begun = Instant::now();
         let mut core = self.locked();
         loop {
@@ -290,7 +300,13 @@ impl Shared {
                 if !self.step(limit_ns)? {
                     match until_ns {
                         Some(until) => self.host.set_now(until),
-                        None => return Err(refuse(Class::InvalidState, "nothing is ever going to happen: the wait would have no end", "is a timer running, is a block active?")),
+                        None => {
+                            return Err(refuse(
+                                Class::InvalidState,
+                                "nothing is ever going to happen: the wait would have no end",
+                                "is a timer running, is a block active?",
+                            ));
+                        }
                     }
                 }
                 core = self.locked();
@@ -336,7 +352,12 @@ impl Shared {
 fn supervise(shared: &Arc<Shared>) -> Result<std::thread::JoinHandle<()>, Refusals> {
     let shared = shared.clone();
     let body = move || {
-        while !shared.closing.load(Ordering::Acquire) {
+        loop {
+            // Before everything that is looked at, so that what changes meanwhile wakes it; commands of other threads poll too.
+            let seen = shared.host.rings();
+            if shared.closing.load(Ordering::Acquire) {
+                return;
+            }
             let deadline = {
                 let mut core = shared.locked();
                 core.drain();
@@ -347,7 +368,7 @@ fn supervise(shared: &Arc<Shared>) -> Result<std::thread::JoinHandle<()>, Refusa
                 shared.announce(&mut core);
                 core.next_wake(now_ns)
             };
-            shared.host.park(deadline);
+            shared.host.park_since(seen, deadline);
         }
     };
     std::thread::Builder::new()

@@ -14,6 +14,9 @@ const ROWS_SPARE: usize = 64;
 /// Index of an SVV in a snapshot, its bytes, and where a stamp follows, n of its writer's ratio output.
 type Asked = (usize, usize, Option<u64>);
 
+/// Index of an SVV in a snapshot, its cell, and its stamp with n of its writer's ratio output.
+type Wanted = (usize, Cell, Option<(Cell, u64)>);
+
 /// A snapshot that is under way.
 pub(crate) struct Snapshot {
     /// For each source that was asked: the ticket, and what was asked for.
@@ -28,7 +31,7 @@ pub type Reading = (Vec<u8>, u64, i64);
 impl Core {
     /// Asks the kernels for the present values of these SVVs: all of one source at one boundary.
     pub fn ask(&mut self, names: &[String]) -> Result<Snapshot, Refusals> {
-        let mut by_source: BTreeMap<SourceId, Vec<(usize, Cell, Option<(Cell, u64)>)>> = BTreeMap::new();
+        let mut by_source: BTreeMap<SourceId, Vec<Wanted>> = BTreeMap::new();
         let mut known = Vec::new();
         for (index, name) in names.iter().enumerate() {
             let svv = self.svvs.get(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;

@@ -7,10 +7,18 @@ use serde_json::json;
 use supervisor::Limits;
 
 fn program(rig: &Rig) -> (u64, u64, u64) {
-    rig.define(verb("bad", &[("crash", "crashing.crash")], json!({"cells": {"y": ["crash.y"]}, "initial": "start", "transitions": tau(&["start, fault -> start"]),
-        "input_parameters": {"at": {"targets": ["crash.at"], "default": 3}}, "command_lists": lists(&[("start", &["+crash 1ms"])])})));
-    rig.define(verb("good", &[("count", "t.count")], json!({"cells": {"y": ["count.y"], "t": ["count.total"]}, "output_values": {"y": "count.y"},
-        "conditions": {"halted": {"returns": ["y"]}}, "command_lists": lists(&[("start", &["+count 1ms"])])})));
+    rig.define(verb(
+        "bad",
+        &[("crash", "crashing.crash")],
+        json!({"cells": {"y": ["crash.y"]}, "initial": "start", "transitions": tau(&["start, fault -> start"]),
+        "input_parameters": {"at": {"targets": ["crash.at"], "default": 3}}, "command_lists": lists(&[("start", &["+crash 1ms"])])}),
+    ));
+    rig.define(verb(
+        "good",
+        &[("count", "t.count")],
+        json!({"cells": {"y": ["count.y"], "t": ["count.total"]}, "output_values": {"y": "count.y"},
+        "conditions": {"halted": {"returns": ["y"]}}, "command_lists": lists(&[("start", &["+count 1ms"])])}),
+    ));
     (rig.instance("bad", &["*@rtp0.fast"]), rig.instance("good", &["*@rtp0.fast"]), rig.instance("good", &["*@rtp1.other"]))
 }
 
@@ -51,9 +59,13 @@ fn a_signal_in_a_block_stops_its_source_and_ends_its_verbs() {
 fn a_signal_in_an_execute_is_contained_too() {
     on_both(|rig| {
         program(rig);
-        rig.define(verb("once", &[("crash", "crashing.crash"), ("watch", "t.watch")], json!({"cells": {"y": ["crash.y", "watch.u"], "w": ["watch.y"]},
+        rig.define(verb(
+            "once",
+            &[("crash", "crashing.crash"), ("watch", "t.watch")],
+            json!({"cells": {"y": ["crash.y", "watch.u"], "w": ["watch.y"]},
             "input_parameters": {"at": {"targets": ["crash.at"], "default": 0}, "trace": {"targets": ["watch.trace"], "default": 500}},
-            "command_lists": lists(&[("start", &["!crash", "+watch 1ms"])])})));
+            "command_lists": lists(&[("start", &["!crash", "+watch 1ms"])])}),
+        ));
         let id = rig.instance("once", &["*@rtp0.fast"]);
         rig.start(id);
         let report = rig.wait(id);

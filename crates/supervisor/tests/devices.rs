@@ -159,7 +159,8 @@ fn an_emergency_stop_ends_everything_latches_and_is_reset() {
         let at = rig.read("j1.sensed");
         rig.advance(5);
         assert_eq!(rig.read("j1.sensed"), at, "its effort is safe");
-        for refused in [rig.try_start(id, json!({}), Limits::default()), rig.try_start(idle, json!({}), Limits::default()), rig.system.enable("j1").map(|_| ())] {
+        for refused in [rig.try_start(id, json!({}), Limits::default()), rig.try_start(idle, json!({}), Limits::default()), rig.system.enable("j1").map(|_| ())]
+        {
             assert_eq!(class(refused), Class::EmergencyStopped);
         }
         rig.system.reset().unwrap();

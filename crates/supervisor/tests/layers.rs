@@ -31,7 +31,8 @@ const ABSENT: &[(&str, &[&str])] = &[
 /// The crates of the workspace, each with what it is built with (not what only its tests use).
 fn crates() -> BTreeMap<String, Vec<String>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    let cargo = Command::new(env!("CARGO")).args(["metadata", "--no-deps", "--offline", "--format-version", "1"]).current_dir(root).output().expect("cargo runs");
+    let cargo =
+        Command::new(env!("CARGO")).args(["metadata", "--no-deps", "--offline", "--format-version", "1"]).current_dir(root).output().expect("cargo runs");
     assert!(cargo.status.success(), "{}", String::from_utf8_lossy(&cargo.stderr));
     let metadata: Json = serde_json::from_slice(&cargo.stdout).expect("metadata is JSON");
     let built_with = |package: &Json| {
@@ -93,5 +94,8 @@ fn the_kernel_knows_no_verb_file_or_text_format() {
 
 #[test]
 fn the_interconnect_has_no_clock_thread_or_file() {
-    assert_eq!(lines_with("interconnect", &["std::fs", "std::net", "std::env", "Instant::", "SystemTime", "thread::spawn", "thread::sleep"]), Vec::<String>::new());
+    assert_eq!(
+        lines_with("interconnect", &["std::fs", "std::net", "std::env", "Instant::", "SystemTime", "thread::spawn", "thread::sleep"]),
+        Vec::<String>::new()
+    );
 }

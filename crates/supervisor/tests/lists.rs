@@ -54,7 +54,11 @@ fn a_wait_for_a_condition_goes_on_in_the_firing_that_reports_it() {
     on_both(|rig| {
         for (placement, trace) in PLACES.iter().zip([202, 203]) {
             let name = format!("v{trace}");
-            rig.define(two(&name, lists(&[("start", &["+a 1ms", "?a.reached", "-a", "+b 1ms", "+w 1ms", "?b.reached", "-b", "-w"])]), json!({"conditions": {"completed": {"returns": ["a", "b"]}}})));
+            rig.define(two(
+                &name,
+                lists(&[("start", &["+a 1ms", "?a.reached", "-a", "+b 1ms", "+w 1ms", "?b.reached", "-b", "-w"])]),
+                json!({"conditions": {"completed": {"returns": ["a", "b"]}}}),
+            ));
             let id = rig.instance(&name, placement);
             let start_ms = rig.system.now_ns() / MS;
             rig.start_with(id, json!({"trace": trace, "a_limit": 3.0, "b_limit": 4.0}));
@@ -86,7 +90,11 @@ fn a_wait_for_a_time_lasts_its_time() {
 #[test]
 fn a_bare_wait_ends_when_nothing_is_active() {
     on_both(|rig| {
-        rig.define(two("v", lists(&[("start", &["!a", "?", "!a", "+b 1ms", "?"])]), json!({"conditions": {"done": {"on": ["b.reached"], "returns": ["a", "b"]}}})));
+        rig.define(two(
+            "v",
+            lists(&[("start", &["!a", "?", "!a", "+b 1ms", "?"])]),
+            json!({"conditions": {"done": {"on": ["b.reached"], "returns": ["a", "b"]}}}),
+        ));
         let id = rig.instance("v", &["*@rtp0.fast"]);
         rig.start_with(id, json!({"b_limit": 3.0}));
         let report = rig.wait(id);
@@ -100,7 +108,11 @@ fn a_wait_takes_a_condition_that_came_before_it() {
         for (placement, n) in PLACES.iter().zip([0, 1]) {
             let name = format!("v{n}");
             // `a` reports while the list waits for a time.
-            rig.define(two(&name, lists(&[("start", &["+a 1ms", "+b 1ms", "?2ms", "-a", "?3ms", "?a.reached", "-b"])]), json!({"conditions": {"completed": {"returns": ["a", "b"]}}})));
+            rig.define(two(
+                &name,
+                lists(&[("start", &["+a 1ms", "+b 1ms", "?2ms", "-a", "?3ms", "?a.reached", "-b"])]),
+                json!({"conditions": {"completed": {"returns": ["a", "b"]}}}),
+            ));
             let id = rig.instance(&name, placement);
             let before = rig.system.now_ns();
             rig.start_with(id, json!({"a_limit": 2.0}));
@@ -116,7 +128,11 @@ fn a_wait_takes_the_condition_of_an_execute_before_it() {
     on_both(|rig| {
         for (placement, n) in PLACES.iter().zip([0, 1]) {
             let name = format!("v{n}");
-            rig.define(two(&name, lists(&[("start", &["!a", "+b 1ms", "?a.reached", "!a", "+w 1ms", "?b.reached", "-b", "-w"])]), json!({"conditions": {"completed": {"returns": ["a", "b"]}}})));
+            rig.define(two(
+                &name,
+                lists(&[("start", &["!a", "+b 1ms", "?a.reached", "!a", "+w 1ms", "?b.reached", "-b", "-w"])]),
+                json!({"conditions": {"completed": {"returns": ["a", "b"]}}}),
+            ));
             let id = rig.instance(&name, placement);
             rig.start_with(id, json!({"a_limit": 1.0, "b_limit": 3.0}));
             let report = rig.wait_for(id, 100).unwrap_or_else(|| panic!("b was never activated, or the wait missed: {placement:?}"));

@@ -9,15 +9,7 @@ use supervisor::Waited;
 
 /// Waits for the end, however long it takes.
 fn wait(rig: &Rig, id: u64) -> supervisor::Report {
-    let mut slices = 0;
     loop {
-        slices += 1;
-        if slices > 4 { // DEBUG
-            let log = rig.system.log_since(0);
-            eprintln!("HANG {} {} {}", rig.system.instance_json(id).unwrap(), rig.system.statistics_json()["instances"], rig.system.debug(id));
-            for e in log.iter().rev().take(30) { eprintln!("{e:?}"); }
-            std::process::exit(3);
-        }
         match rig.system.wait(id, None, Duration::from_secs(1)).unwrap_or_else(|r| panic!("{}", text(&r))) {
             Waited::Done(report) => return report,
             Waited::Slice | Waited::TimedOut => {}

@@ -61,17 +61,33 @@ fn verbs() -> [Json; 3] {
         of
     };
     let returns = json!({"halted": {"returns": ["a", "p"]}, "completed": {"returns": ["a"]}, "a_done": {"on": ["a.reached"], "returns": ["p"]}, "b_done": {"on": ["b.reached"], "priority": 3}});
-    let waits = lists(&[("one", &["!b", "+a 1ms", "+p", "?a.reached", "-a", "-p", "?2ms", "+b 1ms", "?b.reached", "*a", "*b"]), ("two", &["*a", "*b", "+b 1ms", "?1ms"])]);
-    let faults = lists(&[("one", &["*a", "+bad 1ms", "+a 1ms", "+p"]), ("two", &["+bad 1ms", "+b 2ms", "?3ms", "-b", "-bad"]), ("three", &["+a 4ms", "+p", "?5ms", "-a", "-p"])]);
+    let waits = lists(&[
+        ("one", &["!b", "+a 1ms", "+p", "?a.reached", "-a", "-p", "?2ms", "+b 1ms", "?b.reached", "*a", "*b"]),
+        ("two", &["*a", "*b", "+b 1ms", "?1ms"]),
+    ]);
+    let faults = lists(&[
+        ("one", &["*a", "+bad 1ms", "+a 1ms", "+p"]),
+        ("two", &["+bad 1ms", "+b 2ms", "?3ms", "-b", "-bad"]),
+        ("three", &["+a 4ms", "+p", "?5ms", "-a", "-p"]),
+    ]);
     let executes = lists(&[("one", &["!a", "!b", "!a", "+p", "?1ms", "-p"]), ("two", &["!b"])]);
     [
-        of("waits", waits, json!({"conditions": {"b_done": {"on": ["b.reached"], "during": "two"}, "halted": {"returns": ["a"]}}, "transitions": tau(&["one, completed -> two", "two, b_done -> one"])})),
-        of("faults", faults, json!({"conditions": returns, "transitions": tau(&["one, fault -> two", "one, halted -> three", "one, a_done -> one", "two, time_limit -> three", "two, b_done -> two"])})),
+        of(
+            "waits",
+            waits,
+            json!({"conditions": {"b_done": {"on": ["b.reached"], "during": "two"}, "halted": {"returns": ["a"]}}, "transitions": tau(&["one, completed -> two", "two, b_done -> one"])}),
+        ),
+        of(
+            "faults",
+            faults,
+            json!({"conditions": returns, "transitions": tau(&["one, fault -> two", "one, halted -> three", "one, a_done -> one", "two, time_limit -> three", "two, b_done -> two"])}),
+        ),
         of("executes", executes, json!({"conditions": {"halted": {"returns": ["p"]}}, "transitions": tau(&["one, completed -> two"])})),
     ]
 }
 
-const PLACES: [&[&str]; 3] = [&["*@rtp0.fast"], &["a@rtp0.fast", "p@rtp1.soft", "b@rtp1.other", "bad@rtp1.other"], &["a@rtp0.slow", "p@rtp0.slow", "b@rtp0.fast", "bad@rtp1.other"]];
+const PLACES: [&[&str]; 3] =
+    [&["*@rtp0.fast"], &["a@rtp0.fast", "p@rtp1.soft", "b@rtp1.other", "bad@rtp1.other"], &["a@rtp0.slow", "p@rtp0.slow", "b@rtp0.fast", "bad@rtp1.other"]];
 
 struct Model<'a> {
     rig: &'a Rig,

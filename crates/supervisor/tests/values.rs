@@ -118,7 +118,9 @@ fn a_history_is_of_the_svv_and_outlives_its_writers() {
         rig.svv_of("a", json!({"type_text": "double", "history": 8}));
         rig.svv("b");
         rig.define(counter("v", "+count 1ms"));
-        let values = |count| -> Vec<f64> { rig.system.history("a", count).unwrap().iter().map(|(_, _, bytes)| f64::from_le_bytes(bytes.as_slice().try_into().unwrap())).collect() };
+        let values = |count| -> Vec<f64> {
+            rig.system.history("a", count).unwrap().iter().map(|(_, _, bytes)| f64::from_le_bytes(bytes.as_slice().try_into().unwrap())).collect()
+        };
         assert!(values(8).is_empty());
         let id = rig.instance("v", &["a=a", "*@rtp0.fast"]);
         rig.start(id);
