@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `_native.System`: one call of the supervisor each. Calls that wait release the interpreter and look at signals.
+#![allow(clippy::too_many_arguments, reason = "the arguments are those of the Python calls")]
 use crate::convert::{from_json, interpreter, refused, to_json};
 use indexmap::IndexMap;
 use interconnect::{Carrier, Faults, Memory, Message};
@@ -117,7 +118,6 @@ impl System {
         self.inner.request(source).map_err(refused)
     }
 
-    #[allow(clippy::too_many_arguments, reason = "the arguments are those of the Python call")]
     fn physical_device(&self, py: Python<'_>, processor: &str, name: &str, kind: &str, options_json: &str, source: &str, place_json: &str) -> PyResult<String> {
         let options: serde_json::Value = from_json(options_json)?;
         let place: Option<Place> = from_json(place_json)?;

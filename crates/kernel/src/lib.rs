@@ -43,6 +43,7 @@ pub use event::{Event, Fault};
 pub use host::Host;
 pub use memory::{Cell, Extent};
 pub use process::{Process, Response, Stage, Taken, Watch};
+pub use rights::take_for_supervisor;
 pub use schedule::{Activation, Due, STAMP_LEN};
 pub use script::{Op, Script};
 pub use source::{SourceId, SourceKind, SourceSpec, Statistics};

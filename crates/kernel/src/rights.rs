@@ -28,6 +28,22 @@ pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
     (missing, real_time)
 }
 
+/// The calling thread serves what kernels tell, at `priority` and on `core`, where that is given. Says what is not.
+pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
+    let mut missing = Vec::new();
+    // SAFETY: sets the timer slack of this thread.
+    unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64) };
+    if let Some(core) = core
+        && !pin(core)
+    {
+        missing.push(format!("the supervisor is not pinned: core {core} is not available to this process"));
+    }
+    if !(limit_real_time() && prioritise(priority)) {
+        missing.push(format!("the supervisor runs without priority {priority}: no right to real-time scheduling (set rtprio in limits.conf)"));
+    }
+    missing
+}
+
 /// Keeps all memory of the process in place. Only where any amount may be locked: a limit would make later allocations fail.
 fn lock_memory() -> bool {
     static LOCKED: OnceLock<bool> = OnceLock::new();

@@ -267,7 +267,8 @@ impl Table {
 
     /// The header of the block of step `step`.
     pub(crate) fn header(&self, step: u32) -> Option<*mut Header> {
-        self.steps[step as usize].block.as_ref().map(|block| block.header())
+        // The instance starts with its header, and the call has its address: no look at the block itself.
+        self.steps[step as usize].block.is_some().then(|| self.calls[step as usize].instance.cast())
     }
 }
 

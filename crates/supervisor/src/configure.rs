@@ -93,7 +93,22 @@ impl System {
             Ok(())
         })?;
         definitions.configuration.sources.insert(full, Source { processor: processor.to_owned(), kind, priority });
+        self.post_supervisor(&definitions);
         Ok(())
+    }
+
+    /// The supervisor's thread runs on the core of its processor, above the sources there.
+    fn post_supervisor(&self, definitions: &crate::system::Definitions) {
+        let Some((name, processor)) = definitions.processors.iter().find(|(_, p)| p.supervisor) else { return };
+        let sources = definitions.configuration.sources.values().filter(|s| s.processor == *name);
+        let Some(highest) = sources.map(|s| s.priority).max() else { return };
+        let wanted = Some((highest + 1, processor.core));
+        let mut post = self.shared.post.lock().expect("nobody panics with the lock held");
+        if post.wanted != wanted {
+            (post.wanted, post.taken) = (wanted, false);
+            drop(post);
+            self.shared.host.unpark();
+        }
     }
 
     /// Requests a firing of a trigger or software source.

@@ -81,6 +81,13 @@ impl Core {
         let outputs = of.outputs_in(source, cause.condition);
         let lens: Vec<usize> = outputs.iter().map(|o| of.output_len(*o)).collect();
         take_outputs(&mut instance.outputs, &outputs, &lens, captured);
+        let alone = instance.installed.sources.len() == 1 && instance.outstanding == 0 && instance.sequence.is_empty();
+        if alone && instance.state == State::Running && instance.ending.is_none() {
+            // The reaction has done all of it: everything is off and safe, the outputs are here.
+            instance.capturing.clear();
+            instance.ending = Some(cause);
+            return self.ended(id);
+        }
         // Scripts of a start that was still under way may have switched something on behind the reaction: the end goes through
         // every source once more.
         self.end(id, cause);

@@ -62,6 +62,7 @@ impl System {
 
     /// Firings, overruns, jitter of every source; instances; devices; the emergency stop.
     pub fn statistics_json(&self) -> Json {
+        let missing = self.shared.post.lock().expect("nobody panics with the lock held").missing.clone();
         let core = self.shared.locked();
         let sources: serde_json::Map<String, Json> =
             core.sources.iter().map(|(name, id)| (name.clone(), source_json(&core.host.statistics(*id), core.tables[id].steps.len()))).collect();
@@ -74,7 +75,7 @@ impl System {
                 (name.clone(), json!({"lost": p.lost, "slew_limited": limited}))
             })
             .collect();
-        json!({ "now_s": core.host.now_ns() as f64 * 1e-9, "sources": sources, "instances": instances, "devices": devices, "physical_devices": physical, "emergency": core.emergency })
+        json!({ "now_s": core.host.now_ns() as f64 * 1e-9, "sources": sources, "instances": instances, "devices": devices, "physical_devices": physical, "emergency": core.emergency, "supervisor_rights_missing": missing })
     }
 
     /// What there is, by kind.

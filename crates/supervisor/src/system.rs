@@ -14,7 +14,7 @@ use model::refusal::{Class, Refusals};
 use model::value::Value;
 use std::collections::HashMap;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
@@ -42,10 +42,22 @@ pub(crate) struct Shared {
     pub core: Mutex<Core>,
     /// Told after every change that somebody may wait for.
     pub changed: Condvar,
+    /// How many wait for it: telling nobody would be a system call too.
+    waiting: AtomicUsize,
     pub closing: AtomicBool,
     pub closed: AtomicBool,
+    /// Where and at which priority the supervisor's thread runs: on its processor's core, above that processor's sources.
+    pub post: Mutex<Post>,
     /// Readable after an end, for event loops.
     ended_fd: OwnedFd,
+}
+
+/// The place of the supervisor's thread, as the configuration has it, and what of it was not given.
+#[derive(Default)]
+pub(crate) struct Post {
+    pub wanted: Option<(u8, Option<usize>)>,
+    pub taken: bool,
+    pub missing: Vec<String>,
 }
 
 /// How a wait ended.
@@ -77,6 +89,8 @@ impl System {
             core: Mutex::new(Core::new(host.clone())),
             host,
             changed: Condvar::new(),
+            waiting: AtomicUsize::new(0),
+            post: Mutex::new(Post::default()),
             closing: AtomicBool::new(false),
             closed: AtomicBool::new(false),
             // SAFETY: `fd` was just made and belongs to nobody else.
@@ -220,6 +234,10 @@ impl Drop for System {
     }
 }
 
+/// How long a wait looks for an answer by itself before it sleeps: some wake-ups of a thread.
+const AWAKE_MAX: Duration = Duration::from_micros(60);
+/// Pauses of the processor between two looks.
+const PAUSES: u32 = 40;
 /// Kernels answer a script within a firing; longer than this means that a processor does not run.
 const SETTLE_MAX: Duration = Duration::from_secs(5);
 /// How long the command lists that a halt at closing leads to may take, ns of the system's clock.
@@ -242,15 +260,27 @@ impl Shared {
         if self.closed.load(Ordering::Acquire) {
             return Err(refuse(Class::InvalidState, "the system is closed", "make a new one"));
         }
+        let wake = core.next_wake(0);
         core.drain();
         let result = command(&mut core);
         core.drain();
         self.announce(&mut core);
+        // The supervisor's thread sleeps until the time that it knew of: it is woken only where that has changed.
+        let changed = core.next_wake(0) != wake;
         drop(core);
-        if !self.is_virtual {
+        if changed && !self.is_virtual {
             self.host.unpark();
         }
         result
+    }
+
+    /// The supervisor's thread goes to its post, where that has changed.
+    fn take_post(&self) {
+        let mut post = self.post.lock().expect("nobody panics with the lock held");
+        if let (false, Some((priority, core))) = (post.taken, post.wanted) {
+            post.missing = kernel::take_for_supervisor(priority, core);
+            post.taken = true;
+        }
     }
 
     /// Takes what the kernels have told.
@@ -267,7 +297,10 @@ impl Shared {
             // SAFETY: the descriptor is open as long as `self` lives, and 8 bytes are what an eventfd takes.
             unsafe { libc::write(self.ended_fd.as_raw_fd(), (&raw const count).cast(), 8) };
         }
-        self.changed.notify_all();
+        // Counted under the lock of the core, which the caller holds.
+        if self.waiting.load(Ordering::Relaxed) > 0 {
+            self.changed.notify_all();
+        }
     }
 
     /// Waits until `found` gives something. Virtual clock: time advances, as far as it must.
@@ -310,9 +343,16 @@ impl Shared {
                     }
                 }
                 core = self.locked();
+            } else if begun.elapsed() < AWAKE_MAX {
+                // A kernel answers within microseconds: sooner than two threads wake up one after the other.
+                drop(core);
+                (0..PAUSES).for_each(|_| std::hint::spin_loop());
+                core = self.locked();
             } else {
+                self.waiting.fetch_add(1, Ordering::Relaxed);
                 let by_clock = until_ns.map_or(left, |until| Duration::from_nanos(u64::try_from(until - self.host.now_ns()).unwrap_or(0)));
                 core = self.changed.wait_timeout(core, left.min(by_clock)).expect("nobody panics while the supervisor works").0;
+                self.waiting.fetch_sub(1, Ordering::Relaxed);
             }
         }
     }
@@ -358,6 +398,7 @@ fn supervise(shared: &Arc<Shared>) -> Result<std::thread::JoinHandle<()>, Refusa
             if shared.closing.load(Ordering::Acquire) {
                 return;
             }
+            shared.take_post();
             let deadline = {
                 let mut core = shared.locked();
                 core.drain();
