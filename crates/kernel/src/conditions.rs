@@ -123,9 +123,24 @@ impl Kernel {
         let watch = &process.watches(stage)[usize::from(line)];
         let moved = self.act(process, word, stage, watch, candidate.process, now_ns);
         let (acted, ended, next) = (moved.is_some(), moved == Some(Moved::Ended), if let Some(Moved::To(next)) = moved { Some(next) } else { None });
-        let (condition, value, captured) = (watch.condition, Vec::new(), Vec::new());
-        let event =
-            Event::Condition { source, process: id, generation, condition, block, item, fault, number, time_ns, acted, ended, stage: next, value, captured };
+        let (condition, alone, value, captured) = (watch.condition, self.table.candidates.len() <= 1, Vec::new(), Vec::new());
+        let event = Event::Condition {
+            source,
+            process: id,
+            generation,
+            condition,
+            block,
+            item,
+            fault,
+            number,
+            time_ns,
+            alone,
+            acted,
+            ended,
+            stage: next,
+            value,
+            captured,
+        };
         self.tell_condition(event, candidate.step, item);
         self.serve_entered(now_ns);
     }
@@ -209,6 +224,7 @@ impl Kernel {
                 fault: None,
                 number: 0,
                 time_ns: now_ns,
+                alone: self.table.candidates.len() <= 1,
                 acted: true,
                 ended: moved == Moved::Ended,
                 stage: if let Moved::To(next) = moved { Some(next) } else { None },

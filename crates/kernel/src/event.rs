@@ -29,7 +29,8 @@ pub enum Event {
     Done { source: SourceId, script: Box<Script>, firing: u64, time_ns: i64, captured: Vec<u8> },
     /// A watched condition came. `acted`: this one moved the process (to `stage`, or ended or froze it); the others of the
     /// firing are told with `acted` false. `captured`: what the `Capture` ops of its reaction script took. `number`: of the
-    /// invocation that reported it (0 for a remembered one that acts at a later stage).
+    /// invocation that reported it (0 for a remembered one that acts at a later stage). `alone`: no other condition came in the
+    /// firing.
     Condition {
         source: SourceId,
         process: u64,
@@ -40,6 +41,7 @@ pub enum Event {
         fault: Option<Fault>,
         number: u64,
         time_ns: i64,
+        alone: bool,
         acted: bool,
         ended: bool,
         stage: Option<u16>,

@@ -72,8 +72,9 @@ impl Core {
         self.replace_sequence(id, builder.finish());
     }
 
-    /// A kernel has ended it in the same firing; what its script captured are outputs in that source.
-    pub fn ended_by_kernel(&mut self, id: u64, source: SourceId, cause: Cause, captured: &[u8]) {
+    /// A kernel has ended it in the same firing; what its script captured are outputs in that source. `alone`: no other condition
+    /// of that firing is still to be told.
+    pub fn ended_by_kernel(&mut self, id: u64, source: SourceId, cause: Cause, captured: &[u8], alone: bool) {
         let devices = self.device_sources();
         let Some(instance) = self.instances.get_mut(&id) else { return };
         (instance.list, instance.stage) = instance.list_stage(instance.installed.process.now().1);
@@ -81,8 +82,8 @@ impl Core {
         let outputs = of.outputs_in(source, cause.condition);
         let lens: Vec<usize> = outputs.iter().map(|o| of.output_len(*o)).collect();
         take_outputs(&mut instance.outputs, &outputs, &lens, captured);
-        let alone = instance.installed.sources.len() == 1 && instance.outstanding == 0 && instance.sequence.is_empty();
-        if alone && instance.state == State::Running && instance.ending.is_none() {
+        let done = alone && instance.installed.sources.len() == 1 && instance.outstanding == 0 && instance.sequence.is_empty();
+        if done && instance.state == State::Running && instance.ending.is_none() {
             // The reaction has done all of it: everything is off and safe, the outputs are here.
             instance.capturing.clear();
             instance.ending = Some(cause);

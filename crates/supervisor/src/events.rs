@@ -16,6 +16,8 @@ struct Told {
     item: u8,
     fault: Option<Fault>,
     time_ns: i64,
+    /// No other condition came in the firing.
+    alone: bool,
     acted: bool,
     ended: bool,
     stage: Option<u16>,
@@ -41,7 +43,7 @@ impl Core {
                 }
                 Purpose::Nothing => {}
             },
-            Event::Condition { source, process, generation, condition, block, item, fault, time_ns, acted, ended, stage, value, captured, .. } => {
+            Event::Condition { source, process, generation, condition, block, item, fault, time_ns, alone, acted, ended, stage, value, captured, .. } => {
                 self.condition(Told {
                     source,
                     process,
@@ -50,6 +52,7 @@ impl Core {
                     item,
                     fault,
                     time_ns,
+                    alone,
                     acted,
                     ended,
                     stage,
@@ -103,7 +106,7 @@ impl Core {
         let message = if told.fault.is_some() { text } else { String::new() };
         let cause = Cause { condition: told.condition, block: block.map(|_| label), value, message, time_ns: told.time_ns, asked_for: false };
         if told.ended {
-            self.ended_by_kernel(id, told.source, cause, &told.captured);
+            self.ended_by_kernel(id, told.source, cause, &told.captured, told.alone);
         } else if let Some(stage) = told.stage {
             let (list, stage) = self.instances[&id].list_stage(stage);
             self.replace_sequence(id, []);
