@@ -44,6 +44,9 @@ class System:
     def physical_device(self, processor: str, name: str, kind: str, options_json: str, source: str, place_json: str) -> str:
         """Opens a driver ("mujoco", "loopback", …). Returns {"channels": [{name, write, type_text, unit}], "parts": [driver's own description]}."""
 
+    def delete_physical_device(self, name: str) -> None:
+        """Closes a physical device that nothing is bound to."""
+
     def download(self, path: str, name: str | None) -> str:
         """C source, shared object or compiled Rust module. Returns {"name", "blocks": [interface], "types": {name: declaration}}."""
 
@@ -92,6 +95,9 @@ class System:
     def resume(self, instance: int) -> None: ...
     def halt(self, instance: int) -> None:
         """Returns when it has ended (a transition on `halted` may lie between; a second halt is immediate)."""
+
+    def halt_soon(self, instance: int) -> None:
+        """Asks for the halt and does not wait."""
 
     def wait(self, instance: int, timeout_ns: int | None, slice_ns: int) -> str | None:
         """The end report of the latest start (JSON), or None when the timeout passed. Releases the interpreter; lets signals

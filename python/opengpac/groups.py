@@ -110,6 +110,8 @@ def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
             with refusals:
                 identities[device.name] = native.enable(device.name)
             begun.append(device)
+        for device in begun[:1]:
+            device.system._say_rights()
         for device in begun:
             with refusals:
                 in_time = device.system._native.wait_enabled(device.name, timeout_ns)

@@ -142,6 +142,7 @@ class VerbInstance(Generic[R]):
         native = self._alive()
         with refusals:
             native.start(self.identity, json.dumps(values), json.dumps(options))
+        self.system._say_rights()
         self._report, self._halt_asked = None, False
 
     def _take(self, text: str) -> R:

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from .errors import UnknownName, did_you_mean, refuse
+from .errors import UnknownName, did_you_mean, refusals, refuse
 
 if TYPE_CHECKING:
     from .sources import Source
@@ -90,6 +90,12 @@ class PhysicalDevice(_Channels):
     def parts(self) -> list[str]:
         """The names of its parts, in the machine's order."""
         return [*self._parts]
+
+    def delete(self) -> None:
+        """Closes it, its outputs in their safe state; refused while a device or verb instance is bound to it."""
+        with refusals:
+            self.system._alive().delete_physical_device(self.name)
+        self.system.physical_devices.pop(self.name, None)
 
     def __iter__(self) -> Iterator[Part]:
         return iter(self._parts.values())

@@ -6,6 +6,7 @@ from __future__ import annotations
 import atexit
 import contextlib
 import json
+import logging
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -25,6 +26,8 @@ from .svvs import SVV, Snapshot, snapshot
 from .values import plain
 
 _open: WeakValueDictionary[str, System] = WeakValueDictionary()
+
+_logger = logging.getLogger("opengpac")
 
 
 class System:
@@ -68,6 +71,7 @@ class System:
         with refusals:
             self._native = _native.System(name, "virtual" if self.virtual else clock, json.dumps(options))
         self._definitions = Definitions(self._native)
+        self._rights_said = self.virtual
         _open[name] = self
 
     # ---- configuration ----
@@ -140,6 +144,17 @@ class System:
                 raise TimeoutError(f"{until!r} did not become true: {why}")
 
     # ---- the whole system ----
+
+    def _say_rights(self) -> None:
+        """Says once, in one line, what real-time rights were not given; everything works all the same, only later."""
+        if self._rights_said:
+            return
+        self._rights_said = True
+        statistics = self.statistics
+        missing = [m for source in statistics["sources"].values() for m in source["rights_missing"]]
+        missing += statistics["supervisor_rights_missing"]
+        if missing:
+            _logger.warning("system '%s' runs with less than real-time rights: %s", self.name, "; ".join(dict.fromkeys(missing)))
 
     def emergency_stop(self, reason: str) -> None:
         """Ends every action, brings devices to their safe state and latches. It is not a certified safety function."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Trial:
-    """What a block did: an array of values for each output, `conditions` as (invocation, name), `fault` or None."""
+    """What a block did: an array of values for each output, `conditions` as (invocation, name, value or None), `fault` or None."""
 
     def __init__(self, block: str, result: Mapping[str, Any]) -> None:
         outputs = result.get("outputs", result)

@@ -194,3 +194,38 @@ def test_values_of_structs() -> None:
     value = from_bytes(record.tobytes(), dtype)
     assert plain(value) == {"p": [1.0, 2.0], "n": 7}
     assert lively([[1.0], [2.0]]).shape == (2, 1)
+
+
+def test_a_trial_gives_the_value_of_a_condition() -> None:
+    assert lib.block("limit").run(low=-1, high=1, u=[0.5, 2.0]).conditions == [(1, "limited", 1.0)]
+
+
+def test_a_load_that_is_refused_leaves_nothing_behind() -> None:
+    with gpac.System("cell", clock="virtual") as cell:
+        rtp = cell.processor("rtp0")
+        odd, good = rtp.timer("odd", period="3 ms", priority=70), rtp.timer("good", period="1 ms", priority=80)
+        with pytest.raises(gpac.Error):
+            gpac.robots.load("two_joint", rtp, on=odd)
+        assert not cell.names["devices"] and not cell.names["logical_devices"] and not cell.names["svvs"]
+        arm = gpac.robots.load("two_joint", rtp, on=good)
+        arm.enable()
+        with pytest.raises(gpac.InvalidState, match="bound by"):
+            cell.physical_devices["two_joint"].delete()
+
+
+def test_rights_that_are_not_given_are_said_once_in_one_line(caplog: pytest.LogCaptureFixture) -> None:
+    with gpac.System("cell") as cell:
+        fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        verb = gpac.Verb("once", blocks={"s": lib.block("signal_generator")}, command_lists={"start": [gpac.execute("s")]})
+        verb.on(fast)()
+        verb.on(fast)()
+        missing = cell.statistics["sources"]["rtp0.fast"]["rights_missing"]
+    lines = [record.getMessage() for record in caplog.records if record.name == "opengpac"]
+    assert len(lines) == (1 if missing else 0) and all(m in lines[0] for m in missing)
+
+
+def test_instances_of_a_verb_are_counted_from_one() -> None:
+    with gpac.System("cell", clock="virtual") as cell:
+        fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        verb = gpac.Verb("once", blocks={"s": lib.block("signal_generator")}, command_lists={"start": [gpac.execute("s")]})
+        assert [verb.on(fast)().instance for _ in range(3)] == ["once#1", "once#2", "once#3"]

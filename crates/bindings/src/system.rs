@@ -125,6 +125,10 @@ impl System {
         to_json(&opened)
     }
 
+    fn delete_physical_device(&self, py: Python<'_>, name: &str) -> PyResult<()> {
+        py.detach(|| self.inner.delete_physical_device(name)).map_err(refused)
+    }
+
     fn download(&self, py: Python<'_>, path: PathBuf, name: Option<&str>) -> PyResult<String> {
         let python = interpreter(py)?;
         let module = py.detach(|| self.inner.download(&path, name, &python)).map_err(refused)?;

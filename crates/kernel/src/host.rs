@@ -10,6 +10,7 @@ use crate::watchdog::Watchdog;
 use crate::*;
 use interconnect::{Carrier, ConnectionSpec, Receiver, Sender};
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, Ordering};
+use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, MutexGuard, RwLock, RwLockReadGuard};
 use std::thread::JoinHandle;
 
@@ -83,8 +84,12 @@ impl Host {
             Some(executor) => executor.lock().expect("nobody panics with the lock held").add(kernel, self.now_ns()),
             None => {
                 let epoch_ns = self.epoch_ns;
-                let thread = std::thread::Builder::new().name(source.spec.name.chars().take(15).collect()).spawn(move || thread::run(kernel, epoch_ns))?;
+                let (ready, is_ready) = channel();
+                let name = source.spec.name.chars().take(15).collect();
+                let thread = std::thread::Builder::new().name(name).spawn(move || thread::run(kernel, epoch_ns, &ready))?;
                 self.threads().push(thread);
+                // Its rights are known when this returns; a thread that ended at once has dropped its end.
+                let _ready = is_ready.recv();
             }
         }
         self.watchdog.watch(source.clone());

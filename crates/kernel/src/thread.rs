@@ -7,6 +7,7 @@ use crate::source::add;
 use crate::{guard, rights};
 use std::hint::spin_loop;
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::Sender;
 
 /// How long before a release a thread that has a core of its own, and the rights, wakes and spins.
 const SPIN_NS: i64 = 30_000;
@@ -14,11 +15,13 @@ const SPIN_NS: i64 = 30_000;
 /// A source with a shorter period sleeps only: spinning would take a good part of the core.
 const SPIN_PERIOD_MIN_NS: i64 = 10 * SPIN_NS;
 
-/// The thread of one source, until it is closed.
-pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64) {
+/// The thread of one source, until it is closed. `ready` is told when it has taken what rights there are.
+pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
     let (missing, real_time) = rights::take(&kernel.source.spec);
     *kernel.source.rights_missing.lock().expect("nobody panics with the lock held") = missing;
     guard::prepare_thread();
+    // Whoever made the source may have given up waiting.
+    let _told = ready.send(());
     let spins = real_time && kernel.source.spec.core.is_some() && kernel.source.period_ns().is_some_and(|period| period >= SPIN_PERIOD_MIN_NS);
     match kernel.source.period_ns() {
         Some(period_ns) => timer(&mut kernel, epoch_ns, period_ns.max(1), spins),

@@ -10,6 +10,7 @@ use indexmap::IndexMap;
 use kernel::{Direction, Op, SourceSpec};
 use model::configuration::{Channel, PhysicalDevice, Source, SourceKind, Svv, SvvId};
 use model::definition::{DeviceType, Graph, Initial, SvvSpecification, Verb};
+use model::plan::CellKind;
 use model::refusal::{Class, Place, Refusals};
 use model::types::Type;
 use model::{CheckedVerb, check_graph};
@@ -177,6 +178,37 @@ impl System {
         Ok(json)
     }
 
+    /// Closes a physical device that nothing is bound to.
+    pub fn delete_physical_device(&self, name: &str) -> Result<(), Refusals> {
+        let mut definitions = self.shared.definitions();
+        self.shared.command(|core| {
+            let Some(physical) = core.physical.get(name) else {
+                return Err(unknown("physical device", name, core.physical.keys().map(String::as_str)));
+            };
+            let bound = |i: &&crate::instance::Instance| i.plan.cells.iter().any(|c| matches!(&c.kind, CellKind::Channel { device, .. } if device == name));
+            if let Some(user) = core.instances.values().find(bound) {
+                return Err(invalid_state(
+                    &format!("physical device '{name}'"),
+                    &format!("bound by '{}'", user.name),
+                    "delete",
+                    "delete that instance or device first",
+                ));
+            }
+            if core.emergency_inputs.iter().any(|(device, _)| device == name) {
+                return Err(invalid_state(&format!("physical device '{name}'"), "an emergency stop input", "delete", "keep it as long as the system"));
+            }
+            let (source, device) = (physical.source, physical.device.clone());
+            core.physical.shift_remove(name);
+            let table = core.tables.get_mut(&source).expect("a source has its table as long as the system lives");
+            table.devices.retain(|d| !Arc::ptr_eq(d, &device));
+            let op = core.table_op(source);
+            core.submit(source, vec![op], crate::core::Purpose::Nothing);
+            Ok(())
+        })?;
+        definitions.configuration.devices.shift_remove(name);
+        Ok(())
+    }
+
     /// Patterns over `verb.label` → source.
     pub fn place(&self, placement: IndexMap<String, String>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
@@ -289,6 +321,7 @@ impl System {
                     bound: 0,
                     stamp: None,
                     ratio: 1,
+                    firings: 1,
                     past: Vec::new(),
                     rows: None,
                 },
@@ -311,8 +344,7 @@ impl System {
             return Err(invalid_state(&format!("SVV '{name}'"), &format!("part of device '{device}'"), "delete", "delete the device"));
         }
         self.shared.command(|core| {
-            let bound =
-                core.instances.values().find(|i| i.plan.cells.iter().any(|c| matches!(&c.kind, model::plan::CellKind::Svv { name: n, .. } if n == name)));
+            let bound = core.instances.values().find(|i| i.plan.cells.iter().any(|c| matches!(&c.kind, CellKind::Svv { name: n, .. } if n == name)));
             if let Some(instance) = bound {
                 return Err(invalid_state(&format!("SVV '{name}'"), &format!("bound by '{}'", instance.name), "delete", "delete that instance first"));
             }

@@ -72,6 +72,8 @@ pub(crate) struct Core {
     /// The latest connection of each pair.
     pub latest: HashMap<Pair, u64>,
     pub last_connection: u64,
+    /// How many instances of each verb have been named.
+    pub named: HashMap<String, u64>,
     scripts: HashMap<u64, Purpose>,
     last_id: u64,
 }
@@ -95,6 +97,7 @@ impl Core {
             ended: 0,
             latest: HashMap::new(),
             last_connection: 0,
+            named: HashMap::new(),
             scripts: HashMap::new(),
             last_id: 0,
         }

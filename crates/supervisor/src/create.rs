@@ -24,7 +24,7 @@ impl Core {
     /// Makes an instance of a plan. Its memory and steps are there when this returns; kernels take the tables as soon as they can.
     pub fn create(&mut self, catalog: &Catalog, plan: Arc<Plan>, name: Option<String>, owner: Option<String>) -> Result<u64, Refusals> {
         let id = self.fresh();
-        let name = name.unwrap_or_else(|| format!("{}#{id}", plan.verb));
+        let name = name.unwrap_or_else(|| self.next_name(&plan.verb));
         let (installed, queues) = install(self, catalog, &plan, id, &name)?;
         check_waits(&plan, &installed)?;
         let merged = self.merge_orders(&plan, &installed)?;
@@ -43,6 +43,18 @@ impl Core {
         movements.extend(connections);
         self.append_sequence(id, movements);
         Ok(id)
+    }
+
+    /// A name for the next instance of a verb: `move#1`, `move#2`, …
+    fn next_name(&mut self, verb: &str) -> String {
+        let count = self.named.entry(verb.to_owned()).or_default();
+        loop {
+            *count += 1;
+            let name = format!("{verb}#{count}");
+            if !self.instances.values().any(|i| i.name == name) {
+                return name;
+            }
+        }
     }
 
     /// The order of a firing in each source with the new blocks in it.

@@ -74,7 +74,7 @@ fn library_faces() -> (Vec<BlockFace>, Vec<TypeFace>) {
 }
 
 /// Runs a block `times` times with no system. `inputs`: a constant, or a list with one value an invocation.
-/// Returns each output's values, the conditions as (invocation, name), and the fault that ended it, if one did.
+/// Returns each output's values, the conditions as (invocation, name, value or none), and the fault that ended it, if one did.
 pub fn trial(
     module: &str,
     block: &str,
@@ -152,7 +152,18 @@ fn run_trial(trial: &mut Trial, interface: &Interface, inputs: &IndexMap<String,
             let bytes = trial.get(&item.name).map_err(|why| refuse(Class::ValueRefused, why.to_string(), ""))?;
             outputs[&item.name].push(of.decode(&bytes[..of.size().min(bytes.len())]));
         }
-        conditions.extend(trial.reported().into_iter().map(|name| json!([time, name])));
+        for name in trial.reported() {
+            let value = reported(trial, interface, &name, size)?;
+            conditions.push(json!([time, name, value]));
+        }
     }
     Ok(json!({ "outputs": outputs, "conditions": conditions, "fault": fault }))
+}
+
+/// The value that a condition reported, if it has one.
+fn reported(trial: &Trial, interface: &Interface, name: &str, size: Option<u32>) -> Result<Option<Value>, Refusals> {
+    let Some(item) = interface.items.iter().find(|i| i.name == name && !i.type_text.is_empty()) else { return Ok(None) };
+    let of = Type::parse_sized(&item.type_text, &interface.types, size).map_err(|r| vec![r])?;
+    let bytes = trial.get(name).map_err(|why| refuse(Class::ValueRefused, why.to_string(), ""))?;
+    Ok(Some(of.decode(&bytes)))
 }

@@ -5,6 +5,7 @@ use crate::instance::{Instance, Limits, RunningTime, State};
 use crate::refuse::{invalid_state, refuse};
 use crate::sequence::{Builder, Carried, Movement};
 use crate::stages::Verbatim;
+use crate::values::Stamped;
 use indexmap::IndexMap;
 use kernel::{Op, SourceId};
 use model::configuration::{Configuration, SvvId};
@@ -163,6 +164,7 @@ impl Core {
         let instance = &self.instances[&id];
         let mut written: Vec<(String, SourceId)> = Vec::new();
         let mut stamps = Vec::new();
+        let slowest = slowest(&instance.plan);
         for cell in &instance.plan.cells {
             if let (CellKind::Svv { name, .. }, Some((block, item))) = (&cell.kind, cell.writers.first()) {
                 written.push((name.clone(), instance.installed.block_source[*block]));
@@ -170,7 +172,8 @@ impl Core {
                     Mode::Ratio(n) => u64::from(n),
                     _ => 1,
                 };
-                stamps.push((instance.installed.stamps[instance.plan.blocks[*block].activation].clone(), ratio));
+                let stamp = instance.installed.stamps[instance.plan.blocks[*block].activation].clone();
+                stamps.push(Stamped { stamp, ratio, firings: slowest * ratio as usize });
             }
         }
         let home = |svv: &str| self.svvs.get(svv).and_then(|s| s.home);
@@ -360,6 +363,17 @@ fn stored_svvs<'a>(plan: &'a Plan, stores: &'a [(Target, Vec<u8>)]) -> impl Iter
         _ => None,
     })
 }
+
+/// The most firings from one invocation to the next that any interval of the verb asks for; of one that other instances drive,
+/// what a slow one would.
+fn slowest(plan: &Plan) -> usize {
+    let driven = plan.activations.iter().any(|a| matches!(a.due, model::plan::Due::Queued { .. }));
+    let active = plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.active);
+    active.map(|(_, every)| *every as usize).max().unwrap_or(1).max(if driven { DRIVEN_FIRINGS } else { 1 })
+}
+
+/// Firings between two values where only the driving instance knows.
+const DRIVEN_FIRINGS: usize = 20;
 
 /// The values of ψ: what was given, else the defaults; those of device parameters as they are now.
 fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: &Configuration) -> Result<Vec<(Target, Vec<u8>)>, Refusals> {

@@ -31,6 +31,8 @@ pub(crate) struct SvvRecord {
     pub stamp: Option<Cell>,
     /// n where its present writer's port is a ratio output n, else 1.
     pub ratio: u64,
+    /// The most firings of its home from one value to the next, of the writers so far.
+    pub firings: usize,
     /// Values that earlier rows held, oldest first: (number, time, bytes).
     pub past: Vec<(u64, i64, Vec<u8>)>,
     /// Where its history comes from: the reader of its home's rows, and its offset in a row.

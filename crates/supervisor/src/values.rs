@@ -17,6 +17,15 @@ type Asked = (usize, usize, Option<u64>);
 /// Index of an SVV in a snapshot, its cell, and its stamp with n of its writer's ratio output.
 type Wanted = (usize, Cell, Option<(Cell, u64)>);
 
+/// How the values of a port that writes an SVV are stamped and how often they come.
+pub(crate) struct Stamped {
+    pub stamp: Cell,
+    /// n of a ratio output n, else 1.
+    pub ratio: u64,
+    /// The most firings of its source from one value to the next.
+    pub firings: usize,
+}
+
 /// A snapshot that is under way.
 pub(crate) struct Snapshot {
     /// For each source that was asked: the ticket, and what was asked for.
@@ -94,12 +103,13 @@ impl Core {
     }
 
     /// Makes the rows of the sources in which an SVV with history has got its home, or has been made.
-    pub fn remake_rows(&mut self, written: &[(String, SourceId)], stamps: Vec<(Cell, u64)>) -> Vec<SourceId> {
+    pub fn remake_rows(&mut self, written: &[(String, SourceId)], stamps: Vec<Stamped>) -> Vec<SourceId> {
         let mut sources = Vec::new();
-        for ((name, source), (stamp, ratio)) in written.iter().zip(stamps) {
+        for ((name, source), Stamped { stamp, ratio, firings }) in written.iter().zip(stamps) {
             let svv = self.svvs.get_mut(name).expect("the plan was made from the SVVs that exist");
             let same = svv.stamp.replace(stamp.clone()).is_some_and(|before| before.is_same(&stamp));
             svv.ratio = ratio;
+            svv.firings = svv.firings.max(firings);
             if svv.history > 0 && !(same && svv.rows.is_some()) {
                 sources.push(*source);
             }
@@ -127,9 +137,9 @@ impl Core {
             len += stamp.len() + cell.len();
             cells.push(stamp.clone());
             cells.push(cell);
-            depth = depth.max(svv.history as usize);
+            depth = depth.max(svv.history as usize * svv.firings);
         }
-        let (writer, reader) = interconnect::rows(len, depth * HISTORY_FIRINGS + ROWS_SPARE);
+        let (writer, reader) = interconnect::rows(len, depth + ROWS_SPARE);
         if let Some(table) = self.tables.get_mut(&source) {
             table.rows = Some((cells, RowsEnd::new(writer)));
         }
@@ -164,9 +174,6 @@ impl Core {
         Ok(values.split_off(values.len().saturating_sub(keep)))
     }
 }
-
-/// Firings that may pass between two values of an SVV whose history is kept whole.
-const HISTORY_FIRINGS: usize = 20;
 
 fn take<'a>(rest: &mut &'a [u8], len: usize) -> &'a [u8] {
     let (head, tail) = rest.split_at(len.min(rest.len()));

@@ -7,6 +7,7 @@ use model::refusal::Class;
 use model::value::Value;
 use proptest::prelude::*;
 use serde_json::{Value as Json, json};
+use std::collections::HashMap;
 use supervisor::Limits;
 
 #[derive(Clone, Copy, Debug)]
@@ -93,6 +94,8 @@ struct Model<'a> {
     rig: &'a Rig,
     /// (instance, starts that were accepted).
     made: Vec<(u64, u64)>,
+    /// Name of each instance that was made.
+    names: HashMap<u64, String>,
 }
 
 impl Model<'_> {
@@ -106,6 +109,8 @@ impl Model<'_> {
                     let given: Vec<&str> = PLACES[place].iter().copied().chain([s]).collect();
                     // The slow source has no interval of 1 ms: such a plan is refused, and nothing is left of it.
                     if let Ok(id) = self.rig.try_create(application(["waits", "faults", "executes"][verb], &given)) {
+                        let name = system.instance_json(id).unwrap()["name"].as_str().unwrap().to_owned();
+                        self.names.insert(id, name);
                         self.made.push((id, 0));
                     }
                 }
@@ -187,8 +192,8 @@ impl Model<'_> {
 
     /// Each start that was accepted has one entry of an end in the log.
     fn check_ends(&self, (id, starts): (u64, u64)) {
-        let about = format!("#{id}");
-        let count = |kind| self.rig.system.log_since(0).iter().filter(|e| e.kind == kind && e.about.ends_with(&about)).count() as u64;
+        let about = &self.names[&id];
+        let count = |kind| self.rig.system.log_since(0).iter().filter(|e| e.kind == kind && e.about == *about).count() as u64;
         assert_eq!((count("start"), count("end")), (starts, starts));
     }
 
@@ -221,7 +226,7 @@ fn check(link: Link, calls: &[Call]) {
     let rig = Rig::new(link);
     rig.svvs(&["x", "y"]);
     verbs().into_iter().for_each(|verb| rig.define(verb));
-    let mut model = Model { rig: &rig, made: Vec::new() };
+    let mut model = Model { rig: &rig, made: Vec::new(), names: HashMap::new() };
     calls.iter().for_each(|call| model.carry_out(*call));
     model.close();
 }

@@ -40,7 +40,16 @@ def load(
         rtp.timer("slow", period="20 ms", priority=60)
         on = rtp.timer("fast", period="1 ms", priority=80)
     device = rtp.physical_device(name, drivers.mujoco(file), exchange=on or _fastest(rtp))
-    return Group(name, *(_joint(name, part, device.source) for part in device))
+    joints: list[Joint] = []
+    try:
+        for part in device:
+            joints.append(_joint(name, part, device.source))
+        return Group(name, *joints)
+    except BaseException:
+        for joint in joints:
+            joint.delete()
+        device.delete()
+        raise
 
 
 def _joint(arm: str, part: Part, source: Source) -> Joint:

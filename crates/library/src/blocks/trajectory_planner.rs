@@ -14,7 +14,7 @@ const OUT_OF_RANGE: u32 = 3;
 ///
 /// Execute it once; a `setpoint_generator` bound to its coefficients makes the motion. The motion is from rest to rest on a
 /// straight line in joint space; section 3.4 of Biagiotti and Melchiorri, 2008, has the equations. It allocates nothing.
-/// Faults: 1 a start or goal is not finite; 2 a limit is not above 0; 3 a goal is outside its joint's range.
+/// Faults: 1 a start or goal is not finite; 2 a limit is not above 0; 3 a goal is outside its joint's range (goals are in rad: did you mean degrees, '90 deg'?).
 #[derive(FunctionBlock)]
 pub struct TrajectoryPlanner {
     /// number of joints
