@@ -6,7 +6,7 @@ use crate::refuse::{invalid_state, refuse_at, unknown};
 use crate::system::{Definitions, System, Waited};
 use indexmap::IndexMap;
 use model::CheckedVerb;
-use model::configuration::{LogicalDevice, Rate, Writer};
+use model::configuration::LogicalDevice;
 use model::definition::{Application, Argument, Initial};
 use model::plan::{CellKind, Plan};
 use model::refusal::{Class, Place, Refusals};
@@ -74,7 +74,7 @@ impl System {
             let id = core.create(catalog, plan.clone(), application.name.clone(), application.owner.clone())?;
             Ok((id, core.instances[&id].name.clone()))
         })?;
-        enter_writers(definitions, &plan, &name, application.place.as_ref());
+        enter_writers(definitions, &plan, &name);
         Ok(id)
     }
 
@@ -299,23 +299,9 @@ fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model
 }
 
 /// Enters what an instance writes, for the checks of later ones.
-fn enter_writers(definitions: &mut Definitions, plan: &Plan, instance: &str, place: Option<&Place>) {
-    for cell in &plan.cells {
-        let CellKind::Svv { name, .. } = &cell.kind else { continue };
-        for (block, item) in &cell.writers {
-            let planned = &plan.blocks[*block];
-            let item_name = definitions.configuration.interfaces.get(&planned.block).and_then(|i| i.items.get(*item)).map_or(String::new(), |i| i.name.clone());
-            let rates: Vec<Rate> = plan.activations[planned.activation].rates.iter().map(|(_, rate)| rate.clone()).collect();
-            let writer = Writer {
-                instance: instance.to_owned(),
-                port: format!("{}.{item_name}", planned.label),
-                source: planned.source.clone(),
-                mode: crate::connect::mode_of(plan, *block, *item),
-                rates: if rates.is_empty() { vec![Rate::Once] } else { rates },
-                place: planned.place.clone().or_else(|| place.cloned()),
-            };
-            definitions.configuration.writers.entry(name.clone()).or_default().push(writer);
-        }
+fn enter_writers(definitions: &mut Definitions, plan: &Plan, instance: &str) {
+    for (svv, writer) in plan.writers(instance, &definitions.configuration) {
+        definitions.configuration.writers.entry(svv).or_default().push(writer);
     }
 }
 
