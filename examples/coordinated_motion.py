@@ -137,10 +137,12 @@ class Log:
     def __init__(self, trace: Trace) -> None:
         self._trace = trace
         self.rows: list[tuple[str, str, str, str]] = []
+        self._begun = 0
 
     def begin(self, what: str) -> None:
         """Says what comes."""
-        print(f"  {len(self.rows) + 1}. {what} …", flush=True)
+        self._begun += 1
+        print(f"  {self._begun}. {what} …", flush=True)
 
     def end(self, what: str, report: gpac.Report, wanted: str, more: str = "") -> None:
         """Notes an end."""
