@@ -240,11 +240,19 @@ def main() -> int:
             perform(arm, cell.physical_devices["ur5e"], slow, fast, log)
             summary(cell, log, trace, arm)
         plot = options.output / "coordinated_motion.png"
-        trace.plot(plot)
-        print(f"\nPositions are drawn in {plot}")
+        try:
+            trace.plot(plot)
+            print(f"\nPositions are drawn in {plot}")
+        except OSError as error:
+            print(f"\nPositions are not drawn: {error}; give a folder that can be written with --output", file=sys.stderr)
+            return 1
     print("All verbs ended as they should" if log.as_wanted else "A verb did not end as it should")
     return 0 if log.as_wanted else 1
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        print("\nInterrupted: what ran was halted, the joints are disabled and their brakes hold", file=sys.stderr)
+        sys.exit(130)
