@@ -37,13 +37,6 @@ impl Core {
             self.set_device(device, before);
             return Err(refusals);
         }
-        let has_ready = self
-            .instances
-            .get(&instance)
-            .is_some_and(|i| i.plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.commands).any(|c| matches!(c, model::plan::PlannedCommand::Ready)));
-        if !has_ready && self.logical[device].state == DeviceState::Enabling {
-            self.append_sequence(instance, [crate::sequence::Movement::Ready]);
-        }
         Ok(instance)
     }
 

@@ -5,7 +5,7 @@ use crate::instance::State;
 use crate::sequence::{Carried, Inlet, Movement};
 use crate::stages::Verbatim;
 use kernel::{Op, SourceId, Taken};
-use model::plan::Wait;
+use model::plan::{PlannedCommand, Wait};
 
 impl Core {
     /// Puts a new sequence in the place of what is left of the one before, but for what the system needs of that.
@@ -128,7 +128,7 @@ impl Core {
 
     fn device_ready(&mut self, id: u64) {
         let owner = self.instances.get(&id).and_then(|i| i.owner.clone());
-        if let Some(device) = owner.and_then(|o| self.logical.get_mut(&o)) {
+        if let Some(device) = owner.and_then(|o| self.logical.get_mut(&o)).filter(|device| device.state == DeviceState::Enabling) {
             device.state = DeviceState::Enabled;
         }
     }
@@ -156,9 +156,14 @@ impl Core {
             Some(Wait::Time(time_ns)) => Some(instance.running.at(now_ns) + time_ns),
             _ => None,
         };
+        let says_when = instance.plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.commands).any(|c| matches!(c, PlannedCommand::Ready));
         if moved {
             let (name, text) = (instance.name.clone(), format!("command list '{}'", instance.plan.lists[list].name));
             self.log.add(now_ns, "transition", &name, text);
+        }
+        if !says_when {
+            // A device whose verb does not say when it is ready is so as soon as its verb runs.
+            self.device_ready(id);
         }
     }
 

@@ -134,3 +134,25 @@ def test_r117_tunable_parameters_act_at_once(rig: Rig, arm: gpac.Group[gpac.robo
     arm[0].kp = 20.0
     rig.cell.advance("10 ms")
     assert arm[0].kp == 20.0
+
+
+def test_r117_a_device_whose_verb_does_not_say_when_is_ready_when_it_runs(rig: Rig) -> None:
+    moving_on = rig.counting(
+        "moving_on",
+        command_lists={"first": [activate("count", every="1 ms")], "second": [activate("count", every="1 ms")]},
+        initial="first",
+        input_parameters={"limit": gpac.input("count.enough", default=1)},
+        conditions={"enough": gpac.on("count.enough")},
+        transitions={("first", "enough"): "second", ("second", "enough"): "second"},
+    )
+
+    class Counter(gpac.LogicalDevice, verb=moving_on):
+        y: gpac.SVV[float] = gpac.svv()
+
+    counter = Counter("counter", on=rig.fast)
+    counter.enable()
+    assert counter.state == "standstill"
+    rig.cell.advance("5 ms")
+    assert counter.state == "standstill" and counter.y.value > 1
+    counter.disable()
+    assert counter.state == "disabled"
