@@ -96,9 +96,6 @@ class System:
     def halt(self, instance: int) -> None:
         """Returns when it has ended (a transition on `halted` may lie between; a second halt is immediate)."""
 
-    def halt_soon(self, instance: int) -> None:
-        """Asks for the halt and does not wait."""
-
     def wait(self, instance: int, timeout_ns: int | None, slice_ns: int) -> str | None:
         """The end report of the latest start (JSON), or None when the timeout passed. Releases the interpreter; lets signals
         through (KeyboardInterrupt). `slice_ns` > 0: returns None after that much even without a timeout, so that the caller

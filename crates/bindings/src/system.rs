@@ -234,11 +234,6 @@ impl System {
         Ok(())
     }
 
-    /// Asks for the halt and does not wait.
-    fn halt_soon(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
-        py.detach(|| self.inner.halt(instance)).map_err(refused)
-    }
-
     fn wait(&self, py: Python<'_>, instance: u64, timeout_ns: Option<i64>, slice_ns: u64) -> PyResult<Option<String>> {
         let until_ns = timeout_ns.map(|t| self.inner.now_ns() + t);
         let report = if slice_ns == 0 {
@@ -246,7 +241,7 @@ impl System {
         } else {
             let waited = py.detach(|| self.inner.wait(instance, until_ns, Duration::from_nanos(slice_ns))).map_err(refused)?;
             py.check_signals()?;
-            supervisor::System::waited_report(waited)
+            if let Waited::Done(report) = waited { Some(report) } else { None }
         };
         report.map(|r| to_json(&r)).transpose()
     }

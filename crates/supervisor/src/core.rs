@@ -4,11 +4,13 @@
 use crate::connect::Pair;
 use crate::instance::Instance;
 use crate::log::Log;
+use crate::refuse::refuse;
 use crate::svvs::SvvRecord;
 use crate::tables::SourceTable;
 use indexmap::IndexMap;
 use kernel::{Device, Host, Op, Script, SourceId};
 use model::plan::Claim;
+use model::refusal::{Class, Refusals};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
@@ -114,6 +116,12 @@ impl Core {
         let id = self.fresh();
         self.scripts.insert(id, purpose);
         self.host.submit(source, Box::new(Script { id, ops }));
+    }
+
+    /// Refuses a call while the emergency stop is latched.
+    pub fn refuse_emergency(&self, call: &str, what: &str) -> Result<(), Refusals> {
+        let Some(reason) = &self.emergency else { return Ok(()) };
+        Err(refuse(Class::EmergencyStopped, format!("cannot {call} '{what}': the emergency stop is latched ({reason})"), "remove the cause and call reset()"))
     }
 
     /// Whose the acknowledged script was.

@@ -10,6 +10,7 @@ use crate::sequence::Movement;
 use crate::stages::{REMEMBERED_MAX, Verbatim};
 use crate::svvs::WriterRecord;
 use crate::tables::StepRecord;
+use indexmap::IndexMap;
 use kernel::{BlockId, SourceId};
 use model::order;
 use model::plan::{CellKind, Plan};
@@ -28,8 +29,7 @@ impl Core {
         let (installed, queues) = install(self, catalog, &plan, id, &name)?;
         check_waits(&plan, &installed)?;
         let merged = self.merge_orders(&plan, &installed)?;
-        let devices = self.device_sources();
-        let stages = Verbatim { plan: &plan, installed: &installed, devices: &devices }.stages();
+        let stages = Verbatim { plan: &plan, installed: &installed, devices: &self.physical }.stages();
         installed.process.set_stages(stages);
         let mut sources = installed.sources.clone();
         sources.extend(enter_queues(self, queues, id, &installed));
@@ -235,7 +235,7 @@ impl Core {
 
 /// What a kernel can remember for waits has room for every condition.
 fn check_waits(plan: &Plan, installed: &Installed) -> Result<(), Refusals> {
-    let waited = Verbatim { plan, installed, devices: &HashMap::new() }.waited_for().len();
+    let waited = Verbatim { plan, installed, devices: &IndexMap::new() }.waited_for().len();
     let count = plan.conditions.len() + waited;
     if waited == 0 || count <= REMEMBERED_MAX {
         return Ok(());

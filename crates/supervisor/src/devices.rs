@@ -20,13 +20,7 @@ impl Core {
             DeviceState::Stopping => return Err(invalid_state(&format!("device '{device}'"), "stopping", "enable", "wait until it is disabled")),
             DeviceState::Disabled | DeviceState::Fault => {}
         }
-        if let Some(reason) = &self.emergency {
-            return Err(refuse(
-                Class::EmergencyStopped,
-                format!("cannot enable '{device}': the emergency stop is latched ({reason})"),
-                "remove the cause and call reset()",
-            ));
-        }
+        self.refuse_emergency("enable", device)?;
         let Some(instance) = record.instance else {
             self.set_device(device, DeviceState::Enabled);
             return Ok(0);

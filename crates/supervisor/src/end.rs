@@ -10,15 +10,8 @@ use kernel::{Op, SourceId};
 use model::plan::Target;
 use model::types::Type;
 use model::value::Value;
-use std::collections::HashMap;
-use std::sync::Arc;
 
 impl Core {
-    /// Physical devices with their sources, for building operations.
-    pub fn device_sources(&self) -> HashMap<String, (SourceId, Arc<kernel::Device>)> {
-        self.physical.iter().map(|(name, p)| (name.clone(), (p.source, p.device.clone()))).collect()
-    }
-
     /// Ends an instance by a condition that no block reported. Nothing where it is ending or not running.
     pub fn end_by_name(&mut self, id: u64, condition: &str, message: String) {
         let Some(instance) = self.instances.get(&id) else { return };
@@ -47,7 +40,6 @@ impl Core {
 
     /// The end begins: everything off and safe in every source, then the report. The process is frozen.
     pub fn end(&mut self, id: u64, cause: Cause) {
-        let devices = self.device_sources();
         let Some(instance) = self.instances.get_mut(&id) else { return };
         if instance.ending.is_some() || !matches!(instance.state, State::Running | State::Suspended) {
             return;
@@ -56,7 +48,7 @@ impl Core {
         instance.ending = Some(cause);
         instance.suspending = false;
         instance.capturing.clear();
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         let mut builder = Builder::default();
         for &source in &instance.installed.sources {
             of.stop_in(&mut builder, source);
@@ -75,10 +67,9 @@ impl Core {
     /// A kernel has ended it in the same firing; what its script captured are outputs in that source. `alone`: no other condition
     /// of that firing is still to be told.
     pub fn ended_by_kernel(&mut self, id: u64, source: SourceId, cause: Cause, captured: &[u8], alone: bool) {
-        let devices = self.device_sources();
         let Some(instance) = self.instances.get_mut(&id) else { return };
         (instance.list, instance.stage) = instance.list_stage(instance.installed.process.now().1);
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         let outputs = of.outputs_in(source, cause.condition);
         let lens: Vec<usize> = outputs.iter().map(|o| of.output_len(*o)).collect();
         take_outputs(&mut instance.outputs, &outputs, &lens, captured);
@@ -96,10 +87,9 @@ impl Core {
 
     /// Everything has been acknowledged: claims are free, the report is made.
     pub fn ended(&mut self, id: u64) {
-        let devices = self.device_sources();
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let Some(cause) = instance.ending.take() else { return };
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         for (source, bytes) in std::mem::take(&mut instance.captured) {
             if let Some((_, outputs)) = instance.capturing.iter().find(|(s, _)| *s == source) {
                 let lens: Vec<usize> = outputs.iter().map(|o| of.output_len(*o)).collect();

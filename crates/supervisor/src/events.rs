@@ -122,8 +122,7 @@ impl Core {
             return;
         }
         let Some(instance) = self.instances.get(&id) else { return };
-        let devices = self.device_sources();
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         let condition = (cause.condition < instance.plan.conditions.len()).then_some(cause.condition);
         match of.answer(instance.list, instance.stage, condition, reported) {
             Some(Answer::Go(list, stage)) => self.go(id, list, stage),

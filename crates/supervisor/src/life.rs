@@ -27,13 +27,7 @@ impl Core {
         if !matches!(instance.state, State::Created | State::Ended) {
             return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "start", "wait for it or halt it first"));
         }
-        if let Some(reason) = &self.emergency {
-            return Err(refuse(
-                Class::EmergencyStopped,
-                format!("cannot start '{}': the emergency stop is latched ({reason})", instance.name),
-                "remove the cause and call reset()",
-            ));
-        }
+        self.refuse_emergency("start", &instance.name)?;
         self.check_enabled(instance)?;
         self.check_sources(instance)?;
         let stores = psi(&instance.plan, values, configuration)?;
@@ -195,8 +189,7 @@ impl Core {
     /// From the reset to the end of the initial list's first stage.
     fn opening(&self, id: u64, stores: &[(Target, Vec<u8>)]) -> Vec<Movement> {
         let instance = &self.instances[&id];
-        let devices = self.device_sources();
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         let mut builder = Builder::default();
         for (index, block) in instance.installed.blocks.iter().enumerate() {
             builder.add(instance.installed.block_source[index], Op::Reset(block.clone()));

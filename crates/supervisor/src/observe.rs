@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Looking at a running system: snapshots, histories, what there is, how it does. Nothing here disturbs what runs.
 use crate::refuse::{refuse, unknown};
-use crate::report::Report;
 use crate::system::{System, Waited};
 use crate::values::Reading;
 use kernel::Statistics;
@@ -104,14 +103,6 @@ impl System {
     /// Entries of the log from number `sequence` on.
     pub fn log_since(&self, sequence: u64) -> Vec<crate::log::Entry> {
         self.shared.locked().log.since(sequence)
-    }
-
-    /// The report of a wait, where there is one.
-    pub fn waited_report(waited: Waited<Report>) -> Option<Report> {
-        match waited {
-            Waited::Done(report) => Some(report),
-            _ => None,
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 //! Carrying sequences out: one movement after the other, each when the one before has been acknowledged.
 use crate::core::{Core, DeviceState, Purpose};
 use crate::instance::State;
-use crate::sequence::{Carried, Inlet, Movement};
+use crate::sequence::{Carried, Inlet, Movement, by_source};
 use crate::stages::Verbatim;
 use kernel::{Op, SourceId, Taken};
 use model::plan::{PlannedCommand, Wait};
@@ -110,20 +110,15 @@ impl Core {
         let captured: Vec<u8> = std::mem::take(&mut instance.captured).into_iter().flat_map(|(_, bytes)| bytes).collect();
         let Some(owner) = instance.owner.clone() else { return };
         let copies = self.logical[&owner].copies.clone();
-        let mut scripts: Vec<(SourceId, Vec<Op>)> = Vec::new();
+        let mut stores = Vec::new();
         let mut offset = 0;
         for (to, _) in copies {
             let size = self.svvs[&to].size;
             let Some(bytes) = captured.get(offset..offset + size) else { continue };
             offset += size;
-            for (source, op) in self.store_everywhere(&to, bytes) {
-                match scripts.iter_mut().find(|(s, _)| *s == source) {
-                    Some((_, ops)) => ops.push(op),
-                    None => scripts.push((source, vec![op])),
-                }
-            }
+            stores.extend(self.store_everywhere(&to, bytes));
         }
-        self.send(id, scripts);
+        self.send(id, by_source(stores));
     }
 
     fn device_ready(&mut self, id: u64) {
@@ -156,13 +151,14 @@ impl Core {
             Some(Wait::Time(time_ns)) => Some(instance.running.at(now_ns) + time_ns),
             _ => None,
         };
-        let says_when = instance.plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.commands).any(|c| matches!(c, PlannedCommand::Ready));
+        let commands = || instance.plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.commands);
+        // A device whose verb does not say when it is ready is so as soon as its verb runs.
+        let is_ready = instance.owner.is_some() && !commands().any(|c| matches!(c, PlannedCommand::Ready));
         if moved {
             let (name, text) = (instance.name.clone(), format!("command list '{}'", instance.plan.lists[list].name));
             self.log.add(now_ns, "transition", &name, text);
         }
-        if !says_when {
-            // A device whose verb does not say when it is ready is so as soon as its verb runs.
+        if is_ready {
             self.device_ready(id);
         }
     }
@@ -208,13 +204,12 @@ impl Core {
 
     /// The supervisor moves the instance to (list, stage). Its process was taken.
     pub fn go(&mut self, id: u64, list: usize, stage: usize) {
-        let devices = self.device_sources();
         let Some(instance) = self.instances.get_mut(&id) else { return };
         // Within a list it is the same process: conditions that came meanwhile still count.
         instance.generation += u32::from(stage == 0);
         instance.target = (list, stage);
         let mut builder = crate::sequence::Builder::default();
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &devices };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         // What scripts on their way still switch on goes off too.
         let all: Vec<usize> = (0..instance.plan.activations.len()).collect();
         of.enter(&mut builder, &all, list, stage, Some(instance.generation));
@@ -223,33 +218,24 @@ impl Core {
 
     /// Captures the values that go to another source.
     fn carry(&mut self, id: u64, carried: &[Carried]) {
-        let mut scripts: Vec<(SourceId, Vec<Op>)> = Vec::new();
-        for Carried { svv, from, .. } in carried {
-            let Some(cell) = self.svvs.get(svv).and_then(|s| s.cells.get(from)).cloned() else { continue };
-            match scripts.iter_mut().find(|(source, _)| source == from) {
-                Some((_, ops)) => ops.push(Op::Capture(vec![cell])),
-                None => scripts.push((*from, vec![Op::Capture(vec![cell])])),
-            }
-        }
-        self.send(id, scripts);
+        let cell = |c: &Carried| self.svvs.get(&c.svv).and_then(|s| s.cells.get(&c.from)).cloned();
+        let captures = by_source(carried.iter().filter_map(|c| Some((c.from, Op::Capture(vec![cell(c)?])))));
+        self.send(id, captures);
     }
 
     /// Stores the values that come from another source.
     fn arrive(&mut self, id: u64, carried: &[Carried]) {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let mut captured = std::mem::take(&mut instance.captured);
-        let mut scripts: Vec<(SourceId, Vec<Op>)> = Vec::new();
+        let mut stores = Vec::new();
         for Carried { svv, from, to } in carried {
             let Some(record) = self.svvs.get(svv) else { continue };
             let Some((_, bytes)) = captured.iter_mut().find(|(source, _)| source == from) else { continue };
             let value: Box<[u8]> = bytes.drain(..record.size.min(bytes.len())).collect();
             let Some(cell) = record.cells.get(to).cloned() else { continue };
-            match scripts.iter_mut().find(|(source, _)| source == to) {
-                Some((_, ops)) => ops.push(Op::Store(cell, value)),
-                None => scripts.push((*to, vec![Op::Store(cell, value)])),
-            }
+            stores.push((*to, Op::Store(cell, value)));
         }
-        self.send(id, scripts);
+        self.send(id, by_source(stores));
     }
 }
 

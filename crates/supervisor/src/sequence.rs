@@ -75,10 +75,7 @@ impl Builder {
             self.flush();
         }
         self.barrier = false;
-        match self.group.iter_mut().find(|(s, _)| *s == source) {
-            Some((_, ops)) => ops.push(op),
-            None => self.group.push((source, vec![op])),
-        }
+        put(&mut self.group, source, op);
     }
 
     /// What comes next acts after what came so far.
@@ -102,5 +99,19 @@ impl Builder {
         if !self.group.is_empty() {
             self.done.push_back(Movement::Scripts(std::mem::take(&mut self.group)));
         }
+    }
+}
+
+/// One script a source, of operations that need no order between sources.
+pub(crate) fn by_source(ops: impl IntoIterator<Item = (SourceId, Op)>) -> Vec<(SourceId, Vec<Op>)> {
+    let mut scripts = Vec::new();
+    ops.into_iter().for_each(|(source, op)| put(&mut scripts, source, op));
+    scripts
+}
+
+fn put(scripts: &mut Vec<(SourceId, Vec<Op>)>, source: SourceId, op: Op) {
+    match scripts.iter_mut().find(|(s, _)| *s == source) {
+        Some((_, ops)) => ops.push(op),
+        None => scripts.push((source, vec![op])),
     }
 }

@@ -3,12 +3,13 @@
 //!
 //! A condition is answered by its kernel alone, in the same firing, where everything that the answer touches lies in the source
 //! that reported it; otherwise the process is frozen there and the supervisor carries on.
+use crate::core::PhysicalRecord;
 use crate::install::Installed;
 use crate::instance::{reached, under_way};
 use crate::sequence::{Builder, Movement};
+use indexmap::IndexMap;
 use kernel::{Op, Response, Script, SourceId, Stage, Watch};
 use model::plan::{Claim, Plan, PlannedCommand, Target, Wait};
-use std::collections::HashMap;
 use std::sync::Arc;
 
 /// What a condition leads to.
@@ -23,7 +24,7 @@ pub(crate) enum Answer {
 pub(crate) struct Verbatim<'a> {
     pub plan: &'a Plan,
     pub installed: &'a Installed,
-    pub devices: &'a HashMap<String, (SourceId, Arc<kernel::Device>)>,
+    pub devices: &'a IndexMap<String, PhysicalRecord>,
 }
 
 /// Bytes of output values that a reaction may capture; an end with more is the supervisor's.
@@ -282,7 +283,11 @@ impl Verbatim<'_> {
                 }
             }
         }
-        found.into_iter().filter(|(name, _)| self.devices[*name].0 == source).map(|(name, channels)| (self.devices[name].1.clone(), channels)).collect()
+        found
+            .into_iter()
+            .filter(|(name, _)| self.devices[*name].source == source)
+            .map(|(name, channels)| (self.devices[name].device.clone(), channels))
+            .collect()
     }
 
     /// Outputs that a condition returns and whose value lies in `source`.

@@ -2,11 +2,11 @@
 //! Suspension: running time stands still, and goes on.
 use crate::core::Core;
 use crate::instance::{State, reached};
-use crate::refuse::{invalid_state, refuse};
+use crate::refuse::invalid_state;
 use crate::sequence::{Builder, Movement};
 use kernel::Op;
 use model::plan::Due;
-use model::refusal::{Class, Refusals};
+use model::refusal::Refusals;
 
 impl Core {
     /// Stops the blocks without synchronous inputs; running time stands still. It is suspended when the kernels have done it; what is
@@ -56,13 +56,7 @@ impl Core {
         if instance.state != State::Suspended || instance.ending.is_some() {
             return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "resume", "only a suspended instance can be resumed"));
         }
-        if let Some(reason) = &self.emergency {
-            return Err(refuse(
-                Class::EmergencyStopped,
-                format!("cannot resume '{}': the emergency stop is latched ({reason})", instance.name),
-                "remove the cause and call reset()",
-            ));
-        }
+        self.refuse_emergency("resume", &instance.name)?;
         if instance.is_under_way() {
             return Ok(());
         }
