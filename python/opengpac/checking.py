@@ -7,7 +7,6 @@ Verbs are planned instead of started; a call gives a report with zeros for its o
 from __future__ import annotations
 
 import json
-import runpy
 import sys
 import traceback
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ import numpy as np
 
 from . import _native
 from .errors import Error, refusals
+from .following import ABSENT, follow
 from .reports import Report
 from .values import dtype_of, plain
 
@@ -94,20 +94,18 @@ def plan(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any
                 tree = json.loads(_native.type_json(output["type_text"], "{}"))
             outputs[output["name"]] = plain(np.zeros((), dtype=dtype_of(tree)))
     except Error as error:
-        findings.errors += getattr(error, "errors", [error])
+        note(error)
     given = {"condition": "completed", "time_s": 0.0, "verb": verb.name, "instance": f"{verb.name}#0", "normal": True, "outputs": outputs}
     return CheckedInstance(verb.report_class(given))
 
 
 def check(path: str, arguments: list[str]) -> Findings:
-    """Checks the program in that file."""
+    """Checks the program in that file: every error of it, in the order found."""
     global _findings
     _findings, before = Findings(), sys.argv
     sys.argv = [path, *arguments]
     try:
-        runpy.run_path(path, run_name="__main__")
-    except Error as error:
-        _findings.errors += getattr(error, "errors", [error])
+        follow(path, note)
     except SystemExit:
         pass
     except Exception as error:
@@ -116,3 +114,10 @@ def check(path: str, arguments: list[str]) -> Findings:
     finally:
         findings, _findings, sys.argv = _findings, None, before
     return findings
+
+
+def note(error: Error) -> None:
+    """Records an error once: a definition is entered in each system that uses it, and is wrong there for the same reason."""
+    if _findings is not None and repr(ABSENT) not in str(error):
+        known = {(type(e), str(e)) for e in _findings.errors}
+        _findings.errors += [e for e in getattr(error, "errors", [error]) if (type(e), str(e)) not in known]

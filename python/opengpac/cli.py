@@ -75,6 +75,7 @@ def _run(given: argparse.Namespace) -> int:
 
 
 def _check(given: argparse.Namespace) -> int:
+    from .carets import shown
     from .checking import check
 
     sys.path.insert(0, str(Path(given.program).absolute().parent))
@@ -83,7 +84,7 @@ def _check(given: argparse.Namespace) -> int:
         for remark in findings.remarks:
             print(remark)
     for error in findings.errors:
-        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        print(shown(error), file=sys.stderr)
     if findings.stopped:
         print(f"followed as far as a value that only a run gives: {findings.stopped}")
     print(f"{len(findings.planned)} verb applications planned, {len(findings.errors)} errors")

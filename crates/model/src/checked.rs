@@ -11,6 +11,7 @@ use crate::interface::{Kind, Mode};
 use crate::lists::{self, CheckedList};
 use crate::order;
 use crate::plan::Remark;
+use crate::reach::check_reach;
 use crate::refusal::{Class, Place, Refusal, Refusals};
 use crate::suggest::did_you_mean;
 use crate::value::Value;
@@ -113,6 +114,7 @@ impl CheckedVerb {
         if known {
             flat.refusals.extend(synchronous_cycle(&flat.blocks, &flat.groups, &group_of, &verb.place));
             lists::check_intervals(&mut flat, &lists, &driven);
+            remarks.extend(check_reach(&mut flat, verb, &lists, initial, &conditions, &outputs));
         }
         if !flat.refusals.is_empty() {
             return Err(flat.refusals);

@@ -16,6 +16,7 @@ mod lists;
 pub mod order;
 pub mod plan;
 pub mod quantity;
+mod reach;
 pub mod refusal;
 pub mod suggest;
 pub mod types;

@@ -210,7 +210,7 @@ def test_r091_cycles_are_legal(rig: Rig) -> None:
 def test_r092_without_a_transition_the_verb_ends(rig: Rig) -> None:
     a, b = rig.svvs("a", "b")
     with pytest.raises(gpac.Terminated) as caught:
-        two_lists(rig, "no_tau", transitions={}).on(rig.fast)(a, b, limit=4, end=9)
+        two_lists(rig, "no_tau", transitions={("one", "halted"): "two"}).on(rig.fast)(a, b, limit=4, end=9)
     assert (caught.value.condition, caught.value.command_list) == ("enough", "one")
 
 

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Reach: what the command lists of a definition can come to. A list that no transition leads to, a wait, condition or transition
+//! that no running block can report, and an output that no list writes are found before anything runs.
+use crate::conditions::CheckedCondition;
+use crate::definition::Verb;
+use crate::flatten::{Flat, Port};
+use crate::interface::Kind;
+use crate::lists::{CheckedCommand, CheckedList};
+use crate::plan::{Remark, Wait};
+use crate::refusal::{Class, Place, Refusal};
+
+/// What the lists run, and which of them are reached.
+struct Reach<'v> {
+    verb: &'v Verb,
+    lists: &'v [CheckedList],
+    /// For each list the blocks that it activates or executes.
+    runs: Vec<Vec<bool>>,
+    reached: Vec<bool>,
+    /// A time limit is a condition of the verb: then what never comes is a remark, for the verb ends all the same.
+    timed: bool,
+}
+
+/// Refuses what can never happen; remarks on it where a time limit ends the verb, and on blocks that no list runs.
+pub fn check_reach(
+    flat: &mut Flat<'_>,
+    verb: &Verb,
+    lists: &[CheckedList],
+    initial: usize,
+    conditions: &[CheckedCondition],
+    outputs: &[(String, Port)],
+) -> Vec<Remark> {
+    let timed = verb.conditions.contains_key("time_limit") || verb.transitions.iter().any(|t| t.condition == "time_limit");
+    let runs = lists.iter().map(|list| runs(list, flat.blocks.len())).collect();
+    let reach = Reach { verb, lists, runs, reached: reached(lists.len(), initial, conditions), timed };
+    let mut remarks = Vec::new();
+    for (list, _) in reach.lists.iter().zip(&reach.reached).filter(|(_, reached)| !**reached) {
+        let message = format!("the command list '{}' of verb '{}' is never reached from '{}'", list.name, verb.name, lists[initial].name);
+        flat.refuse(Class::DefinitionError, message, &list.place, "lead a transition to it, or leave it out");
+    }
+    reach.waits(flat, &mut remarks);
+    reach.conditions(flat, conditions, &mut remarks);
+    reach.outputs(flat, outputs, conditions);
+    reach.idle_blocks(flat, &mut remarks);
+    remarks
+}
+
+/// The blocks that a list activates or executes.
+fn runs(list: &CheckedList, blocks: usize) -> Vec<bool> {
+    let mut runs = vec![false; blocks];
+    for command in list.stages.iter().flat_map(|stage| &stage.commands) {
+        mark(command, &mut runs);
+    }
+    runs
+}
+
+fn mark(command: &CheckedCommand, runs: &mut [bool]) {
+    if let CheckedCommand::Activate { blocks, .. } | CheckedCommand::Execute(blocks) = command {
+        runs[blocks.clone()].fill(true);
+    }
+}
+
+/// The lists that transitions lead to, from the initial one.
+fn reached(lists: usize, initial: usize, conditions: &[CheckedCondition]) -> Vec<bool> {
+    let mut reached = vec![false; lists];
+    let mut next = vec![initial];
+    while let Some(list) = next.pop() {
+        if std::mem::replace(&mut reached[list], true) {
+            continue;
+        }
+        next.extend(conditions.iter().flat_map(|c| &c.transitions).filter(|(from, _)| *from == list).map(|(_, to)| *to));
+    }
+    reached
+}
+
+impl Reach<'_> {
+    /// A wait for conditions ends only if a block that reports one has run since the list began.
+    fn waits(&self, flat: &mut Flat<'_>, remarks: &mut Vec<Remark>) {
+        for list in self.lists {
+            let mut begun = vec![false; flat.blocks.len()];
+            for stage in &list.stages {
+                stage.commands.iter().for_each(|command| mark(command, &mut begun));
+                let Some(Wait::Conditions(ports)) = &stage.wait else { continue };
+                if ports.is_empty() || ports.iter().any(|port| begun[port.0]) {
+                    continue;
+                }
+                let message =
+                    format!("command list '{}' waits for {}, and does not activate or execute {} before", list.name, names(flat, ports), labels(flat, ports));
+                self.never(flat, message, &list.place, "activate it before the wait", remarks);
+            }
+        }
+    }
+
+    /// A condition, or a transition, that no block reports in the lists where it holds never comes.
+    fn conditions(&self, flat: &mut Flat<'_>, conditions: &[CheckedCondition], remarks: &mut Vec<Remark>) {
+        for condition in conditions.iter().filter(|condition| !condition.planned.on.is_empty()) {
+            let planned = &condition.planned;
+            let reports = |list: usize| planned.on.iter().any(|port| self.runs[list][port.0]);
+            let place = self.verb.conditions.get(&planned.name).and_then(|termination| termination.place.clone()).or_else(|| self.verb.place.clone());
+            let holds: Vec<usize> = planned.during.map_or_else(|| (0..self.lists.len()).collect(), |list| vec![list]);
+            if !holds.into_iter().any(reports) {
+                let within =
+                    planned.during.map_or_else(|| "no command list".to_owned(), |list| format!("the command list '{}' does not", self.lists[list].name));
+                let verb = if planned.during.is_some() { "activate or execute" } else { "activates or executes" };
+                let message =
+                    format!("the condition '{}' stands for {}, and {within} {verb} {}", planned.name, names(flat, &planned.on), labels(flat, &planned.on));
+                self.never(flat, message, &place, "activate it in a list where the condition holds, or leave the condition out", remarks);
+                continue;
+            }
+            for &(from, to) in condition.transitions.iter().filter(|(from, _)| !reports(*from)) {
+                let message = format!(
+                    "the transition ('{}', '{}') → '{}' never comes: '{}' does not activate or execute {}",
+                    self.lists[from].name,
+                    planned.name,
+                    self.lists[to].name,
+                    self.lists[from].name,
+                    labels(flat, &planned.on)
+                );
+                self.never(flat, message, &self.transition_place(from, &planned.name), "activate it there, or leave the transition out", remarks);
+            }
+        }
+    }
+
+    fn transition_place(&self, from: usize, condition: &str) -> Option<Place> {
+        let transition = self.verb.transitions.iter().find(|t| t.from == self.lists[from].name && t.condition == condition);
+        transition.and_then(|t| t.place.clone()).or_else(|| self.verb.place.clone())
+    }
+
+    /// An output value that a condition returns, read from a block which never runs, says nothing.
+    fn outputs(&self, flat: &mut Flat<'_>, outputs: &[(String, Port)], conditions: &[CheckedCondition]) {
+        for (at, (name, port)) in outputs.iter().enumerate() {
+            let returned = conditions.iter().any(|condition| condition.planned.returns.contains(&at));
+            if returned && matches!(flat.item_kind(*port), Kind::Output | Kind::Condition) && !self.runs.iter().any(|runs| runs[port.0]) {
+                let described = flat.described(*port);
+                let message = format!("the output value '{name}' reads {described}, and no command list activates or executes {}", labels(flat, &[*port]));
+                flat.refuse(Class::DefinitionError, message, &self.verb.place, "activate or execute it, or leave the output value out");
+            }
+        }
+    }
+
+    /// A block that no list runs does nothing; that may be meant, while a verb is being written.
+    fn idle_blocks(&self, flat: &Flat<'_>, remarks: &mut Vec<Remark>) {
+        for (at, block) in flat.blocks.iter().enumerate() {
+            if !self.runs.iter().any(|runs| runs[at]) {
+                let text = format!("the block '{}' is in no command list: it never runs", block.label);
+                remarks.push(Remark { text, place: block.place.clone() });
+            }
+        }
+    }
+
+    /// What never comes is refused; where a time limit ends the verb it is a remark.
+    fn never(&self, flat: &mut Flat<'_>, message: String, place: &Option<Place>, remedy: &str, remarks: &mut Vec<Remark>) {
+        if self.timed {
+            remarks.push(Remark { text: format!("{message}; only the time limit ends it"), place: place.clone() });
+        } else {
+            flat.refusals.push(Refusal::new(Class::SchedulingError, message).remedy(remedy).at(place));
+        }
+    }
+}
+
+/// `'near.done'`, or several.
+fn names(flat: &Flat<'_>, ports: &[Port]) -> String {
+    let names: Vec<String> = ports.iter().map(|port| format!("'{}'", flat.port_name(*port))).collect();
+    names.join(" or ")
+}
+
+/// The labels of the blocks, each once.
+fn labels(flat: &Flat<'_>, ports: &[Port]) -> String {
+    let mut labels: Vec<String> = ports.iter().map(|port| format!("'{}'", flat.blocks[port.0].label)).collect();
+    labels.dedup();
+    labels.join(" or ")
+}

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Executing a program so that an error does not end it: each statement that is refused is noted, and the next one follows.
+
+What a refused statement would have bound is `Absent`. A statement that needs an absent value is left out without a word: its error
+would only repeat the first one. A statement inside a `try` with handlers is the program's own affair and stays as it is.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+import types
+from collections.abc import Callable
+from typing import Any, NoReturn
+
+from .errors import Error
+
+_ERROR, _NOTE, _ABSENT = "__gpac_errors__", "__gpac_note__", "__gpac_absent__"
+_SIMPLE = (ast.Assign, ast.AnnAssign, ast.AugAssign, ast.Expr, ast.Return, ast.Delete, ast.Assert)
+_COMPOUND = (ast.With, ast.AsyncWith, ast.For, ast.AsyncFor, ast.If, ast.While, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+class Missing(AttributeError):
+    """A statement needs a value that an earlier error left out. An attribute error, so that `hasattr` may ask."""
+
+
+class Absent:
+    """Stands for a value that an earlier error left out; whatever is done with it raises `Missing`."""
+
+    def _missing(self, *_: Any, **__: Any) -> NoReturn:
+        raise Missing
+
+    __call__ = __getitem__ = __setitem__ = __iter__ = __enter__ = __exit__ = __len__ = __bool__ = __float__ = __int__ = _missing
+    __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rshift__ = __rrshift__ = __matmul__ = _missing
+    __lt__ = __gt__ = __le__ = __ge__ = __await__ = __aenter__ = __aexit__ = __mro_entries__ = _missing
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise Missing
+
+    def __repr__(self) -> str:
+        return "<left out: an earlier error>"
+
+
+ABSENT = Absent()
+
+
+def follow(path: str, note: Callable[[Error], None]) -> None:
+    """Executes the program in that file as `__main__`; `note` is called for each refused statement.
+
+    Errors of other kinds, `SystemExit` among them, leave as they do when it is run.
+    """
+    with open(path, "rb") as file:
+        source = file.read()
+    tree = _Guarded().visit(ast.parse(source, path))
+    module = types.ModuleType("__main__")
+
+    def noted(error: Exception) -> None:
+        if isinstance(error, Error):
+            note(error)
+
+    module.__dict__.update({"__file__": path, _ERROR: (Error, Missing), _NOTE: noted, _ABSENT: ABSENT})
+    before = sys.modules.get("__main__")
+    sys.modules["__main__"] = module
+    try:
+        exec(compile(ast.fix_missing_locations(tree), path, "exec"), module.__dict__)
+    finally:
+        if before is not None:
+            sys.modules["__main__"] = before
+
+
+class _Guarded(ast.NodeTransformer):
+    """Puts each statement into a `try` of its own."""
+
+    def visit_Try(self, node: ast.Try) -> ast.AST:
+        if node.handlers:
+            return node
+        self.generic_visit(node)
+        return node
+
+    def visit(self, node: ast.AST) -> Any:
+        if isinstance(node, _SIMPLE):
+            return _guard(node)
+        if isinstance(node, _COMPOUND):
+            self.generic_visit(node)
+            return _guard(node)
+        return super().visit(node)
+
+
+def _guard(statement: ast.stmt) -> ast.stmt:
+    """`try: statement`; where that is refused its error is noted, and its targets are absent."""
+    if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
+        return statement
+    body: list[ast.stmt] = [ast.Expr(_call(_NOTE, "error"))]
+    body += [ast.Assign([ast.Name(name, ast.Store())], ast.Name(_ABSENT, ast.Load())) for name in _names(statement)]
+    if isinstance(statement, ast.Return):
+        body.append(ast.Return(ast.Name(_ABSENT, ast.Load())))
+    handler = ast.ExceptHandler(ast.Name(_ERROR, ast.Load()), "error", body)
+    guarded = ast.Try([statement], [handler], [], [])
+    for new in ast.walk(handler):
+        ast.copy_location(new, statement)
+    return ast.copy_location(guarded, statement)
+
+
+def _call(name: str, argument: str) -> ast.Call:
+    return ast.Call(ast.Name(name, ast.Load()), [ast.Name(argument, ast.Load())], [])
+
+
+def _names(statement: ast.stmt) -> list[str]:
+    """What a statement binds, itself."""
+    match statement:
+        case ast.ClassDef() | ast.FunctionDef() | ast.AsyncFunctionDef():
+            return [statement.name]
+        case ast.Assign():
+            targets: list[ast.expr] = statement.targets
+        case ast.AnnAssign() if statement.value is not None:
+            targets = [statement.target]
+        case ast.With() | ast.AsyncWith():
+            targets = [item.optional_vars for item in statement.items if item.optional_vars is not None]
+        case _:
+            return []
+    return [n.id for target in targets for n in ast.walk(target) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
