@@ -10,7 +10,7 @@ import os
 import re
 from collections.abc import Iterator
 
-from .errors import Error, UnknownName
+from .errors import CallError, Error, UnknownName, ValueRefused
 from .places import Place, packaged
 
 _QUOTED = re.compile(r"'([^'\s]+)'")
@@ -26,14 +26,14 @@ def shown(error: Error, kind: str = "") -> str:
     name = kind or ("error" if type(error) is Error else type(error).__name__)
     lines = [f"{name}: {error.message or error}"]
     if error.place is not None:
-        words = _words(error.message, last_first=isinstance(error, UnknownName))
-        line, column, length = _found(error.place, words)
+        words = _words(error.message, last_first=isinstance(error, UnknownName | ValueRefused | CallError))
+        line, column, length = _found(error.place, words, error.message)
         lines[0] = f"{_short(error.place.file)}:{line}:{column + 1}: {lines[0]}"
         lines += _line(line, error.place.file, column, length)
     for end in error.ends:
         if end.place is not None and end.place != error.place and not packaged(end.place):
             lines.append(f"  note: {end.what} is defined here")
-            line, column, length = _found(end.place, _words(end.what))
+            line, column, length = _found(end.place, _words(end.what), end.what)
             lines += _line(line, end.place.file, column, length)
     if error.remedy:
         lines.append(f"  help: {error.remedy}")
@@ -53,7 +53,7 @@ def _short(file: str) -> str:
 
 
 @functools.cache
-def _found(place: Place, words: tuple[str, ...]) -> tuple[int, int, int]:
+def _found(place: Place, words: tuple[str, ...], message: str) -> tuple[int, int, int]:
     """Line, column and length of the first of the words that the statement at that place has, else of the statement's line."""
     file, line = place
     lines = linecache.getlines(file)
@@ -68,7 +68,7 @@ def _found(place: Place, words: tuple[str, ...]) -> tuple[int, int, int]:
     if statement is None:
         return fallback
     for word in words:
-        for node in _named(statement, word):
+        for node in _named(statement, word, message):
             at = node.col_offset
             same_line = node.end_lineno == node.lineno and node.end_col_offset is not None
             length = (node.end_col_offset or at) - at if same_line else 1
@@ -80,11 +80,12 @@ def _found(place: Place, words: tuple[str, ...]) -> tuple[int, int, int]:
 def _words(message: str, last_first: bool = False) -> tuple[str, ...]:
     """The names that a message quotes, as the program may have them: `planner.goal` of `'planner' … has no 'goal'`, then each.
 
-    What an unknown name was looked for in comes before it, so there the last is the one to point at.
+    A port says more than a block or list. What an unknown name was looked for in comes before it, so there the last is the one to
+    point at.
     """
     quoted = _QUOTED.findall(message)
     joined = [f"{a}.{b}" for a in quoted for b in quoted if a != b]
-    single = quoted[::-1] if last_first else quoted
+    single = sorted(quoted[::-1] if last_first else quoted, key=lambda name: "." not in name)
     parts = [part for name in single if "." in name for part in (name.rsplit(".", 1)[0], name.rsplit(".", 1)[1])]
     return (*joined, *single, *parts)
 
@@ -101,8 +102,9 @@ def _statement(tree: ast.Module, line: int) -> ast.AST | None:
     return best[1] if best else None
 
 
-def _named(statement: ast.AST, word: str) -> Iterator[ast.expr | ast.keyword]:
-    """Where a word stands as a text, a keyword or a name, in the order of the program."""
+def _named(statement: ast.AST, word: str, message: str) -> Iterator[ast.expr | ast.keyword]:
+    """Where a word stands as a text, a keyword or a name: first in the arguments that the message speaks of, then in program order."""
+    spoken = {id(inner) for k in ast.walk(statement) if isinstance(k, ast.keyword) and _speaks_of(message, k.arg) for inner in ast.walk(k)}
     found = [
         node
         for node in ast.walk(statement)
@@ -111,4 +113,9 @@ def _named(statement: ast.AST, word: str) -> Iterator[ast.expr | ast.keyword]:
         or (isinstance(node, ast.Name) and node.id == word)
         or (isinstance(node, ast.Attribute) and node.attr == word)
     ]
-    yield from sorted(found, key=lambda node: (node.lineno, node.col_offset))
+    yield from sorted(found, key=lambda node: (id(node) not in spoken, node.lineno, node.col_offset))
+
+
+def _speaks_of(message: str, keyword: str | None) -> bool:
+    """Whether a message names an argument: `the condition 'done' …` speaks of `conditions=`."""
+    return keyword is not None and keyword.removesuffix("s").replace("_", " ") in message

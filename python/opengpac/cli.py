@@ -83,12 +83,17 @@ def _check(given: argparse.Namespace) -> int:
     if given.verbose:
         for remark in findings.remarks:
             print(remark)
-    for error in findings.errors:
-        print(shown(error), file=sys.stderr)
+    # Two uses of one wrong name are one mistake where they are shown at the same place.
+    errors = list(dict.fromkeys(shown(error) for error in findings.errors))
+    print("\n".join(errors), file=sys.stderr, end="\n" if errors else "")
     if findings.stopped:
         print(f"followed as far as a value that only a run gives: {findings.stopped}")
-    print(f"{len(findings.planned)} verb applications planned, {len(findings.errors)} errors")
-    return 1 if findings.errors else 0
+    print(f"{_count(findings.planned, 'verb application')} planned, {_count(errors, 'error')}")
+    return 1 if errors else 0
+
+
+def _count(things: Sequence[object], word: str) -> str:
+    return f"{len(things)} {word}{'' if len(things) == 1 else 's'}"
 
 
 def _build(given: argparse.Namespace) -> int:

@@ -152,7 +152,7 @@ class LogicalDevice:
             refuse(
                 CallError,
                 f"{type(self).__name__} '{name}' has no parameter or argument '{wrong}'",
-                did_you_mean(wrong, {*known, *parameters}),
+                did_you_mean(wrong, [*sorted(known), *parameters]),
             )
         candidates = (
             {s for v in given.values() for s in _systems(v)} | ({on.system} if on is not None else set()) | ({system} if system else set())

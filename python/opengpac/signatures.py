@@ -32,14 +32,15 @@ def _default(verb: Verb[..., Any], name: str) -> Any:
 
 def call_signature(verb: Verb[..., Any], function: Any) -> Signature:
     """The signature of `verb(...)`; the function's own where it was made from one, whose defaults it takes over."""
-    required = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in [*verb.objects, *roots(verb)]]
-    optional = [
-        Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=_default(verb, name)) for name in inputs(verb) if name.isidentifier()
-    ]
+    given = [*verb.objects, *roots(verb)]
+    required = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in given]
+    # A name that stands for two things is the model's to refuse.
+    named = [name for name in inputs(verb) if name.isidentifier() and name not in given]
+    optional = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=_default(verb, name)) for name in named]
     if function is None:
         return Signature([*required, *optional])
     declared = inspect.signature(function)
-    known = {*verb.objects, *roots(verb), *inputs(verb)}
+    known = [*given, *inputs(verb)]
     for name, parameter in declared.parameters.items():
         if name not in known:
             refuse(

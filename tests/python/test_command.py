@@ -58,7 +58,7 @@ def test_check_runs_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     good.write_text(PROGRAM.format(type="double"))
     bad.write_text(PROGRAM.format(type="float"))
     assert main(["check", str(good)]) == 0
-    assert "1 verb applications planned, 0 errors" in capsys.readouterr().out
+    assert "1 verb application planned, 0 errors" in capsys.readouterr().out
     assert main(["check", "-v", str(bad)]) == 1
     captured = capsys.readouterr()
     assert "TypeMismatch" in captured.err and "bad.py:" in captured.err and "went on" in captured.out

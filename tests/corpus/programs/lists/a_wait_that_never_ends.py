@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A list waits for a block that it has not activated."""
+
+import opengpac as gpac
+from opengpac import activate, wait
+from opengpac import library as lib
+
+cell = gpac.System("cell", clock="virtual")
+rtp = cell.processor("rtp0")
+fast = rtp.timer("fast", period="1 ms", priority=80)
+code = cell.download("../../blocks.c")
+
+guard = gpac.Verb(
+    "guard",
+    blocks={"wave": lib.signal_generator, "touch": code.touch, "other": lib.signal_generator},
+    cells={"force": ["wave.y", "touch.force"]},
+    modes={"touch.force": "asynchronous"},
+    command_lists={"start": [activate("wave", every="1 ms"), wait("touch.touched"), activate("other", every="1 ms")]},
+)

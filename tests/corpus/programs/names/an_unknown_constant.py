@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A constant for a parameter that the block does not have."""
+
+import opengpac as gpac
+from opengpac import activate
+from opengpac import library as lib
+
+cell = gpac.System("cell", clock="virtual")
+rtp = cell.processor("rtp0")
+fast = rtp.timer("fast", period="1 ms", priority=80)
+
+wave = gpac.Verb(
+    "wave",
+    blocks={"generator": lib.signal_generator(amplitud=2.0)},
+    command_lists={"start": [activate("generator", every="1 ms")]},
+)
