@@ -27,14 +27,13 @@ pub fn first_sentence(doc: &str) -> String {
     }
 }
 
-/// What a block's descriptor says of it: the first sentence, and on a line of its own what its fault codes mean, where the
-/// comment has it (`Faults: 1 a limit is not above 0; 2 a goal is out of range.`).
+/// What a block's descriptor says of it, in lines: the first sentence; the rest of the comment, if there is more; and what its
+/// fault codes mean, where the comment has it (`Faults: 1 a limit is not above 0; 2 a goal is out of range.`).
 pub fn description(doc: &str) -> String {
     let first = first_sentence(doc);
-    match doc.find("Faults: ") {
-        Some(at) if at >= first.len() => format!("{first}\n{}", &doc[at..]),
-        _ => first,
-    }
+    let rest = &doc[first.len()..];
+    let (more, faults) = rest.split_at(rest.find("Faults: ").unwrap_or(rest.len()));
+    [first.as_str(), more.trim(), faults.trim()].iter().filter(|part| !part.is_empty()).copied().collect::<Vec<_>>().join("\n")
 }
 
 /// `SetpointGenerator` → `setpoint_generator`.

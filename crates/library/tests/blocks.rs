@@ -21,9 +21,11 @@ fn sized(name: &str, n: u32) -> Trial {
 #[test]
 fn every_file_of_the_folder_is_a_block_of_that_name() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/blocks");
-    let mut files: Vec<String> = std::fs::read_dir(folder)
-        .expect("the folder")
-        .map(|e| e.expect("an entry").path().file_stem().expect("a name").to_string_lossy().into_owned())
+    let entries = |folder: &Path| std::fs::read_dir(folder).expect("a folder").map(|e| e.expect("an entry").path()).collect::<Vec<_>>();
+    let mut files: Vec<String> = entries(&folder)
+        .into_iter()
+        .flat_map(|path| if path.is_dir() { entries(&path) } else { vec![path] })
+        .map(|path| path.file_stem().expect("a name").to_string_lossy().into_owned())
         .collect();
     files.sort();
     let names: Vec<String> = faces().into_iter().map(|face| face.name).collect();
@@ -46,7 +48,11 @@ fn the_names_of_the_interface_stay() {
     let expected = [
         ("read_channel", "channel y"),
         ("write_channel", "u channel"),
-        ("pid", "setpoint measured feedforward effort error kp ki kd limit interpolation following_error"),
+        (
+            "pid",
+            "setpoint measured feedforward effort error kp ki kd limit interpolation following_error manual manual_effort least setpoint_weight \
+             derivative_weight derivative_time anti_windup tracking_time",
+        ),
         ("joint_servo", "setpoint position velocity bias effort error kp ki kd limit interpolation following_error"),
         ("trajectory_planner", "n start goal speed speed_max acceleration_max jerk_max position_min position_max target coefficients duration"),
         ("setpoint_generator", "n coefficients setpoint velocity complete lead finished"),

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// The band is negative.
+const NEGATIVE_BAND: u32 = 1;
+
+/// Dead band: y = 0 where |u - middle| <= width, else u - middle less the width, towards 0.
+///
+/// Without a jump at the edges. For joysticks, and errors too small to act on. Range: width from 0.
+/// Faults: 1 the width is negative or no number.
+#[derive(FunctionBlock)]
+pub struct DeadBand {
+    /// input
+    #[input]
+    u: f64,
+    /// what is beyond the band
+    #[output]
+    y: f64,
+    /// half of the band
+    #[param(default = 0.1)]
+    width: f64,
+    /// middle of the band
+    #[param(default = 0.0)]
+    middle: f64,
+}
+
+impl Step for DeadBand {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        if self.width.is_nan() || self.width < 0.0 {
+            return Outcome::Fault(NEGATIVE_BAND);
+        }
+        let off = self.u - self.middle;
+        self.y = match off {
+            _ if off > self.width => off - self.width,
+            _ if off < -self.width => off + self.width,
+            _ if off.is_nan() => off,
+            _ => 0.0,
+        };
+        Outcome::Done
+    }
+}

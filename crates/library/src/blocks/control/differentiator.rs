@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::span::Span;
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// The time constant is negative.
+const NEGATIVE_TIME: u32 = 1;
+
+/// Filtered differentiator: Y(s) = s / (1 + T s) U(s), by backward differences.
+///
+/// With T = 0 the plain difference, which amplifies noise most. It begins at 0. Never rings, unlike the bilinear transform. Source:
+/// Astrom and Hagglund, Advanced PID Control, 13.4. Range: T from 0.
+/// Faults: 1 the time constant is negative or no number.
+#[derive(FunctionBlock)]
+pub struct Differentiator {
+    /// input
+    #[input]
+    u: f64,
+    /// its rate of change, per second
+    #[output]
+    y: f64,
+    /// time constant T of the filter
+    #[param(default = 0.01, unit = "s")]
+    time: f64,
+    /// time of the invocation before
+    #[state(opaque)]
+    span: Span,
+    /// input of the invocation before
+    #[state]
+    before: f64,
+}
+
+impl Step for Differentiator {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        if self.time.is_nan() || self.time < 0.0 {
+            return Outcome::Fault(NEGATIVE_TIME);
+        }
+        let first = !self.span.begun();
+        let span_s = self.span.advance(invocation.time_ns);
+        if first {
+            // The difference to itself: a first sample that is no number is found.
+            self.y = self.u - self.u;
+            self.before = self.u;
+        } else if span_s > 0.0 {
+            self.y = (self.time * self.y + (self.u - self.before)) / (self.time + span_s);
+            self.before = self.u;
+        }
+        Outcome::Done
+    }
+}

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::span::Span;
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// The range is empty.
+const EMPTY_RANGE: u32 = 1;
+
+/// Integrator: y = initial + gain ∫u dt, by trapezia, held within low and high.
+///
+/// `reset` puts it back to `initial` and keeps it there while it is true. At a limit it does not wind up: it leaves as soon as u
+/// turns. Source: Astrom and Hagglund, Advanced PID Control, 3.5. Range: low not above high.
+/// Faults: 1 low is above high.
+#[derive(FunctionBlock)]
+pub struct Integrator {
+    /// input
+    #[input]
+    u: f64,
+    /// whether it goes back to its initial value
+    #[input(asynchronous, default = false)]
+    reset: bool,
+    /// value at the beginning and after a reset
+    #[input(asynchronous, default = 0.0)]
+    initial: f64,
+    /// integral
+    #[output]
+    y: f64,
+    /// factor
+    #[param(default = 1.0)]
+    gain: f64,
+    /// least output
+    #[param(default = f64::NEG_INFINITY)]
+    low: f64,
+    /// greatest output
+    #[param(default = f64::INFINITY)]
+    high: f64,
+    /// time of the invocation before
+    #[state(opaque)]
+    span: Span,
+    /// input of the invocation before
+    #[state]
+    before: f64,
+}
+
+impl Step for Integrator {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        if self.low.is_nan() || self.high.is_nan() || self.low > self.high {
+            return Outcome::Fault(EMPTY_RANGE);
+        }
+        let first = !self.span.begun();
+        let span_s = self.span.advance(invocation.time_ns);
+        let wanted = if first || self.reset { self.initial } else { self.y + self.gain * 0.5 * (self.u + self.before) * span_s };
+        self.y = if wanted.is_nan() { wanted } else { wanted.clamp(self.low, self.high) };
+        self.before = self.u;
+        Outcome::Done
+    }
+}

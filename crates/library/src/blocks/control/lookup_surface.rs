@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+const COLUMNS_MAX: usize = 8;
+
+/// The points do not rise.
+const NOT_RISING: u32 = 1;
+/// The number of columns is out of range.
+const BAD_COLUMNS: u32 = 2;
+/// An input is no number.
+const NOT_A_NUMBER: u32 = 3;
+
+/// Lookup surface: z = bilinear interpolation of z_ij between (x_i, y_j), the edges held beyond them.
+///
+/// A map of two inputs: a friction table, gains scheduled by load and speed. The rows of `zs` have 8 numbers, of which the first
+/// `columns` count: `library.padded(Z)` fills them up. Range: 2 to 16 rows, 2 to 8 columns, x and y rising.
+/// Faults: 1 the points xs or ys do not rise; 2 there are not 2 to 8 columns; 3 an input is no number.
+#[derive(FunctionBlock)]
+pub struct LookupSurface {
+    /// number of rows
+    #[size(2, 16)]
+    n: u32,
+    /// first input, across the rows
+    #[input]
+    x: f64,
+    /// second input, across the columns
+    #[input]
+    y: f64,
+    /// interpolated value
+    #[output]
+    z: f64,
+    /// where the rows are, rising
+    #[param(default = [0.0; 16], sized)]
+    xs: [f64; 16],
+    /// number of columns, 2 to 8
+    #[param(default = 2)]
+    columns: u32,
+    /// where the columns are, rising: the first `columns` count
+    #[param(default = [0.0; 8])]
+    ys: [f64; COLUMNS_MAX],
+    /// values: a row for each of xs, the first `columns` of it count
+    #[param(default = [[0.0; 8]; 16], sized)]
+    zs: [[f64; COLUMNS_MAX]; 16],
+}
+
+/// The interval that u is in, and how far, 0 to 1, the ends held.
+fn place(points: &[f64], u: f64) -> (usize, f64) {
+    let last = points.len() - 1;
+    let i = points[1..last].partition_point(|x| *x <= u);
+    (i, ((u - points[i]) / (points[i + 1] - points[i])).clamp(0.0, 1.0))
+}
+
+impl Step for LookupSurface {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let (rows, columns) = (self.n as usize, self.columns as usize);
+        if !(2..=COLUMNS_MAX).contains(&columns) {
+            return Outcome::Fault(BAD_COLUMNS);
+        }
+        let (xs, ys) = (&self.xs[..rows], &self.ys[..columns]);
+        if !(xs.is_sorted_by(|a, b| a < b) && ys.is_sorted_by(|a, b| a < b)) {
+            return Outcome::Fault(NOT_RISING);
+        }
+        if self.x.is_nan() || self.y.is_nan() {
+            return Outcome::Fault(NOT_A_NUMBER);
+        }
+        let ((i, s), (j, t)) = (place(xs, self.x), place(ys, self.y));
+        let along = |row: &[f64; COLUMNS_MAX]| row[j] + (row[j + 1] - row[j]) * t;
+        let (low, high) = (along(&self.zs[i]), along(&self.zs[i + 1]));
+        self.z = low + (high - low) * s;
+        Outcome::Done
+    }
+}

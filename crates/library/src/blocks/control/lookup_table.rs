@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// The points do not rise.
+const NOT_RISING: u32 = 1;
+/// What happens beyond the ends is none of the three.
+const UNKNOWN_ENDS: u32 = 2;
+/// The input is beyond the ends.
+const BEYOND: u32 = 3;
+
+/// Lookup table: y = y_i + (y_(i+1) - y_i) (u - x_i) / (x_(i+1) - x_i) for u from x_i to x_(i+1), linear between points.
+///
+/// Range: 2 to 32 points, x rising; beyond the ends the end's value is held, the end's line goes on, or it is a fault.
+/// Faults: 1 the points x do not rise; 2 there are no such ends: 0 held, 1 extrapolated, 2 a fault; 3 the input is beyond the ends, or no number.
+#[derive(FunctionBlock)]
+pub struct LookupTable {
+    /// number of points
+    #[size(2, 32)]
+    n: u32,
+    /// input
+    #[input]
+    u: f64,
+    /// interpolated value
+    #[output]
+    y: f64,
+    /// where the points are, rising
+    #[param(default = [0.0; 32], sized)]
+    xs: [f64; 32],
+    /// values at the points
+    #[param(default = [0.0; 32], sized)]
+    ys: [f64; 32],
+    /// beyond the ends: 0 held, 1 extrapolated, 2 a fault
+    #[param(default = 0)]
+    ends: u32,
+    /// the input is beyond the ends
+    #[condition]
+    beyond: Condition,
+}
+
+impl Step for LookupTable {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        let (xs, ys) = (&self.xs[..n], &self.ys[..n]);
+        if !xs.is_sorted_by(|a, b| a < b) {
+            return Outcome::Fault(NOT_RISING);
+        }
+        let inside = xs[0] <= self.u && self.u <= xs[n - 1];
+        let u = match self.ends {
+            0 if !self.u.is_nan() => self.u.clamp(xs[0], xs[n - 1]),
+            1 if !self.u.is_nan() => self.u,
+            2 if inside => self.u,
+            0..=2 => return Outcome::Fault(BEYOND),
+            _ => return Outcome::Fault(UNKNOWN_ENDS),
+        };
+        if !inside {
+            self.beyond.report();
+        }
+        let i = xs[1..n - 1].partition_point(|x| *x <= u);
+        self.y = ys[i] + (ys[i + 1] - ys[i]) * ((u - xs[i]) / (xs[i + 1] - xs[i]));
+        Outcome::Done
+    }
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::span::Span;
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// A rate is negative.
+const NEGATIVE_RATE: u32 = 1;
+
+/// Rate limiter: y' = u' within -falling <= y' <= rising; else y follows u at that rate until it is there.
+///
+/// It begins at its first input. A sawtooth through it becomes a triangle, a step a ramp. Range: both rates from 0, per second.
+/// Faults: 1 a rate is negative or no number.
+#[derive(FunctionBlock)]
+pub struct RateLimiter {
+    /// input
+    #[input]
+    u: f64,
+    /// limited input
+    #[output]
+    y: f64,
+    /// greatest rise in a second
+    #[param(default = 1.0)]
+    rising: f64,
+    /// greatest fall in a second
+    #[param(default = 1.0)]
+    falling: f64,
+    /// the output does not follow
+    #[condition]
+    limited: Condition,
+    /// time of the invocation before
+    #[state(opaque)]
+    span: Span,
+}
+
+impl Step for RateLimiter {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        if !(self.rising >= 0.0 && self.falling >= 0.0) {
+            return Outcome::Fault(NEGATIVE_RATE);
+        }
+        let first = !self.span.begun();
+        let span_s = self.span.advance(invocation.time_ns);
+        let wanted = self.u - self.y;
+        if first {
+            self.y = self.u;
+        } else if wanted > self.rising * span_s {
+            self.y += self.rising * span_s;
+            self.limited.report();
+        } else if wanted < -self.falling * span_s {
+            self.y -= self.falling * span_s;
+            self.limited.report();
+        } else {
+            self.y = self.u;
+        }
+        Outcome::Done
+    }
+}

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// State space: y_k = c x_k + d u_k, x_(k+1) = a x_k + b u_k + e w_k, discrete, of up to 8 states.
+///
+/// A plant model, a compensator or, with w the measurement, an observer: a = A - L C, b = B, e = L. The rows of `a` have 8 numbers, of
+/// which the first n count: `library.padded(A)` fills them up. x is the state before the invocation's input acts. Source: Franklin,
+/// Powell and Workman, Digital Control of Dynamic Systems, 4.3; discretise with `scipy.signal.cont2discrete`. That it is stable is not checked.
+#[derive(FunctionBlock)]
+pub struct StateSpace {
+    /// number of states
+    #[size(1, 8)]
+    n: u32,
+    /// input
+    #[input]
+    u: f64,
+    /// second input: the measurement of an observer
+    #[input(default = 0.0)]
+    w: f64,
+    /// output
+    #[output]
+    y: f64,
+    /// states
+    #[output(sized)]
+    x: [f64; 8],
+    /// what each state (row) becomes from each state (the first n columns)
+    #[param(default = [[0.0; 8]; 8], sized)]
+    a: [[f64; 8]; 8],
+    /// what the input adds to each state
+    #[param(default = [0.0; 8], sized)]
+    b: [f64; 8],
+    /// what each state adds to the output
+    #[param(default = [0.0; 8], sized)]
+    c: [f64; 8],
+    /// what the input adds to the output
+    #[param(default = 0.0)]
+    d: f64,
+    /// what the second input adds to each state
+    #[param(default = [0.0; 8], sized)]
+    e: [f64; 8],
+    /// states at the beginning
+    #[param(default = [0.0; 8], sized)]
+    initial: [f64; 8],
+    /// states of the next invocation
+    #[state]
+    next: [f64; 8],
+    /// whether it has begun
+    #[state]
+    begun: bool,
+}
+
+impl Step for StateSpace {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        self.x = if self.begun { self.next } else { self.initial };
+        self.begun = true;
+        let x = &self.x[..n];
+        let product = |row: &[f64]| row.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+        self.y = product(&self.c[..n]) + self.d * self.u;
+        for i in 0..n {
+            self.next[i] = product(&self.a[i][..n]) + self.b[i] * self.u + self.e[i] * self.w;
+        }
+        Outcome::Done
+    }
+}

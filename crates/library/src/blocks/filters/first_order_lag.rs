@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::span::Span;
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// The time constant is negative.
+const NEGATIVE_TIME: u32 = 1;
+
+/// First-order lag (PT1), a low-pass filter by its time constant: T y' + y = k u.
+///
+/// Exact for an input that is constant between two invocations, at any interval; it begins at k u. `lowpass` is the same by its
+/// smoothing factor. Source: Astrom and Wittenmark, Computer-Controlled Systems, 2.3 (zero-order hold). Range: T from 0; 0 is a gain.
+/// Faults: 1 the time constant is negative or no number.
+#[derive(FunctionBlock)]
+pub struct FirstOrderLag {
+    /// input
+    #[input]
+    u: f64,
+    /// lagging output
+    #[output]
+    y: f64,
+    /// gain
+    #[param(default = 1.0)]
+    k: f64,
+    /// time constant T: 63 % of a step
+    #[param(default = 0.1, unit = "s")]
+    time: f64,
+    /// time of the invocation before
+    #[state(opaque)]
+    span: Span,
+    /// input of the invocation before
+    #[state]
+    before: f64,
+}
+
+impl Step for FirstOrderLag {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        if self.time.is_nan() || self.time < 0.0 {
+            return Outcome::Fault(NEGATIVE_TIME);
+        }
+        let first = !self.span.begun();
+        let span_s = self.span.advance(invocation.time_ns);
+        if first || self.time == 0.0 {
+            self.y = self.k * self.u;
+        } else {
+            // What was held since the invocation before has acted until now.
+            self.y += -(-span_s / self.time).exp_m1() * (self.k * self.before - self.y);
+        }
+        self.before = self.u;
+        Outcome::Done
+    }
+}

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::section::{Kind, Section};
+use crate::span::Span;
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+use std::f64::consts::{PI, TAU};
+
+/// No filter has that number.
+const UNKNOWN_KIND: u32 = 1;
+/// The frequency or the quality is not above 0.
+const NOT_POSITIVE: u32 = 2;
+/// The frequency is not below half the rate of invocation.
+const TOO_HIGH: u32 = 3;
+
+/// Second-order low-pass, high-pass, band-pass or notch filter: H(s) = 1, s^2, s/q or s^2 + 1 over s^2 + s/q + 1, s in units of 2 pi frequency.
+///
+/// Made digital by the bilinear transform, warped so that the frequency is met exactly, for the interval at which it is invoked; it
+/// begins at rest at its first sample, so it has no transient from 0. Quality 0.7071 gives a Butterworth filter; a
+/// notch is frequency / quality wide. Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1.
+/// Range: frequency above 0 and below half the rate of invocation, quality above 0.
+/// Faults: 1 there is no such kind of filter: 0 low-pass, 1 high-pass, 2 band-pass, 3 notch; 2 frequency or quality is not above 0; 3 the frequency is not below half the rate of invocation.
+#[derive(FunctionBlock)]
+pub struct SecondOrder {
+    /// raw signal
+    #[input]
+    u: f64,
+    /// filtered signal
+    #[output]
+    y: f64,
+    /// 0 low-pass, 1 high-pass, 2 band-pass, 3 notch
+    #[param(default = 0)]
+    kind: u32,
+    /// corner frequency, or the middle of the band or notch
+    #[param(default = 10.0, unit = "Hz")]
+    frequency: f64,
+    /// quality q
+    #[param(default = 0.7071067811865476)]
+    quality: f64,
+    /// time of the invocation before
+    #[state(opaque)]
+    span: Span,
+    /// span, frequency, quality and kind that the coefficients are for
+    #[state]
+    designed: [f64; 4],
+    /// coefficients
+    #[state]
+    coefficients: [f64; 5],
+    /// what is carried over
+    #[state]
+    memory: [f64; 2],
+    /// first sample
+    #[state]
+    first: f64,
+}
+
+impl SecondOrder {
+    /// Coefficients for this span; the memory begins at rest where there were none before.
+    fn design(&mut self, kind: Kind, span_s: f64) {
+        let wanted = [span_s, self.frequency, self.quality, f64::from(self.kind)];
+        if wanted == self.designed {
+            return;
+        }
+        let section = kind.section(TAU * self.frequency, self.quality, span_s);
+        if self.designed[0] == 0.0 {
+            self.memory = section.at_rest(self.first, kind.gain_at_rest() * self.first);
+        }
+        self.designed = wanted;
+        self.coefficients = [section.b0, section.b1, section.b2, section.a1, section.a2];
+    }
+}
+
+impl Step for SecondOrder {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let kind = match self.kind {
+            0 => Kind::Low,
+            1 => Kind::High,
+            2 => Kind::Band,
+            3 => Kind::Notch,
+            _ => return Outcome::Fault(UNKNOWN_KIND),
+        };
+        if !(self.frequency > 0.0 && self.quality > 0.0) {
+            return Outcome::Fault(NOT_POSITIVE);
+        }
+        if !self.span.begun() {
+            self.first = self.u;
+            self.y = kind.gain_at_rest() * self.u;
+        }
+        let span_s = self.span.advance(invocation.time_ns);
+        if span_s == 0.0 {
+            return Outcome::Done;
+        }
+        if TAU * self.frequency * span_s >= PI {
+            return Outcome::Fault(TOO_HIGH);
+        }
+        self.design(kind, span_s);
+        let [b0, b1, b2, a1, a2] = self.coefficients;
+        self.y = Section { b0, b1, b2, a1, a2 }.step(self.u, &mut self.memory);
+        Outcome::Done
+    }
+}

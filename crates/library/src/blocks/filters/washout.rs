@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::span::Span;
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// The time constant is not above 0.
+const BAD_TIME: u32 = 1;
+
+/// Washout, a first-order high-pass filter: Y(s) = T s / (1 + T s) U(s).
+///
+/// Lets changes through and forgets what stays: takes the offset from a force sensor, for example. Bilinear, for the interval at
+/// which it is invoked; it begins at 0. Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1. Range: T above 0.
+/// Faults: 1 the time constant is not above 0.
+#[derive(FunctionBlock)]
+pub struct Washout {
+    /// raw signal
+    #[input]
+    u: f64,
+    /// what changes in it
+    #[output]
+    y: f64,
+    /// time constant T
+    #[param(default = 1.0, unit = "s")]
+    time: f64,
+    /// time of the invocation before
+    #[state(opaque)]
+    span: Span,
+    /// input of the invocation before
+    #[state]
+    before: f64,
+}
+
+impl Step for Washout {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        if self.time.is_nan() || self.time <= 0.0 {
+            return Outcome::Fault(BAD_TIME);
+        }
+        let first = !self.span.begun();
+        let span_s = self.span.advance(invocation.time_ns);
+        if first {
+            // The difference to itself: a first sample that is no number is found.
+            self.y = self.u - self.u;
+        } else {
+            let twice = 2.0 * self.time;
+            self.y = (twice * (self.u - self.before) + (twice - span_s) * self.y) / (twice + span_s);
+        }
+        self.before = self.u;
+        Outcome::Done
+    }
+}

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// The hysteresis is negative.
+const NEGATIVE_HYSTERESIS: u32 = 1;
+/// An input is not finite.
+const NOT_FINITE: u32 = 2;
+
+/// Comparator: above = true from u > reference + hysteresis on, false from u < reference - hysteresis on.
+///
+/// Between the two it stays as it is, so noise makes no chatter; it begins false. Reports each crossing. Range: hysteresis from 0.
+/// Faults: 1 the hysteresis is negative or no number; 2 an input is not finite.
+#[derive(FunctionBlock)]
+pub struct Comparator {
+    /// input
+    #[input]
+    u: f64,
+    /// what it is compared with
+    #[input(asynchronous, default = 0.0)]
+    reference: f64,
+    /// whether the input is above
+    #[output]
+    above: bool,
+    /// half of the band in which nothing changes
+    #[param(default = 0.0)]
+    hysteresis: f64,
+    /// the input has gone above
+    #[condition]
+    rose: Condition,
+    /// the input has gone below
+    #[condition]
+    fell: Condition,
+}
+
+impl Step for Comparator {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        if self.hysteresis.is_nan() || self.hysteresis < 0.0 {
+            return Outcome::Fault(NEGATIVE_HYSTERESIS);
+        }
+        if !(self.u.is_finite() && self.reference.is_finite()) {
+            return Outcome::Fault(NOT_FINITE);
+        }
+        let off = self.u - self.reference;
+        if !self.above && off > self.hysteresis {
+            self.above = true;
+            self.rose.report();
+        } else if self.above && off < -self.hysteresis {
+            self.above = false;
+            self.fell.report();
+        }
+        Outcome::Done
+    }
+}

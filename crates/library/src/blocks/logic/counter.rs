@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// Counter: value += 1 at a rising edge of up, -= 1 at one of down; full = value >= preset, empty = value <= 0.
+///
+/// Counter up (CTU), down (CTD) and both (CTUD): leave unbound what is not wanted. reset makes the value 0 and goes before load, which makes it the
+/// preset; both edges at once cancel. Source: IEC 61131-3, CTU, CTD, CTUD. Range: it stops at the ends of 32 bits.
+#[derive(FunctionBlock)]
+pub struct Counter {
+    /// counts up (CU)
+    #[input(default = false)]
+    up: bool,
+    /// counts down (CD)
+    #[input(default = false)]
+    down: bool,
+    /// makes the value 0 (R)
+    #[input(asynchronous, default = false)]
+    reset: bool,
+    /// makes the value the preset (LD)
+    #[input(asynchronous, default = false)]
+    load: bool,
+    /// counted value (CV)
+    #[output]
+    value: i32,
+    /// whether the value has come up to the preset (QU)
+    #[output]
+    full: bool,
+    /// whether the value has come down to 0 (QD)
+    #[output]
+    empty: bool,
+    /// count that is full (PV)
+    #[param(default = 10)]
+    preset: i32,
+    /// the value has come up to the preset
+    #[condition]
+    reached: Condition,
+    /// `up` of the invocation before
+    #[state]
+    up_before: bool,
+    /// `down` of the invocation before
+    #[state]
+    down_before: bool,
+}
+
+impl Step for Counter {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let (up, down) = (self.up && !self.up_before, self.down && !self.down_before);
+        let was_full = self.full;
+        self.value = match (self.reset, self.load) {
+            (true, _) => 0,
+            (false, true) => self.preset,
+            (false, false) => self.value.saturating_add(i32::from(up) - i32::from(down)),
+        };
+        (self.full, self.empty) = (self.value >= self.preset, self.value <= 0);
+        if self.full && !was_full {
+            self.reached.report();
+        }
+        (self.up_before, self.down_before) = (self.up, self.down);
+        Outcome::Done
+    }
+}

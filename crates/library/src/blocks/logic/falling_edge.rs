@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// Falling edge: y = not u and u_before.
+///
+/// True, and reported, for the one invocation in which the input has gone from true to false; before the first the input counts as false.
+/// Source: IEC 61131-3, F_TRIG.
+#[derive(FunctionBlock)]
+pub struct FallingEdge {
+    /// input
+    #[input]
+    u: bool,
+    /// whether there is an edge
+    #[output]
+    y: bool,
+    /// there is an edge
+    #[condition]
+    edge: Condition,
+    /// input of the invocation before
+    #[state]
+    before: bool,
+}
+
+impl Step for FallingEdge {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = !self.u && self.before;
+        if self.y {
+            self.edge.report();
+        }
+        self.before = self.u;
+        Outcome::Done
+    }
+}

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// Flip-flop, set first: q = set or (q and not reset).
+///
+/// A memory of one bit; where both inputs are true, set wins. It begins false. Source: IEC 61131-3, SR.
+#[derive(FunctionBlock)]
+pub struct FlipFlopSr {
+    /// makes q true
+    #[input]
+    set: bool,
+    /// makes q false
+    #[input]
+    reset: bool,
+    /// what was last set
+    #[output]
+    q: bool,
+}
+
+impl Step for FlipFlopSr {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.q = self.set || (self.q && !self.reset);
+        Outcome::Done
+    }
+}

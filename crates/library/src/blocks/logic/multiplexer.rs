@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// There is no input of that index.
+const NO_SUCH_INPUT: u32 = 1;
+
+/// Multiplexer: y = u_index, the first input having the index 0.
+///
+/// Source: IEC 61131-3, MUX. Range: index 0 to n - 1.
+/// Faults: 1 there is no input of that index.
+#[derive(FunctionBlock)]
+pub struct Multiplexer {
+    /// number of inputs
+    #[size(1, 16)]
+    n: u32,
+    /// inputs
+    #[input(sized)]
+    u: [f64; 16],
+    /// which one is taken, from 0
+    #[input(asynchronous, default = 0)]
+    index: u32,
+    /// the one that is taken
+    #[output]
+    y: f64,
+}
+
+impl Step for Multiplexer {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        if self.index >= self.n {
+            return Outcome::Fault(NO_SUCH_INPUT);
+        }
+        self.y = self.u[self.index as usize];
+        Outcome::Done
+    }
+}

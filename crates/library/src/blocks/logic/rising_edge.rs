@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// Rising edge: y = u and not u_before.
+///
+/// True, and reported, for the one invocation in which the input has gone from false to true; before the first the input counts as false.
+/// Source: IEC 61131-3, R_TRIG.
+#[derive(FunctionBlock)]
+pub struct RisingEdge {
+    /// input
+    #[input]
+    u: bool,
+    /// whether there is an edge
+    #[output]
+    y: bool,
+    /// there is an edge
+    #[condition]
+    edge: Condition,
+    /// input of the invocation before
+    #[state]
+    before: bool,
+}
+
+impl Step for RisingEdge {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = self.u && !self.before;
+        if self.y {
+            self.edge.report();
+        }
+        self.before = self.u;
+        Outcome::Done
+    }
+}

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// Bias: y = u + b.
+#[derive(FunctionBlock)]
+pub struct Bias {
+    /// input
+    #[input]
+    u: f64,
+    /// input and what is added to it
+    #[output]
+    y: f64,
+    /// what is added
+    #[param(default = 0.0)]
+    b: f64,
+}
+
+impl Step for Bias {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = self.u + self.b;
+        Outcome::Done
+    }
+}

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+use std::f64::consts::TAU;
+
+/// No sweep has that number.
+const UNKNOWN_SWEEP: u32 = 1;
+/// The duration or a frequency is out of range.
+const BAD_RANGE: u32 = 2;
+
+/// Chirp, a swept sine: y = offset + amplitude sin(2 pi ∫f dt), f from first to last over the duration, linearly or exponentially.
+///
+/// To measure a frequency response. t is the running time since its first invocation; afterwards y = offset. An exponential sweep
+/// spends the same time in each octave. Source: Farina, 2000. Range: duration above 0; for an exponential sweep both frequencies above 0.
+/// Faults: 1 there is no such sweep: 0 linear, 1 exponential; 2 the duration is not above 0, a frequency is negative, or 0 in an exponential sweep.
+#[derive(FunctionBlock)]
+pub struct Chirp {
+    /// signal
+    #[output]
+    y: f64,
+    /// present frequency
+    #[output(unit = "Hz")]
+    frequency: f64,
+    /// 0 linear, 1 exponential
+    #[param(default = 0)]
+    sweep: u32,
+    /// frequency at the beginning
+    #[param(default = 0.1, unit = "Hz")]
+    first: f64,
+    /// frequency at the end
+    #[param(default = 10.0, unit = "Hz")]
+    last: f64,
+    /// time from the one to the other
+    #[param(default = 10.0, unit = "s")]
+    duration: f64,
+    /// greatest deviation from the offset
+    #[param(default = 1.0)]
+    amplitude: f64,
+    /// mean value
+    #[param(default = 0.0)]
+    offset: f64,
+    /// the last frequency has been reached
+    #[condition]
+    finished: Condition,
+    /// running time at the first invocation, ns; -1: there was none
+    #[state(initial = -1)]
+    begun_ns: i64,
+}
+
+impl Chirp {
+    /// Turns made until `t`, and the frequency then.
+    fn turns(&self, t: f64) -> (f64, f64) {
+        let ratio = self.last / self.first;
+        if self.sweep == 0 || ratio == 1.0 {
+            let rise = (self.last - self.first) / self.duration;
+            return ((self.first + 0.5 * rise * t) * t, self.first + rise * t);
+        }
+        let growth = ratio.ln() / self.duration;
+        (self.first * (growth * t).exp_m1() / growth, self.first * (growth * t).exp())
+    }
+}
+
+impl Step for Chirp {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let least = if self.sweep == 1 { f64::MIN_POSITIVE } else { 0.0 };
+        if self.sweep > 1 {
+            return Outcome::Fault(UNKNOWN_SWEEP);
+        }
+        if !(self.duration > 0.0 && self.first >= least && self.last >= least) {
+            return Outcome::Fault(BAD_RANGE);
+        }
+        if self.begun_ns < 0 {
+            self.begun_ns = invocation.time_ns;
+        }
+        let t = (invocation.time_ns - self.begun_ns) as f64 * 1e-9;
+        let (turns, frequency) = self.turns(t.min(self.duration));
+        self.frequency = frequency;
+        if t < self.duration {
+            self.y = self.offset + self.amplitude * (TAU * turns).sin();
+        } else {
+            self.y = self.offset;
+            self.finished.report();
+        }
+        Outcome::Done
+    }
+}

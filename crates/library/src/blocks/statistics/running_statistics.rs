@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// The input is not finite.
+const NOT_FINITE: u32 = 1;
+
+/// Statistics since the start or the last reset: mean += (u - mean) / k, variance = m / (k - 1) with m += (u - mean_before) (u - mean).
+///
+/// Needs no memory of the values. Source: Welford, 1962. Over a window: `statistics`. A reset is followed by the present value as the first.
+/// Faults: 1 the input is not finite.
+#[derive(FunctionBlock)]
+pub struct RunningStatistics {
+    /// signal
+    #[input]
+    u: f64,
+    /// whether it begins anew with this value
+    #[input(asynchronous, default = false)]
+    reset: bool,
+    /// number of values k
+    #[output]
+    count: u64,
+    /// mean value
+    #[output]
+    mean: f64,
+    /// variance, of a sample; of one value 0
+    #[output]
+    variance: f64,
+    /// root of the mean square
+    #[output]
+    rms: f64,
+    /// least value
+    #[output]
+    least: f64,
+    /// greatest value
+    #[output]
+    greatest: f64,
+    /// sum of the squares of the deviations: m
+    #[state]
+    squares: f64,
+}
+
+impl Step for RunningStatistics {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        if !self.u.is_finite() {
+            return Outcome::Fault(NOT_FINITE);
+        }
+        if self.reset || self.count == 0 {
+            (self.count, self.mean, self.squares) = (0, 0.0, 0.0);
+            (self.least, self.greatest) = (self.u, self.u);
+        }
+        self.count += 1;
+        let (count, before) = (self.count as f64, self.mean);
+        self.mean += (self.u - before) / count;
+        self.squares += (self.u - before) * (self.u - self.mean);
+        self.variance = self.squares / (count - 1.0).max(1.0);
+        self.rms = (self.squares / count + self.mean * self.mean).sqrt();
+        self.least = self.least.min(self.u);
+        self.greatest = self.greatest.max(self.u);
+        Outcome::Done
+    }
+}

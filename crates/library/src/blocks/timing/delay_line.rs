@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::window::{WINDOW_MAX, Window};
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// The delay is too long.
+const TOO_LONG: u32 = 1;
+
+/// Delay line: y_k = u_(k-d), the value of d invocations ago; `initial` before there is one.
+///
+/// Transport delay; with an `initial` of a plant at rest it breaks an algebraic loop. Range: delay 0 to 255.
+/// Faults: 1 the delay is not 0 to 255 invocations.
+#[derive(FunctionBlock)]
+pub struct DelayLine {
+    /// input
+    #[input]
+    u: f64,
+    /// input of that many invocations ago
+    #[output]
+    y: f64,
+    /// invocations d, 0 to 255
+    #[param(default = 1)]
+    delay: u32,
+    /// output until there is a value
+    #[param(default = 0.0)]
+    initial: f64,
+    /// last values
+    #[state(opaque)]
+    past: Window,
+}
+
+impl Step for DelayLine {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let delay = self.delay as usize;
+        if delay >= WINDOW_MAX {
+            return Outcome::Fault(TOO_LONG);
+        }
+        if !self.u.is_finite() {
+            // It would come out as a fault `delay` invocations later, when nobody knows why.
+            self.y = self.u;
+            return Outcome::Done;
+        }
+        self.past.push(self.u);
+        self.y = self.past.before(delay).unwrap_or(self.initial);
+        Outcome::Done
+    }
+}

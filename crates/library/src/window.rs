@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The last values of a signal, for blocks that look back.
+
+/// Most values that a window holds.
+pub const WINDOW_MAX: usize = 256;
+
+/// A ring of the last values.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    values: [f64; WINDOW_MAX],
+    next: u8,
+    held: u16,
+}
+
+impl Default for Window {
+    fn default() -> Window {
+        Window { values: [0.0; WINDOW_MAX], next: 0, held: 0 }
+    }
+}
+
+impl Window {
+    /// Adds a value.
+    pub fn push(&mut self, value: f64) {
+        self.values[usize::from(self.next)] = value;
+        // 256 values: the index of a byte comes round by itself.
+        self.next = self.next.wrapping_add(1);
+        self.held = (self.held + 1).min(WINDOW_MAX as u16);
+    }
+
+    /// The last values, the newest first: `length` of them, or as many as there were.
+    pub fn last(&self, length: usize) -> impl ExactSizeIterator<Item = f64> + '_ {
+        let count = length.min(usize::from(self.held));
+        (0..count).map(move |back| self.values[(usize::from(self.next) + WINDOW_MAX - 1 - back) % WINDOW_MAX])
+    }
+
+    /// The value of `back` invocations ago, 0 being the newest; none if there were not so many.
+    pub fn before(&self, back: usize) -> Option<f64> {
+        (back < usize::from(self.held)).then(|| self.values[(usize::from(self.next) + WINDOW_MAX - 1 - back) % WINDOW_MAX])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_holds_the_last_256() {
+        let mut window = Window::default();
+        assert_eq!((window.last(3).len(), window.before(0)), (0, None));
+        for k in 0..600 {
+            window.push(f64::from(k));
+        }
+        assert_eq!(window.last(3).collect::<Vec<_>>(), [599.0, 598.0, 597.0]);
+        assert_eq!((window.last(999).len(), window.before(255), window.before(256)), (256, Some(344.0), None));
+    }
+}
