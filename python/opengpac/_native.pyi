@@ -19,8 +19,8 @@ def header_text() -> str:
 def build(sources: list[str], output: str | None) -> str:
     """Compiles C or C++ sources into a code module; returns its path. Refused (ModuleError) shows the first error."""
 
-def trial(module: str, block: str, values_json: str, inputs_json: str, times: int) -> str:
-    """Runs a block with no system: `values` constants, `inputs` name → list of values (one an invocation) or one constant.
+def trial(module: str, block: str, values_json: str, inputs_json: str, times: int, period_ns: int) -> str:
+    """Runs a block with no system, an invocation every `period_ns`: `values` constants, `inputs` name → list of values (one an invocation) or one constant.
 
     Returns JSON: name → list of values of each output; `conditions`: list of [invocation, name, value]; `fault` or null.
     `module` is "library" or the path of a loaded module.

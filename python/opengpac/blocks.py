@@ -13,12 +13,14 @@ from .values import plain
 
 if TYPE_CHECKING:
     from .graphs import Graph
+    from .quantities import Quantity
     from .system import System
     from .trial import Trial
 
 
 class Item:
-    """One item of an interface: `name`, `kind`, `mode`, `type`, `unit`, `doc`, `has_default`."""
+    """One item of an interface: `name`, `kind`, `mode`, `type`, `unit`, `doc`, `has_default`; `sized` where its length is the block's
+    size, `least` to `most` of a size; `initial`, the bytes of its default or preset."""
 
     def __init__(self, item: Mapping[str, Any]) -> None:
         self.name: str = item["name"]
@@ -29,6 +31,10 @@ class Item:
         self.unit: str = item["unit"]
         self.doc: str = item["doc"]
         self.has_default: bool = item.get("has_default", False)
+        self.sized: bool = item.get("sized", False)
+        self.least: int = item.get("least", 0)
+        self.most: int = item.get("most", 0)
+        self.initial = bytes(item.get("default", []))
 
     def __repr__(self) -> str:
         unit = f", {self.unit}" if self.unit else ""
@@ -87,8 +93,10 @@ class Block:
         """An occurrence of this block: `planner = lib.trajectory_planner.labelled("planner")`, then `planner.goal` is a port."""
         return Occurrence(label, BlockUse(self, {}))
 
-    def run(self, steps: int | None = None, **values: Any) -> Trial:
+    def run(self, steps: int | None = None, every: Quantity = "1 ms", **values: Any) -> Trial:
         """Tries the block with no system: constants for its parameters, and for each input one value or one for each invocation.
+
+        `every` is the interval between two invocations, for blocks that measure time.
 
         >>> from opengpac import library as lib
         >>> lib.lowpass.run(alpha=0.5, u=[1.0, 1.0]).y
@@ -96,7 +104,7 @@ class Block:
         """
         from .trial import run
 
-        return run(self, steps, values)
+        return run(self, steps, every, values)
 
     def source_json(self) -> dict[str, Any]:
         """What the model calls it."""
@@ -228,4 +236,15 @@ def systems_of(uses: Iterable[BlockUse]) -> set[System]:
                 found.add(use.block.system)
         else:
             found |= systems_of(use.block.blocks.values())
+    return found
+
+
+def modules_of(uses: Iterable[BlockUse]) -> dict[str, str]:
+    """The code modules of the component data base that these blocks are of, outside the standard library: name → file."""
+    found: dict[str, str] = {}
+    for use in uses:
+        if not isinstance(use.block, Block):
+            found |= modules_of(use.block.blocks.values())
+        elif use.block.system is None and use.block.module != "library":
+            found[use.block.name.split(".", 1)[0]] = use.block.module
     return found

@@ -4,9 +4,12 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+import os
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 from . import _native
+from .blocks import BlockUse, modules_of
 from .errors import refusals
 
 if TYPE_CHECKING:
@@ -23,9 +26,25 @@ class Definitions:
         self._native = native
         self._verbs: dict[str, str] = {}
         self._device_types: dict[str, str] = {}
+        self._modules: dict[str, tuple[str, int]] = {}
+
+    def enter_module(self, name: str, path: str) -> list[dict[str, Any]]:
+        """Downloads a code module of the component data base, and gives the interfaces of its blocks."""
+        stamp = (path, os.stat(path).st_mtime_ns) if os.path.exists(path) else (path, 0)
+        with refusals:
+            described = json.loads(self._native.download(path, name))
+        self._modules[name] = stamp
+        return described["blocks"]
+
+    def enter_modules(self, uses: Iterable[BlockUse]) -> None:
+        """Downloads the code modules of the component data base that these blocks are of, each once, and again when its file is newer."""
+        for name, path in modules_of(uses).items():
+            if path not in self._modules.get(name, ()) or self._modules[name][1] != os.stat(path).st_mtime_ns:
+                self.enter_module(name, path)
 
     def enter_verb(self, verb: Verb[..., object]) -> None:
         """Enters a verb and the device types of its objects; another definition of the name replaces the one that was there."""
+        self.enter_modules(verb.blocks.values())
         for obj in verb.objects.values():
             self.enter_device_type(obj.device_type)
         text = verb.text()
@@ -49,8 +68,8 @@ class Definitions:
 _alone: Definitions | None = None
 
 
-def _without_system() -> Definitions:
-    """Definitions that use the library only are checked against an empty system of their own."""
+def without_system() -> Definitions:
+    """Definitions that use the component data base only are checked against an empty system of their own."""
     global _alone
     if _alone is None:
         _alone = Definitions(_native.System("definitions", "virtual", "{}"))
@@ -60,20 +79,21 @@ def _without_system() -> Definitions:
 def check_verb(verb: Verb[..., object], system: System | None) -> None:
     """Checks the names of a verb. One with blocks of a code module is checked by the system that has the module."""
     if system is None:
-        _without_system().enter_verb(verb)
+        without_system().enter_verb(verb)
     else:
         system._check_verb(verb)
 
 
 def check_graph(graph: Graph, system: System | None) -> None:
     """Checks the names and the cover of a graph."""
-    native = system._native if system is not None else _without_system()._native
+    definitions = system._definitions if system is not None else without_system()
+    definitions.enter_modules(graph.blocks.values())
     with refusals:
-        native.check_graph(json.dumps(graph.json()))
+        definitions._native.check_graph(json.dumps(graph.json()))
 
 
 def check_device_type(device_type: type[LogicalDevice]) -> None:
     """Checks the members of a device type, if its verb uses the library only."""
     verb = device_type.definition_verb()
     if verb is None or verb.own_system() is None:
-        _without_system().enter_device_type(device_type)
+        without_system().enter_device_type(device_type)

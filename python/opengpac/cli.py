@@ -33,6 +33,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return given.run(given)
     except Error as error:
+        if error.place is not None and error.place.file.startswith("<frozen"):
+            # There is no program: what was asked for is on the command line.
+            error.place = None
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
     except FileNotFoundError as error:
         print(f"there is no file '{error.filename}'", file=sys.stderr)
@@ -62,7 +65,7 @@ def _parser() -> argparse.ArgumentParser:
     block.set_defaults(run=_new_block)
     blocks = commands.add_parser("blocks", help="the component data base")
     blocks.add_argument("action", nargs="?", choices=["list", "search", "show"], default="list")
-    blocks.add_argument("words", nargs="*")
+    blocks.add_argument("words", nargs="*", metavar="WORD")
     blocks.set_defaults(run=_blocks)
     return parser
 
@@ -120,10 +123,22 @@ def _new_block(given: argparse.Namespace) -> int:
 
 def _blocks(given: argparse.Namespace) -> int:
     if given.action == "show":
+        if not given.words:
+            print("say which: opengpac blocks show pid", file=sys.stderr)
+            return 1
         for name in given.words:
             print(library.show(name))
         return 0
-    found = library.search(*given.words)
-    for block in found:
-        print(f"{block.name.removeprefix('library.'):<20} {block.doc.splitlines()[0] if block.doc else ''}")
+    found = library.search(*given.words) if given.action == "search" else library.list()
+    category = None
+    for component in found:
+        if given.action == "list" and component.category != category:
+            category = component.category
+            print(f"{category}:")
+        indent = "  " if given.action == "list" else ""
+        print(f"{indent}{component.name:<{24 - len(indent)}} {component.kind:<11} {component.title}")
+    for problem in library.problems():
+        print(f"left out: {problem}", file=sys.stderr)
+    if not found:
+        print(f"nothing has {' and '.join(given.words)}; opengpac blocks lists what there is", file=sys.stderr)
     return 0 if found else 1

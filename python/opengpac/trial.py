@@ -11,6 +11,7 @@ import numpy as np
 
 from . import _native
 from .errors import CallError, did_you_mean, refusals, refuse
+from .quantities import Quantity, duration_ns
 from .values import plain
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ def _series(item: Item, value: Any) -> tuple[Any, int]:
     return plain(value), 0
 
 
-def run(block: Block, steps: int | None, given: Mapping[str, Any]) -> Trial:
+def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
     """As `Block.run` says."""
     values: dict[str, Any] = {}
     inputs: dict[str, Any] = {}
@@ -84,6 +85,7 @@ def run(block: Block, steps: int | None, given: Mapping[str, Any]) -> Trial:
     for name in inputs:
         if name not in lengths:
             inputs[name] = [inputs[name]] * times
+    period_ns = duration_ns(every, "the interval of a trial")
     with refusals:
-        text = _native.trial(block.module, block.name.split(".", 1)[1], json.dumps(values), json.dumps(inputs), times)
+        text = _native.trial(block.module, block.name.split(".", 1)[1], json.dumps(values), json.dumps(inputs), times, period_ns)
     return Trial(block.name, json.loads(text))

@@ -46,7 +46,10 @@ def dtype_of(tree: Mapping[str, Any]) -> np.dtype[Any]:
 
 def from_bytes(data: bytes, dtype: np.dtype[Any]) -> Any:
     """The Python value of an object's bytes."""
-    base, shape = (dtype.subdtype[0], dtype.subdtype[1]) if dtype.subdtype else (dtype, ())
+    base, shape = dtype, ()
+    while base.subdtype is not None:
+        # An array of arrays is one array of more dimensions.
+        base, shape = base.subdtype[0], (*shape, *base.subdtype[1])
     array = np.frombuffer(data, dtype=base).reshape(shape).copy()
     if shape:
         return array

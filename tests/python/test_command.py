@@ -16,7 +16,12 @@ ROOT = Path(__file__).parent.parent.parent
 
 def test_blocks_are_listed_searched_and_shown(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["blocks"]) == 0
-    assert "lowpass" in capsys.readouterr().out
+    listed = capsys.readouterr().out
+    assert "filters:\n" in listed and "  lowpass " in listed and "robots.move" in listed
+    assert main(["blocks", "search", "nothing", "has", "this"]) == 1
+    assert "nothing has nothing and has and this" in capsys.readouterr().err
+    assert main(["blocks", "show"]) == 1
+    capsys.readouterr()
     assert main(["blocks", "search", "low-pass"]) == 0
     assert capsys.readouterr().out.startswith("lowpass")
     assert main(["blocks", "show", "lowpass"]) == 0

@@ -33,11 +33,11 @@ fn build(py: Python<'_>, sources: Vec<PathBuf>, output: Option<PathBuf>) -> PyRe
 }
 
 #[pyfunction]
-fn trial(py: Python<'_>, module: &str, block: &str, values_json: &str, inputs_json: &str, times: usize) -> PyResult<String> {
+fn trial(py: Python<'_>, module: &str, block: &str, values_json: &str, inputs_json: &str, times: usize, period_ns: i64) -> PyResult<String> {
     let python = convert::interpreter(py)?;
     let values: IndexMap<String, Value> = from_json(values_json)?;
     let inputs: IndexMap<String, Vec<Value>> = from_json(inputs_json)?;
-    let run = py.detach(|| supervisor::trial(module, block, &values, &inputs, times, &python)).map_err(refused)?;
+    let run = py.detach(|| supervisor::trial(module, block, &values, &inputs, times, period_ns, &python)).map_err(refused)?;
     Ok(run.to_string())
 }
 

@@ -19,9 +19,9 @@ pub fn doc(attributes: &[Attribute]) -> String {
     lines.join(" ").trim().to_string()
 }
 
-/// Up to the first full stop that ends a sentence.
+/// Up to the first full stop that ends a sentence; the dots of `u_1 + ... + u_n` end none.
 pub fn first_sentence(doc: &str) -> String {
-    match doc.find(". ") {
+    match doc.match_indices(". ").map(|(at, _)| at).find(|at| !doc[..*at].ends_with('.')) {
         Some(end) => doc[..=end].to_string(),
         None => doc.to_string(),
     }

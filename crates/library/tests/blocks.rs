@@ -131,3 +131,23 @@ fn after_a_sample_that_is_not_finite_filters_go_on() {
     servo.run().unwrap();
     assert!(servo.number("effort").unwrap().is_finite());
 }
+
+/// Whatever a block does with its samples: sorting, comparing and clamping lose a NaN unless they are told not to.
+#[test]
+fn a_sample_that_is_no_number_is_a_fault_of_every_block_and_the_next_goes_on() {
+    let is_input = |face: &BlockFace, name: &str| face.items.iter().any(|item| item.name == name && item.kind == Kind::Input && item.type_text == "double");
+    let mut tried = 0;
+    for face in faces().into_iter().filter(|face| is_input(face, "u")) {
+        let (name, inputs) = (face.name.clone(), face.items.iter().map(|item| item.name.clone()).filter(|item| is_input(&face, item)).collect::<Vec<_>>());
+        let mut trial = Trial::of(face);
+        for input in &inputs {
+            trial.set_number(input, 1.0).unwrap();
+        }
+        for u in [1.0, 0.5, f64::NAN, 1.0, f64::NAN, 0.25] {
+            trial.set_number("u", u).unwrap();
+            assert_eq!(trial.run().is_ok(), u.is_finite(), "{name} at {u}: {:?}", trial.run());
+        }
+        tried += 1;
+    }
+    assert!(tried > 30, "{tried}");
+}

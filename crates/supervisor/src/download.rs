@@ -73,7 +73,7 @@ fn library_faces() -> (Vec<BlockFace>, Vec<TypeFace>) {
     (library::blocks().iter().filter_map(read).collect(), types)
 }
 
-/// Runs a block `times` times with no system. `inputs`: a constant, or a list with one value an invocation.
+/// Runs a block `times` times with no system, an invocation every `period_ns`. `inputs`: a constant, or a list with one value an invocation.
 /// Returns each output's values, the conditions as (invocation, name, value or none), and the fault that ended it, if one did.
 pub fn trial(
     module: &str,
@@ -81,6 +81,7 @@ pub fn trial(
     values: &IndexMap<String, Value>,
     inputs: &IndexMap<String, Vec<Value>>,
     times: usize,
+    period_ns: i64,
     python: &str,
 ) -> Result<Json, Refusals> {
     let (faces, types) = if module == "library" {
@@ -95,6 +96,11 @@ pub fn trial(
     let interface = crate::faces::interface(module, &face, &declarations);
     let size = size_of(&interface, values, inputs)?;
     let mut trial = Trial::of(face);
+    trial.period_ns = period_ns;
+    if let Some(item) = interface.items.iter().find(|i| i.kind == Kind::Size) {
+        // First: the lengths of the others depend on it.
+        put(&mut trial, &interface, &item.name, &Value::Integer(0), size)?;
+    }
     for (name, value) in values {
         put(&mut trial, &interface, name, value, size)?;
     }
@@ -131,9 +137,6 @@ fn put(trial: &mut Trial, interface: &Interface, name: &str, value: &Value, size
 }
 
 fn run_trial(trial: &mut Trial, interface: &Interface, inputs: &IndexMap<String, Vec<Value>>, times: usize, size: Option<u32>) -> Result<Json, Refusals> {
-    if let Some(item) = interface.items.iter().find(|i| i.kind == Kind::Size) {
-        put(trial, interface, &item.name, &Value::Integer(0), size)?;
-    }
     let shown: Vec<_> = interface.items.iter().filter(|i| matches!(i.kind, Kind::Output | Kind::DeviceWrite)).collect();
     let mut outputs: IndexMap<String, Vec<Value>> = shown.iter().map(|i| (i.name.clone(), Vec::new())).collect();
     let (mut conditions, mut fault) = (Vec::new(), Json::Null);

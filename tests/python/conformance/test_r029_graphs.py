@@ -123,7 +123,7 @@ def test_r036_a_filter_is_inserted_by_editing_the_graph_only(rig: Rig) -> None:
 
 
 def test_r037_the_component_data_base_is_searched() -> None:
-    assert [block.name for block in lib.search("low-pass", "alpha")] == ["library.lowpass"]
+    assert [found.value.name for found in lib.search("low-pass", "alpha")] == ["library.lowpass"]
     assert "smoothing factor" in lib.show("lowpass")
     with pytest.raises(gpac.UnknownName, match="did you mean 'lowpass'"):
         lib.block("lowpas")

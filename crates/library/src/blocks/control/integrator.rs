@@ -48,8 +48,15 @@ impl Step for Integrator {
         }
         let first = !self.span.begun();
         let span_s = self.span.advance(invocation.time_ns);
-        let wanted = if first || self.reset { self.initial } else { self.y + self.gain * 0.5 * (self.u + self.before) * span_s };
-        self.y = if wanted.is_nan() { wanted } else { wanted.clamp(self.low, self.high) };
+        // A sample that is no number is found at once, also during a reset: it must not wait in `before`.
+        let wanted = if !self.u.is_finite() {
+            self.u
+        } else if first || self.reset {
+            self.initial
+        } else {
+            self.y + self.gain * 0.5 * (self.u + self.before) * span_s
+        };
+        self.y = if !wanted.is_finite() { wanted } else { wanted.clamp(self.low, self.high) };
         self.before = self.u;
         Outcome::Done
     }

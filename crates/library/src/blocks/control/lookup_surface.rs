@@ -30,17 +30,22 @@ pub struct LookupSurface {
     #[output]
     z: f64,
     /// where the rows are, rising
-    #[param(default = [0.0; 16], sized)]
+    #[param(default = numbers(), sized)]
     xs: [f64; 16],
     /// number of columns, 2 to 8
     #[param(default = 2)]
     columns: u32,
     /// where the columns are, rising: the first `columns` count
-    #[param(default = [0.0; 8])]
+    #[param(default = numbers())]
     ys: [f64; COLUMNS_MAX],
     /// values: a row for each of xs, the first `columns` of it count
     #[param(default = [[0.0; 8]; 16], sized)]
     zs: [[f64; COLUMNS_MAX]; 16],
+}
+
+/// 0, 1, 2, ...
+fn numbers<const N: usize>() -> [f64; N] {
+    std::array::from_fn(|i| i as f64)
 }
 
 /// The interval that u is in, and how far, 0 to 1, the ends held.

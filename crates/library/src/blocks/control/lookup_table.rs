@@ -24,10 +24,10 @@ pub struct LookupTable {
     #[output]
     y: f64,
     /// where the points are, rising
-    #[param(default = [0.0; 32], sized)]
+    #[param(default = numbers(), sized)]
     xs: [f64; 32],
     /// values at the points
-    #[param(default = [0.0; 32], sized)]
+    #[param(default = numbers(), sized)]
     ys: [f64; 32],
     /// beyond the ends: 0 held, 1 extrapolated, 2 a fault
     #[param(default = 0)]
@@ -35,6 +35,11 @@ pub struct LookupTable {
     /// the input is beyond the ends
     #[condition]
     beyond: Condition,
+}
+
+/// 0, 1, 2, ...: a table that changes nothing.
+fn numbers() -> [f64; 32] {
+    std::array::from_fn(|i| i as f64)
 }
 
 impl Step for LookupTable {

@@ -160,9 +160,29 @@ mod tests {
 
     fn pid() -> Pid {
         Pid {
-            setpoint: 0.0, measured: 0.0, feedforward: 0.0, effort: 0.0, error: 0.0, kp: 1.0, ki: 0.0, kd: 0.0, limit: 1e6, interpolation: 1,
-            following_error: ConditionOf::new(0.0), reference: Reference::default(), integral: 0.0, before: 0.0, rate: 0.0, before_ns: -1,
-            manual: false, manual_effort: 0.0, least: f64::NEG_INFINITY, setpoint_weight: 1.0, derivative_weight: 0.0, derivative_time: 0.0, anti_windup: 0,
+            setpoint: 0.0,
+            measured: 0.0,
+            feedforward: 0.0,
+            effort: 0.0,
+            error: 0.0,
+            kp: 1.0,
+            ki: 0.0,
+            kd: 0.0,
+            limit: 1e6,
+            interpolation: 1,
+            following_error: ConditionOf::new(0.0),
+            reference: Reference::default(),
+            integral: 0.0,
+            before: 0.0,
+            rate: 0.0,
+            before_ns: -1,
+            manual: false,
+            manual_effort: 0.0,
+            least: f64::NEG_INFINITY,
+            setpoint_weight: 1.0,
+            derivative_weight: 0.0,
+            derivative_time: 0.0,
+            anti_windup: 0,
             tracking_time: 1.0,
         }
     }

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
+/// A state or input is not finite.
+const NOT_FINITE: u32 = 1;
+
 /// State space: y_k = c x_k + d u_k, x_(k+1) = a x_k + b u_k + e w_k, discrete, of up to 8 states.
 ///
 /// A plant model, a compensator or, with w the measurement, an observer: a = A - L C, b = B, e = L. The rows of `a` have 8 numbers, of
 /// which the first n count: `library.padded(A)` fills them up. x is the state before the invocation's input acts. Source: Franklin,
 /// Powell and Workman, Digital Control of Dynamic Systems, 4.3; discretise with `scipy.signal.cont2discrete`. That it is stable is not checked.
+/// Faults: 1 a state of the next invocation is not finite: an input is not, or the system is unstable.
 #[derive(FunctionBlock)]
 pub struct StateSpace {
     /// number of states
@@ -59,6 +63,9 @@ impl Step for StateSpace {
         self.y = product(&self.c[..n]) + self.d * self.u;
         for i in 0..n {
             self.next[i] = product(&self.a[i][..n]) + self.b[i] * self.u + self.e[i] * self.w;
+            if !self.next[i].is_finite() {
+                return Outcome::Fault(NOT_FINITE);
+            }
         }
         Outcome::Done
     }

@@ -8,7 +8,7 @@ const NEGATIVE_TIME: u32 = 1;
 /// First-order lag (PT1), a low-pass filter by its time constant: T y' + y = k u.
 ///
 /// Exact for an input that is constant between two invocations, at any interval; it begins at k u. `lowpass` is the same by its
-/// smoothing factor. Source: Astrom and Wittenmark, Computer-Controlled Systems, 2.3 (zero-order hold). Range: T from 0; 0 is a gain.
+/// smoothing factor. Source: Astrom and Wittenmark, Computer-Controlled Systems, 2.3 (zero-order hold). Range: T from 0, where it is a gain.
 /// Faults: 1 the time constant is negative or no number.
 #[derive(FunctionBlock)]
 pub struct FirstOrderLag {
@@ -39,7 +39,10 @@ impl Step for FirstOrderLag {
         }
         let first = !self.span.begun();
         let span_s = self.span.advance(invocation.time_ns);
-        if first || self.time == 0.0 {
+        if !self.u.is_finite() {
+            // It must not wait in `before` until the next invocation.
+            self.y = self.u;
+        } else if first || self.time == 0.0 {
             self.y = self.k * self.u;
         } else {
             // What was held since the invocation before has acted until now.

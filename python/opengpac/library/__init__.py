@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The component data base: every block of the standard library is an attribute, `library.pid`, and so is every component that other
+packages and your own folders add. `list()`, `search("low-pass")` and `show("pid")` also know graphs, verbs and device types.
+
+>>> from opengpac import library as lib
+>>> lib.lowpass.name
+'library.lowpass'
+>>> lib.search("low-pass")[0].name
+'lowpass'
+>>> lib.pid.run(kp=2.0, setpoint=1.0, measured=0.25).effort
+array([1.5])
+"""
+
+from __future__ import annotations
+
+import builtins
+import os
+from collections.abc import Mapping, Sequence
+from types import ModuleType
+from typing import Any
+
+from ..blocks import Block
+from .catalogue import CATALOGUE
+from .components import Component, Found, Problem
+from .manuals import Manual, manual
+from .origins import standard_blocks
+from .padding import padded
+from .searching import ranked
+
+__all__ = [
+    "Component", "Found", "Manual", "Problem", "add", "block", "blocks", "get", "list", "padded", "problems", "refresh", "search", "show",
+]  # fmt: skip
+
+
+def list(category: str | None = None) -> Found:
+    """Every component, by category and name; of one category where it is given."""
+    order = sorted(CATALOGUE.components(), key=lambda c: (c.origin != "library", c.category, c.name))
+    return Found(c for c in order if category in (None, c.category))
+
+
+def search(*words: str) -> Found:
+    """The components that have all these words in name, documentation, ports or parameters, the best first."""
+    return ranked(CATALOGUE.components(), [part for word in words for part in word.split()])
+
+
+def show(name: str) -> Manual:
+    """The manual of a component: equation, ports, parameters, conditions, faults, an example. Printed where it stands last in a cell."""
+    return manual(CATALOGUE.find(name))
+
+
+def get(name: str) -> Any:
+    """The component of that name: a block, graph, verb or device type. `UnknownName` where there is none or there are two."""
+    return CATALOGUE.find(name).value
+
+
+def block(name: str) -> Block:
+    """The block of that name, `pid`, `library.pid`, or `their_package.their_block`."""
+    return CATALOGUE.find(name, "block").value
+
+
+def blocks() -> Mapping[str, Block]:
+    """Every block of the standard library by its short name."""
+    return {name: found for name, (found, _) in standard_blocks().items()}
+
+
+def add(path: str | os.PathLike[str] | ModuleType, name: str | None = None) -> Found:
+    """Takes up the code modules of a folder (C and C++ files with `opengpac.h`, compiled modules), one file, or the public graphs,
+    verbs and device types of a Python module. They are called `name.block`, or `block` alone; `name` is that of the folder or module.
+
+    A name that something has already is refused, naming both, and then nothing is added. A file that cannot be built is among the
+    `problems()`, and does not stop the rest. To add a folder for good, name it in `OPENGPAC_PATH`.
+    """
+    return CATALOGUE.add(path, name)
+
+
+def problems() -> Sequence[Problem]:
+    """What was found but could not be taken up, and why: files that cannot be built, packages that cannot be imported, names that clash."""
+    return CATALOGUE.problems()
+
+
+def refresh() -> None:
+    """Reads files and packages anew when next something is asked for: after an edit, in a notebook."""
+    CATALOGUE.refresh()
+
+
+def __getattr__(name: str) -> Block:
+    if name.startswith("_"):
+        raise AttributeError(name)
+    return get(name)
+
+
+def __dir__() -> builtins.list[str]:
+    return [*blocks(), *__all__]

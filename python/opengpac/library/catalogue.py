@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The catalogue: every component by name, made when it is first asked for something that the standard library does not have."""
+
+from __future__ import annotations
+
+import importlib
+import logging
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from ..errors import CallError, DefinitionError, UnknownName, did_you_mean, refuse
+from .components import Component, Found, Problem, block_component
+from .origins import Entry, of_packages, of_thing, of_users, standard, standard_blocks
+
+_logger = logging.getLogger("opengpac")
+
+
+class Catalogue:
+    """The components that there are; `problems` says what was left out and why."""
+
+    def __init__(self) -> None:
+        self._components: list[Component] | None = None
+        self._problems: list[Problem] = []
+        self._added: list[tuple[Any, str]] = []
+
+    def components(self) -> list[Component]:
+        """All of them, those of the standard library first."""
+        if self._components is None:
+            self._components, self._problems = [], []
+            added = (entry for given, origin in self._added for entry in of_thing(given, origin, origin))
+            for origin in (standard(), of_packages(), of_users(), added):
+                self._take(origin)
+        return self._components
+
+    def problems(self) -> list[Problem]:
+        """What could not be taken up."""
+        self.components()
+        return self._problems
+
+    def find(self, name: str, kind: str | None = None) -> Component:
+        """The component of that name; refused, naming both, where two are called so."""
+        short = name.removeprefix("library.")
+        if short in standard_blocks():
+            block, category = standard_blocks()[short]
+            return block_component(block, category, "library")
+        matches = [c for c in self.components() if short in c.names and kind in (None, c.kind)]
+        exact = [c for c in matches if short in c.names[1:]] or matches
+        if len(exact) > 1:
+            refuse(
+                UnknownName,
+                f"'{name}' is the name of {' and of '.join(f'a {c.kind} of {c.where}' for c in exact)}",
+                f"say {' or '.join(repr(_only_name(c, exact)) for c in exact)}",
+            )
+        if not exact:
+            self._refuse(name)
+        return exact[0]
+
+    def add(self, given: str | os.PathLike[str] | ModuleType, origin: str | None) -> Found:
+        """As `library.add` says."""
+        if not isinstance(given, ModuleType):
+            if not isinstance(given, str | os.PathLike):
+                refuse(CallError, f"library.add was given {given!r}", "give the path of a folder or file, or a Python module")
+            given = Path(given).expanduser().absolute()
+        name = origin or (given.__name__.rsplit(".", 1)[-1] if isinstance(given, ModuleType) else given.stem)
+        entries = list(of_thing(given, name, f"'{given}'"))
+        new = [e for e in entries if isinstance(e, Component)]
+        broken = [e for e in entries if isinstance(e, Problem)]
+        if not new:
+            reason = "; ".join(str(problem) for problem in broken) or f"'{given}' has no component"
+            refuse(DefinitionError, f"nothing was added: {reason}")
+        again = [(g, n) for g, n in self._added if (g, n) != (given, name)]
+        others = [c for c in self.components() if (c.origin, c.source) not in {(n.origin, n.source) for n in new}]
+        for component in new:
+            clash = next((c for c in others if _clash(component, c)), None)
+            if clash is not None:
+                refuse(
+                    DefinitionError,
+                    f"nothing was added: '{component.short_name}' is the name of a {component.kind} of {component.where} and of "
+                    f"a {clash.kind} of {clash.where}",
+                    "rename yours",
+                )
+        self._added = [*again, (given, name)]
+        self._components, self._problems = [*others, *new], [*self._problems, *broken]
+        _warn(broken)
+        return Found(new)
+
+    def refresh(self) -> None:
+        """Forgets what was found outside the standard library: files and packages are read again when next asked for."""
+        self._components = None
+        importlib.invalidate_caches()
+
+    def _take(self, entries: Iterable[Entry]) -> None:
+        assert self._components is not None
+        taken, problems = [], []
+        for entry in entries:
+            if isinstance(entry, Problem):
+                problems.append(entry)
+                continue
+            if any(c.value is entry.value for c in self._components):
+                continue
+            if entry.short_name in standard_blocks() and entry.origin != "library":
+                reason = f"a {entry.kind} of {entry.where} has the name of a block of the standard library: it must be renamed"
+                problems.append(Problem(f"'{entry.name}'", reason))
+                continue
+            taken.append(entry)
+        self._components += taken
+        self._problems += problems
+        _warn(problems)
+
+    def _refuse(self, name: str) -> None:
+        known = [n for c in self.components() for n in c.names]
+        remedy = did_you_mean(name, dict.fromkeys(known)) or "opengpac blocks search WORDS finds what there is"
+        if self._problems:
+            remedy += "; left out: " + "; ".join(str(problem) for problem in self._problems)
+        refuse(UnknownName, f"the library has no block, graph, verb or device type '{name}'", remedy)
+
+
+def _clash(new: Component, other: Component) -> bool:
+    """Whether a name would no longer say which of the two is meant; a verb or graph of each origin is told by its origin."""
+    same = new.short_name == other.short_name
+    return new.name == other.name or (same and other.kind == "block" and (new.kind == "block" or other.origin == "library"))
+
+
+def _only_name(component: Component, others: list[Component]) -> str:
+    """A name that it shares with none of the others."""
+    return next((n for n in component.names if sum(n in c.names for c in others) == 1), component.name)
+
+
+def _warn(problems: Iterable[Problem]) -> None:
+    for problem in problems:
+        _logger.warning("left out of the component data base: %s", problem)
+
+
+CATALOGUE = Catalogue()

@@ -1,0 +1,120 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the component data base holds: components, what was found, and what could not be taken up."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any, Literal, NamedTuple
+
+from ..blocks import Block, Item
+
+Kind = Literal["block", "graph", "verb", "device type"]
+
+
+@dataclass(frozen=True)
+class Component:
+    """One entry: `name` as it is asked for, `kind`, `category`, `origin` (where it comes from), `doc`, and the thing itself, `value`."""
+
+    name: str
+    kind: Kind
+    category: str
+    origin: str
+    doc: str
+    value: Any
+    source: str = ""
+    """The file it is defined in."""
+
+    @property
+    def title(self) -> str:
+        """The first line of its documentation: of a block the equation."""
+        return self.doc.strip().splitlines()[0] if self.doc.strip() else ""
+
+    @property
+    def short_name(self) -> str:
+        """The last word of its name: `move` of `robots.move`."""
+        return self.name.rsplit(".", 1)[-1]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All the names that it answers to, the shortest first."""
+        own = self.value.name if self.kind != "device type" else self.value.definition_name()
+        return tuple(dict.fromkeys((self.short_name, self.name, own)))
+
+    @property
+    def where(self) -> str:
+        """Where it comes from, for messages: `library`, or its origin and file."""
+        return self.origin if self.origin == "library" or not self.source else f"{self.origin} ({self.source})"
+
+    @property
+    def items(self) -> dict[str, str]:
+        """Its ports, parameters, conditions and members with what is said of them."""
+        if self.kind == "block":
+            return {name: item.doc for name, item in self.value.items.items()}
+        if self.kind == "graph":
+            return dict.fromkeys(self.value.items, "")
+        if self.kind == "verb":
+            return dict.fromkeys((*self.value.signature.parameters, *self.value.output_values, *self.value.conditions), "")
+        return dict.fromkeys((*self.value.svv_members(), *self.value.parameter_members()), "")
+
+    def __repr__(self) -> str:
+        return f"{self.name:<24} {self.kind:<11} {self.title}"
+
+
+class Problem(NamedTuple):
+    """Something that is not in the data base: what it is, and why not."""
+
+    what: str
+    reason: str
+
+    def __str__(self) -> str:
+        return f"{self.what}: {self.reason}"
+
+
+class Found(tuple[Component, ...]):
+    """Components in an order: prints as a table, in a notebook too."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return "\n".join(repr(component) for component in self) or "nothing"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(f"<tr><td><b>{c.name}</b></td><td>{c.kind}</td><td>{c.category}</td><td>{c.title}</td></tr>" for c in self)
+        return f"<table>{rows}</table>"
+
+
+def block_component(block: Block, category: str, origin: str, source: str = "") -> Component:
+    """The entry of a block; blocks of other origins carry the origin in their name."""
+    short = block.name.split(".", 1)[1]
+    return Component(short if origin == "library" else f"{origin}.{short}", "block", category, origin, block.doc, block, source)
+
+
+def members(module: ModuleType, prefix: str, origin: str) -> list[Component]:
+    """The graphs, verbs and device types that a Python module makes public."""
+    from ..devices import LogicalDevice
+    from ..graphs import Graph
+    from ..verbs import Verb
+
+    public: Iterable[str] = getattr(module, "__all__", [name for name in vars(module) if not name.startswith("_")])
+    found: list[Component] = []
+    for name in public:
+        value = getattr(module, name, None)
+        kind: Kind
+        if isinstance(value, Verb):
+            kind, doc = "verb", value.doc
+        elif isinstance(value, Graph):
+            kind, doc = "graph", value.doc
+        elif isinstance(value, type) and issubclass(value, LogicalDevice) and value is not LogicalDevice:
+            kind, doc = "device type", inspect.getdoc(value) or ""
+        else:
+            continue
+        found.append(Component(f"{prefix}.{name}", kind, prefix, origin, doc, value, getattr(module, "__file__", "") or ""))
+    return found
+
+
+def items_of(block: Block) -> Mapping[str, Item]:
+    """The items of a block that its user sees: not its state."""
+    return {name: item for name, item in block.items.items() if item.kind != "state"}

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where components come from: the standard library, the packages of OpenGPAC itself, other packages by their entry point, and
+folders of the user. What cannot be taken up is a `Problem` and does not stop the rest."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import json
+import os
+import pkgutil
+from collections.abc import Iterator, Mapping
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from .. import _native
+from ..blocks import Block
+from ..errors import Error
+from .components import Component, Problem, block_component, members
+
+GROUP = "opengpac.components"
+"""The entry point group by which a package adds its components."""
+
+_SOURCES = (".c", ".cc", ".cpp", ".cxx")
+_PACKAGE = "opengpac"
+
+Entry = Component | Problem
+
+
+@functools.cache
+def standard_blocks() -> Mapping[str, tuple[Block, str]]:
+    """The blocks of the standard library by short name, each with its category: the folder that its file is in."""
+    found: dict[str, tuple[Block, str]] = {}
+    for interface in json.loads(_native.library_json()):
+        folder = Path(interface.get("file", "")).parent.name
+        found[interface["name"].split(".", 1)[1]] = (Block(interface), folder if folder != "blocks" else "motion")
+    return found
+
+
+def standard() -> Iterator[Entry]:
+    """The standard library, and what the sub-packages of OpenGPAC make public: `robots.move`, `robots.Joint`."""
+    for block, category in standard_blocks().values():
+        yield block_component(block, category, "library")
+    package = importlib.import_module(_PACKAGE)
+    for found in pkgutil.iter_modules(package.__path__):
+        if found.ispkg and found.name != "library":
+            yield from _imported(f"{_PACKAGE}.{found.name}", found.name, "library")
+
+
+def of_packages() -> Iterator[Entry]:
+    """What installed packages add through the entry point group."""
+    points = {(point.name, point.value): point for point in entry_points(group=GROUP)}
+    for _, point in sorted(points.items()):
+        yield from of_entry_point(point)
+
+
+def of_entry_point(point: EntryPoint) -> Iterator[Entry]:
+    """A module (its public graphs, verbs and device types, and the C files beside it), or the path of a folder or file."""
+    what = f"package '{point.dist.name if point.dist else point.name}', entry point '{point.name} = {point.value}'"
+    try:
+        given = point.load()
+        yield from of_thing(given, point.name, what)
+    except Exception as error:
+        # Whatever somebody else's package does on import must not take the data base away.
+        yield Problem(what, f"{type(error).__name__}: {error}")
+
+
+def of_thing(given: Any, origin: str, what: str) -> Iterator[Entry]:
+    """What a module or path holds."""
+    if isinstance(given, ModuleType):
+        yield from members(given, origin, origin)
+        for folder in getattr(given, "__path__", []):
+            yield from of_path(Path(folder), origin)
+    elif isinstance(given, str | os.PathLike):
+        yield from of_path(Path(given), origin)
+    else:
+        yield Problem(what, f"{given!r} is neither a module nor the path of a folder; give one")
+
+
+def user_folders() -> list[Path]:
+    """The folders of `OPENGPAC_PATH`, then `opengpac/components` of the user's configuration."""
+    named = [Path(folder).expanduser() for folder in os.environ.get("OPENGPAC_PATH", "").split(os.pathsep) if folder]
+    configuration = Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "opengpac" / "components"
+    return [*named, *([configuration] if configuration.is_dir() else [])]
+
+
+def of_users() -> Iterator[Entry]:
+    """What lies in the user's folders."""
+    for folder in user_folders():
+        yield from of_path(folder, folder.absolute().name)
+
+
+def of_path(path: Path, origin: str) -> Iterator[Entry]:
+    """The blocks of a code module, or of every one in a folder."""
+    if not path.exists():
+        yield Problem(f"'{path}'", "there is no such file or folder")
+    for file in sorted(path.iterdir()) if path.is_dir() else [path] if path.exists() else []:
+        if path.is_dir() and not _is_code(file):
+            continue
+        try:
+            yield from _of_file(file.absolute(), origin)
+        except Error as error:
+            yield Problem(f"'{file}'", f"{type(error).__name__}: {error.message}")
+
+
+def _is_code(file: Path) -> bool:
+    """Whether a file of a folder is meant as a code module: C or C++ with `opengpac.h`, or a shared object that is not Python's own."""
+    if file.suffix in _SOURCES:
+        return "opengpac.h" in file.read_text(errors="replace")
+    return file.suffix == ".so" and ".abi3" not in file.name and ".cpython" not in file.name
+
+
+def _of_file(file: Path, origin: str) -> Iterator[Component]:
+    from ..checks import without_system
+
+    module = f"{origin.replace('.', '_')}:{file.stem.removeprefix('lib')}"
+    for interface in without_system().enter_module(module, str(file)):
+        yield block_component(Block(interface, str(file)), origin, origin, str(file))
+
+
+def _imported(module: str, prefix: str, origin: str) -> Iterator[Entry]:
+    try:
+        yield from members(importlib.import_module(module), prefix, origin)
+    except ImportError as error:
+        yield Problem(f"package '{module}'", str(error))

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Matrices for blocks whose rows have a fixed length."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..errors import ValueRefused, refuse
+
+
+def padded(values: Any, length: int = 8) -> np.ndarray:
+    """A vector or the rows of a matrix filled up with zeros to `length` numbers, as `state_space` and `lookup_surface` take them.
+
+    >>> padded([[0.9, 0.1], [0.0, 0.8]])[1]
+    array([0. , 0.8, 0. , 0. , 0. , 0. , 0. , 0. ])
+    """
+    given = np.asarray(values, dtype=float)
+    if given.ndim not in (1, 2) or given.shape[-1] > length:
+        refuse(ValueRefused, f"{values!r} cannot be filled up", f"give a vector or a matrix whose rows have at most {length} numbers")
+    return np.pad(given, [(0, 0)] * (given.ndim - 1) + [(0, length - given.shape[-1])])

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Finding components by words, the best first."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from .components import Component, Found
+
+
+def ranked(components: Iterable[Component], words: Iterable[str]) -> Found:
+    """The components that have all the words, whatever their case; "low-pass", "low pass" and "lowpass" are one.
+
+    A word counts most in the name, then in the first line, in the names of ports and parameters, and last in the rest.
+    """
+    wanted = [_squeezed(word) for word in words if _squeezed(word)]
+    scored = [(_score(component, wanted), component) for component in components]
+    return Found(component for score, component in sorted((s for s in scored if s[0] > 0), key=lambda s: (-s[0], s[1].name)))
+
+
+def _score(component: Component, wanted: list[str]) -> int:
+    if not wanted:
+        return 1
+    texts = [
+        (100, " ".join(component.names)),
+        (30, component.title),
+        (20, f"{component.category} {component.kind} {component.origin}"),
+        (10, " ".join(component.items)),
+        (3, " ".join([component.doc, *component.items.values()])),
+    ]
+    # A word that is the whole name counts more than one that begins it.
+    counts = [
+        max(weight * (2 if weight == 100 and word in map(_squeezed, component.names) else 1) * _has(text, word) for weight, text in texts)
+        for word in wanted
+    ]
+    return sum(counts) if all(counts) else 0
+
+
+def _has(text: str, word: str) -> int:
+    """2 where the text has the word, 1 where one of its words begins so, else 0; words that are joined count as one too."""
+    compounds = re.findall(r"[a-z0-9]+(?:[-_][a-z0-9]+)*", text.lower())
+    tokens = [token for compound in compounds for token in (*re.split("[-_]", compound), _squeezed(compound))]
+    return 2 if word in tokens else int(any(token.startswith(word) for token in tokens))
+
+
+def _squeezed(word: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", word.lower())
