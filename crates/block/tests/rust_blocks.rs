@@ -165,7 +165,7 @@ fn a_bad_sample_does_not_poison_the_filter() {
 fn the_face_says_what_was_declared() {
     let trial = everything();
     let face = trial.face();
-    assert_eq!((face.name.as_str(), face.doc.as_str()), ("everything", "Uses every word."));
+    assert_eq!((face.name.as_str(), face.doc.as_str()), ("everything", "Uses every word.\nThe rest is silence."));
     let texts: Vec<_> = face.items.iter().map(|item| (item.name.as_str(), item.type_text.as_str(), item.unit.as_str())).collect();
     assert_eq!(texts[1], ("q", "double[n]", "rad"));
     assert_eq!(texts[4], ("slow", "float", "m"));

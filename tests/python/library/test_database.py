@@ -149,6 +149,18 @@ def test_their_block_works_in_every_system(acme: Path) -> None:
             assert y.value == 60.0
 
 
+def test_what_a_fault_code_of_theirs_means_is_said(acme: Path) -> None:
+    verb = gpac.Verb(
+        "at_seven", blocks={"f": lib.triple(u=7.0)}, instantiation_parameters={"y": "f.y"},
+        command_lists={"start": [activate("f", every="1 ms")]}, modes={"f.u": "asynchronous"},
+    )  # fmt: skip
+    with gpac.System("faulty", clock="virtual") as cell:
+        fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        with pytest.raises(gpac.Terminated, match="u is 7") as ended:
+            verb.on(fast)(cell.svv("y", unit="m"))
+        assert ended.value.condition == "fault"
+
+
 def test_an_edited_file_is_read_again(acme: Path) -> None:
     assert lib.triple.run(u=1.0).y[0] == 3.0
     (acme / "gains.c").write_text(TRIPLE.format(name="fivefold", factor=5))
