@@ -37,8 +37,8 @@ impl Step for Differentiator {
         let first = !self.span.begun();
         let span_s = self.span.advance(invocation.time_ns);
         if first {
-            // The difference to itself: a first sample that is no number is found.
-            self.y = self.u - self.u;
+            // A first sample that is no number is found, not kept for the next invocation.
+            self.y = if self.u.is_finite() { 0.0 } else { self.u };
             self.before = self.u;
         } else if span_s > 0.0 {
             self.y = (self.time * self.y + (self.u - self.before)) / (self.time + span_s);

@@ -2,7 +2,7 @@
 use crate::section::{Kind, Section};
 use crate::span::Span;
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 /// No filter has that number.
 const UNKNOWN_KIND: u32 = 1;
@@ -33,7 +33,7 @@ pub struct SecondOrder {
     #[param(default = 10.0, unit = "Hz")]
     frequency: f64,
     /// quality q
-    #[param(default = 0.7071067811865476)]
+    #[param(default = FRAC_1_SQRT_2)]
     quality: f64,
     /// time of the invocation before
     #[state(opaque)]

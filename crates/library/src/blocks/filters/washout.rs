@@ -37,8 +37,8 @@ impl Step for Washout {
         let first = !self.span.begun();
         let span_s = self.span.advance(invocation.time_ns);
         if first {
-            // The difference to itself: a first sample that is no number is found.
-            self.y = self.u - self.u;
+            // A first sample that is no number is found, not kept for the next invocation.
+            self.y = if self.u.is_finite() { 0.0 } else { self.u };
         } else {
             let twice = 2.0 * self.time;
             self.y = (twice * (self.u - self.before) + (twice - span_s) * self.y) / (twice + span_s);
