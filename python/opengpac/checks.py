@@ -30,16 +30,16 @@ class Definitions:
 
     def enter_module(self, name: str, path: str) -> list[dict[str, Any]]:
         """Downloads a code module of the component data base, and gives the interfaces of its blocks."""
-        stamp = (path, os.stat(path).st_mtime_ns) if os.path.exists(path) else (path, 0)
+        stamp = _stamp(path)
         with refusals:
             described = json.loads(self._native.download(path, name))
         self._modules[name] = stamp
         return described["blocks"]
 
     def enter_modules(self, uses: Iterable[BlockUse]) -> None:
-        """Downloads the code modules of the component data base that these blocks are of, each once, and again when its file is newer."""
+        """Downloads the code modules of the component data base that these blocks are of, each once, and again when it is another."""
         for name, path in modules_of(uses).items():
-            if path not in self._modules.get(name, ()) or self._modules[name][1] != os.stat(path).st_mtime_ns:
+            if self._modules.get(name) != _stamp(path):
                 self.enter_module(name, path)
 
     def enter_verb(self, verb: Verb[..., object]) -> None:
@@ -63,6 +63,11 @@ class Definitions:
             with refusals:
                 self._native.define_device_type(text)
             self._device_types[name] = text
+
+
+def _stamp(path: str) -> tuple[str, int]:
+    """Tells one state of a file from another."""
+    return path, os.stat(path).st_mtime_ns if os.path.exists(path) else 0
 
 
 _alone: Definitions | None = None

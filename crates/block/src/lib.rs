@@ -2,7 +2,7 @@
 //! The block interface: the C ABI of a function block and its Rust face.
 //!
 //! A block is a struct whose fields are the items of its interface, and one method. Field comments are the descriptions, the
-//! first sentence of the struct's comment says what the block computes:
+//! first sentence of the struct's comment says what the block computes, the rest is its manual:
 //!
 //! ```
 //! use opengpac::{FunctionBlock, Invocation, Outcome, Step, trial::Trial};

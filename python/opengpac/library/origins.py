@@ -4,11 +4,15 @@ folders of the user. What cannot be taken up is a `Problem` and does not stop th
 
 from __future__ import annotations
 
+import atexit
 import functools
 import importlib
+import itertools
 import json
 import os
 import pkgutil
+import shutil
+import tempfile
 from collections.abc import Iterator, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -17,7 +21,7 @@ from typing import Any
 
 from .. import _native
 from ..blocks import Block
-from ..errors import Error
+from ..errors import Error, refusals
 from .components import Component, Problem, block_component, members
 
 GROUP = "opengpac.components"
@@ -116,8 +120,28 @@ def _of_file(file: Path, origin: str) -> Iterator[Component]:
     from ..checks import without_system
 
     module = f"{origin.replace('.', '_')}:{file.stem.removeprefix('lib')}"
-    for interface in without_system().enter_module(module, str(file)):
-        yield block_component(Block(interface, str(file)), origin, origin, str(file))
+    code = _built(file) if file.suffix in _SOURCES else file
+    for interface in without_system().enter_module(module, str(code)):
+        yield block_component(Block(interface, str(code)), origin, origin, str(file))
+
+
+_builds = itertools.count()
+
+
+@functools.cache
+def _workshop() -> Path:
+    """A folder for what this process builds, gone with it."""
+    folder = Path(tempfile.mkdtemp(prefix="opengpac-components-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+def _built(file: Path) -> Path:
+    """A source file, built once for all systems of this process; a file that is read again is built anew, under another name."""
+    built = _workshop() / f"{file.stem}-{next(_builds)}.so"
+    with refusals:
+        _native.build([str(file)], str(built))
+    return built
 
 
 def _imported(module: str, prefix: str, origin: str) -> Iterator[Entry]:

@@ -216,6 +216,31 @@ def test_add_takes_up_a_folder_a_file_or_a_module(database: Catalogue, tmp_path:
     assert lib.get("doubled") is lib.get("my_verbs.doubled") is vars(module)["doubled"]
 
 
+def test_a_folder_may_hold_compiled_modules(database: Catalogue, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that is damaged is named; a compiled Python module is none of ours."""
+    (tmp_path / "source.c").write_text(TRIPLE.format(name="eightfold", factor=8))
+    folder = tmp_path / "compiled"
+    folder.mkdir()
+    assert main(["build", str(tmp_path / "source.c"), "-o", str(folder / "libeight.so")]) == 0
+    (folder / "damaged.so").write_bytes((folder / "libeight.so").read_bytes()[:2000])
+    (folder / "python.cpython-311-x86_64-linux-gnu.so").write_bytes(b"")
+    monkeypatch.setenv("OPENGPAC_PATH", str(folder))
+    assert lib.eightfold.run(u=2.0).y[0] == 16.0
+    assert lib.eightfold.name == "compiled:eight.eightfold"
+    (problem,) = lib.problems()
+    assert "damaged.so" in problem.what and problem.reason.startswith("ModuleError")
+
+
+def test_adding_again_takes_the_edited_file(database: Catalogue, tmp_path: Path) -> None:
+    file = tmp_path / "gains.c"
+    for factor in (2, 3):
+        file.write_text(TRIPLE.format(name="times", factor=factor))
+        lib.add(file)
+        assert lib.times.run(u=1.0).y[0] == factor
+    lib.refresh()
+    assert lib.times.run(u=1.0).y[0] == 3.0, "what was added is remembered"
+
+
 def test_add_refuses_and_adds_nothing(database: Catalogue, tmp_path: Path) -> None:
     mine = tmp_path / "mine.c"
     mine.write_text(TRIPLE.format(name="lowpass", factor=4))
