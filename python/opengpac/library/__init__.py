@@ -55,7 +55,7 @@ def get(name: str) -> Any:
 
 def block(name: str) -> Block:
     """The block of that name, `pid`, `library.pid`, or `their_package.their_block`."""
-    return CATALOGUE.find(name, "block").value
+    return CATALOGUE.find(name, "block", "block").value
 
 
 def blocks() -> Mapping[str, Block]:
@@ -86,7 +86,7 @@ def refresh() -> None:
 def __getattr__(name: str) -> Block:
     if name.startswith("_"):
         raise AttributeError(name)
-    return get(name)
+    return CATALOGUE.find(name, what="block").value
 
 
 def __dir__() -> builtins.list[str]:

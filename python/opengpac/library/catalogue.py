@@ -40,8 +40,8 @@ class Catalogue:
         self.components()
         return self._problems
 
-    def find(self, name: str, kind: str | None = None) -> Component:
-        """The component of that name; refused, naming both, where two are called so."""
+    def find(self, name: str, kind: str | None = None, what: str = "component") -> Component:
+        """The component of that name; refused, naming both, where two are called so. `what` is what a message calls one that is missing."""
         short = name.removeprefix("library.")
         if short in standard_blocks():
             block, category = standard_blocks()[short]
@@ -55,7 +55,7 @@ class Catalogue:
                 f"say {' or '.join(repr(_only_name(c, exact)) for c in exact)}",
             )
         if not exact:
-            self._refuse(name)
+            self._refuse(name, what)
         return exact[0]
 
     def add(self, given: str | os.PathLike[str] | ModuleType, origin: str | None) -> Found:
@@ -110,12 +110,13 @@ class Catalogue:
         self._problems += problems
         _warn(problems)
 
-    def _refuse(self, name: str) -> None:
-        known = [n for c in self.components() for n in c.names]
+    def _refuse(self, name: str, what: str) -> None:
+        # Whoever asks by a short name is answered by short names.
+        known = [n for c in self.components() for n in (c.names if "." in name else c.names[:1])]
         remedy = did_you_mean(name, dict.fromkeys(known)) or "opengpac blocks search WORDS finds what there is"
         if self._problems:
             remedy += "; left out: " + "; ".join(str(problem) for problem in self._problems)
-        refuse(UnknownName, f"the library has no block, graph, verb or device type '{name}'", remedy)
+        refuse(UnknownName, f"the library has no {what} '{name}'", remedy)
 
 
 def _clash(new: Component, other: Component) -> bool:
