@@ -149,6 +149,10 @@ impl System {
         self.inner.check_graph(&graph).map_err(refused)
     }
 
+    fn compose(&self, composition_json: &str) -> PyResult<String> {
+        to_json(&self.inner.compose(&from_json(composition_json)?).map_err(refused)?)
+    }
+
     fn define_device_type(&self, type_json: &str) -> PyResult<()> {
         let of: DeviceType = from_json(type_json)?;
         self.inner.define_device_type(of).map_err(refused)

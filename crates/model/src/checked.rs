@@ -36,6 +36,7 @@ pub struct CheckedInput {
     pub ports: Vec<Port>,
     pub default: Option<Value>,
     pub tunable: bool,
+    pub preset: bool,
     pub unit: String,
     pub place: Option<Place>,
 }
@@ -89,6 +90,7 @@ impl CheckedVerb {
     pub fn new(verb: &Verb, configuration: &Configuration) -> Result<CheckedVerb, Refusals> {
         let no_divides = IndexMap::new();
         let mut flat = Flat::new(configuration);
+        flat.is_composed = !verb.parts.is_empty();
         flat.add("", &verb.blocks, &no_divides, 1);
         let parameters = instantiation_parameters(&mut flat, verb);
         for (name, nodes) in &verb.cells {
@@ -194,7 +196,7 @@ fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedInput> {
                 "give them two names",
             );
         }
-        let whose = match whose(flat, verb, name, false, place) {
+        let whose = match if input.preset { Whose::Own } else { whose(flat, verb, name, false, place) } {
             Whose::Part { argument, .. } => {
                 let remedy = did_you_mean(&argument, verb.objects.keys().map(String::as_str));
                 flat.refuse(Class::UnknownName, format!("the input parameter '{name}' names the object '{argument}', which is not there"), place, &remedy);
@@ -233,6 +235,7 @@ fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedInput> {
             ports,
             default: input.default.clone(),
             tunable: input.tunable,
+            preset: input.preset,
             unit: input.unit.clone(),
             place: place.clone(),
         });
@@ -258,7 +261,7 @@ fn output_values(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(String, Port)> {
             _ => false,
         };
         if has_value {
-            outputs.push((name.clone(), port));
+            outputs.push((verb.reported(name).to_owned(), port));
         } else {
             let described = flat.described(port);
             flat.refuse(

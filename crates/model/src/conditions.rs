@@ -28,9 +28,8 @@ pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedConditio
     let named_in_transitions = |name: &str| verb.transitions.iter().any(|t| t.condition == name);
     let wanted = LIMITS.into_iter().filter(|name| *name == "time_limit" || named_in_transitions(name));
     for name in SYSTEM.into_iter().chain(wanted) {
-        if !verb.conditions.contains_key(name) {
-            let planned =
-                PlannedCondition { name: name.to_owned(), on: Vec::new(), returns: Vec::new(), normal: name == "completed", priority: 0, during: None };
+        if let Some(during) = lists_without(&conditions, name, verb.command_lists.len()) {
+            let planned = PlannedCondition { name: name.to_owned(), on: Vec::new(), returns: Vec::new(), normal: name == "completed", priority: 0, during };
             conditions.push(CheckedCondition { planned, transitions: Vec::new() });
         }
     }
@@ -38,7 +37,19 @@ pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedConditio
     conditions
 }
 
-fn check_one(flat: &mut Flat<'_>, verb: &Verb, name: &str, termination: &Termination) -> CheckedCondition {
+/// The lists in which no line of the table has that name; empty: all of them.
+fn lists_without(conditions: &[CheckedCondition], name: &str, count: usize) -> Option<Vec<usize>> {
+    let held = |list: &usize| conditions.iter().any(|c| c.planned.name == name && c.planned.holds_in(*list));
+    let without: Vec<usize> = (0..count).filter(|list| !held(list)).collect();
+    match without.len() {
+        0 if conditions.iter().any(|c| c.planned.name == name) => None,
+        all if all == count => Some(Vec::new()),
+        _ => Some(without),
+    }
+}
+
+fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Termination) -> CheckedCondition {
+    let name = verb.reported(key);
     let place = if termination.place.is_some() { &termination.place } else { &verb.place };
     let is_system = SYSTEM.contains(&name) || LIMITS.contains(&name);
     if termination.on.is_empty() && !is_system {
@@ -56,7 +67,7 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, name: &str, termination: &Termina
             }
         }
     }
-    let during = termination.during.as_ref().and_then(|list| {
+    let during = termination.during.iter().filter_map(|list| {
         let found = verb.command_lists.get_index_of(list);
         if found.is_none() {
             let remedy = did_you_mean(list, verb.command_lists.keys().map(String::as_str));
@@ -64,6 +75,7 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, name: &str, termination: &Termina
         }
         found
     });
+    let during = during.collect();
     let normal = !termination.raises && (name == "completed" || termination.returns.is_some());
     let planned = PlannedCondition { name: name.to_owned(), on, returns, normal, priority: termination.priority, during };
     CheckedCondition { planned, transitions: Vec::new() }
@@ -87,23 +99,22 @@ fn check_transitions(flat: &mut Flat<'_>, verb: &Verb, conditions: &mut [Checked
             found
         };
         let (from, to) = (list(&transition.from), list(&transition.to));
-        let Some(condition) = conditions.iter_mut().find(|c| c.planned.name == transition.condition) else {
-            let names = verb.conditions.keys().map(String::as_str).chain(SYSTEM).chain(LIMITS);
+        let named = |c: &&mut CheckedCondition| c.planned.name == transition.condition;
+        if !conditions.iter_mut().any(|c| named(&c)) {
+            let names = verb.conditions.keys().map(|key| verb.reported(key)).chain(SYSTEM).chain(LIMITS);
             let remedy = did_you_mean(&transition.condition, names);
             flat.refuse(Class::UnknownName, format!("{text} names the condition '{}', which is not in the verb's table", transition.condition), place, &remedy);
             continue;
-        };
+        }
         let (Some(from), Some(to)) = (from, to) else { continue };
-        match condition.planned.during {
-            Some(during) if during != from => {
-                let message = format!(
-                    "{text} cannot happen: '{}' holds only during '{}'",
-                    transition.condition,
-                    verb.command_lists.get_index(during).map_or("", |l| l.0)
-                );
+        match conditions.iter_mut().find(|c| named(c) && c.planned.holds_in(from)) {
+            Some(condition) => condition.transitions.push((from, to)),
+            None => {
+                let during = conditions.iter().filter(|c| c.planned.name == transition.condition).flat_map(|c| &c.planned.during);
+                let during: Vec<String> = during.filter_map(|list| Some(format!("'{}'", verb.command_lists.get_index(*list)?.0))).collect();
+                let message = format!("{text} cannot happen: '{}' holds only during {}", transition.condition, during.join(", "));
                 flat.refuse(Class::DefinitionError, message, place, "leave one of them out");
             }
-            _ => condition.transitions.push((from, to)),
         }
     }
 }

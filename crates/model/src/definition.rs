@@ -67,6 +67,9 @@ pub struct InputParameter {
     pub default: Option<Value>,
     #[serde(default)]
     pub tunable: bool,
+    /// Its default is its value at every start; no call gives another (`preset=` of a composition).
+    #[serde(default)]
+    pub preset: bool,
     #[serde(default)]
     pub unit: String,
     #[serde(default)]
@@ -125,13 +128,27 @@ pub struct Termination {
     /// It raises on the PS (the PS knows which class).
     #[serde(default)]
     pub raises: bool,
-    /// Only in this command list.
-    #[serde(default)]
-    pub during: Option<String>,
+    /// Only in these command lists; empty: in all. In JSON one name, or several.
+    #[serde(default, deserialize_with = "one_or_several")]
+    pub during: Vec<String>,
     #[serde(default)]
     pub priority: i32,
     #[serde(default)]
     pub place: Option<Place>,
+}
+
+fn one_or_several<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum Names {
+        One(String),
+        Several(Vec<String>),
+    }
+    Ok(match Option::<Names>::deserialize(deserializer)? {
+        None => Vec::new(),
+        Some(Names::One(name)) => vec![name],
+        Some(Names::Several(names)) => names,
+    })
 }
 
 /// One line of τ.
@@ -144,7 +161,19 @@ pub struct Transition {
     pub place: Option<Place>,
 }
 
+/// A part of a composed verb.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// Name of the verb that it was made from.
+    pub verb: String,
+    /// The command list of the composed verb with which it begins.
+    pub initial: String,
+}
+
 /// A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
+///
+/// In a composed verb, one with `parts`, blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
+/// `conditions` and `output_values`, which may then hold one line for each part; what reports and τ call them is [`Verb::reported`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verb {
     pub name: String,
@@ -174,8 +203,27 @@ pub struct Verb {
     /// Relaxed modes: port → mode.
     #[serde(default)]
     pub modes: IndexMap<String, Mode>,
+    /// Of a composed verb: its parts by label, and those of its parts (`pick.approach`). Empty in one that is written whole.
+    #[serde(default)]
+    pub parts: IndexMap<String, Part>,
     #[serde(default)]
     pub place: Option<Place>,
+}
+
+impl Verb {
+    /// What reports and τ call the condition or output value of that key: in a composed verb what follows the label of its part.
+    pub fn reported<'a>(&self, key: &'a str) -> &'a str {
+        if self.parts.is_empty() { key } else { key.rsplit('.').next().unwrap_or(key) }
+    }
+
+    /// The name of the command list that a start begins with; none where that is not said.
+    pub fn initial_list(&self) -> Option<&str> {
+        match (&self.initial, self.command_lists.len()) {
+            (Some(name), _) => Some(name),
+            (None, 1) => self.command_lists.first().map(|(name, _)| name.as_str()),
+            _ => None,
+        }
+    }
 }
 
 /// How an SVV of a logical device starts.

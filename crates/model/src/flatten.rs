@@ -100,6 +100,8 @@ pub struct Flat<'a> {
     /// Ports that a ρ or χ covers, and the name that covers them.
     pub covered: HashMap<Port, String>,
     pub refusals: Refusals,
+    /// Labels of blocks of a composed verb begin with that of their part.
+    pub is_composed: bool,
     kinds: HashMap<&'a str, Option<Arc<BlockKind>>>,
 }
 
@@ -113,6 +115,7 @@ impl<'a> Flat<'a> {
             groups: Vec::new(),
             covered: HashMap::new(),
             refusals: Vec::new(),
+            is_composed: false,
             kinds: HashMap::new(),
         }
     }
@@ -121,7 +124,8 @@ impl<'a> Flat<'a> {
     pub fn add(&mut self, prefix: &str, blocks: &'a IndexMap<String, BlockUse>, divides: &'a IndexMap<String, u32>, divide: u32) {
         for (label, usage) in blocks {
             let full = format!("{prefix}{label}");
-            if label.is_empty() || label.contains('.') {
+            let may_have_dot = self.is_composed && prefix.is_empty();
+            if label.is_empty() || label.contains('.') && !may_have_dot {
                 self.refuse(Class::DefinitionError, format!("the label '{full}' of a block is empty or has a dot"), &usage.place, "");
                 continue;
             }

@@ -5,6 +5,7 @@
 
 mod apply;
 mod checked;
+pub mod compose;
 mod conditions;
 pub mod configuration;
 mod cover;
@@ -25,4 +26,5 @@ mod writers;
 
 pub use apply::apply;
 pub use checked::{CheckedVerb, check_graph, check_verb};
+pub use compose::{Composition, compose};
 pub use conditions::{LIMITS, SYSTEM};

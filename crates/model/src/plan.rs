@@ -163,8 +163,15 @@ pub struct PlannedCondition {
     /// Its end is normal: no exception (`completed`; `returns` and no `raises`).
     pub normal: bool,
     pub priority: i32,
-    /// Only in this list.
-    pub during: Option<usize>,
+    /// Only in these lists; empty: in all. Conditions of one name have no list in common.
+    pub during: Vec<usize>,
+}
+
+impl PlannedCondition {
+    /// Whether it is a termination condition of a list.
+    pub fn holds_in(&self, list: usize) -> bool {
+        self.during.is_empty() || self.during.contains(&list)
+    }
 }
 
 /// A place that a value is stored in or read from.
@@ -185,6 +192,8 @@ pub enum Target {
 pub enum InputOrigin {
     /// Given at start.
     Given,
+    /// Always its default.
+    Preset,
     /// A parameter of the logical devices that are the verb's object (one value each).
     DeviceParameter { devices: Vec<String>, parameter: String },
 }

@@ -12,6 +12,8 @@ pub struct Place {
 /// What kind of refusal it is: the name of the Python exception class.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Class {
+    /// Parts of a composed verb that do not go together; names both.
+    CompositionConflict,
     /// A word, number or structure that cannot be read (also a definition that is not of the right form).
     DefinitionError,
     /// A block, port, list, condition, parameter, source or device of that name is not there.

@@ -13,7 +13,7 @@ use model::definition::{DeviceType, Graph, Initial, SvvSpecification, Verb};
 use model::plan::CellKind;
 use model::refusal::{Class, Place, Refusals};
 use model::types::Type;
-use model::{CheckedVerb, check_graph};
+use model::{CheckedVerb, Composition, check_graph, compose};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -251,6 +251,11 @@ impl System {
     pub fn check_graph(&self, graph: &Graph) -> Result<(), Refusals> {
         let refusals = check_graph(graph, &self.shared.definitions().configuration);
         if refusals.is_empty() { Ok(()) } else { Err(refusals) }
+    }
+
+    /// Makes a verb of several; nothing is entered.
+    pub fn compose(&self, composition: &Composition) -> Result<Verb, Refusals> {
+        compose(composition, &self.shared.definitions().configuration)
     }
 
     /// Enters a logical device type.

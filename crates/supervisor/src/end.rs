@@ -27,6 +27,8 @@ impl Core {
             return;
         }
         let Some(instance) = self.instances.get_mut(&id) else { return };
+        // Only now is it certain in which list the process is.
+        let condition = instance.condition(&instance.plan.conditions[condition].name).unwrap_or(condition);
         let to = instance.plan.lists[instance.list].transitions.iter().find(|(c, _)| *c == condition).map(|(_, to)| *to);
         let transition = to.filter(|_| !(asked_for && instance.halting) && instance.state == State::Running);
         match transition {

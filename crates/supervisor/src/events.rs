@@ -181,10 +181,10 @@ impl Core {
         let there: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.installed.sources.contains(&source)).map(|i| i.id).collect();
         for id in there {
             let label = if id == process { culprit_label(self, id, block) } else { None };
-            let Some(condition) = self.instances[&id].condition("fault") else { continue };
             if !self.take_process(id, true) {
                 continue;
             }
+            let Some(condition) = self.instances[&id].condition("fault") else { continue };
             let message = if id == process && label.is_some() { text.clone() } else { stopped.clone() };
             self.end(id, Cause { condition, block: label, value: None, message, time_ns, asked_for: false });
         }

@@ -153,9 +153,10 @@ impl Instance {
         (self.plan.initial, 0)
     }
 
-    /// Index of a condition by name.
+    /// Index of a condition by name: its line for the present command list, where the list has one.
     pub fn condition(&self, name: &str) -> Option<usize> {
-        self.plan.conditions.iter().position(|c| c.name == name)
+        let named = || self.plan.conditions.iter().enumerate().filter(|(_, c)| c.name == name);
+        named().find(|(_, c)| c.holds_in(self.list)).or_else(|| named().next()).map(|(index, _)| index)
     }
 
     /// True while something is left to be done by the kernels.

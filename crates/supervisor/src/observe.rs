@@ -50,10 +50,10 @@ impl System {
         let i = core.instance(instance)?;
         let blocks: Vec<Json> = i.plan.blocks.iter().map(|b| json!({"label": b.label, "block": b.block, "source": b.source})).collect();
         let lists: Vec<&str> = i.plan.lists.iter().map(|l| l.name.as_str()).collect();
-        let conditions: Vec<&str> = i.plan.conditions.iter().map(|c| c.name.as_str()).collect();
+        let conditions: indexmap::IndexSet<&str> = i.plan.conditions.iter().map(|c| c.name.as_str()).collect();
         Ok(json!({
             "name": i.name, "verb": i.plan.verb, "state": i.state.name(), "blocks": blocks, "lists": lists, "list": i.plan.lists[i.list].name,
-            "conditions": conditions, "outputs": i.plan.outputs.iter().map(|o| o.name.as_str()).collect::<Vec<_>>(),
+            "conditions": conditions, "outputs": i.plan.outputs.iter().map(|o| o.name.as_str()).collect::<indexmap::IndexSet<_>>(),
             "owner": i.owner, "starts": i.starts, "running_s": i.running.at(core.host.now_ns()) as f64 * 1e-9,
             "remarks": i.plan.remarks.iter().map(|r| r.text.as_str()).collect::<Vec<_>>(),
         }))

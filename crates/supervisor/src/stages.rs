@@ -43,7 +43,7 @@ impl Verbatim<'_> {
         {
             return Some(Answer::Go(list, stage + 1));
         }
-        let condition = condition.filter(|c| self.plan.conditions[*c].during.is_none_or(|during| during == list))?;
+        let condition = condition.filter(|c| self.plan.conditions[*c].holds_in(list))?;
         let to = planned.transitions.iter().find(|(c, _)| *c == condition);
         Some(to.map_or(Answer::End, |(_, to)| Answer::Go(*to, 0)))
     }

@@ -74,6 +74,7 @@ impl<'a> Draft<'a> {
 
     fn origin(&self, input: &CheckedInput) -> InputOrigin {
         match &input.whose {
+            _ if input.preset => InputOrigin::Preset,
             Whose::Object { object, member } => {
                 let at = self.checked.objects.get_index_of(object);
                 let devices = at.map(|at| self.objects[at].iter().map(|d| (*d).to_owned()).collect()).unwrap_or_default();

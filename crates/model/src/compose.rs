@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Composition: several verbs become one, by the union of their components and an augmented τ. The result is an ordinary verb.
+//!
+//! Blocks, cells and lists carry the label of their part; parameters, outputs, objects and conditions of one name become one. What
+//! a condition returns, and where an output is read, stays with the part that ends: ν and ω of a composed verb have one line a part.
+mod conditions;
+mod form;
+mod lists;
+mod part;
+mod references;
+mod shared;
+mod stores;
+mod transitions;
+mod unite;
+
+use crate::checked::CheckedVerb;
+use crate::configuration::Configuration;
+use crate::definition::{Part, Verb};
+use crate::refusal::{Class, Place, Refusal, Refusals};
+use crate::value::Value;
+use indexmap::IndexMap;
+use part::PartOf;
+use serde::{Deserialize, Serialize};
+
+/// A line of the augmented τ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    /// A part, which stands for every list of it that the condition ends, or one list: `approach`, `approach.back_off`.
+    pub from: String,
+    /// A condition, by its name in the composed verb or in the part; absent: every normal end, but a halt.
+    #[serde(default)]
+    pub condition: Option<String>,
+    /// A part, which stands for its initial list, or one list.
+    pub to: String,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// What a composed verb is made of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Composition {
+    pub name: String,
+    #[serde(default)]
+    pub doc: String,
+    /// Label → verb, in the order of the calls' parameters.
+    pub parts: IndexMap<String, Verb>,
+    #[serde(default)]
+    pub transitions: Vec<Step>,
+    /// A part or list; absent: the first part.
+    #[serde(default)]
+    pub initial: Option<String>,
+    /// `part.name` → the name that it has in the composed verb: of a parameter, object, output or condition.
+    #[serde(default)]
+    pub rename: IndexMap<String, String>,
+    /// `part.input` → the value that it always has there.
+    #[serde(default)]
+    pub preset: IndexMap<String, Value>,
+    /// Labels of blocks that are one instance in all parts that have them.
+    #[serde(default)]
+    pub share: Vec<String>,
+    /// The initial lists of all parts are one list.
+    #[serde(default)]
+    pub together: bool,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// The verb that a composition is.
+///
+/// # Errors
+/// Everything by which the parts do not go together, in one go; each names the parts and says what to do.
+pub fn compose(composition: &Composition, configuration: &Configuration) -> Result<Verb, Refusals> {
+    let mut composing = Composing::new(composition, configuration)?;
+    composing.read_references();
+    composing.stop()?;
+    composing.read_shared();
+    composing.unite();
+    composing.stop()?;
+    composing.lists();
+    composing.conditions();
+    composing.transitions();
+    composing.check_stores();
+    composing.stop()?;
+    let checked = CheckedVerb::new(&composing.verb, configuration);
+    checked.map(|_| composing.verb)
+}
+
+/// A composed verb while it is made.
+struct Composing<'a> {
+    of: &'a Composition,
+    parts: Vec<PartOf<'a>>,
+    verb: Verb,
+    refusals: Refusals,
+}
+
+impl<'a> Composing<'a> {
+    fn new(of: &'a Composition, configuration: &Configuration) -> Result<Composing<'a>, Refusals> {
+        let mut refusals = Vec::new();
+        let mut parts = Vec::with_capacity(of.parts.len());
+        for (label, verb) in &of.parts {
+            if label.is_empty() || label.contains('.') {
+                let refusal = Refusal::new(Class::DefinitionError, format!("the label '{label}' of a part of '{}' is empty or has a dot", of.name));
+                refusals.push(refusal.remedy("give the part a plain name").at(&of.place));
+            }
+            match CheckedVerb::new(verb, configuration) {
+                Ok(checked) => parts.push(PartOf::new(label, verb, checked, of)),
+                Err(wrong) => refusals.extend(wrong.into_iter().map(|refusal| refusal.for_what(&format!("part '{label}' of '{}'", of.name)).at(&of.place))),
+            }
+        }
+        if of.parts.is_empty() {
+            let refusal = Refusal::new(Class::DefinitionError, format!("the composition '{}' has no parts", of.name));
+            refusals.push(refusal.remedy("give it verbs by label: {'approach': approach, 'grasp': grasp}").at(&of.place));
+        }
+        if refusals.is_empty() { Ok(Composing { of, verb: empty(of, &parts), parts, refusals }) } else { Err(refusals) }
+    }
+
+    fn stop(&mut self) -> Result<(), Refusals> {
+        if self.refusals.is_empty() { Ok(()) } else { Err(std::mem::take(&mut self.refusals)) }
+    }
+
+    fn refuse(&mut self, class: Class, message: String, remedy: &str, place: &Option<Place>) {
+        self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place).at(&self.of.place));
+    }
+
+    /// Refuses what two parts cannot both be.
+    fn conflict(&mut self, class: Class, message: String, remedy: &str, (first, second): (usize, usize)) {
+        let mut refusal = Refusal::new(class, message).remedy(remedy);
+        for part in [first, second] {
+            let part = &self.parts[part];
+            refusal = refusal.end(part.described(), &part.verb.place);
+        }
+        self.refusals.push(refusal.at(&self.of.place));
+    }
+
+    /// `part 'approach' and part 'grasp'`.
+    fn both(&self, first: usize, second: usize) -> String {
+        format!("part '{}' and part '{}'", self.parts[first].label, self.parts[second].label)
+    }
+}
+
+/// The verb before anything is united: its names, and its parts with those of the parts.
+fn empty(of: &Composition, parts: &[PartOf<'_>]) -> Verb {
+    let mut known = IndexMap::new();
+    for part in parts {
+        known.insert(part.label.to_owned(), Part { verb: part.verb.name.clone(), initial: part.list(part.checked.initial) });
+        for (inner, of) in &part.verb.parts {
+            let initial = part.verb.command_lists.get_index_of(&of.initial).unwrap_or(part.checked.initial);
+            known.insert(format!("{}.{inner}", part.label), Part { verb: of.verb.clone(), initial: part.list(initial) });
+        }
+    }
+    Verb {
+        name: of.name.clone(),
+        doc: of.doc.clone(),
+        blocks: IndexMap::new(),
+        objects: IndexMap::new(),
+        instantiation_parameters: IndexMap::new(),
+        cells: IndexMap::new(),
+        input_parameters: IndexMap::new(),
+        output_values: IndexMap::new(),
+        command_lists: IndexMap::new(),
+        initial: None,
+        conditions: IndexMap::new(),
+        transitions: Vec::new(),
+        modes: IndexMap::new(),
+        parts: known,
+        place: of.place.clone(),
+    }
+}

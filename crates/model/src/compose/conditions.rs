@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Termination conditions of a composed verb: one line for each part that has one, each for the lists of that part; ν of a list
+//! that several parts share is the union of what they say.
+use super::Composing;
+use super::part::{MERGED, PartOf};
+use crate::definition::Termination;
+use crate::refusal::Class;
+use indexmap::IndexMap;
+
+impl Composing<'_> {
+    /// Takes over the tables of all parts.
+    pub fn conditions(&mut self) {
+        if self.of.together {
+            self.merge_conditions();
+        }
+        for part in &self.parts {
+            for (at, (key, _)) in part.verb.conditions.iter().enumerate() {
+                let mut line = part.termination(at);
+                line.during.retain(|list| list != MERGED);
+                if !line.during.is_empty() {
+                    self.verb.conditions.insert(part.line(key), line);
+                }
+            }
+        }
+    }
+
+    /// The lines of the list that several parts share.
+    fn merge_conditions(&mut self) {
+        let mut lines: IndexMap<String, (usize, Termination)> = IndexMap::new();
+        for part in 0..self.parts.len() {
+            let verb = self.parts[part].verb;
+            for (at, key) in verb.conditions.keys().enumerate() {
+                let line = self.parts[part].termination(at);
+                if !line.during.iter().any(|list| list == MERGED) {
+                    continue;
+                }
+                let name = self.parts[part].own(verb.reported(key)).to_owned();
+                match lines.get(&name).cloned() {
+                    Some((first, known)) => {
+                        let united = self.unite_lines(&name, (first, known), (part, line));
+                        lines.insert(name, (first, united));
+                    }
+                    None => drop(lines.insert(name, (part, Termination { during: vec![MERGED.to_owned()], ..line }))),
+                }
+            }
+        }
+        self.verb.conditions.extend(lines.into_iter().map(|(name, (_, line))| (name, line)));
+    }
+
+    fn unite_lines(&mut self, name: &str, (first, known): (usize, Termination), (second, line): (usize, Termination)) -> Termination {
+        let both = self.both(first, second);
+        let is_normal = |line: &Termination| !line.raises && (name == "completed" || line.returns.is_some());
+        let remedy = format!("rename one: rename={{'{}.{name}': '…'}}, or make them alike", self.parts[second].label);
+        if is_normal(&known) != is_normal(&line) {
+            let message = format!("the condition '{name}' of {both} is a normal end in one and not in the other, and both run together");
+            self.conflict(Class::CompositionConflict, message, &remedy, (first, second));
+        }
+        if known.priority != line.priority {
+            let message = format!("the condition '{name}' has priority {} and {} in {both}, and both run together", known.priority, line.priority);
+            self.conflict(Class::CompositionConflict, message, &remedy, (first, second));
+        }
+        let mut united = known;
+        united.on.extend(line.on.into_iter().filter(|on| !united.on.contains(on)).collect::<Vec<_>>());
+        for key in line.returns.iter().flatten() {
+            let output = self.verb.reported(key);
+            let same = united.returns.iter().flatten().find(|other| self.verb.reported(other) == output);
+            let is_one = same.map(|other| self.verb.output_values.get(other) == self.verb.output_values.get(key));
+            match is_one {
+                Some(true) => {}
+                Some(false) => {
+                    let message = format!("the condition '{name}' returns the output '{output}' of {both}, and both run together");
+                    let remedy = format!("rename one: rename={{'{}.{output}': '{}_{output}'}}", self.parts[second].label, self.parts[second].label);
+                    self.conflict(Class::CompositionConflict, message, &remedy, (first, second));
+                }
+                None => united.returns.get_or_insert_default().push(key.clone()),
+            }
+        }
+        if line.returns.is_some() {
+            united.returns.get_or_insert_default();
+        }
+        united
+    }
+}
+
+impl PartOf<'_> {
+    /// A line of its table, with the names of the composed verb, for its own lists.
+    fn termination(&self, at: usize) -> Termination {
+        let line = &self.verb.conditions[at];
+        let lists = (0..self.verb.command_lists.len()).filter(|list| self.checked.conditions[at].planned.holds_in(*list));
+        Termination {
+            on: self.ports(&line.on),
+            returns: line.returns.as_ref().map(|returns| returns.iter().map(|key| self.line(key)).collect()),
+            raises: line.raises,
+            during: lists.map(|list| self.list(list)).collect(),
+            priority: line.priority,
+            place: if line.place.is_some() { line.place.clone() } else { self.verb.place.clone() },
+        }
+    }
+}

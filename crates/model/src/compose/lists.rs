@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Command lists of a composed verb; `together` makes one of the initial ones.
+use super::Composing;
+use super::part::{MERGED, PartOf};
+use crate::definition::{Command, CommandList};
+use crate::interface::Kind;
+use crate::lists::CheckedCommand;
+use crate::refusal::Class;
+use std::collections::HashSet;
+
+impl Composing<'_> {
+    /// Takes over all lists.
+    pub fn lists(&mut self) {
+        if self.of.together {
+            self.merge();
+        }
+        for part in &self.parts {
+            for (at, (_, list)) in part.verb.command_lists.iter().enumerate() {
+                if self.of.together && at == part.checked.initial {
+                    continue;
+                }
+                let commands = list.commands.iter().map(|command| part.command(command)).collect();
+                let place = if list.place.is_some() { &list.place } else { &part.verb.place };
+                self.verb.command_lists.insert(part.list(at), CommandList { commands, place: place.clone() });
+            }
+        }
+    }
+
+    /// One list of all initial ones: what each begins with, up to its first wait, in the order of the parts; then what the one
+    /// that waits goes on with.
+    fn merge(&mut self) {
+        let mut commands: Vec<(usize, Command)> = Vec::new();
+        let mut waiting: Option<(usize, Vec<Command>)> = None;
+        for part in 0..self.parts.len() {
+            let of = &self.parts[part];
+            let all: Vec<Command> = of.verb.command_lists[of.checked.initial].commands.iter().map(|command| of.command(command)).collect();
+            let lead = all.iter().position(|command| matches!(command, Command::Wait { .. })).unwrap_or(all.len());
+            for command in &all[..lead] {
+                self.merge_command(part, command, &mut commands);
+            }
+            match &waiting {
+                _ if lead == all.len() => {}
+                Some((first, _)) => {
+                    let message = format!("the initial lists of {} cannot be one: both wait, and one list waits for one thing at a time", self.both(*first, part));
+                    self.conflict(Class::CompositionConflict, message, "let τ of one of them do what its wait does", (*first, part));
+                }
+                None => waiting = Some((part, all[lead..].to_vec())),
+            }
+        }
+        self.check_writers();
+        let commands = commands.into_iter().map(|(_, command)| command).chain(waiting.into_iter().flat_map(|(_, rest)| rest)).collect();
+        self.verb.command_lists.insert(MERGED.to_owned(), CommandList { commands, place: self.of.place.clone() });
+    }
+
+    /// A command of a shared block that is there already is one; another of the same kind is a conflict.
+    fn merge_command(&mut self, part: usize, command: &Command, commands: &mut Vec<(usize, Command)>) {
+        let block = |command: &Command| match command {
+            Command::Execute { block } | Command::Activate { block, .. } | Command::Deactivate { block } => block.clone(),
+            _ => String::new(),
+        };
+        let same_kind = |other: &Command| std::mem::discriminant(other) == std::mem::discriminant(command) && block(other) == block(command);
+        let is_one = matches!(command, Command::Ready) || !block(command).is_empty();
+        match commands.iter().find(|(of, other)| *of != part && is_one && same_kind(other)) {
+            Some((_, other)) if other == command => {}
+            Some((first, _)) => {
+                let (first, block) = (*first, block(command));
+                let message = format!("{} activate the shared block '{block}' differently", self.both(first, part));
+                self.conflict(Class::SchedulingError, message, "give it one interval and budget", (first, part));
+            }
+            None => commands.push((part, command.clone())),
+        }
+    }
+
+    /// No two parts write one parameter from their initial lists.
+    fn check_writers(&mut self) {
+        let mut conflicts = Vec::new();
+        for name in self.verb.instantiation_parameters.keys() {
+            let writers: Vec<(usize, String)> = (0..self.parts.len()).filter_map(|part| Some((part, self.parts[part].writer_of(name)?))).collect();
+            for pair in writers.windows(2) {
+                let [(first, a), (second, b)] = pair else { continue };
+                conflicts.push((format!("'{name}' has two writers together: {a} and {b}"), (*first, *second)));
+            }
+        }
+        for (message, pair) in conflicts {
+            let remedy = self.parts[pair.1].label;
+            self.conflict(Class::SecondWriter, message, &format!("rename the parameter of one: rename={{'{remedy}.…': '…'}}, or let one follow the other"), pair);
+        }
+    }
+}
+
+impl PartOf<'_> {
+    /// A command with the labels of the composed verb.
+    fn command(&self, command: &Command) -> Command {
+        match command {
+            Command::Install { blocks } => Command::Install { blocks: blocks.iter().map(|block| self.label(block)).collect() },
+            Command::Execute { block } => Command::Execute { block: self.label(block) },
+            Command::Activate { block, every_ns, budget_ns } => Command::Activate { block: self.label(block), every_ns: *every_ns, budget_ns: *budget_ns },
+            Command::Deactivate { block } => Command::Deactivate { block: self.label(block) },
+            Command::Wait { conditions, time_ns } => {
+                let stands_for = |name: &String| match self.verb.conditions.get(name) {
+                    Some(termination) => self.ports(&termination.on),
+                    None => vec![self.port(name)],
+                };
+                Command::Wait { conditions: conditions.iter().flat_map(stands_for).collect(), time_ns: *time_ns }
+            }
+            Command::Ready => Command::Ready,
+        }
+    }
+
+    /// A label of a block, or of one inside a graph (`loop.estimator`).
+    fn label(&self, label: &str) -> String {
+        if self.verb.blocks.contains_key(label) { self.block(label) } else { self.port(label) }
+    }
+
+    /// The port of its own that writes an instantiation parameter of the composed verb while its initial list runs.
+    fn writer_of(&self, name: &str) -> Option<String> {
+        let own = self.verb.instantiation_parameters.keys().find(|own| self.parameter(own) == name)?;
+        let active: HashSet<usize> = self.checked.lists[self.checked.initial]
+            .stages
+            .iter()
+            .flat_map(|stage| &stage.commands)
+            .filter_map(|command| match command {
+                CheckedCommand::Activate { blocks, .. } => Some(blocks.clone()),
+                _ => None,
+            })
+            .flatten()
+            .collect();
+        let writes = |port: &&(usize, usize)| {
+            let kind = self.checked.blocks[port.0].kind.item(port.1).kind;
+            matches!(kind, Kind::Output | Kind::DeviceWrite) && active.contains(&port.0) && !self.shared.contains(self.label_of(port.0))
+        };
+        self.group(own)?.ports.iter().find(writes).map(|port| self.item(*port))
+    }
+}

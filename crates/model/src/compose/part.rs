@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One part of a composition, and what its names become.
+use super::Composition;
+use crate::checked::CheckedVerb;
+use crate::definition::Verb;
+use crate::flatten::{Group, Origin, Port};
+use crate::value::Value;
+use std::collections::{HashMap, HashSet};
+
+/// The list into which `together` merges the initial lists.
+pub(super) const MERGED: &str = "start";
+
+/// A part: its verb, checked, and what the composition says of its names.
+pub(super) struct PartOf<'a> {
+    pub label: &'a str,
+    pub verb: &'a Verb,
+    pub checked: CheckedVerb,
+    /// Its names that are others in the composed verb.
+    pub renamed: HashMap<&'a str, &'a str>,
+    /// Its inputs that have one value for good.
+    pub preset: HashMap<&'a str, &'a Value>,
+    /// Labels of its blocks that other parts have too.
+    pub shared: HashSet<&'a str>,
+    /// Cells that are bound to such blocks.
+    pub shared_cells: HashSet<&'a str>,
+    merged: bool,
+}
+
+impl<'a> PartOf<'a> {
+    pub fn new(label: &'a str, verb: &'a Verb, checked: CheckedVerb, of: &Composition) -> PartOf<'a> {
+        PartOf {
+            label,
+            verb,
+            checked,
+            renamed: HashMap::new(),
+            preset: HashMap::new(),
+            shared: HashSet::new(),
+            shared_cells: HashSet::new(),
+            merged: of.together,
+        }
+    }
+
+    /// `part 'approach' (verb 'reach')`.
+    pub fn described(&self) -> String {
+        format!("part '{}' (verb '{}')", self.label, self.verb.name)
+    }
+
+    /// What the parameter, object, output or condition of that name is called in the composed verb.
+    pub fn own<'s>(&'s self, name: &'s str) -> &'s str {
+        self.renamed.get(name).copied().unwrap_or(name)
+    }
+
+    /// A parameter, which may be a member (`arm.sensed`) of something that is renamed.
+    pub fn parameter(&self, name: &str) -> String {
+        match name.split_once('.') {
+            Some((root, member)) if !self.renamed.contains_key(name) => format!("{}.{member}", self.own(root)),
+            _ => self.own(name).to_owned(),
+        }
+    }
+
+    /// The key of a line of ν or ω: `grasp.width`; of a composed part `pick.grasp.width`.
+    pub fn line(&self, key: &str) -> String {
+        let name = self.verb.reported(key);
+        format!("{}.{}{}", self.label, &key[..key.len() - name.len()], self.own(name))
+    }
+
+    pub fn block(&self, label: &str) -> String {
+        if self.shared.contains(label) { label.to_owned() } else { format!("{}.{label}", self.label) }
+    }
+
+    /// `label.item`, or further inside.
+    pub fn port(&self, name: &str) -> String {
+        match self.labels_of(name).max_by_key(|label| label.len()) {
+            Some(label) => format!("{}{}", self.block(label), &name[label.len()..]),
+            None => format!("{}.{name}", self.label),
+        }
+    }
+
+    /// The label of the block that a name begins with.
+    fn labels_of<'s>(&'s self, name: &'s str) -> impl Iterator<Item = &'s str> {
+        let is_head = move |label: &&str| name.strip_prefix(*label).is_some_and(|rest| rest.starts_with('.'));
+        self.verb.blocks.keys().map(String::as_str).filter(is_head)
+    }
+
+    pub fn ports(&self, names: &[String]) -> Vec<String> {
+        names.iter().map(|name| self.port(name)).collect()
+    }
+
+    pub fn cell(&self, name: &str) -> String {
+        if self.shared_cells.contains(name) { name.to_owned() } else { format!("{}.{name}", self.label) }
+    }
+
+    /// The name of its list in the composed verb.
+    pub fn list(&self, index: usize) -> String {
+        if self.merged && index == self.checked.initial {
+            return MERGED.to_owned();
+        }
+        let name = self.verb.command_lists.get_index(index).map_or("", |(name, _)| name.as_str());
+        format!("{}.{name}", self.label)
+    }
+
+    pub fn list_named(&self, name: &str) -> String {
+        self.verb.command_lists.get_index_of(name).map_or_else(|| format!("{}.{name}", self.label), |index| self.list(index))
+    }
+
+    /// The data object of an instantiation parameter.
+    pub fn group(&self, parameter: &str) -> Option<&Group> {
+        self.checked.groups.iter().find(|group| group.origin == Origin::Parameter && group.name == parameter)
+    }
+
+    /// The top-level block that a flat block belongs to.
+    pub fn label_of(&self, block: usize) -> &str {
+        let flat = &self.checked.blocks[block].label;
+        self.verb.blocks.keys().map(String::as_str).filter(|label| is_within(flat, label)).max_by_key(|label| label.len()).unwrap_or(flat)
+    }
+
+    /// A flat item in words: `output 'approach.plan.target' (double[n], rad)`.
+    pub fn item(&self, port: Port) -> String {
+        let mut block = self.checked.blocks[port.0].clone();
+        let label = self.label_of(port.0);
+        block.label = format!("{}{}", self.block(label), &block.label[label.len()..]);
+        crate::flatten::describe(&block, port.1)
+    }
+
+    /// Whether the condition, by its name in the part, is one of a list and has no transition there.
+    pub fn ends(&self, list: usize, name: &str) -> bool {
+        let line = self.checked.conditions.iter().find(|c| c.planned.name == name && c.planned.holds_in(list));
+        match line {
+            Some(line) => !line.transitions.iter().any(|(from, _)| *from == list),
+            None => crate::conditions::LIMITS.contains(&name),
+        }
+    }
+}
+
+/// Whether a flat label is `label` or lies within it.
+pub(super) fn is_within(flat: &str, label: &str) -> bool {
+    flat.strip_prefix(label).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+}

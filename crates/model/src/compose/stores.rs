@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What one part needs to find when it begins, and another would take away: values that ψ stores once, at the start of the whole,
+//! and values that only another verb could drive.
+use super::Composing;
+use super::part::PartOf;
+use crate::flatten::{Origin, Port};
+use crate::interface::{Kind, Mode};
+use crate::refusal::Class;
+use std::collections::HashMap;
+
+/// A data object of the composed verb that several parts may have.
+type Object = String;
+
+impl Composing<'_> {
+    /// Refuses inputs of different names, or with a preset, that go to one place; inputs that another part overwrites before
+    /// their part begins; synchronous inputs that only another part writes.
+    pub fn check_stores(&mut self) {
+        let mut stored: HashMap<Object, (usize, String)> = HashMap::new();
+        for part in 0..self.parts.len() {
+            let of = &self.parts[part];
+            let stores: Vec<(Object, String, String)> = of
+                .checked
+                .inputs
+                .iter()
+                .flat_map(|input| input.ports.iter().filter_map(|port| Some((of.object(*port)?, of.input(&input.name), of.item(*port)))))
+                .collect();
+            for (object, input, item) in stores {
+                match stored.get(&object).cloned() {
+                    Some((first, known)) if first != part && known != input => {
+                        let message = format!("the inputs '{known}' and '{input}' of {} are both stored in '{object}' at the start", self.both(first, part));
+                        self.conflict(Class::CompositionConflict, message, "give them one name with rename=, or each an object of its own", (first, part));
+                    }
+                    _ => drop(stored.insert(object.clone(), (part, input.clone()))),
+                }
+                if let Some((writer, port)) = self.writer(&object, part).filter(|_| self.comes_later(part)) {
+                    let message = format!("the input '{input}' of part '{}' is stored in '{object}' ({item}) at the start, and {port} overwrites it before that part begins", self.parts[part].label);
+                    self.conflict(Class::CompositionConflict, message, "give the input a cell of its own, or rename the parameter of one part", (writer, part));
+                }
+            }
+            self.check_driven(part);
+        }
+    }
+
+    /// A synchronous input needs a writer that runs when its part does.
+    fn check_driven(&mut self, part: usize) {
+        if self.of.together {
+            return;
+        }
+        let of = &self.parts[part];
+        let mut starved = Vec::new();
+        for group in of.checked.groups.iter().filter(|group| group.origin == Origin::Parameter) {
+            let is_driven = |port: &&Port| of.checked.blocks[port.0].kind.item(port.1).kind == Kind::Input && of.checked.blocks[port.0].mode(port.1) == Mode::Synchronous;
+            let writes = |port: &Port| is_output(of, *port);
+            let Some(reader) = group.ports.iter().find(is_driven).filter(|_| !group.ports.iter().any(writes)) else { continue };
+            let name = of.parameter(&group.name);
+            if let Some((writer, port)) = self.writer(&name, part) {
+                let message = format!("{} of part '{}' waits for values of '{name}', which {port} writes, but only while part '{}' runs", of.item(*reader), of.label, self.parts[writer].label);
+                starved.push((message, (writer, part)));
+            }
+        }
+        for (message, pair) in starved {
+            self.conflict(Class::SchedulingError, message, "relax the input with modes={…: 'asynchronous'}, or share the block that writes", pair);
+        }
+    }
+
+    /// Another part with a port that writes an object.
+    fn writer(&self, object: &str, part: usize) -> Option<(usize, String)> {
+        (0..self.parts.len()).filter(|other| *other != part).find_map(|other| {
+            let of = &self.parts[other];
+            let ports = of.checked.groups.iter().flat_map(|group| &group.ports);
+            let port = ports.copied().find(|port| is_output(of, *port) && !of.shared.contains(of.label_of(port.0)) && of.object(*port).as_deref() == Some(object))?;
+            Some((other, of.item(port)))
+        })
+    }
+
+    /// Whether a part begins when another has run.
+    fn comes_later(&self, part: usize) -> bool {
+        let of = &self.parts[part];
+        let own: Vec<String> = (0..of.verb.command_lists.len()).map(|list| of.list(list)).collect();
+        self.verb.transitions.iter().any(|line| own.contains(&line.to) && !own.contains(&line.from))
+    }
+}
+
+impl PartOf<'_> {
+    /// What a port or parameter stands for, if other parts may have it too.
+    fn object(&self, port: Port) -> Option<Object> {
+        let group = self.checked.group(port).map(|group| &self.checked.groups[group]);
+        match group {
+            Some(group) if group.origin == Origin::Parameter => return Some(self.parameter(&group.name)),
+            Some(group) if self.shared_cells.contains(group.name.as_str()) => return Some(group.name.clone()),
+            _ => {}
+        }
+        let block = &self.checked.blocks[port.0];
+        self.shared.contains(self.label_of(port.0)).then(|| format!("{}.{}", block.label, block.kind.item(port.1).name))
+    }
+
+    /// The name of an input in the composed verb.
+    fn input(&self, name: &str) -> String {
+        let fixed = self.preset.contains_key(name) || self.verb.input_parameters.get(name).is_some_and(|input| input.preset);
+        if fixed { format!("{}.{name}", self.label) } else { self.parameter(name) }
+    }
+}
+
+fn is_output(of: &PartOf<'_>, (block, item): Port) -> bool {
+    of.checked.blocks[block].kind.item(item).kind == Kind::Output
+}

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+//! τ of a composed verb: that of each part, and the lines that lead from part to part. A pair (list, condition) that ended a part
+//! and that such a line covers is a transition now.
+use super::part::MERGED;
+use super::{Composing, Step};
+use crate::conditions::{LIMITS, SYSTEM};
+use crate::definition::Transition;
+use crate::refusal::Class;
+use crate::suggest::did_you_mean;
+use indexmap::{IndexMap, IndexSet};
+use std::collections::HashMap;
+
+/// A list of a part.
+type ListOf = (usize, usize);
+
+/// How much a line says: of two that speak of one pair, the greater counts. Whether it names a condition, whether it names a list,
+/// and how long the name of its part is.
+type Rank = (bool, bool, usize);
+
+impl Composing<'_> {
+    /// Takes over τ of the parts, and augments it.
+    pub fn transitions(&mut self) {
+        self.initial();
+        self.own_transitions();
+        let mut lines: Vec<(Rank, &Step, Vec<ListOf>)> = Vec::new();
+        for step in &self.of.transitions {
+            if let Some((lists, is_list)) = self.from(step) {
+                lines.push(((step.condition.is_some(), is_list, step.from.len()), step, lists));
+            }
+        }
+        lines.sort_by_key(|(rank, ..)| std::cmp::Reverse(*rank));
+        let mut augmented: HashMap<(String, String), (Rank, usize)> = HashMap::new();
+        for (at, (rank, step, lists)) in lines.iter().enumerate() {
+            self.augment(*rank, step, lists, at, &mut augmented);
+        }
+        if self.refusals.is_empty() {
+            self.check_reached();
+        }
+    }
+
+    fn initial(&mut self) {
+        let first = self.parts[0].list(self.parts[0].checked.initial);
+        let named = self.of.initial.as_ref().filter(|_| !self.of.together);
+        let found = named.map_or(Some(first), |name| self.list_of(name));
+        if found.is_none() {
+            let name = named.map_or("", String::as_str);
+            let remedy = did_you_mean(name, self.known_lists());
+            self.refuse(Class::UnknownName, format!("initial names '{name}', which is no part or list of '{}'", self.of.name), &remedy, &None);
+        }
+        self.verb.initial = found;
+    }
+
+    /// Parts and lists, as they can be named.
+    fn known_lists(&self) -> Vec<&str> {
+        self.verb.parts.keys().chain(self.verb.command_lists.keys()).map(String::as_str).collect()
+    }
+
+    /// The list that a part or list stands for as a goal.
+    fn list_of(&self, name: &str) -> Option<String> {
+        let list = |name: &str| self.verb.command_lists.contains_key(name).then(|| name.to_owned());
+        let own = || {
+            let (label, rest) = name.split_once('.')?;
+            let part = self.parts.iter().find(|part| part.label == label)?;
+            part.verb.command_lists.get_index_of(rest).map(|at| part.list(at))
+        };
+        self.verb.parts.get(name).map(|part| part.initial.clone()).or_else(|| list(name)).or_else(own)
+    }
+
+    fn own_transitions(&mut self) {
+        let mut known: IndexMap<(String, String), (usize, String)> = IndexMap::new();
+        let mut conflicts = Vec::new();
+        for (at, part) in self.parts.iter().enumerate() {
+            for line in &part.verb.transitions {
+                let (from, to) = (part.list_named(&line.from), part.list_named(&line.to));
+                let condition = part.own(&line.condition).to_owned();
+                let place = if line.place.is_some() { &line.place } else { &part.verb.place };
+                if let Some((first, _)) = known.insert((from.clone(), condition.clone()), (at, to.clone())) {
+                    let message = format!("the condition '{condition}' leads {} elsewhere in each, and their initial lists are one", self.both(first, at));
+                    let remedy = format!("rename one: rename={{'{}.{condition}': '{}_{condition}'}}", part.label, part.label);
+                    conflicts.push((message, remedy, (first, at)));
+                    continue;
+                }
+                self.verb.transitions.push(Transition { from, condition, to, place: place.clone() });
+            }
+        }
+        for (message, remedy, pair) in conflicts {
+            self.conflict(Class::CompositionConflict, message, &remedy, pair);
+        }
+    }
+
+    /// The lists from which a line leads, and whether it names one of them.
+    fn from(&mut self, step: &Step) -> Option<(Vec<ListOf>, bool)> {
+        let all = || self.parts.iter().enumerate().flat_map(|(at, part)| (0..part.verb.command_lists.len()).map(move |list| (at, list)));
+        let prefix = format!("{}.", step.from);
+        let named = |(part, list): &ListOf| {
+            let of = &self.parts[*part];
+            of.list(*list) == step.from || step.from.strip_prefix(of.label).and_then(|rest| rest.strip_prefix('.')) == of.verb.command_lists.get_index(*list).map(|l| l.0.as_str())
+        };
+        let lists: Vec<ListOf> = all().filter(named).collect();
+        if !lists.is_empty() {
+            return Some((lists, true));
+        }
+        let within = |(part, list): &ListOf| {
+            let of = &self.parts[*part];
+            let name = of.verb.command_lists.get_index(*list).map_or("", |l| l.0.as_str());
+            of.label == step.from || format!("{}.{name}", of.label).starts_with(&prefix)
+        };
+        let lists: Vec<ListOf> = all().filter(within).collect();
+        if !lists.is_empty() {
+            return Some((lists, false));
+        }
+        let remedy = did_you_mean(&step.from, self.known_lists());
+        self.refuse(Class::UnknownName, format!("{} begins at '{}', which is no part or list of '{}'", text(step), step.from, self.of.name), &remedy, &step.place);
+        None
+    }
+
+    fn augment(&mut self, rank: Rank, step: &Step, lists: &[ListOf], at: usize, augmented: &mut HashMap<(String, String), (Rank, usize)>) {
+        let Some(to) = self.list_of(&step.to) else {
+            let remedy = did_you_mean(&step.to, self.known_lists());
+            return self.refuse(Class::UnknownName, format!("{} leads to '{}', which is no part or list of '{}'", text(step), step.to, self.of.name), &remedy, &step.place);
+        };
+        if !self.check_condition(step, lists) {
+            return;
+        }
+        let mut covers = false;
+        for &(part, list) in lists {
+            for (own, name) in self.ends_of(step, part, list) {
+                if !self.parts[part].ends(list, &own) {
+                    continue;
+                }
+                covers = true;
+                let from = self.parts[part].list(list);
+                match augmented.get(&(from.clone(), name.clone())) {
+                    Some((known, other)) if *known == rank && *other != at => {
+                        let message = format!("{} is there twice: ('{from}', '{name}') leads to two lists", text(step));
+                        self.refuse(Class::CompositionConflict, message, "a condition leads from a list to one list", &step.place);
+                    }
+                    Some(_) => {}
+                    None => {
+                        augmented.insert((from.clone(), name.clone()), (rank, at));
+                        let place = if step.place.is_some() { &step.place } else { &self.of.place };
+                        self.verb.transitions.push(Transition { from, condition: name, to: to.clone(), place: place.clone() });
+                    }
+                }
+            }
+        }
+        if !covers {
+            self.refuse_nothing(step, lists);
+        }
+    }
+
+    /// The conditions of a line in a list: by their names in the part and in the composed verb.
+    fn ends_of(&self, step: &Step, part: usize, list: usize) -> Vec<(String, String)> {
+        let of = &self.parts[part];
+        if let Some(condition) = &step.condition {
+            return self.own_condition(part, condition).into_iter().map(|own| (own.clone(), of.own(&own).to_owned())).collect();
+        }
+        let normal = of.checked.conditions.iter().filter(|c| c.planned.normal && c.planned.name != "halted" && c.planned.holds_in(list));
+        let names: IndexSet<&str> = normal.map(|c| c.planned.name.as_str()).collect();
+        names.into_iter().map(|own| (own.to_owned(), of.own(own).to_owned())).collect()
+    }
+
+    /// A condition of a part, by its name in the composed verb, else by its own.
+    fn own_condition(&self, part: usize, name: &str) -> Option<String> {
+        let of = &self.parts[part];
+        let known = || of.checked.conditions.iter().map(|c| c.planned.name.as_str()).chain(LIMITS);
+        known().find(|own| of.own(own) == name).or_else(|| known().find(|own| *own == name)).map(str::to_owned)
+    }
+
+    fn check_condition(&mut self, step: &Step, lists: &[ListOf]) -> bool {
+        let Some(condition) = &step.condition else { return true };
+        if lists.iter().any(|(part, _)| self.own_condition(*part, condition).is_some()) {
+            return true;
+        }
+        let part = &self.parts[lists[0].0];
+        let own: IndexSet<&str> = part.verb.conditions.keys().map(|key| part.own(part.verb.reported(key))).collect();
+        let remedy = did_you_mean(condition, own.into_iter().chain(SYSTEM).chain(LIMITS));
+        let message = format!("{} names the condition '{condition}', which {} does not have", text(step), part.described());
+        self.refuse(Class::UnknownName, message, &remedy, &step.place);
+        false
+    }
+
+    /// A line that changes nothing.
+    fn refuse_nothing(&mut self, step: &Step, lists: &[ListOf]) {
+        let condition = step.condition.as_deref().unwrap_or("a normal end");
+        let elsewhere = |(part, list): &ListOf| {
+            let (of, own) = (&self.parts[*part], self.own_condition(*part, condition)?);
+            let lines = of.checked.conditions.iter().filter(|c| c.planned.name == own).flat_map(|c| &c.transitions);
+            let to = lines.clone().find(|(from, _)| from == list)?.1;
+            Some(format!("in '{}' it leads to '{}' already", of.list(*list), of.list(to)))
+        };
+        let why = lists.iter().find_map(elsewhere).unwrap_or_else(|| "it does not hold there".to_owned());
+        let part = self.parts[lists[0].0].described();
+        let message = format!("{} changes nothing: '{condition}' does not end '{}' of {part}: {why}", text(step), step.from);
+        self.refuse(Class::CompositionConflict, message, "leave the line out, or name a list that it ends", &step.place);
+    }
+
+    /// Every part can be reached from the initial list.
+    fn check_reached(&mut self) {
+        let mut reached: IndexSet<&str> = self.verb.initial.as_deref().into_iter().collect();
+        let mut at = 0;
+        while let Some(list) = reached.get_index(at).copied() {
+            reached.extend(self.verb.transitions.iter().filter(|t| t.from == list).map(|t| t.to.as_str()));
+            at += 1;
+        }
+        let is_reached = |part: &super::PartOf<'_>| (0..part.verb.command_lists.len()).any(|list| reached.contains(part.list(list).as_str()));
+        let lost: Vec<usize> = (0..self.parts.len()).filter(|part| !is_reached(&self.parts[*part])).collect();
+        let initial = self.verb.initial.clone().unwrap_or_default();
+        for part in lost {
+            let message = format!("nothing leads from '{initial}' to {}", self.parts[part].described());
+            let remedy = format!("add a line to transitions, for example ('{}', 'completed'): '{}'", initial.split('.').next().unwrap_or(MERGED), self.parts[part].label);
+            self.refuse(Class::CompositionConflict, message, &remedy, &None);
+        }
+    }
+}
+
+/// `the transition ('approach', 'contact') → 'grasp'`.
+fn text(step: &Step) -> String {
+    let condition = step.condition.as_ref().map_or("every normal end".to_owned(), |name| format!("'{name}'"));
+    format!("the transition ('{}', {condition}) → '{}'", step.from, step.to)
+}
