@@ -13,10 +13,12 @@ from . import drivers, library
 from ._native import version as _version
 from .blocks import Block, BlockUse, Occurrence, Reference
 from .commands import Command, activate, deactivate, execute, install, ready, wait
+from .composition import ComposedVerb, compose, together
 from .conditions import Termination, on
 from .devices import LogicalDevice, parameter, svv
 from .errors import (
     CallError,
+    CompositionConflict,
     CoverError,
     DefinitionError,
     DeviceFailed,
@@ -66,11 +68,11 @@ def __getattr__(name: str) -> ModuleType:
 
 
 __all__ = [
-    "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "CoverError", "DefinitionError", "DeviceFailed",
-    "EmergencyStopped", "Error", "Graph", "Group", "InUse", "InstallationErrors", "InvalidState", "LogicalDevice", "Module",
-    "ModuleError", "NotEnabled", "Occurrence", "Part", "PhysicalDevice", "PlacementError", "Predicate", "Processor", "Quantity",
-    "Reference", "Report", "SchedulingError", "SecondWriter", "Snapshot", "Source", "StructType", "SynchronousCycle", "System",
-    "Terminated", "Termination", "TypeMismatch", "UnitMismatch", "UnknownName", "ValueRefused", "Verb", "VerbInstance",
-    "activate", "deactivate", "deg", "drivers", "each", "execute", "input", "install", "library", "on", "parameter", "ratio",
-    "ready", "robots", "svv", "verb", "wait",
+    "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "CoverError",
+    "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "Graph", "Group", "InUse", "InstallationErrors",
+    "InvalidState", "LogicalDevice", "Module", "ModuleError", "NotEnabled", "Occurrence", "Part", "PhysicalDevice",
+    "PlacementError", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "Snapshot",
+    "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch",
+    "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "compose", "deactivate", "deg", "drivers", "each",
+    "execute", "input", "install", "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together", "verb", "wait",
 ]  # fmt: skip

@@ -57,6 +57,10 @@ class System:
         """Checks and enters a verb. An equal definition is nothing; a different one of the name redefines it (InUse while an instance runs or is suspended)."""
 
     def check_graph(self, graph_json: str) -> None: ...
+    def compose(self, composition_json: str) -> str:
+        """The verb (JSON) that a composition of verbs is: {name, doc, parts: {label: verb}, transitions: [{from: [part or list], condition | null, to, place}],
+        initial, rename, preset, share, together, place}. Nothing is entered; Refused lists every conflict."""
+
     def define_device_type(self, type_json: str) -> None: ...
     def svv(self, name: str, specification_json: str, place_json: str) -> None:
         """specification: {type_text, unit, initial, history, types}."""
@@ -135,6 +139,9 @@ class System:
     def reset(self) -> None: ...
     def statistics_json(self) -> str:
         """{sources: {name: {firings, overruns, faults, jitter_*, duration_*, stopped, rights_missing}}, instances: [..], devices: {..}, emergency: null | reason}."""
+
+    def verbs_json(self) -> str:
+        """[{name, doc, class: "supports devices" | "acts on devices", supports: [device types], simple, lists, parts: {label: {verb, initial}}}]."""
 
     def names_json(self) -> str:
         """{processors, sources, devices, svvs, logical_devices, verbs, modules, instances}: what there is."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from . import _native
@@ -87,6 +87,16 @@ def check_verb(verb: Verb[..., object], system: System | None) -> None:
         without_system().enter_verb(verb)
     else:
         system._check_verb(verb)
+
+
+def compose(parts: Iterable[Verb[..., object]], composition: Mapping[str, object], system: System | None) -> dict[str, Any]:
+    """The definition of the verb that a composition is, made and checked by the model."""
+    definitions = system._definitions if system is not None else _without_system()
+    for obj in (obj for part in parts for obj in part.objects.values()):
+        definitions.enter_device_type(obj.device_type)
+    with refusals:
+        return json.loads(definitions._native.compose(json.dumps(composition)))
+    raise AssertionError("`refusals` lets no exception pass silently")
 
 
 def check_graph(graph: Graph, system: System | None) -> None:

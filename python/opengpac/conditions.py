@@ -19,7 +19,7 @@ class Termination:
     on: tuple[str, ...]
     returns: tuple[str, ...] | None
     raises: type[Terminated] | None
-    during: str | None
+    during: tuple[str, ...]
     priority: int
     place: Place
 
@@ -27,7 +27,7 @@ class Termination:
         """The form that the model takes."""
         return {
             "on": list(self.on), "returns": None if self.returns is None else list(self.returns), "raises": self.raises is not None,
-            "during": self.during, "priority": self.priority, "place": self.place.json(),
+            "during": list(self.during), "priority": self.priority, "place": self.place.json(),
         }  # fmt: skip
 
 
@@ -36,13 +36,13 @@ def on(
     *,
     returns: Sequence[str] | None = None,
     raises: type[Terminated] | bool | None = None,
-    during: str | None = None,
+    during: Names | None = None,
     priority: int = 0,
 ) -> Termination:
     """A termination condition: `on("near.done", returns=["position"])`, `on("guard.above", raises=Collision)`.
 
     Without block conditions it stands for the system condition of its own name (`time_limit`, `halted` …). With `returns` and no
-    `raises` the end is normal. `during` limits it to one command list; of two that come in one firing the larger priority acts.
+    `raises` the end is normal. `during` limits it to one command list or several; of two that come in one firing the larger priority acts.
     """
     if raises is True:
         raises = Terminated
@@ -54,7 +54,7 @@ def on(
         on=tuple(names_of(conditions)) if conditions is not None else (),
         returns=None if returns is None else tuple(names_of(returns)),
         raises=raises or None,
-        during=during,
+        during=tuple(names_of(during)) if during is not None else (),
         priority=priority,
         place=here(),
     )

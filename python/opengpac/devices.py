@@ -138,6 +138,8 @@ class LogicalDevice:
         from .checks import check_device_type
 
         check_device_type(cls)
+        if verb is not None and cls._definition.name not in verb._supported:
+            verb._supported.append(cls._definition.name)
 
     def __init__(self, name: str, *, on: Source | None = None, system: System | None = None, **arguments: Any) -> None:
         from .applications import _systems, argument_json

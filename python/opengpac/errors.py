@@ -52,6 +52,10 @@ class DefinitionError(Error):
     """A word, number or structure that cannot be read, or a definition that is not of the right form."""
 
 
+class CompositionConflict(DefinitionError):
+    """Parts of a composed verb that do not go together; the message names both and says what to do."""
+
+
 class UnknownName(Error, LookupError, AttributeError):
     """No block, port, list, condition, parameter, source or device has that name."""
 
@@ -146,8 +150,9 @@ class Terminated(Error):
 _CLASSES: dict[str, type[Error]] = {
     c.__name__: c
     for c in (
-        DefinitionError, UnknownName, TypeMismatch, UnitMismatch, CoverError, SecondWriter, SchedulingError, SynchronousCycle,
-        PlacementError, ValueRefused, CallError, NotEnabled, InvalidState, ModuleError, DeviceFailed, EmergencyStopped, InUse,
+        CompositionConflict, DefinitionError, UnknownName, TypeMismatch, UnitMismatch, CoverError, SecondWriter, SchedulingError,
+        SynchronousCycle, PlacementError, ValueRefused, CallError, NotEnabled, InvalidState, ModuleError, DeviceFailed,
+        EmergencyStopped, InUse,
     )
 }  # fmt: skip
 

@@ -15,7 +15,8 @@ from .values import plain
 if TYPE_CHECKING:
     from .devices import LogicalDevice
 
-_NOTHING = object()
+absent: Any = object()
+"""What stands for a default that was not given."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class InputParameter:
     @property
     def has_default(self) -> bool:
         """Whether a default was given here."""
-        return self.default is not _NOTHING
+        return self.default is not absent
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
@@ -41,7 +42,7 @@ class InputParameter:
         }  # fmt: skip
 
 
-def input(targets: Names, *, default: Any = _NOTHING, tunable: bool = False, unit: str = "") -> Any:
+def input(targets: Names, *, default: Any = absent, tunable: bool = False, unit: str = "") -> Any:
     """An input parameter: where its value is stored at each start, its default, and whether `vi.set(...)` may change it."""
     return InputParameter(tuple(names_of(targets)), default, tunable, unit, here())
 

@@ -83,7 +83,7 @@ R = TypeVar("R")
 
 def terminated(report: Report, verb: Verb[..., Any]) -> Terminated:
     """The exception for an end that is not normal: the class that the verb gives this condition."""
-    termination = verb.conditions.get(report.condition)
+    termination = verb.termination(report.condition, report.command_list)
     kind = (termination.raises if termination else None) or Terminated
     where = f" in command list '{report.command_list}'" if report.command_list else ""
     block = f", reported by block '{report.block}'" if report.block else ""

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Generic, ParamSpec, TypeVar, overload
 from . import checks
 from .blocks import Blocks, mapping_of, names_of, systems_of, uses_of
 from .commands import checked
-from .conditions import termination_of
+from .conditions import Termination, termination_of
 from .errors import CallError, DefinitionError, Terminated, did_you_mean, refuse
 from .graphs import mode_json
 from .parameters import Object, input_of, objects_of
@@ -23,6 +23,7 @@ from .reports import Report
 from .signatures import arguments_signature, call_signature, inputs_signature
 
 if TYPE_CHECKING:
+    from .composition import ComposedVerb
     from .instances import VerbInstance
     from .system import System
 
@@ -76,14 +77,18 @@ class Verb(Generic[P, R]):
         self.intervals: dict[str, int] = {}
         self.instance_name: str | None = None
         self.placed_in: System | None = None
-        self._function = function
         self._check_form()
+        self._take_calls(function)
+        checks.check_verb(self, self.own_system())
+
+    def _take_calls(self, function: Any = None) -> None:
+        self._function = function
+        self._supported: list[str] = []
         self.signature = call_signature(self, function)
         self.arguments_signature = arguments_signature(self)
         self.inputs_signature = inputs_signature(self)
-        self.__name__ = name
-        self.__doc__ = doc or None
-        checks.check_verb(self, self.own_system())
+        self.__name__ = self.name
+        self.__doc__ = self.doc or None
 
     # ---- calls: the three invocation modes ----
 
@@ -139,6 +144,22 @@ class Verb(Generic[P, R]):
         new.instance_name = name
         return new
 
+    # ---- composition ----
+
+    def then(self, condition: str | None, following: Verb[..., Any], *, label: str | None = None) -> ComposedVerb:
+        """This verb, and `following` where this one would end with `condition`; None stands for every normal end, but a halt.
+
+        `approach.then("contact", grasp)` goes on in the firing in which the contact is reported, without Python. It can be chained;
+        `gpac.compose("pick", approach.then("contact", grasp))` gives the whole a name.
+        """
+        from .composition import then
+
+        return then(self, condition, following, label)
+
+    def __rshift__(self, following: Verb[..., Any]) -> ComposedVerb:
+        """`approach >> grasp`: this verb, and the other one when this one is done, that is at each of its normal ends."""
+        return self.then(None, following)
+
     # ---- the definition ----
 
     def own_system(self) -> System | None:
@@ -147,6 +168,16 @@ class Verb(Generic[P, R]):
         if len(systems) > 1:
             refuse(DefinitionError, f"verb '{self.name}' has blocks of two systems", "download the module in one system")
         return next(iter(systems), None)
+
+    @property
+    def supports(self) -> tuple[str, ...]:
+        """The device types that it keeps going. A verb that supports none acts on devices."""
+        return tuple(self._supported)
+
+    @property
+    def parts(self) -> Mapping[str, Verb[..., Any]]:
+        """Of a composed verb the verbs that it was made from, by label; empty in one that is written whole."""
+        return {}
 
     @property
     def simple(self) -> bool:
@@ -207,32 +238,43 @@ class Verb(Generic[P, R]):
 
     # ---- for people ----
 
+    def reported(self, key: str) -> str:
+        """What reports call a line of the tables of conditions and outputs: its key; in a composed verb without the part's label."""
+        return key
+
+    def termination(self, condition: str, command_list: str) -> Termination | None:
+        """The line of the table of conditions that holds in a command list, if there is one."""
+        lines = (t for key, t in self.conditions.items() if self.reported(key) == condition)
+        return next((t for t in lines if not t.during or command_list in t.during), None)
+
     def table(self) -> list[tuple[str, str, str]]:
         """Lists × conditions: (command list, condition, what happens)."""
         rows: list[tuple[str, str, str]] = []
         for name in self.command_lists:
-            for condition in {**self.conditions, **{t: None for c, t in self.transitions if c == name}}:
-                termination = self.conditions.get(condition)
-                if termination and termination.during not in (None, name):
-                    continue
+            held = [self.reported(key) for key, t in self.conditions.items() if not t.during or name in t.during]
+            for condition in dict.fromkeys([*held, *(t for c, t in self.transitions if c == name)]):
                 rows.append((name, condition, self._outcome(name, condition)))
         return rows
 
     def _outcome(self, name: str, condition: str) -> str:
         if (name, condition) in self.transitions:
             return f"→ {self.transitions[name, condition]}"
-        termination = self.conditions.get(condition)
+        termination = self.termination(condition, name)
         if termination is not None and termination.raises is None and termination.returns is not None:
-            return f"ends, returns {', '.join(termination.returns) or 'nothing'}"
+            return f"ends, returns {', '.join(map(self.reported, termination.returns)) or 'nothing'}"
         if condition == "completed":
             return "ends"
         kind = (termination.raises if termination else None) or Terminated
         return f"ends, raises {kind.__name__}"
 
     def __repr__(self) -> str:
-        kind = "simple verb" if self.simple else "verb"
+        kind = "simple verb" if self.simple else "composed verb" if self.parts else "verb"
         lines = [f"{kind} {self.name}{self.signature}: {(self.doc or '').strip().splitlines()[0] if self.doc else ''}".rstrip(": ")]
-        lines += [f"  {c:<12} {t:<20} {what}" for c, t, what in self.table()]
+        lines += [f"  supports {', '.join(self.supports)}"] if self.supports else []
+        lines += [f"  of {', '.join(_part_text(label, verb) for label, verb in self.parts.items())}"] if self.parts else []
+        rows = self.table()
+        wide = max([12, *(len(c) for c, _, _ in rows)])
+        lines += [f"  {c:<{wide}} {t:<20} {what}" for c, t, what in rows]
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
@@ -247,6 +289,10 @@ def eval_annotation(text: str, function: Any) -> Any:
         return eval(text, names)
     except (NameError, AttributeError, SyntaxError, TypeError):
         return None
+
+
+def _part_text(label: str, verb: Verb[..., Any]) -> str:
+    return label if label == verb.name else f"{label} ({verb.name})"
 
 
 def _list(commands: Any, name: str) -> Sequence[Any]:

@@ -326,6 +326,10 @@ impl System {
         to_json(&self.inner.statistics_json())
     }
 
+    fn verbs_json(&self) -> PyResult<String> {
+        to_json(&self.inner.verbs_json())
+    }
+
     fn names_json(&self) -> PyResult<String> {
         to_json(&self.inner.names_json())
     }

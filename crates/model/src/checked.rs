@@ -5,7 +5,7 @@
 //! apply it with [`CheckedVerb::apply`]. [`crate::apply`] makes one anew each time.
 use crate::conditions::{self, CheckedCondition};
 use crate::configuration::Configuration;
-use crate::definition::{Graph, Object, Verb};
+use crate::definition::{Graph, Object, Part, Verb};
 use crate::flatten::{Flat, FlatBlock, Group, Labelled, Named, Origin, Port};
 use crate::interface::{Kind, Mode};
 use crate::lists::{self, CheckedList};
@@ -47,6 +47,7 @@ pub struct CheckedVerb {
     pub name: String,
     pub place: Option<Place>,
     pub(crate) objects: IndexMap<String, Object>,
+    pub(crate) parts: IndexMap<String, Part>,
     pub(crate) blocks: Vec<FlatBlock>,
     pub(crate) groups: Vec<Group>,
     /// Group of each data item of each block.
@@ -125,6 +126,7 @@ impl CheckedVerb {
             name: verb.name.clone(),
             place: verb.place.clone(),
             objects: verb.objects.clone(),
+            parts: verb.parts.clone(),
             blocks: flat.blocks,
             groups: flat.groups,
             group_of,

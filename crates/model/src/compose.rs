@@ -25,8 +25,9 @@ use serde::{Deserialize, Serialize};
 /// A line of the augmented τ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Step {
-    /// A part, which stands for every list of it that the condition ends, or one list: `approach`, `approach.back_off`.
-    pub from: String,
+    /// A part, which stands for every list of it that the condition ends, or one list: `approach`, `approach.back_off`; or several.
+    #[serde(deserialize_with = "crate::definition::one_or_several")]
+    pub from: Vec<String>,
     /// A condition, by its name in the composed verb or in the part; absent: every normal end, but a halt.
     #[serde(default)]
     pub condition: Option<String>,
@@ -75,7 +76,6 @@ pub fn compose(composition: &Composition, configuration: &Configuration) -> Resu
     composing.stop()?;
     composing.read_shared();
     composing.unite();
-    composing.stop()?;
     composing.lists();
     composing.conditions();
     composing.transitions();

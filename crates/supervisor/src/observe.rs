@@ -65,8 +65,11 @@ impl System {
         let core = self.shared.locked();
         let sources: serde_json::Map<String, Json> =
             core.sources.iter().map(|(name, id)| (name.clone(), source_json(&core.host.statistics(*id), core.tables[id].steps.len()))).collect();
-        let instances: Vec<Json> =
-            core.instances.values().map(|i| json!({"name": i.name, "verb": i.plan.verb, "state": i.state.name(), "list": i.plan.lists[i.list].name})).collect();
+        let instances: Vec<Json> = core
+            .instances
+            .values()
+            .map(|i| json!({"name": i.name, "verb": i.plan.verb, "state": i.state.name(), "list": i.plan.lists[i.list].name, "owner": i.owner}))
+            .collect();
         let devices: serde_json::Map<String, Json> = core.logical.keys().map(|d| (d.clone(), json!(core.device_state(d).unwrap_or("?")))).collect();
         let physical: serde_json::Map<String, Json> = (core.physical.iter())
             .map(|(name, p)| {
@@ -90,6 +93,20 @@ impl System {
             "modules": definitions.catalog.modules.keys().collect::<Vec<_>>(), "blocks": c.interfaces.keys().collect::<Vec<_>>(),
             "instances": core.instances.values().map(|i| i.name.as_str()).collect::<Vec<_>>(),
         })
+    }
+
+    /// The verbs that there are: name, description, whether it supports devices (of which types) or acts on devices, lists, parts.
+    pub fn verbs_json(&self) -> Json {
+        let definitions = self.shared.definitions();
+        let c = &definitions.configuration;
+        let verbs = c.verbs.values().map(|verb| {
+            let supports: Vec<&str> = c.device_types.values().filter(|t| t.verb.as_ref() == Some(&verb.name)).map(|t| t.name.as_str()).collect();
+            json!({
+                "name": verb.name, "doc": verb.doc, "class": if supports.is_empty() { "acts on devices" } else { "supports devices" }, "supports": supports,
+                "simple": verb.command_lists.len() == 1, "lists": verb.command_lists.keys().collect::<Vec<_>>(), "parts": verb.parts,
+            })
+        });
+        verbs.collect()
     }
 
     /// Interfaces of the blocks of a module.

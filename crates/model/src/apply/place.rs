@@ -17,7 +17,7 @@ impl<'a> Draft<'a> {
         let processors = self.processors(given);
         for &block in &relations.order {
             let label = &self.checked.blocks[block].label;
-            let wanted = patterns.iter().find(|(pattern, _)| fits(pattern, label)).map(|(_, source)| *source);
+            let wanted = patterns.iter().find(|(part, pattern, _)| fits_within(part, pattern, label)).map(|(.., source)| *source);
             let driven = relations.of[block].iter().any(|r| r.mode == Mode::Synchronous);
             let sources = if driven { self.driver_sources(block, relations) } else { Vec::new() };
             let is_active = !activity.on[block].is_empty();
@@ -38,19 +38,22 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Patterns in the order in which they count, with sources that exist.
-    fn patterns(&mut self) -> Vec<(&'a str, &'a str)> {
-        let (application, configuration) = (self.application, self.configuration);
-        let verb = &self.checked.name;
-        let mut patterns: Vec<(&'a str, &'a str)> = Vec::new();
-        let own = application.placement.iter().map(|(pattern, source)| (pattern.as_str(), source.as_str()));
-        let general = configuration.placement.iter().filter_map(|(pattern, source)| {
-            let (first, rest) = pattern.split_once('.').unwrap_or((pattern, "*"));
-            fits(first, verb).then_some((rest, source.as_str()))
-        });
-        for (pattern, source) in own.chain(general) {
+    /// Patterns in the order in which they count, with sources that exist: those of the application, of the verb, and then of the
+    /// verbs that its parts were made from, which hold within the part.
+    fn patterns(&mut self) -> Vec<(&'a str, &'a str, &'a str)> {
+        let (application, configuration, checked) = (self.application, self.configuration, self.checked);
+        let mut patterns: Vec<(&'a str, &'a str, &'a str)> = Vec::new();
+        let own = application.placement.iter().map(|(pattern, source)| ("", pattern.as_str(), source.as_str()));
+        let general = |part: &'a str, verb: &'a str| {
+            configuration.placement.iter().filter_map(move |(pattern, source)| {
+                let (first, rest) = pattern.split_once('.').unwrap_or((pattern, "*"));
+                fits(first, verb).then_some((part, rest, source.as_str()))
+            })
+        };
+        let of_parts = checked.parts.iter().flat_map(|(label, part)| general(label, &part.verb));
+        for (part, pattern, source) in own.chain(general("", &checked.name)).chain(of_parts) {
             match configuration.sources.get_key_value(source) {
-                Some((source, _)) => patterns.push((pattern, source)),
+                Some((source, _)) => patterns.push((part, pattern, source)),
                 None => {
                     let remedy = did_you_mean(source, configuration.sources.keys().map(String::as_str));
                     self.refuse(Class::UnknownName, format!("the placement of '{pattern}' names the source '{source}', which is not there"), &remedy, &None);
@@ -60,12 +63,12 @@ impl<'a> Draft<'a> {
         for pattern in application.placement.keys() {
             if !self.checked.blocks.iter().any(|block| fits(pattern, &block.label)) {
                 let remedy = did_you_mean(pattern, self.checked.blocks.iter().map(|b| b.label.as_str()));
-                self.refuse(Class::UnknownName, format!("the placement of '{pattern}' fits no block of verb '{verb}'"), &remedy, &None);
+                self.refuse(Class::UnknownName, format!("the placement of '{pattern}' fits no block of verb '{}'", checked.name), &remedy, &None);
             }
         }
         let owner = application.owner.as_ref().and_then(|owner| configuration.logical_devices.get(owner));
         let source = owner.and_then(|owner| configuration.sources.get_key_value(owner.source.as_ref()?));
-        patterns.extend(source.map(|(source, _)| ("*", source.as_str())));
+        patterns.extend(source.map(|(source, _)| ("", "*", source.as_str())));
         patterns
     }
 
@@ -240,6 +243,15 @@ impl<'a> Draft<'a> {
 }
 
 /// Whether a pattern (`planner`, `pid.*`, `*`, a graph's label) fits a flat label.
+/// Whether a pattern fits a label within a part; no part: the whole verb.
+fn fits_within(part: &str, pattern: &str, label: &str) -> bool {
+    if part.is_empty() {
+        fits(pattern, label)
+    } else {
+        label.strip_prefix(part).and_then(|rest| rest.strip_prefix('.')).is_some_and(|rest| fits(pattern, rest))
+    }
+}
+
 pub(crate) fn fits(pattern: &str, label: &str) -> bool {
     if let Some((head, tail)) = pattern.split_once('*') {
         let Some(rest) = label.strip_prefix(head) else { return false };

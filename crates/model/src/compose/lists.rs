@@ -41,7 +41,8 @@ impl Composing<'_> {
             match &waiting {
                 _ if lead == all.len() => {}
                 Some((first, _)) => {
-                    let message = format!("the initial lists of {} cannot be one: both wait, and one list waits for one thing at a time", self.both(*first, part));
+                    let message =
+                        format!("the initial lists of {} cannot be one: both wait, and one list waits for one thing at a time", self.both(*first, part));
                     self.conflict(Class::CompositionConflict, message, "let τ of one of them do what its wait does", (*first, part));
                 }
                 None => waiting = Some((part, all[lead..].to_vec())),
@@ -83,7 +84,12 @@ impl Composing<'_> {
         }
         for (message, pair) in conflicts {
             let remedy = self.parts[pair.1].label;
-            self.conflict(Class::SecondWriter, message, &format!("rename the parameter of one: rename={{'{remedy}.…': '…'}}, or let one follow the other"), pair);
+            self.conflict(
+                Class::SecondWriter,
+                message,
+                &format!("rename the parameter of one: rename={{'{remedy}.…': '…'}}, or let one follow the other"),
+                pair,
+            );
         }
     }
 }

@@ -49,7 +49,8 @@ impl Composing<'_> {
                 }
                 let (bound, to) = (a.binding(port), b.binding(other));
                 if bound != to {
-                    let message = format!("'{label}' cannot be shared by {both}: its {} is bound to {bound} in the first and to {to} in the second", a.item(port));
+                    let message =
+                        format!("'{label}' cannot be shared by {both}: its {} is bound to {bound} in the first and to {to} in the second", a.item(port));
                     conflicts.push((message, "bind it to a parameter or cell of one name in both"));
                 } else if a.checked.blocks[here].mode(item) != b.checked.blocks[there].mode(item) {
                     conflicts.push((format!("'{label}' cannot be shared by {both}: its {} has two modes", a.item(port)), "give it one mode with modes="));
@@ -69,7 +70,9 @@ impl<'a> PartOf<'a> {
         let Some((label, _)) = verb.blocks.get_key_value(label) else { return };
         self.shared.insert(label);
         let flat: Vec<usize> = self.flat_of(label).collect();
-        let bound = |name: &&String| self.checked.groups.iter().any(|g| g.origin != Origin::Parameter && g.name == **name && g.ports.iter().any(|p| flat.contains(&p.0)));
+        let bound = |name: &&String| {
+            self.checked.groups.iter().any(|g| g.origin != Origin::Parameter && g.name == **name && g.ports.iter().any(|p| flat.contains(&p.0)))
+        };
         let cells: Vec<&'a str> = verb.cells.keys().filter(bound).map(String::as_str).collect();
         self.shared_cells.extend(cells);
     }

@@ -33,7 +33,10 @@ impl Composing<'_> {
                     _ => drop(stored.insert(object.clone(), (part, input.clone()))),
                 }
                 if let Some((writer, port)) = self.writer(&object, part).filter(|_| self.comes_later(part)) {
-                    let message = format!("the input '{input}' of part '{}' is stored in '{object}' ({item}) at the start, and {port} overwrites it before that part begins", self.parts[part].label);
+                    let message = format!(
+                        "the input '{input}' of part '{}' is stored in '{object}' ({item}) at the start, and {port} overwrites it before that part begins",
+                        self.parts[part].label
+                    );
                     self.conflict(Class::CompositionConflict, message, "give the input a cell of its own, or rename the parameter of one part", (writer, part));
                 }
             }
@@ -49,12 +52,18 @@ impl Composing<'_> {
         let of = &self.parts[part];
         let mut starved = Vec::new();
         for group in of.checked.groups.iter().filter(|group| group.origin == Origin::Parameter) {
-            let is_driven = |port: &&Port| of.checked.blocks[port.0].kind.item(port.1).kind == Kind::Input && of.checked.blocks[port.0].mode(port.1) == Mode::Synchronous;
+            let is_driven =
+                |port: &&Port| of.checked.blocks[port.0].kind.item(port.1).kind == Kind::Input && of.checked.blocks[port.0].mode(port.1) == Mode::Synchronous;
             let writes = |port: &Port| is_output(of, *port);
             let Some(reader) = group.ports.iter().find(is_driven).filter(|_| !group.ports.iter().any(writes)) else { continue };
             let name = of.parameter(&group.name);
             if let Some((writer, port)) = self.writer(&name, part) {
-                let message = format!("{} of part '{}' waits for values of '{name}', which {port} writes, but only while part '{}' runs", of.item(*reader), of.label, self.parts[writer].label);
+                let message = format!(
+                    "{} of part '{}' waits for values of '{name}', which {port} writes, but only while part '{}' runs",
+                    of.item(*reader),
+                    of.label,
+                    self.parts[writer].label
+                );
                 starved.push((message, (writer, part)));
             }
         }
@@ -68,7 +77,8 @@ impl Composing<'_> {
         (0..self.parts.len()).filter(|other| *other != part).find_map(|other| {
             let of = &self.parts[other];
             let ports = of.checked.groups.iter().flat_map(|group| &group.ports);
-            let port = ports.copied().find(|port| is_output(of, *port) && !of.shared.contains(of.label_of(port.0)) && of.object(*port).as_deref() == Some(object))?;
+            let port =
+                ports.copied().find(|port| is_output(of, *port) && !of.shared.contains(of.label_of(port.0)) && of.object(*port).as_deref() == Some(object))?;
             Some((other, of.item(port)))
         })
     }

@@ -8,14 +8,15 @@ use crate::definition::Transition;
 use crate::refusal::Class;
 use crate::suggest::did_you_mean;
 use indexmap::{IndexMap, IndexSet};
+use std::cmp::Reverse;
 use std::collections::HashMap;
 
 /// A list of a part.
 type ListOf = (usize, usize);
 
 /// How much a line says: of two that speak of one pair, the greater counts. Whether it names a condition, whether it names a list,
-/// and how long the name of its part is.
-type Rank = (bool, bool, usize);
+/// how few parts it names, and how far inside they are.
+type Rank = (bool, bool, Reverse<usize>, usize);
 
 impl Composing<'_> {
     /// Takes over τ of the parts, and augments it.
@@ -25,10 +26,11 @@ impl Composing<'_> {
         let mut lines: Vec<(Rank, &Step, Vec<ListOf>)> = Vec::new();
         for step in &self.of.transitions {
             if let Some((lists, is_list)) = self.from(step) {
-                lines.push(((step.condition.is_some(), is_list, step.from.len()), step, lists));
+                let depth = step.from.iter().map(|name| name.split('.').count()).min().unwrap_or(0);
+                lines.push(((step.condition.is_some(), is_list, Reverse(step.from.len()), depth), step, lists));
             }
         }
-        lines.sort_by_key(|(rank, ..)| std::cmp::Reverse(*rank));
+        lines.sort_by_key(|(rank, ..)| Reverse(*rank));
         let mut augmented: HashMap<(String, String), (Rank, usize)> = HashMap::new();
         for (at, (rank, step, lists)) in lines.iter().enumerate() {
             self.augment(*rank, step, lists, at, &mut augmented);
@@ -88,36 +90,54 @@ impl Composing<'_> {
         }
     }
 
-    /// The lists from which a line leads, and whether it names one of them.
+    /// The lists from which a line leads, and whether it names lists.
     fn from(&mut self, step: &Step) -> Option<(Vec<ListOf>, bool)> {
+        let mut found: Vec<ListOf> = Vec::new();
+        let mut names_lists = !step.from.is_empty();
+        for name in &step.from {
+            let (lists, is_list) = self.lists_of(name);
+            names_lists &= is_list;
+            if lists.is_empty() {
+                let remedy = did_you_mean(name, self.known_lists());
+                self.refuse(
+                    Class::UnknownName,
+                    format!("{} begins at '{name}', which is no part or list of '{}'", text(step), self.of.name),
+                    &remedy,
+                    &step.place,
+                );
+                return None;
+            }
+            found.extend(lists);
+        }
+        if found.is_empty() {
+            self.refuse(Class::DefinitionError, format!("{} begins nowhere", text(step)), "name a part or list from which it leads", &step.place);
+        }
+        Some((found, names_lists)).filter(|(found, _)| !found.is_empty())
+    }
+
+    /// The lists that a name stands for: one list, or all of a part.
+    fn lists_of(&self, name: &str) -> (Vec<ListOf>, bool) {
         let all = || self.parts.iter().enumerate().flat_map(|(at, part)| (0..part.verb.command_lists.len()).map(move |list| (at, list)));
-        let prefix = format!("{}.", step.from);
-        let named = |(part, list): &ListOf| {
+        let full = |(part, list): &ListOf| {
             let of = &self.parts[*part];
-            of.list(*list) == step.from || step.from.strip_prefix(of.label).and_then(|rest| rest.strip_prefix('.')) == of.verb.command_lists.get_index(*list).map(|l| l.0.as_str())
+            format!("{}.{}", of.label, of.verb.command_lists.get_index(*list).map_or("", |list| list.0.as_str()))
         };
-        let lists: Vec<ListOf> = all().filter(named).collect();
+        let lists: Vec<ListOf> = all().filter(|at| full(at) == name || self.parts[at.0].list(at.1) == name).collect();
         if !lists.is_empty() {
-            return Some((lists, true));
+            return (lists, true);
         }
-        let within = |(part, list): &ListOf| {
-            let of = &self.parts[*part];
-            let name = of.verb.command_lists.get_index(*list).map_or("", |l| l.0.as_str());
-            of.label == step.from || format!("{}.{name}", of.label).starts_with(&prefix)
-        };
-        let lists: Vec<ListOf> = all().filter(within).collect();
-        if !lists.is_empty() {
-            return Some((lists, false));
-        }
-        let remedy = did_you_mean(&step.from, self.known_lists());
-        self.refuse(Class::UnknownName, format!("{} begins at '{}', which is no part or list of '{}'", text(step), step.from, self.of.name), &remedy, &step.place);
-        None
+        (all().filter(|at| super::part::is_within(&full(at), name)).collect(), false)
     }
 
     fn augment(&mut self, rank: Rank, step: &Step, lists: &[ListOf], at: usize, augmented: &mut HashMap<(String, String), (Rank, usize)>) {
         let Some(to) = self.list_of(&step.to) else {
             let remedy = did_you_mean(&step.to, self.known_lists());
-            return self.refuse(Class::UnknownName, format!("{} leads to '{}', which is no part or list of '{}'", text(step), step.to, self.of.name), &remedy, &step.place);
+            return self.refuse(
+                Class::UnknownName,
+                format!("{} leads to '{}', which is no part or list of '{}'", text(step), step.to, self.of.name),
+                &remedy,
+                &step.place,
+            );
         };
         if !self.check_condition(step, lists) {
             return;
@@ -191,7 +211,7 @@ impl Composing<'_> {
         };
         let why = lists.iter().find_map(elsewhere).unwrap_or_else(|| "it does not hold there".to_owned());
         let part = self.parts[lists[0].0].described();
-        let message = format!("{} changes nothing: '{condition}' does not end '{}' of {part}: {why}", text(step), step.from);
+        let message = format!("{} changes nothing: '{condition}' does not end '{}' of {part}: {why}", text(step), step.from.join("', '"));
         self.refuse(Class::CompositionConflict, message, "leave the line out, or name a list that it ends", &step.place);
     }
 
@@ -208,7 +228,11 @@ impl Composing<'_> {
         let initial = self.verb.initial.clone().unwrap_or_default();
         for part in lost {
             let message = format!("nothing leads from '{initial}' to {}", self.parts[part].described());
-            let remedy = format!("add a line to transitions, for example ('{}', 'completed'): '{}'", initial.split('.').next().unwrap_or(MERGED), self.parts[part].label);
+            let remedy = format!(
+                "add a line to transitions, for example ('{}', 'completed'): '{}'",
+                initial.split('.').next().unwrap_or(MERGED),
+                self.parts[part].label
+            );
             self.refuse(Class::CompositionConflict, message, &remedy, &None);
         }
     }
@@ -217,5 +241,5 @@ impl Composing<'_> {
 /// `the transition ('approach', 'contact') → 'grasp'`.
 fn text(step: &Step) -> String {
     let condition = step.condition.as_ref().map_or("every normal end".to_owned(), |name| format!("'{name}'"));
-    format!("the transition ('{}', {condition}) → '{}'", step.from, step.to)
+    format!("the transition ('{}', {condition}) → '{}'", step.from.join("', '"), step.to)
 }

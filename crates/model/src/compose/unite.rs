@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The unions: blocks, objects, χ, cells, ψ, ω and relaxed modes of all parts.
+use super::Composing;
 use super::form::{Differ, form};
 use super::part::is_within;
-use super::Composing;
 use crate::definition::InputParameter;
 use crate::flatten::Port;
 use crate::quantity::units_agree;
@@ -64,7 +64,8 @@ impl Composing<'_> {
     fn check_sort(&mut self, part: usize, name: &str, sort: Sort, seen: &mut Seen) {
         let (known, first) = *seen.sorts.entry(name.to_owned()).or_insert((sort, part));
         if known != sort {
-            let message = format!("'{name}' is {} in part '{}' and {} in part '{}'", known.text(), self.parts[first].label, sort.text(), self.parts[part].label);
+            let message =
+                format!("'{name}' is {} in part '{}' and {} in part '{}'", known.text(), self.parts[first].label, sort.text(), self.parts[part].label);
             let remedy = self.rename_remedy(part, name);
             self.conflict(Class::CompositionConflict, message, &remedy, (first, part));
         }
@@ -86,7 +87,13 @@ impl Composing<'_> {
             if known != *object {
                 let first = seen.sorts[&name].1;
                 let text = |object: &crate::definition::Object| format!("{} '{}'", if object.each { "several of" } else { "one" }, object.device_type);
-                let message = format!("the object '{name}' is {} in part '{}' and {} in part '{}'", text(&known), self.parts[first].label, text(object), self.parts[part].label);
+                let message = format!(
+                    "the object '{name}' is {} in part '{}' and {} in part '{}'",
+                    text(&known),
+                    self.parts[first].label,
+                    text(object),
+                    self.parts[part].label
+                );
                 let remedy = self.rename_remedy(part, &name);
                 self.conflict(Class::TypeMismatch, message, &remedy, (first, part));
             }
@@ -134,7 +141,8 @@ impl Composing<'_> {
             let (name, ports) = (of.cell(own), of.ports(nodes));
             let cell = self.verb.cells.entry(name.clone()).or_default();
             // Cells of one name are one only where a shared block is bound to them in both.
-            let is_common = |port: &String| cell.contains(port) || of.shared.iter().any(|label| is_within(port, label) && cell.iter().any(|known| is_within(known, label)));
+            let is_common =
+                |port: &String| cell.contains(port) || of.shared.iter().any(|label| is_within(port, label) && cell.iter().any(|known| is_within(known, label)));
             if !cell.is_empty() && !ports.iter().any(is_common) {
                 let message = format!("the cell '{name}' of part '{}' is bound to a shared block, as one of that name of other parts is to another", of.label);
                 self.refuse(Class::CompositionConflict, message, "give the two cells different names in their verbs", &None);
@@ -176,7 +184,10 @@ impl Composing<'_> {
         };
         let (ports, others) = (ports_of(first), ports_of(second));
         if !units_agree(&known.unit, &input.unit) {
-            let message = format!("the input '{name}' is in {} in part '{}' and in {} in part '{}'", known.unit, self.parts[first].label, input.unit, self.parts[second].label);
+            let message = format!(
+                "the input '{name}' is in {} in part '{}' and in {} in part '{}'",
+                known.unit, self.parts[first].label, input.unit, self.parts[second].label
+            );
             let remedy = self.rename_remedy(second, name);
             self.conflict(Class::UnitMismatch, message, &remedy, (first, second));
         } else {

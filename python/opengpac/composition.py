@@ -1,0 +1,292 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Composition: verbs become one verb, whose transitions lead from part to part without Python in the loop.
+
+`compose` names everything; `approach.then("contact", grasp)`, `approach >> grasp` and `together(a, b)` are short forms. What a
+composition means, and which parts do not go together, is the model's, in Rust; here it is only written down.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from . import checks
+from .blocks import BlockUse, names_of
+from .conditions import Termination
+from .errors import DefinitionError, Terminated, refuse
+from .parameters import InputParameter, absent
+from .places import Place, here
+from .reports import Report
+from .values import plain
+from .verbs import Verb
+
+AnyVerb: TypeAlias = "Verb[..., Any]"
+Parts: TypeAlias = "Mapping[str, AnyVerb] | Sequence[AnyVerb] | AnyVerb"
+Transitions: TypeAlias = "Mapping[tuple[Any, str | None], str]"
+
+
+@dataclass(frozen=True)
+class _Step:
+    """A line of the augmented τ, as it was written."""
+
+    origins: tuple[str, ...]
+    condition: str | None
+    to: str
+    place: Place
+
+    def json(self) -> dict[str, Any]:
+        return {"from": list(self.origins), "condition": self.condition, "to": self.to, "place": self.place.json()}
+
+
+@dataclass(frozen=True)
+class Composition:
+    """What a composed verb is made of, as it was written."""
+
+    name: str
+    parts: Mapping[str, AnyVerb]
+    place: Place
+    steps: tuple[_Step, ...] = ()
+    initial: str | None = None
+    rename: Mapping[str, str] = field(default_factory=dict)
+    preset: Mapping[str, Any] = field(default_factory=dict)
+    share: tuple[str, ...] = ()
+    together: bool = False
+    doc: str = ""
+    open: bool = False
+    """Whether `then` goes on with it, rather than taking it as one part."""
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {
+            "name": self.name, "doc": self.doc, "parts": {label: verb.json() for label, verb in self.parts.items()},
+            "transitions": [step.json() for step in self.steps], "initial": self.initial, "rename": dict(self.rename),
+            "preset": {name: plain(value) for name, value in self.preset.items()}, "share": list(self.share),
+            "together": self.together, "place": self.place.json(),
+        }  # fmt: skip
+
+
+class ComposedVerb(Verb[..., Report]):
+    """A verb made of verbs: called, placed and composed again like any other.
+
+    Its blocks, cells and command lists carry the label of their part (`grasp.start`), and so do the keys of `conditions` and
+    `output_values`, which hold one line for each part.
+    """
+
+    def __init__(self, composition: Composition) -> None:
+        self.composition = composition
+        self._parts = dict(composition.parts)
+        self.name, self.doc, self.place = composition.name, composition.doc, composition.place
+        self.blocks: dict[str, BlockUse] = {}
+        self.placed_in, self.instance_name = None, None
+        self._blocks_of_parts()
+        made = self._made = checks.compose(self._parts.values(), composition.json(), self.own_system())
+        self.blocks = {label: self.blocks[label] for label in made["blocks"]}
+        types = {obj.device_type.definition_name(): obj for part in self._parts.values() for obj in part.objects.values()}
+        self.objects = {n: dataclasses.replace(types[obj["device_type"]], each=obj["each"]) for n, obj in made["objects"].items()}
+        self.instantiation_parameters, self.cells = made["instantiation_parameters"], made["cells"]
+        self.input_parameters = {n: _input(given) for n, given in made["input_parameters"].items() if not given["preset"]}
+        self.output_values = {n: [target] for n, target in made["output_values"].items()}
+        self.command_lists = {n: given["commands"] for n, given in made["command_lists"].items()}
+        self.transitions = {(t["from"], t["condition"]): t["to"] for t in made["transitions"]}
+        self.modes, self.initial = made["modes"], made["initial"]
+        self.conditions = {key: self._termination(key, line) for key, line in made["conditions"].items()}
+        self.placement, self.intervals = self._placed()
+        self._take_calls()
+        checks.check_verb(self, self.own_system())
+
+    @property
+    def parts(self) -> Mapping[str, AnyVerb]:
+        """The verbs that it was made from, by label."""
+        return self._parts
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return self._made
+
+    def reported(self, key: str) -> str:
+        """What reports call a line of the tables of conditions and outputs."""
+        return key.rsplit(".", 1)[-1]
+
+    def _blocks_of_parts(self) -> None:
+        for label, part in self._parts.items():
+            if part.placed_in is not None:
+                self.placed_in = part.placed_in
+            for own, use in part.blocks.items():
+                self.blocks[f"{label}.{own}"] = use
+                self.blocks.setdefault(own, use)
+
+    def _renamed(self, label: str, name: str) -> str:
+        return self.composition.rename.get(f"{label}.{name}", name)
+
+    def _termination(self, key: str, line: Mapping[str, Any]) -> Termination:
+        """A line of the table, with the exception classes that its parts give it."""
+        classes: dict[type[Terminated], None] = {}
+        for label, part in self._parts.items():
+            for own, given in part.conditions.items():
+                name = part.reported(own)
+                renamed = self._renamed(label, name)
+                if given.raises is not None and key in (f"{label}.{own.removesuffix(name)}{renamed}", renamed):
+                    classes[given.raises] = None
+        returns, place = line["returns"], line["place"]
+        return Termination(
+            on=tuple(line["on"]),
+            returns=None if returns is None else tuple(returns),
+            raises=_one_class([*classes]) if line["raises"] else None,
+            during=tuple(line["during"]),
+            priority=line["priority"],
+            place=Place(place["file"], place["line"]) if place else self.place,
+        )
+
+    def _placed(self) -> tuple[dict[str, str], dict[str, int]]:
+        """Where its parts were placed with `on`, and the intervals that were changed there."""
+        shared = set(self.composition.share)
+        placement: dict[str, str] = {}
+        intervals: dict[str, int] = {}
+        for label, part in self._parts.items():
+            for pattern, source in part.placement.items():
+                own = [n for n in part.blocks if n in shared]
+                if len(own) < len(part.blocks) and pattern not in own:
+                    placement.setdefault(f"{label}.{pattern}", source)
+                for block in own if pattern == "*" else [n for n in own if n == pattern]:
+                    placement.setdefault(block, source)
+            for block, interval in part.intervals.items():
+                intervals[block if block in shared else f"{label}.{block}"] = interval
+        return placement, intervals
+
+
+def _input(given: Mapping[str, Any]) -> InputParameter:
+    default, place = given["default"], given["place"]
+    where = Place(place["file"], place["line"]) if place else here()
+    return InputParameter(tuple(given["targets"]), absent if default is None else default, given["tunable"], given["unit"], where)
+
+
+_both: dict[tuple[type[Terminated], ...], type[Terminated]] = {}
+
+
+def _one_class(classes: list[type[Terminated]]) -> type[Terminated]:
+    """The class of an end of several parts at once: it is each of theirs, so that an `except` for one of them catches it."""
+    if len(classes) <= 1:
+        return classes[0] if classes else Terminated
+    bases = tuple(c for c in classes if not any(c is not other and issubclass(other, c) for other in classes))
+    if len(bases) == 1:
+        return bases[0]
+    return _both.setdefault(bases, type("And".join(c.__name__ for c in bases), bases, {}))
+
+
+# ---- what people write ----
+
+
+def compose(
+    name: str,
+    parts: Parts,
+    *,
+    transitions: Transitions | None = None,
+    initial: str | None = None,
+    rename: Mapping[str, str] | None = None,
+    preset: Mapping[str, Any] | None = None,
+    share: Sequence[str] = (),
+    doc: str = "",
+) -> ComposedVerb:
+    """One verb of several: `compose("pick", {"approach": approach, "grasp": grasp}, transitions={("approach", "contact"): "grasp"})`.
+
+    `parts` are verbs by label, verbs (their labels are their names), or a chain made by `then` and `>>`, which gets a name here.
+    A line of `transitions` leads from a part (every list of it that the condition ends), one list (`"approach.back_off"`) or a
+    tuple of those to a part (its initial list) or list; the condition None is every normal end, but a halt. `initial` is the first
+    part. `rename={"grasp.speed": "closing_speed"}` renames a parameter, object, output or condition of one part;
+    `preset={"approach.speed": 0.1}` gives an input of one part its value for good; `share=["servo"]` makes the blocks of that label
+    one instance, which runs on across a transition. Refuses all conflicts at once (`CompositionConflict`, `TypeMismatch`, …).
+    """
+    base = Composition(name, _labelled(parts, name), here())
+    if isinstance(parts, ComposedVerb) and parts.composition.open:
+        base = dataclasses.replace(parts.composition, name=name, place=here(), open=False)
+    return ComposedVerb(
+        dataclasses.replace(
+            base,
+            steps=(*base.steps, *_steps(transitions or {}, name)),
+            initial=initial if initial is not None else base.initial,
+            rename={**base.rename, **(rename or {})},
+            preset={**base.preset, **(preset or {})},
+            share=(*base.share, *names_of(share)),
+            doc=doc or base.doc,
+        )
+    )
+
+
+def together(
+    *verbs: AnyVerb | Mapping[str, AnyVerb],
+    name: str | None = None,
+    rename: Mapping[str, str] | None = None,
+    preset: Mapping[str, Any] | None = None,
+    share: Sequence[str] = (),
+    doc: str = "",
+) -> ComposedVerb:
+    """One verb that does several at once: the union, with one initial list, `start`, that has the leading commands of all, in order.
+
+    The first condition that ends one of them ends all, and returns what each of them says; a transition leaves that list as a
+    whole. Parts must not write one SVV; a wait may stand in one of the initial lists only.
+    """
+    parts = verbs[0] if len(verbs) == 1 and isinstance(verbs[0], Mapping) else [v for v in verbs if not isinstance(v, Mapping)]
+    labelled = _labelled(parts, name or "together")
+    composition = Composition(name or "_and_".join(labelled), labelled, here(), together=True, doc=doc)
+    return ComposedVerb(
+        dataclasses.replace(composition, rename=dict(rename or {}), preset=dict(preset or {}), share=tuple(names_of(share)))
+    )
+
+
+def then(verb: AnyVerb, condition: str | None, following: AnyVerb, label: str | None) -> ComposedVerb:
+    """`verb.then(condition, following)`: a chain goes on with one more part; any other verb begins one."""
+    for part in (verb, following):
+        _check_verb(part, "a composition")
+    chain = (
+        verb.composition
+        if isinstance(verb, ComposedVerb) and verb.composition.open
+        else Composition("", {verb.name: verb}, here(), open=True)
+    )
+    wanted = label or following.name
+    if label is not None and label in chain.parts:
+        refuse(DefinitionError, f"two parts of a chain are labelled '{label}'", "give each its own label")
+    label = _unique(wanted, chain.parts)
+    step = _Step(tuple(chain.parts), condition, label, here())
+    parts = {**chain.parts, label: following}
+    return ComposedVerb(dataclasses.replace(chain, name="_then_".join(parts), parts=parts, steps=(*chain.steps, step), place=here()))
+
+
+def _labelled(parts: Parts | Iterable[AnyVerb], name: str) -> dict[str, AnyVerb]:
+    if isinstance(parts, Verb):
+        parts = [parts]
+    labelled: dict[str, AnyVerb] = {}
+    pairs = parts.items() if isinstance(parts, Mapping) else ((None, verb) for verb in parts)
+    for label, verb in pairs:
+        _check_verb(verb, f"composition '{name}'")
+        labelled[str(label) if label is not None else _unique(verb.name, labelled)] = verb
+    return labelled
+
+
+def _unique(label: str, known: Mapping[str, AnyVerb]) -> str:
+    """`move`, `move_2`, `move_3` …"""
+    number, unique = 1, label
+    while unique in known:
+        number += 1
+        unique = f"{label}_{number}"
+    return unique
+
+
+def _check_verb(verb: object, where: str) -> None:
+    if not isinstance(verb, Verb):
+        refuse(DefinitionError, f"a part of {where} is {verb!r}, not a verb", "give verbs: {'approach': approach, 'grasp': grasp}")
+
+
+def _steps(transitions: Transitions, name: str) -> list[_Step]:
+    steps: list[_Step] = []
+    for key, to in transitions.items():
+        if not (isinstance(key, tuple) and len(key) == 2 and isinstance(to, str)):
+            refuse(
+                DefinitionError,
+                f"transition {key!r}: {to!r} of composition '{name}' has no part and condition",
+                "write ('part', 'condition'): 'part'",
+            )
+        origins, condition = key
+        steps.append(_Step(tuple(names_of(origins)), condition, to, here()))
+    return steps
