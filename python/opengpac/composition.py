@@ -239,15 +239,12 @@ def then(verb: AnyVerb, condition: str | None, following: AnyVerb, label: str | 
     """`verb.then(condition, following)`: a chain goes on with one more part; any other verb begins one."""
     for part in (verb, following):
         _check_verb(part, "a composition")
-    chain = (
-        verb.composition
-        if isinstance(verb, ComposedVerb) and verb.composition.open
-        else Composition("", {verb.name: verb}, here(), open=True)
-    )
-    wanted = label or following.name
+    chain = Composition("", {verb.name: verb}, here(), open=True)
+    if isinstance(verb, ComposedVerb) and verb.composition.open:
+        chain = verb.composition
     if label is not None and label in chain.parts:
         refuse(DefinitionError, f"two parts of a chain are labelled '{label}'", "give each its own label")
-    label = _unique(wanted, chain.parts)
+    label = _unique(label or following.name, chain.parts)
     step = _Step(tuple(chain.parts), condition, label, here())
     parts = {**chain.parts, label: following}
     return ComposedVerb(dataclasses.replace(chain, name="_then_".join(parts), parts=parts, steps=(*chain.steps, step), place=here()))

@@ -29,12 +29,17 @@ pub fn check_reach(
     conditions: &[CheckedCondition],
     outputs: &[(String, Port)],
 ) -> Vec<Remark> {
-    let timed = verb.conditions.contains_key("time_limit") || verb.transitions.iter().any(|t| t.condition == "time_limit");
+    let timed = verb.conditions.keys().any(|key| verb.reported(key) == "time_limit") || verb.transitions.iter().any(|t| t.condition == "time_limit");
     let runs = lists.iter().map(|list| runs(list, flat.blocks.len())).collect();
     let reach = Reach { verb, lists, runs, reached: reached(lists.len(), initial, conditions), timed };
     let mut remarks = Vec::new();
     for (list, _) in reach.lists.iter().zip(&reach.reached).filter(|(_, reached)| !**reached) {
         let message = format!("the command list '{}' of verb '{}' is never reached from '{}'", list.name, verb.name, lists[initial].name);
+        if flat.is_composed {
+            // A part may be begun in the middle; its verb stays as it was written.
+            remarks.push(Remark { text: message, place: list.place.clone() });
+            continue;
+        }
         flat.refuse(Class::DefinitionError, message, &list.place, "lead a transition to it, or leave it out");
     }
     reach.waits(flat, &mut remarks);
@@ -95,12 +100,15 @@ impl Reach<'_> {
         for condition in conditions.iter().filter(|condition| !condition.planned.on.is_empty()) {
             let planned = &condition.planned;
             let reports = |list: usize| planned.on.iter().any(|port| self.runs[list][port.0]);
-            let place = self.verb.conditions.get(&planned.name).and_then(|termination| termination.place.clone()).or_else(|| self.verb.place.clone());
-            let holds: Vec<usize> = planned.during.map_or_else(|| (0..self.lists.len()).collect(), |list| vec![list]);
-            if !holds.into_iter().any(reports) {
-                let within =
-                    planned.during.map_or_else(|| "no command list".to_owned(), |list| format!("the command list '{}' does not", self.lists[list].name));
-                let verb = if planned.during.is_some() { "activate or execute" } else { "activates or executes" };
+            let line = self.verb.conditions.iter().find(|(key, _)| self.verb.reported(key) == planned.name);
+            let place = line.and_then(|(_, termination)| termination.place.clone()).or_else(|| self.verb.place.clone());
+            if !(0..self.lists.len()).filter(|list| planned.holds_in(*list)).any(reports) {
+                let held: Vec<&str> = planned.during.iter().map(|list| self.lists[*list].name.as_str()).collect();
+                let (within, verb) = match held[..] {
+                    [] => ("no command list".to_owned(), "activates or executes"),
+                    [list] => (format!("the command list '{list}' does not"), "activate or execute"),
+                    _ => (format!("the command lists '{}' do not", held.join("', '")), "activate or execute"),
+                };
                 let message =
                     format!("the condition '{}' stands for {}, and {within} {verb} {}", planned.name, names(flat, &planned.on), labels(flat, &planned.on));
                 self.never(flat, message, &place, "activate it in a list where the condition holds, or leave the condition out", remarks);

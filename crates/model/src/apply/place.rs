@@ -38,20 +38,19 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Patterns in the order in which they count, with sources that exist: those of the application, of the verb, and then of the
-    /// verbs that its parts were made from, which hold within the part.
+    /// Patterns in the order in which they count, with sources that exist: those of the application, then the system's for this
+    /// verb, and for the verbs that its parts were made from, which hold within the part.
     fn patterns(&mut self) -> Vec<(&'a str, &'a str, &'a str)> {
         let (application, configuration, checked) = (self.application, self.configuration, self.checked);
         let mut patterns: Vec<(&'a str, &'a str, &'a str)> = Vec::new();
         let own = application.placement.iter().map(|(pattern, source)| ("", pattern.as_str(), source.as_str()));
-        let general = |part: &'a str, verb: &'a str| {
-            configuration.placement.iter().filter_map(move |(pattern, source)| {
-                let (first, rest) = pattern.split_once('.').unwrap_or((pattern, "*"));
-                fits(first, verb).then_some((part, rest, source.as_str()))
-            })
-        };
-        let of_parts = checked.parts.iter().flat_map(|(label, part)| general(label, &part.verb));
-        for (part, pattern, source) in own.chain(general("", &checked.name)).chain(of_parts) {
+        let general = configuration.placement.iter().flat_map(|(pattern, source)| {
+            let (first, rest) = pattern.split_once('.').unwrap_or((pattern, "*"));
+            let parts = checked.parts.iter().map(|(label, part)| (label.as_str(), part.verb.as_str()));
+            let verbs = std::iter::once(("", checked.name.as_str())).chain(parts);
+            verbs.filter(move |(_, verb)| fits(first, verb)).map(move |(part, _)| (part, rest, source.as_str()))
+        });
+        for (part, pattern, source) in own.chain(general) {
             match configuration.sources.get_key_value(source) {
                 Some((source, _)) => patterns.push((part, pattern, source)),
                 None => {

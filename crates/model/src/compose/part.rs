@@ -4,6 +4,7 @@ use super::Composition;
 use crate::checked::CheckedVerb;
 use crate::definition::Verb;
 use crate::flatten::{Group, Origin, Port};
+use crate::lists::CheckedCommand;
 use crate::value::Value;
 use std::collections::{HashMap, HashSet};
 
@@ -120,6 +121,16 @@ impl<'a> PartOf<'a> {
         let label = self.label_of(port.0);
         block.label = format!("{}{}", self.block(label), &block.label[label.len()..]);
         crate::flatten::describe(&block, port.1)
+    }
+
+    /// Whether a list runs a block that reports the condition; a system condition may come in any.
+    pub fn can_come(&self, list: usize, name: &str) -> bool {
+        let runs = |block: usize| {
+            let mut commands = self.checked.lists[list].stages.iter().flat_map(|stage| &stage.commands);
+            commands.any(|command| matches!(command, CheckedCommand::Activate { blocks, .. } | CheckedCommand::Execute(blocks) if blocks.contains(&block)))
+        };
+        let line = self.checked.conditions.iter().find(|c| c.planned.name == name && c.planned.holds_in(list));
+        line.is_none_or(|line| line.planned.on.is_empty() || line.planned.on.iter().any(|port| runs(port.0)))
     }
 
     /// Whether the condition, by its name in the part, is one of a list and has no transition there.

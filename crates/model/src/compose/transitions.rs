@@ -145,7 +145,8 @@ impl Composing<'_> {
         let mut covers = false;
         for &(part, list) in lists {
             for (own, name) in self.ends_of(step, part, list) {
-                if !self.parts[part].ends(list, &own) {
+                let names_list = rank.1;
+                if !self.parts[part].ends(list, &own) || !names_list && !self.parts[part].can_come(list, &own) {
                     continue;
                 }
                 covers = true;
@@ -209,7 +210,7 @@ impl Composing<'_> {
             let to = lines.clone().find(|(from, _)| from == list)?.1;
             Some(format!("in '{}' it leads to '{}' already", of.list(*list), of.list(to)))
         };
-        let why = lists.iter().find_map(elsewhere).unwrap_or_else(|| "it does not hold there".to_owned());
+        let why = lists.iter().find_map(elsewhere).unwrap_or_else(|| "it does not hold there, or no block that runs there reports it".to_owned());
         let part = self.parts[lists[0].0].described();
         let message = format!("{} changes nothing: '{condition}' does not end '{}' of {part}: {why}", text(step), step.from.join("', '"));
         self.refuse(Class::CompositionConflict, message, "leave the line out, or name a list that it ends", &step.place);
