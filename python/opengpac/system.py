@@ -17,6 +17,7 @@ from . import _native, checking
 from .checks import Definitions
 from .devices import LogicalDevice, type_json
 from .errors import CallError, InUse, InvalidState, refusals, refuse
+from .listing import InstanceEntry, Listing, VerbEntry, instances_of, verbs_of
 from .modules import Module
 from .physical import Channel, PhysicalDevice
 from .places import here
@@ -184,6 +185,17 @@ class System:
         """What there is: processors, sources, devices, SVVs, verbs, modules, instances."""
         with refusals:
             return json.loads(self._alive().names_json())
+
+    @property
+    def verbs(self) -> Listing[VerbEntry]:
+        """The verbs that were entered: those that support devices and those that act on devices, simple and composed ones."""
+        with refusals:
+            return verbs_of(json.loads(self._alive().verbs_json()))
+
+    @property
+    def instances(self) -> Listing[InstanceEntry]:
+        """The verb instances that there are, those of devices too, with the command list that each is in."""
+        return instances_of(self.statistics["instances"])
 
     def log(self, since: int = 0) -> list[dict[str, Any]]:
         """Conditions, faults, transitions and end reports, recorded in their order; `since` a sequence number."""

@@ -29,63 +29,234 @@ fn plain() -> Value {
     json!({})
 }
 
-#[test]
-fn zz_print() {
-    let line = |from: &str, condition: &str, to: &str| json!({"transitions": [{"from": from, "condition": condition, "to": to}]});
-    let wired = |name: &str, more: Value| { let mut v = verb(&[("s", "lib.signal"), ("g", "lib.gain")], json!({"name": name, "instantiation_parameters": {"y": ["s.y"]}, "cells": {"w": ["g.y"]}, "command_lists": start(&["+s 1ms", "+g"]), "conditions": {"enough": {"on": ["s.above"], "returns": []}}})); merge(&mut v, more); v };
-    let with = |a: Value, b: Value, rest: Value| { let mut w = json!({"name": "whole", "parts": {"a": a, "b": b}, "transitions": [{"from": "a", "condition": "enough", "to": "b"}], "place": {"file": "c.py", "line": 9}}); merge(&mut w, rest); let w: Composition = serde_json::from_value(w).expect("x"); texts(&model::compose(&w, &cell()).err().unwrap_or_default()) };
-    let reader = |mode: Value| verb(&[("g", "lib.gain")], json!({"name": "second", "instantiation_parameters": {"y": ["g.u"]}, "modes": mode, "command_lists": start(&["+g"])}));
-    let goal = |name: &str, input: &str| verb(&[("r", "lib.relaxed")], json!({"name": name, "instantiation_parameters": {"u": ["r.u"]}, "input_parameters": {input: {"targets": ["r.u"]}}, "command_lists": start(&["+r 1ms"])}));
-    let waits = json!({"command_lists": start(&["+s 1ms", "?s.above", "-s"])});
-    let apart = json!({"b.y": "z", "b.last": "z_last"});
-    let together = |rename: Value| json!({"together": true, "transitions": [], "rename": rename});
-    let own = json!({"command_lists": {"start": list(&["+s 1ms"]), "back": list(&["+s 2ms"])}, "initial": "start", "transitions": [{"from": "start", "condition": "enough", "to": "back"}]});
-    let all = [
-        ("no parts", { let w: Composition = serde_json::from_value(json!({"name": "w", "parts": {}})).unwrap(); texts(&model::compose(&w, &cell()).err().unwrap()) }),
-        ("part wrong", refused(json!({"output_values": {"last": "s.x"}}), plain(), plain())),
-        ("types", with(part("first", plain()), verb(&[("n", "lib.narrow")], json!({"name": "second", "instantiation_parameters": {"y": ["n.u"]}, "command_lists": start(&["+n"])})), plain())),
-        ("units", with(goal("first", "u0"), verb(&[("n", "lib.pid")], json!({"name": "second", "instantiation_parameters": {"u": ["n.effort"]}, "input_parameters": {"kp": {"targets": ["n.kp"]}, "l": {"targets": ["n.limit"]}, "m": {"targets": ["n.measured"]}, "sp": {"targets": ["n.setpoint"]}}, "command_lists": start(&["+n 1ms"])})), json!({"transitions": [{"from": "a", "condition": "completed", "to": "b"}]}))),
-        ("kinds", with(verb(&[("r", "lib.read_channel")], json!({"name": "first", "instantiation_parameters": {"y.x": ["r.channel"]}, "command_lists": start(&["+r 1ms"])})), verb(&[("r", "lib.write_channel")], json!({"name": "second", "instantiation_parameters": {"y.x": ["r.channel"]}, "input_parameters": {"u": {"targets": ["r.u"]}}, "command_lists": start(&["+r 1ms"])})), json!({"transitions": [{"from": "a", "condition": "completed", "to": "b"}]}))),
-        ("input units", refused(json!({"input_parameters": {"limit": {"unit": "N"}}}), json!({"input_parameters": {"limit": {"unit": "rad"}}}), plain())),
-        ("objects", with(movement(), { let mut m = movement(); m["objects"]["arm"]["each"] = json!(false); m }, json!({"transitions": [{"from": "a", "condition": "arrived", "to": "b"}]}))),
-        ("outputs", with(part("first", plain()), wired("second", json!({"blocks": {"n": {"block": {"subroutine": "lib.narrow"}}}, "cells": {"c": ["n.u"]}, "output_values": {"last": "n.y"}})), plain())),
-        ("label", refused(plain(), plain(), json!({"parts": {"c.d": part("third", plain())}}))),
-        ("rename nothing", refused(plain(), plain(), json!({"rename": {"a.limt": "x", "c.limit": "x", "limit": "x", "b.limit": "x.y", "b.enough": "completed"}}))),
-        ("rename twice", refused(plain(), plain(), json!({"rename": {"a.y": "limit"}}))),
-        ("preset nothing", refused(plain(), plain(), json!({"preset": {"a.y": 1, "b.limit": "red"}}))),
-        ("share", refused(plain(), plain(), json!({"share": ["a", "t"]}))),
-        ("share constants", refused(json!({"blocks": {"s": {"constants": {"frequency": 2.0}}}}), plain(), json!({"share": ["s"]}))),
-        ("share blocks", with(part("first", plain()), with_gain(), json!({"share": ["s"], "transitions": []}))),
-        ("share binding", refused(plain(), plain(), json!({"share": ["s"], "rename": {"b.y": "z"}}))),
-        ("share label", { let mut p = part("first", plain()); p["name"] = json!("s"); let w: Composition = serde_json::from_value(json!({"name": "whole", "parts": {"s": p, "b": part("second", plain())}, "share": ["s"], "transitions": [{"from": "s", "condition": "enough", "to": "b"}]})).unwrap(); texts(&model::compose(&w, &cell()).err().unwrap()) }),
-        ("share modes", with(wired("first", plain()), wired("second", json!({"modes": {"g.u": "asynchronous"}, "command_lists": start(&["+s 1ms", "+g 1ms"])})), json!({"share": ["g"]}))),
-        ("initial", refused(plain(), plain(), json!({"initial": "c"}))),
-        ("transitions", refused(plain(), plain(), line("c", "enough", "b"))),
-        ("transitions", refused(plain(), plain(), line("a", "enogh", "b"))),
-        ("transitions", refused(plain(), plain(), line("a", "enough", "b.back"))),
-        ("transitions nothing", refused(own.clone(), plain(), line("a.start", "enough", "b"))),
-        ("transitions twice", refused(plain(), plain(), json!({"transitions": [{"from": "a", "condition": "enough", "to": "b"}, {"from": "a", "condition": "enough", "to": "a"}]}))),
-        ("unreached", refused(plain(), plain(), json!({"transitions": []}))),
-        ("defaults", refused(plain(), json!({"input_parameters": {"limit": {"default": 4.0}}}), plain())),
-        ("sorts", refused(plain(), plain(), json!({"rename": {"b.limit": "y", "b.y": "z"}}))),
-        ("starved", with(part("first", plain()), reader(json!({})), plain())),
-        ("not starved", with(part("first", plain()), { let mut r = reader(json!({"g.u": "asynchronous"})); r["command_lists"] = start(&["+g 1ms"]); r }, plain())),
-        ("stores", with(goal("first", "one"), goal("second", "two"), json!({"transitions": [{"from": "a", "condition": "completed", "to": "b"}]}))),
-        ("preset stores", with(goal("first", "one"), goal("second", "one"), json!({"preset": {"b.one": 3}, "transitions": [{"from": "a", "condition": "completed", "to": "b"}]}))),
-        ("overwritten", with(part("first", plain()), goal("second", "two"), json!({"rename": {"b.u": "y"}}))),
-        ("tog writers", refused(plain(), plain(), together(json!({"b.last": "l"})))),
-        ("tog outputs", refused(plain(), plain(), together(json!({"b.y": "z"})))),
-        ("tog waits", refused(waits.clone(), waits, together(apart.clone()))),
-        ("tog priority", refused(json!({"conditions": {"enough": {"priority": 2}}}), plain(), together(apart.clone()))),
-        ("tog normal", refused(json!({"conditions": {"enough": {"raises": true}}}), plain(), together(apart.clone()))),
-        ("tog tau", refused(own.clone(), own, together(apart.clone()))),
-        ("tog shared", refused(plain(), json!({"command_lists": start(&["+s 2ms"])}), json!({"together": true, "transitions": [], "share": ["s"]}))),
-    ];
-    for (what, text) in all {
-        println!("== {what}\n{text}");
-    }
+/// The same of two parts that are given whole.
+fn refused_of(a: Value, b: Value, rest: Value) -> String {
+    let mut whole = json!({"name": "whole", "parts": {"a": a, "b": b}, "transitions": [{"from": "a", "to": "b"}], "place": {"file": "c.py", "line": 9}});
+    merge(&mut whole, rest);
+    let whole: Composition = serde_json::from_value(whole).expect("a composition");
+    texts(&model::compose(&whole, &cell()).err().unwrap_or_default())
 }
 
-fn with_gain() -> Value {
-    verb(&[("s", "lib.constant")], json!({"name": "second", "command_lists": start(&["+s 1ms"])}))
+/// A verb of one block `b`, activated at `every`; none: driven.
+fn one(name: &str, block: &str, every: &str, rest: Value) -> Value {
+    let mut one = verb(&[("b", block)], json!({"name": name, "command_lists": start(&[format!("+b {every}").trim()])}));
+    merge(&mut one, rest);
+    one
+}
+
+#[test]
+fn a_composition_has_parts_that_are_verbs_with_plain_labels() {
+    let none: Composition = serde_json::from_value(json!({"name": "whole", "parts": {}})).expect("a composition");
+    let none = texts(&model::compose(&none, &cell()).err().unwrap_or_default());
+    assert_eq!(none, "DefinitionError: the composition 'whole' has no parts; give it verbs by label: {'approach': approach, 'grasp': grasp}");
+    let wrong = refused(json!({"output_values": {"last": "s.x"}}), plain(), plain());
+    assert_eq!(wrong, "UnknownName: part 'a' of 'whole': 's' (lib.signal) has no 'x'; did you mean 'y'? at p.py:3");
+    let label = refused(plain(), plain(), json!({"parts": {"c.d": part("third", plain())}}));
+    assert_eq!(label, "DefinitionError: the label 'c.d' of a part of 'whole' is empty or has a dot; give the part a plain name at c.py:9");
+}
+
+#[test]
+fn rename_and_preset_name_something_of_a_part() {
+    let given = json!({"a.limt": "x", "c.limit": "x", "limit": "x", "b.limit": "x.y", "b.enough": "completed"});
+    assert_eq!(
+        refused(plain(), plain(), json!({"rename": given})),
+        "UnknownName: rename names 'a.limt', and part 'a' (verb 'first') has no parameter, object, output or condition 'limt'; did you mean 'limit'? at c.py:9\n\
+         UnknownName: rename names 'c.limit', and no part of 'whole' is 'c'; did you mean 'a'? at c.py:9\n\
+         UnknownName: rename names 'limit', and no part of 'whole' is 'limit'; write part.name at c.py:9\n\
+         DefinitionError: rename gives 'b.limit' the name 'x.y', which is empty or has a dot; give it a plain name at c.py:9\n\
+         DefinitionError: rename makes the condition 'b.enough' 'completed', and a system condition keeps its name and stands for itself; give it another name at c.py:9"
+    );
+    assert_eq!(
+        refused(plain(), plain(), json!({"rename": {"a.y": "limit"}})),
+        "CompositionConflict: rename makes two parameters of part 'a' (verb 'first') one: 'y' and 'limit' are both 'limit'; give them two names at c.py:9"
+    );
+    assert_eq!(
+        refused(plain(), plain(), json!({"preset": {"a.y": 1, "b.limit": "red"}})),
+        "UnknownName: preset names 'a.y', and part 'a' (verb 'first') has no input parameter 'y'; there is only limit at c.py:9\n\
+         ValueRefused: the preset of 'limit' of part 'b' (verb 'second'): 'red' is not a number with a unit; write a number, or for example '20 ms' or '90 deg' at c.py:9"
+    );
+}
+
+#[test]
+fn what_has_one_name_is_one_thing() {
+    assert_eq!(
+        refused(plain(), plain(), json!({"rename": {"b.limit": "y", "b.y": "z"}})),
+        "CompositionConflict: 'y' is an instantiation parameter in part 'a' and an input parameter in part 'b'; rename one: rename={'b.limit': 'b_y'} at c.py:9"
+    );
+    let narrow = one(
+        "second",
+        "lib.narrow",
+        "1ms",
+        json!({"instantiation_parameters": {"z": ["b.y"]}, "modes": {"b.u": "asynchronous"}, "input_parameters": {"u": {"targets": ["b.u"]}}, "output_values": {"last": "b.y"}, "conditions": {"completed": {"returns": ["last"]}}}),
+    );
+    assert_eq!(
+        refused_of(part("first", plain()), narrow.clone(), json!({"rename": {"b.z": "y", "b.last": "b_last"}})),
+        "TypeMismatch: 'y' of part 'a' and part 'b' cannot be one: it is output 'a.s.y' (double) and output 'b.b.y' (float): types differ; rename one: rename={'b.z': 'b_y'} at c.py:9"
+    );
+    assert_eq!(
+        refused_of(part("first", plain()), narrow, plain()),
+        "TypeMismatch: 'last' of part 'a' and part 'b' cannot be one: it is output 'a.s.y' (double) and output 'b.b.y' (float): types differ; rename one: rename={'b.last': 'b_last'} at c.py:9"
+    );
+    let near = |name: &str, port: &str, other: &str| {
+        one(name, "lib.near", "1ms", json!({"instantiation_parameters": {"q": [port]}, "input_parameters": {"g": {"targets": [other]}}}))
+    };
+    let servo = one(
+        "second",
+        "lib.pid",
+        "1ms",
+        json!({"instantiation_parameters": {"q": ["b.effort"]}, "modes": {"b.measured": "asynchronous"},
+        "input_parameters": {"g": {"targets": ["b.measured"]}, "h": {"targets": ["b.setpoint"]}, "kp": {"targets": ["b.kp"]}, "limit": {"targets": ["b.limit"]}}}),
+    );
+    assert_eq!(
+        refused_of(near("first", "b.sensed", "b.goal"), servo, json!({"rename": {"b.g": "m"}})),
+        "UnitMismatch: 'q' of part 'a' and part 'b' cannot be one: it is input 'a.b.sensed' (double[n], rad) and output 'b.b.effort' (double, N.m): units differ; rename one: rename={'b.q': 'b_q'} at c.py:9"
+    );
+    let channel = |name: &str, block: &str| one(name, block, "1ms", json!({"instantiation_parameters": {"drive.x": ["b.channel"]}}));
+    let mut writing = channel("second", "lib.write_channel");
+    writing["input_parameters"] = json!({"u": {"targets": ["b.u"]}});
+    assert_eq!(
+        refused_of(channel("first", "lib.read_channel"), writing, plain()),
+        "TypeMismatch: 'drive.x' of part 'a' and part 'b' cannot be one: it is device 'a.b.channel' (double) and device 'b.b.channel' (double): one takes a channel that is read, the other a channel that is written; rename one: rename={'b.drive': 'b_drive'} at c.py:9"
+    );
+    let mut single = movement();
+    single["objects"]["arm"]["each"] = json!(false);
+    assert_eq!(
+        refused_of(movement(), single, plain()),
+        "TypeMismatch: the object 'arm' is several of 'Joint' in part 'a' and one 'Joint' in part 'b'; rename one: rename={'b.arm': 'b_arm'} at c.py:9"
+    );
+}
+
+#[test]
+fn an_input_of_one_name_has_one_default_and_unit() {
+    assert_eq!(
+        refused(plain(), json!({"input_parameters": {"limit": {"default": 4.0}}}), plain()),
+        "CompositionConflict: the input 'limit' defaults to 3.0 in part 'a' and to 4.0 in part 'b'; rename one: rename={'b.limit': 'b_limit'}, or fix one: preset={'b.limit': 4.0} at c.py:9"
+    );
+    assert_eq!(
+        refused(json!({"input_parameters": {"limit": {"unit": "N"}}}), json!({"input_parameters": {"limit": {"unit": "rad"}}}), plain()),
+        "UnitMismatch: the input 'limit' is in N in part 'a' and in rad in part 'b'; rename one: rename={'b.limit': 'b_limit'} at c.py:9"
+    );
+}
+
+#[test]
+fn shared_blocks_are_the_same_use_with_the_same_bindings() {
+    let share = json!({"share": ["s"]});
+    assert_eq!(
+        refused(plain(), plain(), json!({"share": ["a", "t"]})),
+        "CompositionConflict: share names the block 'a', and a part of 'whole' has that label; give the part another label at c.py:9\n\
+         UnknownName: share names the block 't', which no part has; did you mean 's'? at c.py:9"
+    );
+    assert_eq!(
+        refused(json!({"blocks": {"s": {"constants": {"frequency": 2.0}}}}), plain(), share.clone()),
+        "CompositionConflict: 's' cannot be shared by part 'a' and part 'b': they are different constants; make them equal, or leave it out of share at c.py:9"
+    );
+    assert_eq!(
+        refused_of(part("first", plain()), verb(&[("s", "lib.constant")], json!({"name": "second", "command_lists": start(&["+s 1ms"])})), share.clone()),
+        "CompositionConflict: 's' cannot be shared by part 'a' and part 'b': they are different blocks; make them equal, or leave it out of share at c.py:9"
+    );
+    assert_eq!(
+        refused(plain(), plain(), json!({"share": ["s"], "rename": {"b.y": "z"}})),
+        "CompositionConflict: 's' cannot be shared by part 'a' and part 'b': its output 's.y' (double) is bound to the parameter 'y' in the first and to the parameter 'z' in the second; bind it to a parameter or cell of one name in both at c.py:9"
+    );
+    let moded = verb(
+        &[("g", "lib.gain")],
+        json!({"name": "second", "instantiation_parameters": {"x": ["g.u"]}, "modes": {"g.u": "asynchronous"}, "command_lists": start(&["+g 1ms"])}),
+    );
+    let driven = verb(&[("g", "lib.gain")], json!({"name": "first", "instantiation_parameters": {"x": ["g.u"]}, "command_lists": start(&["+g"])}));
+    assert_eq!(
+        refused_of(driven, moded, json!({"share": ["g"]})),
+        "CompositionConflict: 'g' cannot be shared by part 'a' and part 'b': its input 'g.u' (double) has two modes; give it one mode with modes= at c.py:9"
+    );
+}
+
+#[test]
+fn transitions_lead_from_what_ends_a_part_to_a_part() {
+    let line = |from: &str, condition: &str, to: &str| refused(plain(), plain(), json!({"transitions": [{"from": from, "condition": condition, "to": to}]}));
+    assert_eq!(
+        line("c", "enough", "b"),
+        "UnknownName: the transition ('c', 'enough') → 'b' begins at 'c', which is no part or list of 'whole'; did you mean 'a'? at c.py:9"
+    );
+    assert_eq!(
+        line("a", "enogh", "b"),
+        "UnknownName: the transition ('a', 'enogh') → 'b' names the condition 'enogh', which part 'a' (verb 'first') does not have; did you mean 'enough'? at c.py:9"
+    );
+    assert_eq!(
+        line("a", "enough", "b.back"),
+        "UnknownName: the transition ('a', 'enough') → 'b.back' leads to 'b.back', which is no part or list of 'whole'; there are a, b, a.start, b.start at c.py:9"
+    );
+    assert_eq!(
+        refused(plain(), plain(), json!({"initial": "c"})),
+        "UnknownName: initial names 'c', which is no part or list of 'whole'; did you mean 'a'? at c.py:9"
+    );
+    let own = json!({"command_lists": {"start": list(&["+s 1ms"]), "back": list(&["+s 2ms"])}, "initial": "start", "transitions": [{"from": "start", "condition": "enough", "to": "back"}]});
+    assert_eq!(
+        refused(own, plain(), json!({"transitions": [{"from": "a.start", "condition": "enough", "to": "b"}]})),
+        "CompositionConflict: the transition ('a.start', 'enough') → 'b' changes nothing: 'enough' does not end 'a.start' of part 'a' (verb 'first'): in 'a.start' it leads to 'a.back' already; leave the line out, or name a list that it ends at c.py:9"
+    );
+    assert_eq!(
+        refused(plain(), plain(), json!({"transitions": [{"from": "a", "condition": "enough", "to": "b"}, {"from": "a", "condition": "enough", "to": "a"}]})),
+        "CompositionConflict: the transition ('a', 'enough') → 'a' is there twice: ('a.start', 'enough') leads to two lists; a condition leads from a list to one list at c.py:9"
+    );
+    assert_eq!(
+        refused(plain(), plain(), json!({"transitions": []})),
+        "CompositionConflict: nothing leads from 'a.start' to part 'b' (verb 'second'); add a line to transitions, for example ('a', 'completed'): 'b' at c.py:9"
+    );
+}
+
+#[test]
+fn a_part_finds_what_it_needs_when_it_begins() {
+    let goal = |name: &str, input: &str| {
+        one(name, "lib.relaxed", "1ms", json!({"instantiation_parameters": {"u": ["b.u"]}, "input_parameters": {input: {"targets": ["b.u"]}}}))
+    };
+    assert_eq!(
+        refused_of(goal("first", "one"), goal("second", "two"), plain()),
+        "CompositionConflict: the inputs 'one' and 'two' of part 'a' and part 'b' are both stored in 'u' at the start; give them one name with rename=, or each an object of its own at c.py:9"
+    );
+    assert_eq!(
+        refused_of(goal("first", "one"), goal("second", "one"), json!({"preset": {"b.one": 3}})),
+        "CompositionConflict: the inputs 'one' and 'b.one' of part 'a' and part 'b' are both stored in 'u' at the start; give them one name with rename=, or each an object of its own at c.py:9"
+    );
+    assert_eq!(
+        refused_of(part("first", plain()), goal("second", "two"), json!({"rename": {"b.u": "y"}})),
+        "CompositionConflict: the input 'two' of part 'b' is stored in 'y' (input 'b.b.u' (double)) at the start, and output 'a.s.y' (double) overwrites it before that part begins; give the input a cell of its own, or rename the parameter of one part at c.py:9"
+    );
+    let reader = |every: &str, modes: Value| one("second", "lib.gain", every, json!({"instantiation_parameters": {"y": ["b.u"]}, "modes": modes}));
+    assert_eq!(
+        refused_of(part("first", plain()), reader("", json!({})), plain()),
+        "SchedulingError: input 'b.b.u' (double) of part 'b' waits for values of 'y', which output 'a.s.y' (double) writes, but only while part 'a' runs; relax the input with modes={…: 'asynchronous'}, or share the block that writes at c.py:9"
+    );
+    assert_eq!(refused_of(part("first", plain()), reader("1ms", json!({"b.u": "asynchronous"})), plain()), "");
+}
+
+#[test]
+fn parts_that_run_together_do_not_write_wait_or_end_against_each_other() {
+    let together = |a: Value, b: Value, rename: Value| refused(a, b, json!({"together": true, "transitions": [], "rename": rename}));
+    let apart = || json!({"b.y": "z", "b.last": "z_last"});
+    let waits = json!({"command_lists": start(&["+s 1ms", "?s.above", "-s"])});
+    let own = json!({"command_lists": {"start": list(&["+s 1ms"]), "back": list(&["+s 2ms"])}, "initial": "start", "transitions": [{"from": "start", "condition": "enough", "to": "back"}]});
+    assert_eq!(
+        together(plain(), plain(), json!({})),
+        "SecondWriter: 'y' has two writers together: output 'a.s.y' (double) and output 'b.s.y' (double); rename one: rename={'b.y': 'b_y'}, or let one follow the other at c.py:9\n\
+         CompositionConflict: the condition 'enough' returns the output 'last' of part 'a' and part 'b', and both run together; rename one: rename={'b.last': 'b_last'} at c.py:9"
+    );
+    assert_eq!(
+        together(waits.clone(), waits, apart()),
+        "CompositionConflict: the initial lists of part 'a' and part 'b' cannot be one: both wait, and one list waits for one thing at a time; let τ of one of them do what its wait does at c.py:9"
+    );
+    assert_eq!(
+        together(json!({"conditions": {"enough": {"priority": 2}}}), plain(), apart()),
+        "CompositionConflict: the condition 'enough' has priority 2 and 0 in part 'a' and part 'b', and both run together; rename one: rename={'b.enough': '…'}, or make them alike at c.py:9"
+    );
+    assert_eq!(
+        together(json!({"conditions": {"enough": {"raises": true}}}), plain(), apart()),
+        "CompositionConflict: the condition 'enough' of part 'a' and part 'b' is a normal end in one and not in the other, and both run together; rename one: rename={'b.enough': '…'}, or make them alike at c.py:9"
+    );
+    assert_eq!(
+        together(own.clone(), own, apart()),
+        "CompositionConflict: the condition 'enough' leads part 'a' and part 'b' elsewhere in each, and their initial lists are one; rename one: rename={'b.enough': 'b_enough'} at c.py:9"
+    );
+    assert_eq!(
+        refused(plain(), json!({"command_lists": start(&["+s 2ms"])}), json!({"together": true, "transitions": [], "share": ["s"]})),
+        "SchedulingError: part 'a' and part 'b' activate the shared block 's' differently; give it one interval and budget at c.py:9"
+    );
 }

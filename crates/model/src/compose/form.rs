@@ -9,7 +9,8 @@ use crate::types::Type;
 
 /// Kind, type and unit of a parameter, as its first port has them.
 pub(super) struct Form {
-    what: &'static str,
+    /// What is given for it.
+    pub what: &'static str,
     element: String,
     /// Elements; none where the block's size says it.
     count: Option<usize>,

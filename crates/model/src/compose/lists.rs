@@ -79,17 +79,12 @@ impl Composing<'_> {
             let writers: Vec<(usize, String)> = (0..self.parts.len()).filter_map(|part| Some((part, self.parts[part].writer_of(name)?))).collect();
             for pair in writers.windows(2) {
                 let [(first, a), (second, b)] = pair else { continue };
-                conflicts.push((format!("'{name}' has two writers together: {a} and {b}"), (*first, *second)));
+                let remedy = format!("{}, or let one follow the other", self.rename_remedy(*second, name));
+                conflicts.push((format!("'{name}' has two writers together: {a} and {b}"), remedy, (*first, *second)));
             }
         }
-        for (message, pair) in conflicts {
-            let remedy = self.parts[pair.1].label;
-            self.conflict(
-                Class::SecondWriter,
-                message,
-                &format!("rename the parameter of one: rename={{'{remedy}.…': '…'}}, or let one follow the other"),
-                pair,
-            );
+        for (message, remedy, pair) in conflicts {
+            self.conflict(Class::SecondWriter, message, &remedy, pair);
         }
     }
 }

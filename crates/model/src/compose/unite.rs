@@ -72,7 +72,8 @@ impl Composing<'_> {
     }
 
     /// `rename one: rename={'grasp.speed': 'grasp_speed'}`.
-    fn rename_remedy(&self, part: usize, name: &str) -> String {
+    pub fn rename_remedy(&self, part: usize, name: &str) -> String {
+        let name = name.split('.').next().unwrap_or(name);
         let of = &self.parts[part];
         let own = of.renamed.iter().find(|(_, to)| **to == name).map_or(name, |(own, _)| *own);
         format!("rename one: rename={{'{}.{own}': '{}_{name}'}}", of.label, of.label)
@@ -126,9 +127,9 @@ impl Composing<'_> {
         let (Some(a), Some(b)) = (a, b) else { return };
         let Some(differ) = a.differs(&b) else { return };
         let (class, why) = match differ {
-            Differ::Kinds => (Class::TypeMismatch, "kinds differ"),
-            Differ::Types => (Class::TypeMismatch, "types differ"),
-            Differ::Units => (Class::UnitMismatch, "units differ"),
+            Differ::Kinds => (Class::TypeMismatch, format!("one takes {}, the other {}", a.what, b.what)),
+            Differ::Types => (Class::TypeMismatch, "types differ".to_owned()),
+            Differ::Units => (Class::UnitMismatch, "units differ".to_owned()),
         };
         let message = format!("'{name}' of {} cannot be one: it is {} and {}: {why}", self.both(first, second), a.described, b.described);
         let remedy = self.rename_remedy(second, name);

@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Third level, sequence: what comes after what. Written by somebody who knows the product: it names verbs, and no block."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import opengpac as gpac
+
+
+def press(approach: gpac.Verb[..., Any], insert: gpac.Verb[..., Any]) -> gpac.ComposedVerb:
+    """Fast to the part, then slowly into it, in one real-time program."""
+    return gpac.compose(
+        "press",
+        {"approach": approach, "insert": insert},
+        transitions={("approach", "there"): "insert"},
+        rename={"approach.to": "contact", "insert.to": "depth"},
+        doc="Presses: fast to where the part is, slowly on to the depth.",
+    )
