@@ -24,7 +24,7 @@ from .verbs import Verb
 
 AnyVerb: TypeAlias = "Verb[..., Any]"
 Parts: TypeAlias = "Mapping[str, AnyVerb] | Sequence[AnyVerb] | AnyVerb"
-Transitions: TypeAlias = "Mapping[tuple[Any, str | None], str]"
+Transitions: TypeAlias = "Mapping[tuple[str, str], str] | Mapping[tuple[Any, str | None], str]"
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,11 @@ fn a_composition_has_parts_that_are_verbs_with_plain_labels() {
     assert_eq!(none, "DefinitionError: the composition 'whole' has no parts; give it verbs by label: {'approach': approach, 'grasp': grasp}");
     let wrong = refused(json!({"output_values": {"last": "s.x"}}), plain(), plain());
     assert_eq!(wrong, "UnknownName: part 'a' of 'whole': 's' (lib.signal) has no 'x'; did you mean 'y'? at p.py:3");
+    let dotted = refused(json!({"output_values": {"last.y": "s.y"}}), plain(), plain());
+    assert_eq!(
+        dotted,
+        "DefinitionError: part 'a' of 'whole' has a condition or output 'last.y', and a dot parts a name from its part; give it a plain name in its verb at p.py:3"
+    );
     let label = refused(plain(), plain(), json!({"parts": {"c.d": part("third", plain())}}));
     assert_eq!(label, "DefinitionError: the label 'c.d' of a part of 'whole' is empty or has a dot; give the part a plain name at c.py:9");
 }
