@@ -91,9 +91,11 @@ def check_verb(verb: Verb[..., object], system: System | None) -> None:
 
 def compose(parts: Iterable[Verb[..., object]], composition: Mapping[str, object], system: System | None) -> dict[str, Any]:
     """The definition of the verb that a composition is, made and checked by the model."""
-    definitions = system._definitions if system is not None else _without_system()
-    for obj in (obj for part in parts for obj in part.objects.values()):
-        definitions.enter_device_type(obj.device_type)
+    definitions = system._definitions if system is not None else without_system()
+    for part in parts:
+        definitions.enter_modules(part.blocks.values())
+        for obj in part.objects.values():
+            definitions.enter_device_type(obj.device_type)
     with refusals:
         return json.loads(definitions._native.compose(json.dumps(composition)))
     raise AssertionError("`refusals` lets no exception pass silently")
