@@ -48,6 +48,7 @@ from .physical import Channel, Part, PhysicalDevice
 from .quantities import Quantity, deg
 from .reports import Report
 from .sources import Processor, Source
+from .suspension import Holding, holding
 from .svvs import SVV, Predicate, Snapshot
 from .system import System
 from .verbs import Verb
@@ -69,10 +70,10 @@ def __getattr__(name: str) -> ModuleType:
 
 __all__ = [
     "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "CoverError",
-    "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "Graph", "Group", "InUse", "InstallationErrors",
+    "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "Graph", "Group", "Holding", "InUse", "InstallationErrors",
     "InvalidState", "LogicalDevice", "Module", "ModuleError", "NotEnabled", "Occurrence", "Part", "PhysicalDevice",
     "PlacementError", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "Snapshot",
     "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch",
     "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "compose", "deactivate", "deg", "drivers", "each",
-    "execute", "input", "install", "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together", "verb", "wait",
+    "execute", "holding", "input", "install", "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together", "verb", "wait",
 ]  # fmt: skip

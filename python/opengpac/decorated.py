@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ParamSpec, TypeVar
 
 from .blocks import Blocks
+from .quantities import Quantity
+from .suspension import Holding
 from .verbs import Verb
 
 P = ParamSpec("P")
@@ -28,6 +30,9 @@ def verb(
     transitions: Mapping[tuple[str, str], str] | None = None,
     modes: Mapping[str, Any] | None = None,
     initial: str | None = None,
+    ending: str | None = None,
+    ending_limit: Quantity | None = None,
+    suspend: str | Holding = "hold",
     name: str | None = None,
 ) -> Callable[[Callable[P, R]], Verb[P, R]]:
     """Makes a verb of a function, whose body is its docstring: the mappings say what it does, the signature how it is called.
@@ -51,6 +56,9 @@ def verb(
             transitions=transitions,
             modes=modes,
             initial=initial,
+            ending=ending,
+            ending_limit=ending_limit,
+            suspend=suspend,
             doc=inspect.getdoc(function) or "",
             function=function,
         )

@@ -119,6 +119,7 @@ def parameter(default: Any, *, unit: str = "", tunable: bool = False) -> Any:
 class _Definition:
     name: str
     verb: Verb[..., Any] | None
+    arbitration: str
     place: Place
 
 
@@ -127,14 +128,22 @@ class LogicalDevice:
 
     `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `on` is where its verb runs, the other arguments are its
     verb's, or override parameters. It must be enabled before verbs may use it.
+
+    `arbitration` says what happens to a verb that needs something of the device that another verb holds: `"refuse"` (the default:
+    `SecondWriter` names both), `"queue"` (its start waits, in order) or `"abort"` (the other ends with `aborted`, and it follows).
     """
 
     _definition: ClassVar[_Definition]
 
-    def __init_subclass__(cls, *, verb: Verb[..., Any] | None = None, name: str | None = None, **kwargs: Any) -> None:
+    def __init_subclass__(
+        cls, *, verb: Verb[..., Any] | None = None, name: str | None = None, arbitration: str | None = None, **kwargs: Any
+    ) -> None:
         super().__init_subclass__(**kwargs)
         inherited = cls.__dict__.get("_definition") or getattr(cls, "_definition", None)
-        cls._definition = _Definition(name or cls.__name__, verb or (inherited.verb if inherited else None), here())
+        arbitration = arbitration or (inherited.arbitration if inherited else "refuse")
+        if arbitration not in ("refuse", "queue", "abort"):
+            refuse(DefinitionError, f"device type '{cls.__name__}' has arbitration={arbitration!r}", "write 'refuse', 'queue' or 'abort'")
+        cls._definition = _Definition(name or cls.__name__, verb or (inherited.verb if inherited else None), arbitration, here())
         from .checks import check_device_type
 
         check_device_type(cls)
@@ -210,7 +219,8 @@ class LogicalDevice:
         return {
             "name": cls.definition_name(), "doc": (cls.__doc__ or "").strip(), "verb": verb.name if verb else None,
             "svvs": {n: m.json(cls) for n, m in cls.svv_members().items()},
-            "parameters": {n: m.json() for n, m in cls.parameter_members().items()}, "place": cls._definition.place.json(),
+            "parameters": {n: m.json() for n, m in cls.parameter_members().items()},
+            "arbitration": cls._definition.arbitration, "place": cls._definition.place.json(),
         }  # fmt: skip
 
     @property

@@ -18,9 +18,10 @@ from .errors import CallError, DefinitionError, Terminated, did_you_mean, refuse
 from .graphs import mode_json
 from .parameters import Object, input_of, objects_of
 from .places import here
-from .quantities import Quantity, duration_ns
+from .quantities import Quantity, duration_ns, optional_ns
 from .reports import Report
 from .signatures import arguments_signature, call_signature, inputs_signature
+from .suspension import Holding, suspend_json
 
 if TYPE_CHECKING:
     from .composition import ComposedVerb
@@ -36,6 +37,10 @@ class Verb(Generic[P, R]):
 
     `verb(...)` creates an instance, starts it, waits for its end and deletes it; `verb.asynch(...)` creates and starts;
     `verb.new_instance(...)` creates only. `verb.on(source)` places it, `verb.named("x")` names its instance.
+
+    `ending` names the command list that runs at every end but an emergency stop, a lost processor and a second halt, for
+    `ending_limit` at most (10 s). `suspend` is `"hold"` (the last commands stay), `"safe"` (the channels that it writes go to their
+    safe values meanwhile) or `gpac.holding(...)` (it comes to rest first).
     """
 
     def __init__(
@@ -53,6 +58,9 @@ class Verb(Generic[P, R]):
         transitions: Mapping[tuple[str, str], str] | None = None,
         modes: Mapping[str, Any] | None = None,
         initial: str | None = None,
+        ending: str | None = None,
+        ending_limit: Quantity | None = None,
+        suspend: str | Holding = "hold",
         doc: str = "",
         function: Any = None,
     ) -> None:
@@ -72,6 +80,9 @@ class Verb(Generic[P, R]):
         self.transitions = dict(transitions or {})
         self.modes = {str(port): mode_json(mode) for port, mode in (modes or {}).items()}
         self.initial = initial
+        self.ending = ending
+        self.ending_limit_ns = optional_ns(ending_limit, f"the ending limit of verb '{name}'")
+        self.suspend = suspend_json(suspend, name)
         self.place = here()
         self.placement: dict[str, str] = {}
         self.intervals: dict[str, int] = {}
@@ -193,6 +204,7 @@ class Verb(Generic[P, R]):
             "objects": {n: o.json() for n, o in self.objects.items()}, "instantiation_parameters": self.instantiation_parameters,
             "cells": self.cells, "input_parameters": inputs, "output_values": {n: t[0] for n, t in self.output_values.items()},
             "command_lists": {n: {"commands": c, "place": place} for n, c in self.command_lists.items()}, "initial": self.initial,
+            "ending": self.ending, "ending_limit_ns": self.ending_limit_ns, "suspend": self.suspend,
             "conditions": {n: t.json() for n, t in self.conditions.items()},
             "transitions": [{"from": c, "condition": t, "to": to, "place": place} for (c, t), to in self.transitions.items()],
             "modes": self.modes, "place": place,

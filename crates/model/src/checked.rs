@@ -6,11 +6,12 @@
 use crate::conditions::{self, CheckedCondition};
 use crate::configuration::Configuration;
 use crate::definition::{Graph, Object, Part, Verb};
+use crate::ending::{self, CheckedSuspend};
 use crate::flatten::{Flat, FlatBlock, Group, Labelled, Named, Origin, Port};
 use crate::interface::{Kind, Mode};
 use crate::lists::{self, CheckedList};
 use crate::order;
-use crate::plan::Remark;
+use crate::plan::{PlannedEnding, Remark};
 use crate::reach::check_reach;
 use crate::refusal::{Class, Place, Refusal, Refusals};
 use crate::suggest::did_you_mean;
@@ -58,6 +59,8 @@ pub struct CheckedVerb {
     pub(crate) outputs: Vec<(String, Port)>,
     pub(crate) lists: Vec<CheckedList>,
     pub(crate) initial: usize,
+    pub(crate) ending: PlannedEnding,
+    pub(crate) suspend: CheckedSuspend,
     pub(crate) conditions: Vec<CheckedCondition>,
     pub(crate) remarks: Vec<Remark>,
     /// Whether a block has synchronous inputs whose values vary.
@@ -107,7 +110,9 @@ impl CheckedVerb {
         let lists = lists::check_lists(&mut flat, verb);
         let conditions = conditions::check_conditions(&mut flat, verb);
         let initial = lists::initial(&mut flat, verb);
-        let given: Vec<Port> = inputs.iter().flat_map(|input| input.ports.iter().copied()).collect();
+        let ending = ending::check_ending(&mut flat, verb, initial);
+        let suspend = ending::check_suspend(&mut flat, verb, &conditions);
+        let given: Vec<Port> = inputs.iter().flat_map(|input| input.ports.iter().copied()).chain(suspend.given()).collect();
         let known = flat.refusals.is_empty();
         let mut remarks = flat.fill(&given, false, &verb.place);
         constants_on_bound_inputs(&mut flat);
@@ -117,7 +122,7 @@ impl CheckedVerb {
         if known {
             flat.refusals.extend(synchronous_cycle(&flat.blocks, &flat.groups, &group_of, &verb.place));
             lists::check_intervals(&mut flat, &lists, &driven);
-            remarks.extend(check_reach(&mut flat, verb, &lists, initial, &conditions, &outputs));
+            remarks.extend(check_reach(&mut flat, verb, &lists, (initial, ending.list), &conditions, &outputs));
         }
         if !flat.refusals.is_empty() {
             return Err(flat.refusals);
@@ -135,6 +140,8 @@ impl CheckedVerb {
             outputs,
             lists,
             initial,
+            ending,
+            suspend,
             conditions,
             remarks,
             driven,

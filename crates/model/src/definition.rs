@@ -206,6 +206,15 @@ pub struct Verb {
     /// Of a composed verb: its parts by label, and those of its parts (`pick.approach`). Empty in one that is written whole.
     #[serde(default)]
     pub parts: IndexMap<String, Part>,
+    /// The command list that runs at every end, but at an emergency stop, a lost processor and a second halt (brakes, a ramp down).
+    #[serde(default)]
+    pub ending: Option<String>,
+    /// Running time after which an ending list, what τ leads to from a disabled device or an abort, and a suspension that waits for
+    /// its condition are cut short, ns; absent: [`ENDING_LIMIT_NS`].
+    #[serde(default)]
+    pub ending_limit_ns: Option<i64>,
+    #[serde(default)]
+    pub suspend: Suspend,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -218,12 +227,42 @@ impl Verb {
 
     /// The name of the command list that a start begins with; none where that is not said.
     pub fn initial_list(&self) -> Option<&str> {
-        match (&self.initial, self.command_lists.len()) {
-            (Some(name), _) => Some(name),
-            (None, 1) => self.command_lists.first().map(|(name, _)| name.as_str()),
+        let mut begins = self.command_lists.keys().map(String::as_str).filter(|name| self.ending.as_deref() != Some(*name));
+        match (&self.initial, begins.next(), begins.next()) {
+            (Some(name), ..) => Some(name),
+            (None, Some(only), None) => Some(only),
             _ => None,
         }
     }
+}
+
+/// What `ending_limit` is where a verb does not say: 10 s.
+pub const ENDING_LIMIT_NS: i64 = 10_000_000_000;
+
+/// How a verb is suspended. JSON: `"hold"`, `"safe"`, `{"holding": {"set": "label.input", "until": "label.condition"}}`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Suspend {
+    /// The last commands stay where they are.
+    #[default]
+    Hold,
+    /// Output channels that the verb writes go to their safe values meanwhile.
+    Safe,
+    /// `set`, a bool input or parameter, becomes true; when the condition `until` comes, the verb stops. Going on clears `set`.
+    Holding { set: String, until: String },
+}
+
+/// What happens to a start that needs something of a logical device which another verb holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Arbitration {
+    /// It is refused, naming the holder.
+    #[default]
+    Refuse,
+    /// It waits until what it needs is free, in the order of the starts.
+    Queue,
+    /// The holder is aborted, and the start follows.
+    Abort,
 }
 
 /// How an SVV of a logical device starts.
@@ -270,6 +309,8 @@ pub struct DeviceType {
     pub svvs: IndexMap<String, SvvSpecification>,
     #[serde(default)]
     pub parameters: IndexMap<String, DeviceParameter>,
+    #[serde(default)]
+    pub arbitration: Arbitration,
     #[serde(default)]
     pub place: Option<Place>,
 }

@@ -10,6 +10,7 @@ mod conditions;
 pub mod configuration;
 mod cover;
 pub mod definition;
+mod ending;
 mod flatten;
 pub mod interface;
 mod kind;

@@ -144,16 +144,17 @@ pub fn condition_port(flat: &mut Flat<'_>, name: &str, place: &Option<Place>, re
     None
 }
 
-/// The list that a start begins with: the only one, or the one that is named.
+/// The list that a start begins with: the only one (beside an ending list), or the one that is named.
 pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
     let names = || verb.command_lists.keys().map(String::as_str);
+    let mut begins = verb.command_lists.keys().enumerate().filter(|(_, name)| verb.ending.as_ref() != Some(name));
     match &verb.initial {
         Some(name) => verb.command_lists.get_index_of(name).unwrap_or_else(|| {
             let remedy = did_you_mean(name, names());
             flat.refuse(Class::UnknownName, format!("the initial command list '{name}' of verb '{}' is not there", verb.name), &verb.place, &remedy);
             0
         }),
-        None if verb.command_lists.len() == 1 => 0,
+        None if begins.clone().count() == 1 => begins.next().map_or(0, |(at, _)| at),
         None if verb.command_lists.is_empty() => {
             flat.refuse(
                 Class::DefinitionError,

@@ -219,6 +219,24 @@ pub struct PlannedOutput {
     pub target: Target,
 }
 
+/// How an end goes, resolved.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlannedEnding {
+    /// Index of the list that runs at the end.
+    pub list: Option<usize>,
+    /// Running time that it may take.
+    pub limit_ns: i64,
+}
+
+/// How the instance is suspended, resolved.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum PlannedSuspend {
+    Hold,
+    Safe,
+    /// What becomes true, and the condition (block, item) that is waited for.
+    Holding { set: Target, until: (BlockIndex, usize) },
+}
+
 /// What a start claims.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
 pub enum Claim {
@@ -246,6 +264,8 @@ pub struct Plan {
     pub lists: Vec<PlannedList>,
     /// Index of the initial list.
     pub initial: usize,
+    pub ending: PlannedEnding,
+    pub suspend: PlannedSuspend,
     pub conditions: Vec<PlannedCondition>,
     pub inputs: Vec<PlannedInput>,
     pub outputs: Vec<PlannedOutput>,

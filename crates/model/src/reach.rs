@@ -25,13 +25,13 @@ pub fn check_reach(
     flat: &mut Flat<'_>,
     verb: &Verb,
     lists: &[CheckedList],
-    initial: usize,
+    (initial, ending): (usize, Option<usize>),
     conditions: &[CheckedCondition],
     outputs: &[(String, Port)],
 ) -> Vec<Remark> {
     let timed = verb.conditions.keys().any(|key| verb.reported(key) == "time_limit") || verb.transitions.iter().any(|t| t.condition == "time_limit");
     let runs = lists.iter().map(|list| runs(list, flat.blocks.len())).collect();
-    let reach = Reach { verb, lists, runs, reached: reached(lists.len(), initial, conditions), timed };
+    let reach = Reach { verb, lists, runs, reached: reached(lists.len(), [initial].into_iter().chain(ending), conditions), timed };
     let mut remarks = Vec::new();
     for (list, _) in reach.lists.iter().zip(&reach.reached).filter(|(_, reached)| !**reached) {
         let message = format!("the command list '{}' of verb '{}' is never reached from '{}'", list.name, verb.name, lists[initial].name);
@@ -64,10 +64,10 @@ fn mark(command: &CheckedCommand, runs: &mut [bool]) {
     }
 }
 
-/// The lists that transitions lead to, from the initial one.
-fn reached(lists: usize, initial: usize, conditions: &[CheckedCondition]) -> Vec<bool> {
+/// The lists that transitions lead to, from the initial one, and the ending list.
+fn reached(lists: usize, begins: impl Iterator<Item = usize>, conditions: &[CheckedCondition]) -> Vec<bool> {
     let mut reached = vec![false; lists];
-    let mut next = vec![initial];
+    let mut next: Vec<usize> = begins.collect();
     while let Some(list) = next.pop() {
         if std::mem::replace(&mut reached[list], true) {
             continue;

@@ -305,6 +305,9 @@ fn instance(
         others: Vec::new(),
         report: None,
         halting: false,
+        has_entered: false,
+        departure: None,
+        disabled: false,
         suspending: false,
         entries: (0, 0),
     }

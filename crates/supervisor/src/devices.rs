@@ -99,7 +99,7 @@ impl Core {
         }
     }
 
-    /// Ends an instance without asking τ.
+    /// Ends an instance without asking τ, and without an ending list.
     pub fn end_now(&mut self, id: u64, condition: &str, message: &str) {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get(&id) else { return };
@@ -107,7 +107,7 @@ impl Core {
         if instance.ending.is_some() || !self.take_process(id, true) {
             return;
         }
-        self.end(id, crate::instance::Cause { condition, block: None, value: None, message: message.to_owned(), time_ns: now_ns, asked_for: false });
+        self.end_at_once(id, crate::instance::Cause { condition, block: None, value: None, message: message.to_owned(), time_ns: now_ns, asked_for: false });
     }
 
     /// Lifts the latch, restarts the sources that faults stopped. Refused while a cause is present.

@@ -22,26 +22,41 @@ impl Core {
     /// A condition comes from outside the blocks: τ, or the end. `asked_for`: by the waiter.
     pub fn come(&mut self, id: u64, condition: usize, message: String, asked_for: bool) {
         let now_ns = self.host.now_ns();
-        let Some(instance) = self.instances.get(&id) else { return };
-        if !matches!(instance.state, State::Running | State::Suspended) || instance.ending.is_some() || !self.take_process(id, true) {
+        let Some(instance) = self.instances.get_mut(&id) else { return };
+        if !matches!(instance.state, State::Running | State::Suspended) || instance.ending.is_some() {
+            return;
+        }
+        let is_second = asked_for && instance.halting;
+        let name = instance.plan.conditions[condition].name.clone();
+        if instance.is_in_ending() && !is_second && name != "completed" {
+            // The end is on its way already; a halt after this one is immediate.
+            instance.halting |= asked_for;
+            if !asked_for {
+                self.other(id, name, String::new(), now_ns);
+            }
+            return;
+        }
+        if !self.take_process(id, true) {
             return;
         }
         let Some(instance) = self.instances.get_mut(&id) else { return };
         // Only now is it certain in which list the process is.
         let condition = instance.condition(&instance.plan.conditions[condition].name).unwrap_or(condition);
+        instance.halting |= asked_for;
+        let cause = Cause { condition, block: None, value: None, message, time_ns: now_ns, asked_for };
         let to = instance.plan.lists[instance.list].transitions.iter().find(|(c, _)| *c == condition).map(|(_, to)| *to);
-        let transition = to.filter(|_| !(asked_for && instance.halting) && instance.state == State::Running);
-        match transition {
+        match to {
+            _ if is_second => self.end_at_once(id, cause),
             Some(list) => {
-                instance.halting |= asked_for;
+                self.depart(id, cause);
                 self.go(id, list, 0);
             }
-            None => self.end(id, Cause { condition, block: None, value: None, message, time_ns: now_ns, asked_for }),
+            None => self.end(id, cause),
         }
     }
 
-    /// The end begins: everything off and safe in every source, then the report. The process is frozen.
-    pub fn end(&mut self, id: u64, cause: Cause) {
+    /// The end proper begins: everything off and safe in every source, then the report. The process is frozen.
+    pub fn finish(&mut self, id: u64, cause: Cause) {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         if instance.ending.is_some() || !matches!(instance.state, State::Running | State::Suspended) {
             return;
@@ -72,10 +87,15 @@ impl Core {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         (instance.list, instance.stage) = instance.list_stage(instance.installed.process.now().1);
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
-        let outputs = of.outputs_in(source, cause.condition);
+        // What the ending list captured is nothing: the outputs were read when it began.
+        let outputs = if instance.is_in_ending() { Vec::new() } else { of.outputs_in(source, cause.condition) };
         let lens: Vec<usize> = outputs.iter().map(|o| of.output_len(*o)).collect();
         take_outputs(&mut instance.outputs, &outputs, &lens, captured);
-        let done = alone && instance.installed.sources.len() == 1 && instance.outstanding == 0 && instance.sequence.is_empty();
+        let (told, is_read) = (cause.condition, instance.is_in_ending() && instance.capturing.is_empty());
+        let cause = self.remembered(id, cause);
+        let Some(instance) = self.instances.get_mut(&id) else { return };
+        let is_read = is_read || told == cause.condition;
+        let done = is_read && alone && instance.installed.sources.len() == 1 && instance.outstanding == 0 && instance.sequence.is_empty();
         if done && instance.state == State::Running && instance.ending.is_none() {
             // The reaction has done all of it: everything is off and safe, the outputs are here.
             instance.capturing.clear();
@@ -84,7 +104,7 @@ impl Core {
         }
         // Scripts of a start that was still under way may have switched something on behind the reaction: the end goes through
         // every source once more.
-        self.end(id, cause);
+        self.finish(id, cause);
     }
 
     /// Everything has been acknowledged: claims are free, the report is made.
@@ -92,19 +112,16 @@ impl Core {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let Some(cause) = instance.ending.take() else { return };
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
-        for (source, bytes) in std::mem::take(&mut instance.captured) {
-            if let Some((_, outputs)) = instance.capturing.iter().find(|(s, _)| *s == source) {
-                let lens: Vec<usize> = outputs.iter().map(|o| of.output_len(*o)).collect();
-                take_outputs(&mut instance.outputs, outputs, &lens, &bytes);
-            }
-        }
+        take_captured(&of, &mut instance.outputs, &mut instance.capturing, std::mem::take(&mut instance.captured));
         instance.state = State::Ended;
         instance.active.clear();
         instance.wait_until_ns = None;
         let owner = instance.owner.clone();
+        let departed = instance.departure.is_some();
+        let now_ns = self.host.now_ns();
         let report = self.report(id, cause);
         self.log.add(
-            (report.time_s * 1e9) as i64,
+            if departed { now_ns } else { (report.time_s * 1e9) as i64 },
             "end",
             &report.instance,
             format!("{}{}", report.condition, if report.message.is_empty() { String::new() } else { format!(": {}", report.message) }),
@@ -136,7 +153,7 @@ impl Core {
             start: instance.starts,
             condition: condition.name.clone(),
             normal: condition.normal || (cause.asked_for && condition.name == "halted"),
-            command_list: instance.plan.lists[instance.list].name.clone(),
+            command_list: instance.plan.lists[instance.departure.as_ref().and_then(|d| d.ending_from).unwrap_or(instance.list)].name.clone(),
             block: cause.block,
             time_s: cause.time_ns as f64 * 1e-9,
             started_s: instance.started_ns as f64 * 1e-9,
@@ -167,6 +184,12 @@ impl Core {
     pub fn end_users(&mut self, device: &str, condition: &str, message: &str) {
         let users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).map(|i| i.id).collect();
         for user in users {
+            if condition == "device_disabled"
+                && let Some(instance) = self.instances.get_mut(&user)
+                && std::mem::replace(&mut instance.disabled, true)
+            {
+                continue;
+            }
             self.end_by_name(user, condition, message.to_owned());
         }
     }
@@ -179,8 +202,24 @@ impl Core {
     }
 }
 
+/// What the scripts of an end captured in each source becomes outputs.
+pub(crate) fn take_captured(
+    of: &Verbatim,
+    outputs: &mut Vec<(usize, Vec<u8>)>,
+    capturing: &mut Vec<(SourceId, Vec<usize>)>,
+    captured: Vec<(SourceId, Vec<u8>)>,
+) {
+    for (source, bytes) in captured {
+        if let Some((_, asked)) = capturing.iter().find(|(s, _)| *s == source) {
+            let lens: Vec<usize> = asked.iter().map(|o| of.output_len(*o)).collect();
+            take_outputs(outputs, asked, &lens, &bytes);
+        }
+    }
+    capturing.clear();
+}
+
 /// Splits captured bytes into outputs.
-fn take_outputs(have: &mut Vec<(usize, Vec<u8>)>, outputs: &[usize], lens: &[usize], bytes: &[u8]) {
+pub(crate) fn take_outputs(have: &mut Vec<(usize, Vec<u8>)>, outputs: &[usize], lens: &[usize], bytes: &[u8]) {
     let mut offset = 0;
     for (output, len) in outputs.iter().zip(lens) {
         if let Some(part) = bytes.get(offset..offset + len) {

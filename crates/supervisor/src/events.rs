@@ -96,24 +96,37 @@ impl Core {
         // Of an earlier generation it is recorded, never served: somebody else was faster.
         let acts = told.acted && runs && instance.ending.is_none() && told.generation == instance.generation;
         self.log.add(told.time_ns, if told.fault.is_some() { "fault" } else { "condition" }, &about, text.clone());
+        let value = self.reported_value(id, block, told.item, &told.value);
+        let message = if told.fault.is_some() { text } else { String::new() };
+        let cause = Cause { condition: told.condition, block: block.map(|_| label.clone()), value, message, time_ns: told.time_ns, asked_for: false };
         if !acts {
-            if runs {
+            // Somebody took the process where the kernel had entered the ending list already: that is where it is.
+            if runs && told.acted && told.stage.is_some_and(|stage| self.is_ending_unnoticed(id, stage)) {
+                self.concluded_by_kernel(id, told.source, cause, &told.captured);
+            } else if runs {
                 self.other(id, name, label, told.time_ns);
             }
             return;
         }
-        let value = self.reported_value(id, block, told.item, &told.value);
-        let message = if told.fault.is_some() { text } else { String::new() };
-        let cause = Cause { condition: told.condition, block: block.map(|_| label), value, message, time_ns: told.time_ns, asked_for: false };
         if told.ended {
             self.ended_by_kernel(id, told.source, cause, &told.captured, told.alone);
         } else if let Some(stage) = told.stage {
             let (list, stage) = self.instances[&id].list_stage(stage);
+            if self.instances[&id].plan.ending.list == Some(list) && !self.instances[&id].is_in_ending() {
+                self.concluded_by_kernel(id, told.source, cause, &told.captured);
+            }
             self.replace_sequence(id, []);
             self.entered(id, list, stage);
         } else {
             self.frozen(id, block.map(|b| (b, usize::from(told.item))), cause);
         }
+    }
+
+    /// True where an instance is in its ending list, which a kernel entered with `stage`, and does not know why.
+    fn is_ending_unnoticed(&self, id: u64, stage: u16) -> bool {
+        let instance = &self.instances[&id];
+        let ending = instance.plan.ending.list;
+        ending.is_some() && ending == Some(instance.list) && ending == Some(instance.list_stage(stage).0) && !instance.is_in_ending() && instance.ending.is_none()
     }
 
     /// The kernel has frozen the process: the supervisor answers.
@@ -230,7 +243,8 @@ impl Core {
         let deadlines = |i: &Instance| {
             let limit = i.limits.time_limit_ns.and_then(|t| i.running.clock_at(t));
             let wait = i.wait_until_ns.filter(|_| !i.is_under_way()).and_then(|t| i.running.clock_at(t));
-            [limit, wait].into_iter().flatten().min()
+            let departure = i.departure.as_ref().and_then(|d| d.until_ns).and_then(|t| i.running.clock_at(t));
+            [limit.filter(|_| !i.is_in_ending()), wait, departure].into_iter().flatten().min()
         };
         self.instances.values().filter(|i| i.state == State::Running && i.ending.is_none()).filter_map(deadlines).min()
     }
@@ -241,7 +255,9 @@ impl Core {
         for id in running {
             let Some(instance) = self.instances.get_mut(&id) else { continue };
             let past = |running_ns: Option<i64>| running_ns.is_some_and(|t| instance.running.clock_at(t).is_some_and(|at| at <= now_ns));
-            if past(instance.limits.time_limit_ns) {
+            if past(instance.departure.as_ref().and_then(|d| d.until_ns)) {
+                self.departure_is_over(id);
+            } else if !instance.is_in_ending() && past(instance.limits.time_limit_ns) {
                 let limit = instance.limits.time_limit_ns.take().unwrap_or_default();
                 self.end_by_name(id, "time_limit", format!("it ran longer than {} s", limit as f64 * 1e-9));
             } else if !instance.is_under_way() && past(instance.wait_until_ns) {

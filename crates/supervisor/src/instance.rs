@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A verb instance: what it was made of, where it is in its life, what it still waits for.
 use crate::connect::Pair;
+use crate::ending::Departure;
 use crate::install::Installed;
 use crate::report::{Other, Report};
 use crate::sequence::Movement;
@@ -78,6 +79,11 @@ impl RunningTime {
         }
     }
 
+    /// True while it stands still.
+    pub fn is_held(&self) -> bool {
+        self.held_ns.is_some()
+    }
+
     /// Time on the clock at which a running time is reached; `None` while it stands still.
     pub fn clock_at(&self, running_ns: i64) -> Option<i64> {
         self.held_ns.is_none().then_some(self.offset_ns + running_ns)
@@ -134,6 +140,12 @@ pub(crate) struct Instance {
     pub report: Option<Report>,
     /// A second `halt` is immediate.
     pub halting: bool,
+    /// It has entered a list in this start.
+    pub has_entered: bool,
+    /// An end that is on its way while lists still run.
+    pub departure: Option<Departure>,
+    /// `device_disabled` has come in this start: it comes once.
+    pub disabled: bool,
     /// To be suspended when the sequence under way is through.
     pub suspending: bool,
     /// An instant, and how many stages it has entered in it.

@@ -13,6 +13,7 @@ mod create;
 mod devices;
 mod download;
 mod end;
+mod ending;
 mod events;
 mod faces;
 mod install;

@@ -52,6 +52,10 @@ impl Core {
         instance.outputs.clear();
         instance.captured.clear();
         instance.halting = false;
+        instance.has_entered = false;
+        instance.departure = None;
+        instance.disabled = false;
+        instance.capturing.clear();
         instance.suspending = false;
         instance.wait_until_ns = None;
         instance.target = (instance.list, instance.stage);

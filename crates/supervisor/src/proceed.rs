@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Carrying sequences out: one movement after the other, each when the one before has been acknowledged.
 use crate::core::{Core, DeviceState, Purpose};
-use crate::instance::State;
-use crate::sequence::{Carried, Inlet, Movement, by_source};
+use crate::end::take_captured;
+use crate::instance::{Cause, State};
+use crate::sequence::{Builder, Carried, Inlet, Movement, by_source};
 use crate::stages::Verbatim;
 use kernel::{Op, SourceId, Taken};
 use model::plan::{PlannedCommand, Wait};
@@ -16,6 +17,7 @@ impl Core {
             if !instance.structural {
                 instance.outstanding = 0;
                 instance.epoch += 1;
+                instance.captured.clear();
             }
         }
         self.proceed(id);
@@ -63,7 +65,6 @@ impl Core {
     fn send(&mut self, id: u64, scripts: Vec<(SourceId, Vec<Op>)>) {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         instance.outstanding = scripts.len();
-        instance.captured.clear();
         let epoch = instance.epoch;
         for (source, ops) in scripts {
             self.submit(source, ops, Purpose::Sequence { instance: id, epoch });
@@ -130,7 +131,11 @@ impl Core {
 
     /// The stage is entered: its wait starts to count; a stage that is over at once leads on.
     pub fn entered(&mut self, id: u64, list: usize, stage: usize) {
-        self.is_in(id, list, stage);
+        self.is_in(id, list, stage, stage == 0);
+        if let Some(instance) = self.instances.get_mut(&id).filter(|i| i.is_in_ending() && !i.capturing.is_empty()) {
+            let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
+            take_captured(&of, &mut instance.outputs, &mut instance.capturing, std::mem::take(&mut instance.captured));
+        }
         let Some(instance) = self.instances.get(&id) else { return };
         if instance.suspending && self.take_process(id, false) {
             return self.hold(id);
@@ -138,11 +143,12 @@ impl Core {
         self.follow(id);
     }
 
-    /// Where the instance is now.
-    fn is_in(&mut self, id: u64, list: usize, stage: usize) {
+    /// Where the instance is now. `begins`: the list begins, also where it is the one that ran before.
+    fn is_in(&mut self, id: u64, list: usize, stage: usize, begins: bool) {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get_mut(&id) else { return };
-        let moved = instance.list != list;
+        let moved = instance.list != list || (begins && instance.has_entered);
+        instance.has_entered = true;
         (instance.list, instance.stage) = (list, stage);
         instance.target = (list, stage);
         let planned = &instance.plan.lists[list].stages[stage];
@@ -174,10 +180,13 @@ impl Core {
         let is_through = planned.wait.is_none();
         instance.entries = if instance.entries.0 == now_ns { (now_ns, instance.entries.1 + 1) } else { (now_ns, 1) };
         if instance.entries.1 > ENTRIES_AN_INSTANT {
+            let condition = instance.condition("fault").expect("it is in every verb");
             let message = format!(
                 "more than {ENTRIES_AN_INSTANT} stages in one instant: its command lists lead to each other without time passing; let one of them wait"
             );
-            self.end_now(id, "fault", &message);
+            if self.take_process(id, true) {
+                self.end(id, Cause { condition, block: None, value: None, message, time_ns: now_ns, asked_for: false });
+            }
         } else if is_through {
             self.end_by_name(id, "completed", String::new());
         } else if self.take_process(id, false) {
@@ -197,19 +206,31 @@ impl Core {
         };
         instance.generation += 1;
         if (list, stage) != (instance.list, instance.stage) {
-            self.is_in(id, list, stage);
+            self.is_in(id, list, stage, false);
         }
         true
     }
 
     /// The supervisor moves the instance to (list, stage). Its process was taken.
     pub fn go(&mut self, id: u64, list: usize, stage: usize) {
+        self.go_from(id, Builder::default(), list, stage);
+    }
+
+    /// The same, behind what `builder` holds. A suspended instance runs again.
+    pub fn go_from(&mut self, id: u64, mut builder: Builder, list: usize, stage: usize) {
+        let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get_mut(&id) else { return };
         // Within a list it is the same process: conditions that came meanwhile still count.
         instance.generation += u32::from(stage == 0);
         instance.target = (list, stage);
-        let mut builder = crate::sequence::Builder::default();
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
+        if instance.state == State::Suspended || instance.running.is_held() {
+            (instance.state, instance.suspending) = (State::Running, false);
+            instance.running.go_on(now_ns);
+            for &source in &instance.installed.sources {
+                builder.add(source, Op::ResumeClock(instance.installed.process.clone()));
+            }
+        }
         // What scripts on their way still switch on goes off too.
         let all: Vec<usize> = (0..instance.plan.activations.len()).collect();
         of.enter(&mut builder, &all, list, stage, Some(instance.generation));

@@ -148,8 +148,11 @@ impl Verbatim<'_> {
                 self.enter(&mut builder, &active, to, to_stage, None);
                 Some(reached(self.plan, to, to_stage))
             }
+            Answer::End if self.plan.ending.list.is_some_and(|ending| ending != list) => return self.conclusion(&active, condition, source),
             Answer::End => {
-                let outputs = self.outputs_in(source, condition);
+                // In the ending list nothing is read any more.
+                let is_ending = self.plan.ending.list == Some(list);
+                let outputs = if is_ending { Vec::new() } else { self.outputs_in(source, condition) };
                 let captured: usize = outputs.iter().map(|o| self.output_len(*o)).sum();
                 if active.iter().any(|a| self.installed.activation_source[*a] != source) || captured > CAPTURED_MAX {
                     return Response::Tell;
@@ -163,6 +166,40 @@ impl Verbatim<'_> {
             Some(ops) => Response::React { script: Arc::new(Script { id: 0, ops }), next },
             None => Response::Tell,
         }
+    }
+
+    /// A reaction that reads ω and goes to the ending list, where all of that lies in `source`, else the supervisor is told.
+    fn conclusion(&self, active: &[usize], condition: usize, source: SourceId) -> Response {
+        let Some(list) = self.plan.ending.list else { return Response::Tell };
+        let outputs = self.concluding_outputs(source, condition);
+        let all = self.plan.conditions.get(condition).map_or(0, |c| c.returns.len());
+        let captured: usize = outputs.iter().map(|o| self.output_len(*o)).sum();
+        if self.ends_at_once(list, 0) || self.outputs_in(source, condition).len() < all || captured > CAPTURED_MAX {
+            return Response::Tell;
+        }
+        let mut builder = Builder::default();
+        builder.add(source, Op::Capture(self.cells_of(&outputs)));
+        builder.add(source, Op::Forget);
+        self.enter(&mut builder, active, list, 0, None);
+        match local(builder, source) {
+            Some(ops) => Response::React { script: Arc::new(Script { id: 0, ops }), next: Some(reached(self.plan, list, 0)) },
+            None => Response::Tell,
+        }
+    }
+
+    /// Outputs in `source` that a kernel reads when it goes to the ending list: those of the condition, and those of the conditions
+    /// that an earlier τ may have begun the end with.
+    pub fn concluding_outputs(&self, source: SourceId, condition: usize) -> Vec<usize> {
+        let led_on = |c: usize| self.plan.lists.iter().any(|l| l.transitions.iter().any(|(on, _)| *on == c));
+        let mut outputs = Vec::new();
+        for index in std::iter::once(condition).chain((0..self.plan.conditions.len()).filter(|c| led_on(*c))) {
+            for output in self.outputs_in(source, index) {
+                if !outputs.contains(&output) {
+                    outputs.push(output);
+                }
+            }
+        }
+        outputs
     }
 
     /// True where a stage is over as soon as it is entered, or tells a device that it is ready: work for the supervisor.

@@ -13,8 +13,9 @@ impl Core {
     /// under way in a command list is carried out first.
     pub fn suspend(&mut self, id: u64) -> Result<(), Refusals> {
         let instance = self.instance(id)?;
-        if instance.state != State::Running || instance.ending.is_some() {
-            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "suspend", "only a running instance can be suspended"));
+        if instance.state != State::Running || instance.ending.is_some() || instance.departure.is_some() {
+            let state = if instance.departure.is_some() { "ending" } else { instance.state.name() };
+            return Err(invalid_state(&format!("'{}'", instance.name), state, "suspend", "only a running instance can be suspended"));
         }
         if instance.is_under_way() || !self.take_process(id, false) {
             self.instances.get_mut(&id).expect("found above").suspending = true;

@@ -115,7 +115,11 @@ impl System {
     /// Suspends it; returns when the kernels have done it.
     pub fn suspend(&self, instance: u64) -> Result<(), Refusals> {
         self.shared.command(|core| core.suspend(instance))?;
-        self.until_settled(instance, |i| i.state != crate::instance::State::Running)
+        self.until_settled(instance, |i| i.state != crate::instance::State::Running || i.departure.is_some())?;
+        match self.shared.locked().instances.get(&instance).filter(|i| i.departure.is_some() && i.state != crate::instance::State::Ended) {
+            Some(ends) => Err(invalid_state(&format!("'{}'", ends.name), "ending", "suspend", "wait for it")),
+            None => Ok(()),
+        }
     }
 
     pub fn resume(&self, instance: u64) -> Result<(), Refusals> {

@@ -221,7 +221,7 @@ fn a_halt_with_a_transition_is_orderly_and_a_second_one_immediate() {
         rig.advance(2);
         rig.system.halt(id).unwrap();
         let report = rig.wait(id);
-        assert_eq!((report.condition.as_str(), report.command_list.as_str()), ("completed", "brake"));
+        assert_eq!((report.condition.as_str(), report.command_list.as_str(), report.normal), ("halted", "brake", true));
         assert_eq!(rig.read("a"), 5.0);
         rig.start(id);
         rig.advance(2);

@@ -3,9 +3,10 @@
 use super::sequence::Order;
 use super::{Draft, Given};
 use crate::checked::{CheckedInput, Whose};
+use crate::ending::CheckedSuspend;
 use crate::flatten::Port;
 use crate::interface::Kind;
-use crate::plan::{Binding, CellKind, Claim, InputOrigin, Plan, PlannedActivation, PlannedInput, PlannedList, PlannedOutput, Target};
+use crate::plan::{Binding, CellKind, Claim, InputOrigin, Plan, PlannedActivation, PlannedInput, PlannedList, PlannedOutput, PlannedSuspend, Target};
 use crate::quantity::units_agree;
 use crate::refusal::{Class, Refusals};
 use crate::types::Type;
@@ -19,6 +20,8 @@ impl<'a> Draft<'a> {
         let outputs = checked.outputs.iter().map(|(name, port)| self.output(name, *port)).collect();
         self.stop()?;
         let claims = self.claims();
+        let suspend = self.suspend();
+        self.stop()?;
         let mut remarks = checked.remarks.clone();
         remarks.append(&mut self.remarks);
         Ok(Plan {
@@ -29,6 +32,8 @@ impl<'a> Draft<'a> {
             order,
             lists,
             initial: checked.initial,
+            ending: checked.ending.clone(),
+            suspend,
             conditions: checked.conditions.iter().map(|condition| condition.planned.clone()).collect(),
             inputs,
             outputs,
@@ -123,6 +128,26 @@ impl<'a> Draft<'a> {
             _ => self.target(port),
         };
         PlannedOutput { name: name.to_owned(), type_text, target }
+    }
+
+    /// How it is suspended: what is set then belongs to the instance alone.
+    fn suspend(&mut self) -> PlannedSuspend {
+        match self.checked.suspend {
+            CheckedSuspend::Hold => PlannedSuspend::Hold,
+            CheckedSuspend::Safe => PlannedSuspend::Safe,
+            CheckedSuspend::Holding { set, until } => {
+                let target = self.target(set);
+                let is_own = match &target {
+                    Target::Cell(cell) => self.cells[*cell].writers.is_empty() && !matches!(self.cells[*cell].kind, CellKind::Svv { .. }),
+                    target => matches!(target, Target::Item { .. }),
+                };
+                if !is_own {
+                    let message = format!("{} is set while the verb is suspended, and bound to what others write", self.described(set));
+                    self.refuse(Class::CoverError, message, "leave it unbound", &None);
+                }
+                PlannedSuspend::Holding { set: target, until }
+            }
+        }
     }
 
     fn target(&self, port: Port) -> Target {

@@ -141,6 +141,12 @@ impl Rig {
         self.system.advance(ms * MS).unwrap_or_else(|r| panic!("{}", text(&r)));
     }
 
+    /// Advances to the next whole ms.
+    pub fn align(&self) {
+        let past = self.system.now_ns() % MS;
+        self.system.advance((MS - past) % MS).unwrap_or_else(|r| panic!("{}", text(&r)));
+    }
+
     /// Waits for the end, at most a virtual minute.
     pub fn wait(&self, id: u64) -> Report {
         self.wait_for(id, 60_000).unwrap_or_else(|| panic!("instance {id} is still {}", self.system.state(id)))

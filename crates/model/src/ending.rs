@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How a verb comes to rest: its ending list, and what suspends it.
+use crate::conditions::CheckedCondition;
+use crate::definition::{ENDING_LIMIT_NS, Suspend, Verb};
+use crate::flatten::{Flat, Named, Port};
+use crate::interface::Kind;
+use crate::lists::condition_port;
+use crate::plan::PlannedEnding;
+use crate::refusal::Class;
+use crate::suggest::did_you_mean;
+
+/// How a verb is suspended, with its ports resolved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CheckedSuspend {
+    Hold,
+    Safe,
+    Holding { set: Port, until: Port },
+}
+
+impl CheckedSuspend {
+    /// The port that the supervisor stores into: it needs no other cover.
+    pub fn given(self) -> Option<Port> {
+        match self {
+            CheckedSuspend::Holding { set, .. } => Some(set),
+            _ => None,
+        }
+    }
+}
+
+/// The ending list: it is there, no start begins with it, no transition enters or leaves it.
+pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> PlannedEnding {
+    let limit_ns = verb.ending_limit_ns.unwrap_or(ENDING_LIMIT_NS);
+    if limit_ns <= 0 {
+        let message = format!("verb '{}' has an ending limit of {limit_ns} ns", verb.name);
+        flat.refuse(Class::DefinitionError, message, &verb.place, "give a positive time, for example ending_limit='2 s'");
+    }
+    let Some(name) = &verb.ending else { return PlannedEnding { list: None, limit_ns } };
+    let list = verb.command_lists.get_index_of(name);
+    match list {
+        None => {
+            let remedy = did_you_mean(name, verb.command_lists.keys().map(String::as_str));
+            flat.refuse(Class::UnknownName, format!("the ending list '{name}' of verb '{}' is not there", verb.name), &verb.place, &remedy);
+        }
+        Some(list) if list == initial => {
+            let message = format!("the ending list '{name}' of verb '{}' is its initial one too", verb.name);
+            flat.refuse(Class::DefinitionError, message, &verb.place, "give the end a command list of its own");
+        }
+        Some(_) => {}
+    }
+    for transition in verb.transitions.iter().filter(|t| t.from == *name || t.to == *name) {
+        let place = if transition.place.is_some() { &transition.place } else { &verb.place };
+        let way = if transition.from == *name { "leaves" } else { "enters" };
+        let message = format!("the transition ('{}', '{}') → '{}' {way} the ending list", transition.from, transition.condition, transition.to);
+        flat.refuse(Class::DefinitionError, message, place, "the ending list runs when the verb ends, and then the verb has ended");
+    }
+    PlannedEnding { list, limit_ns }
+}
+
+/// What suspends it: a bool that is stored into, and a condition that ends nothing.
+pub fn check_suspend(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) -> CheckedSuspend {
+    let (set, until) = match &verb.suspend {
+        Suspend::Hold => return CheckedSuspend::Hold,
+        Suspend::Safe => return CheckedSuspend::Safe,
+        Suspend::Holding { set, until } => (set, until),
+    };
+    let port = match flat.resolve("", set, &verb.place) {
+        Some(Named::Item(port)) => Some(port),
+        Some(Named::Ports(ports)) => ports.first().copied(),
+        None => None,
+    };
+    if let Some(port) = port {
+        let item = flat.blocks[port.0].kind.item(port.1);
+        if !matches!(item.kind, Kind::Input | Kind::Parameter) || !matches!(item.type_text.as_str(), "bool" | "_Bool") {
+            let described = flat.described(port);
+            let message = format!("suspending verb '{}' sets {described}, which is no input or parameter of type bool", verb.name);
+            flat.refuse(Class::TypeMismatch, message, &verb.place, "name a bool that makes the block come to rest");
+        }
+    }
+    let condition = condition_port(flat, until, &verb.place, true);
+    if let Some(ends) = conditions.iter().find(|c| condition.is_some_and(|until| c.planned.on.contains(&until))) {
+        let message = format!("'{until}' tells that verb '{}' may be suspended, and the condition '{}' stands for it too", verb.name, ends.planned.name);
+        flat.refuse(Class::DefinitionError, message, &verb.place, "use a condition that ends nothing");
+    }
+    match (port, condition) {
+        (Some(set), Some(until)) => CheckedSuspend::Holding { set, until },
+        _ => CheckedSuspend::Hold,
+    }
+}
