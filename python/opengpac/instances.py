@@ -47,7 +47,7 @@ class VerbInstance(Generic[R]):
 
     @property
     def state(self) -> str:
-        """`created`, `running`, `suspended`, `ended` or `deleted`."""
+        """`created`, `queued` (started, and waiting for what others hold), `running`, `suspended`, `ended` or `deleted`."""
         if self._deleted:
             return "deleted"
         with refusals:
@@ -90,7 +90,10 @@ class VerbInstance(Generic[R]):
         return self._finish(text)
 
     def suspend(self) -> None:
-        """Stops its blocks without synchronous inputs, lets what they drive run dry, and returns then."""
+        """Stops its blocks without synchronous inputs, lets what they drive run dry, and returns then.
+
+        What its actuators do meanwhile is the verb's `suspend=`. One that is ending already raises `InvalidState`.
+        """
         with refusals:
             self._alive().suspend(self.identity)
 
@@ -100,7 +103,10 @@ class VerbInstance(Generic[R]):
             self._alive().resume(self.identity)
 
     def halt(self) -> None:
-        """Ends it: the condition `halted`, which may have a transition; a second halt is immediate. Returns when it has ended."""
+        """Ends it: the condition `halted`, which may have a transition, and the ending list. Returns when it has ended.
+
+        A second halt is immediate. One that is queued is taken out of the queue.
+        """
         self._halt_asked = True
         with refusals:
             self._alive().halt(self.identity)
@@ -128,7 +134,7 @@ class VerbInstance(Generic[R]):
     def __exit__(self, *_: object) -> None:
         if self._deleted or self.system.closed:
             return
-        if self.state in ("running", "suspended"):
+        if self.state in ("queued", "running", "suspended"):
             self.halt()
         if not self._deleted:
             self.delete()

@@ -245,7 +245,7 @@ class System:
     def _running(self) -> list[str]:
         with refusals:
             instances = json.loads(self._native.statistics_json()).get("instances", [])
-        return [i["name"] for i in instances if i.get("state") in ("running", "suspended")]
+        return [i["name"] for i in instances if i.get("state") in ("queued", "running", "suspended")]
 
 
 def _short(name: Any) -> str:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Plans: a verb with its arguments, flattened, placed, bound and checked. The supervisor and the kernels run plans.
 use crate::configuration::{Rate, SvvId};
+use crate::definition::Arbitration;
 use crate::interface::Mode;
 use crate::refusal::Place;
 use crate::value::Value;
@@ -270,6 +271,8 @@ pub struct Plan {
     pub inputs: Vec<PlannedInput>,
     pub outputs: Vec<PlannedOutput>,
     pub claims: Vec<Claim>,
+    /// What happens where another instance holds it, claim by claim: as the logical device that it belongs to declares.
+    pub arbitration: Vec<Arbitration>,
     /// Logical devices that must be enabled.
     pub devices: Vec<String>,
     pub remarks: Vec<Remark>,

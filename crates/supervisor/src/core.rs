@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Everything that the supervisor keeps of a running system, under one lock. Every method that changes what runs is here or in
 //! the files named after what they do; none of them waits.
+use crate::claims::Request;
 use crate::connect::Pair;
 use crate::instance::Instance;
 use crate::log::Log;
@@ -11,7 +12,7 @@ use indexmap::IndexMap;
 use kernel::{Device, Host, Op, Script, SourceId};
 use model::plan::Claim;
 use model::refusal::{Class, Refusals};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 /// A logical device, as it runs.
@@ -60,11 +61,17 @@ pub(crate) struct Core {
     pub logical: IndexMap<String, LogicalRecord>,
     pub instances: BTreeMap<u64, Instance>,
     pub claims: HashMap<Claim, u64>,
+    /// Starts that wait for claims, in order.
+    pub queue: Vec<Request>,
     pub log: Log,
     /// Why the emergency stop is latched.
     pub emergency: Option<String>,
     /// Channels that trip it: (device, channel).
     pub emergency_inputs: Vec<(String, usize)>,
+    /// Sources that did not answer: nobody waits for them.
+    pub lost: HashSet<SourceId>,
+    /// Sources that a test has cut off.
+    pub cut_off: HashSet<SourceId>,
     /// Modules in which a signal was caught: no new instance until a reset.
     pub poisoned: HashMap<String, String>,
     /// Snapshots that have arrived: ticket → (time, bytes of each script).
@@ -91,9 +98,12 @@ impl Core {
             logical: IndexMap::new(),
             instances: BTreeMap::new(),
             claims: HashMap::new(),
+            queue: Vec::new(),
             log: Log::default(),
             emergency: None,
             emergency_inputs: Vec::new(),
+            lost: HashSet::new(),
+            cut_off: HashSet::new(),
             poisoned: HashMap::new(),
             reads: HashMap::new(),
             ended: 0,
@@ -115,7 +125,9 @@ impl Core {
     pub fn submit(&mut self, source: SourceId, ops: Vec<Op>, purpose: Purpose) {
         let id = self.fresh();
         self.scripts.insert(id, purpose);
-        self.host.submit(source, Box::new(Script { id, ops }));
+        if !self.cut_off.contains(&source) {
+            self.host.submit(source, Box::new(Script { id, ops }));
+        }
     }
 
     /// Refuses a call while the emergency stop is latched.

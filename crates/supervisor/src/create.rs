@@ -297,6 +297,8 @@ fn instance(
         ending: None,
         sequence: VecDeque::new(),
         outstanding: 0,
+        awaited: Vec::new(),
+        sent_ns: 0,
         structural: false,
         epoch: 0,
         captured: Vec::new(),
@@ -308,7 +310,10 @@ fn instance(
         has_entered: false,
         departure: None,
         disabled: false,
+        aborted: false,
         suspending: false,
+        resting_until_ns: None,
+        held: Vec::new(),
         entries: (0, 0),
     }
 }

@@ -86,11 +86,12 @@ impl Core {
             self.emergency = Some(reason.to_owned());
             self.log.add(now_ns, "emergency_stop", "system", reason);
         }
-        let (actions, servos): (Vec<u64>, Vec<u64>) = {
+        let (mut actions, servos): (Vec<u64>, Vec<u64>) = {
             let running = self.instances.values().filter(|i| i.is_busy());
             let (a, s): (Vec<_>, Vec<_>) = running.partition(|i| i.owner.is_none());
             (a.iter().map(|i| i.id).collect(), s.iter().map(|i| i.id).collect())
         };
+        self.queued_first(&mut actions);
         for id in actions.into_iter().chain(servos) {
             if let Some(owner) = self.instances.get(&id).and_then(|i| i.owner.clone()) {
                 self.set_device(&owner, DeviceState::Stopping);
@@ -103,6 +104,9 @@ impl Core {
     pub fn end_now(&mut self, id: u64, condition: &str, message: &str) {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get(&id) else { return };
+        if instance.state == State::Queued {
+            return self.leave_queue(id, condition, message, false);
+        }
         let Some(condition) = instance.condition(condition) else { return };
         if instance.ending.is_some() || !self.take_process(id, true) {
             return;
@@ -120,6 +124,7 @@ impl Core {
         }
         self.emergency = None;
         self.poisoned.clear();
+        self.lost.clear();
         let stopped: Vec<_> = self.sources.values().copied().filter(|s| self.host.statistics(*s).stopped).collect();
         for source in stopped {
             self.host.restart(source);
@@ -133,11 +138,12 @@ impl Core {
     /// Halts the actions, then disables the devices: the orderly end. True when nothing runs any more. `is_late`: what τ does with
     /// `halted` has had its time.
     pub fn wind_down(&mut self, is_late: bool) -> bool {
-        let actions: Vec<u64> = (self.instances.values())
-            .filter(|i| i.owner.is_none() && matches!(i.state, State::Running | State::Suspended) && i.ending.is_none())
+        let mut actions: Vec<u64> = (self.instances.values())
+            .filter(|i| i.owner.is_none() && matches!(i.state, State::Queued | State::Running | State::Suspended) && i.ending.is_none())
             .filter(|i| is_late || !i.halting)
             .map(|i| i.id)
             .collect();
+        self.queued_first(&mut actions);
         for id in actions {
             if let Some(condition) = self.instances[&id].condition("halted") {
                 self.come(id, condition, "the system was closed".to_owned(), true);
@@ -201,6 +207,10 @@ impl Core {
             }
         }
         for (id, target, bytes) in stores {
+            if let Some(request) = self.queue.iter_mut().find(|request| request.id == id) {
+                request.stores.iter_mut().filter(|(to, _)| *to == target).for_each(|(_, stored)| stored.clone_from(&bytes));
+                continue;
+            }
             let mut builder = crate::sequence::Builder::default();
             self.store_target(&mut builder, &self.instances[&id], &target, &bytes);
             self.append_sequence(id, builder.finish());

@@ -23,6 +23,10 @@ impl Core {
     pub fn come(&mut self, id: u64, condition: usize, message: String, asked_for: bool) {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get_mut(&id) else { return };
+        if instance.state == State::Queued {
+            let name = instance.plan.conditions[condition].name.clone();
+            return self.leave_queue(id, &name, &message, asked_for);
+        }
         if !matches!(instance.state, State::Running | State::Suspended) || instance.ending.is_some() {
             return;
         }
@@ -130,11 +134,11 @@ impl Core {
         if let Some(instance) = self.instances.get_mut(&id) {
             instance.report = Some(report);
         }
-        self.release_claims(id);
         self.ended += 1;
         if let Some(owner) = owner {
             self.servo_ended(&owner, &ended_as);
         }
+        self.release_claims(id);
     }
 
     fn report(&self, id: u64, cause: Cause) -> Report {
@@ -164,11 +168,6 @@ impl Core {
         }
     }
 
-    /// What it claimed is free again.
-    pub fn release_claims(&mut self, id: u64) {
-        self.claims.retain(|_, holder| *holder != id);
-    }
-
     /// A logical device's own verb has ended: the device is disabled, and the verbs that use it lose it.
     fn servo_ended(&mut self, device: &str, condition: &str) {
         let Some(record) = self.logical.get_mut(device) else { return };
@@ -182,7 +181,8 @@ impl Core {
 
     /// Ends the verbs that use a logical device.
     pub fn end_users(&mut self, device: &str, condition: &str, message: &str) {
-        let users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).map(|i| i.id).collect();
+        let mut users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).map(|i| i.id).collect();
+        self.queued_first(&mut users);
         for user in users {
             if condition == "device_disabled"
                 && let Some(instance) = self.instances.get_mut(&user)

@@ -46,9 +46,10 @@ impl Core {
         if !instance.is_orderly(cause.condition) {
             return;
         }
+        self.rise(id);
+        let Some(instance) = self.instances.get_mut(&id) else { return };
         let is_halt = instance.plan.conditions[cause.condition].name == "halted";
         let until_ns = (!is_halt).then(|| instance.running.at(now_ns) + instance.plan.ending.limit_ns);
-        instance.suspending = false;
         let departure = instance.departure.get_or_insert(Departure { cause, ending_from: None, until_ns: None });
         departure.until_ns = departure.until_ns.or(until_ns);
     }
@@ -91,7 +92,7 @@ impl Core {
     fn ending_list(&self, id: u64, cause: &Cause) -> Option<usize> {
         let instance = &self.instances[&id];
         let is_immediate = IMMEDIATE.contains(&instance.plan.conditions[cause.condition].name.as_str());
-        let stands = |source: &SourceId| !self.host.statistics(*source).stopped;
+        let stands = |source: &SourceId| !self.lost.contains(source) && !self.host.statistics(*source).stopped;
         let may_run = !is_immediate && !instance.is_in_ending() && instance.installed.sources.iter().all(stands);
         instance.plan.ending.list.filter(|_| may_run)
     }
@@ -128,11 +129,12 @@ impl Core {
 
     fn concluding(&mut self, id: u64, cause: Cause) {
         let now_ns = self.host.now_ns();
+        self.rise(id);
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let until_ns = Some(instance.running.at(now_ns) + instance.plan.ending.limit_ns);
         let name = instance.plan.conditions[cause.condition].name.clone();
         instance.departure = Some(Departure { cause, ending_from: Some(instance.list), until_ns });
-        (instance.suspending, instance.entries) = (false, (0, 0));
+        instance.entries = (0, 0);
         let about = instance.name.clone();
         self.log.add(now_ns, "ending", &about, name);
     }

@@ -103,7 +103,9 @@ impl Core {
             // Somebody took the process where the kernel had entered the ending list already: that is where it is.
             if runs && told.acted && told.stage.is_some_and(|stage| self.is_ending_unnoticed(id, stage)) {
                 self.concluded_by_kernel(id, told.source, cause, &told.captured);
-            } else if runs {
+            } else if runs && self.instances[&id].rests_at(block, told.item) {
+                self.rest(id);
+            } else if runs && told.condition < self.instances[&id].plan.conditions.len() {
                 self.other(id, name, label, told.time_ns);
             }
             return;
@@ -112,10 +114,10 @@ impl Core {
             self.ended_by_kernel(id, told.source, cause, &told.captured, told.alone);
         } else if let Some(stage) = told.stage {
             let (list, stage) = self.instances[&id].list_stage(stage);
+            self.replace_sequence(id, []);
             if self.instances[&id].plan.ending.list == Some(list) && !self.instances[&id].is_in_ending() {
                 self.concluded_by_kernel(id, told.source, cause, &told.captured);
             }
-            self.replace_sequence(id, []);
             self.entered(id, list, stage);
         } else {
             self.frozen(id, block.map(|b| (b, usize::from(told.item))), cause);
@@ -243,8 +245,9 @@ impl Core {
         let deadlines = |i: &Instance| {
             let limit = i.limits.time_limit_ns.and_then(|t| i.running.clock_at(t));
             let wait = i.wait_until_ns.filter(|_| !i.is_under_way()).and_then(|t| i.running.clock_at(t));
+            let rest = i.resting_until_ns.and_then(|t| i.running.clock_at(t));
             let departure = i.departure.as_ref().and_then(|d| d.until_ns).and_then(|t| i.running.clock_at(t));
-            [limit.filter(|_| !i.is_in_ending()), wait, departure].into_iter().flatten().min()
+            [limit.filter(|_| !i.is_in_ending()), wait, departure, rest].into_iter().flatten().min()
         };
         self.instances.values().filter(|i| i.state == State::Running && i.ending.is_none()).filter_map(deadlines).min()
     }
@@ -260,6 +263,8 @@ impl Core {
             } else if !instance.is_in_ending() && past(instance.limits.time_limit_ns) {
                 let limit = instance.limits.time_limit_ns.take().unwrap_or_default();
                 self.end_by_name(id, "time_limit", format!("it ran longer than {} s", limit as f64 * 1e-9));
+            } else if past(instance.resting_until_ns) {
+                self.rest_at_last(id);
             } else if !instance.is_under_way() && past(instance.wait_until_ns) {
                 self.time_is_over(id);
             }

@@ -11,10 +11,12 @@ use model::value::Value;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// created → running ⇄ suspended → ended (→ running again by `start`) → deleted.
+/// created → (queued →) running ⇄ suspended → ended (→ running again by `start`) → deleted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum State {
     Created,
+    /// Started, and waiting for what other instances hold.
+    Queued,
     Running,
     Suspended,
     Ended,
@@ -24,6 +26,7 @@ impl State {
     pub fn name(self) -> &'static str {
         match self {
             State::Created => "created",
+            State::Queued => "queued",
             State::Running => "running",
             State::Suspended => "suspended",
             State::Ended => "ended",
@@ -127,6 +130,9 @@ pub(crate) struct Instance {
     /// What has to be done, and how many acknowledgements the present movement lacks.
     pub sequence: VecDeque<Movement>,
     pub outstanding: usize,
+    /// Sources whose acknowledgement is lacking, and when they were asked.
+    pub awaited: Vec<SourceId>,
+    pub sent_ns: i64,
     /// The present movement changes tables: what follows waits for it, whatever happens to the instance.
     pub structural: bool,
     pub epoch: u64,
@@ -146,8 +152,14 @@ pub(crate) struct Instance {
     pub departure: Option<Departure>,
     /// `device_disabled` has come in this start: it comes once.
     pub disabled: bool,
+    /// A later start has aborted it: once.
+    pub aborted: bool,
     /// To be suspended when the sequence under way is through.
     pub suspending: bool,
+    /// It comes to rest before it is suspended: the running time at which that has had its time.
+    pub resting_until_ns: Option<i64>,
+    /// What its channels held in each source when they went safe for a suspension.
+    pub held: Vec<(SourceId, Vec<u8>)>,
     /// An instant, and how many stages it has entered in it.
     pub entries: (i64, u32),
 }
@@ -165,6 +177,21 @@ impl Instance {
         (self.plan.initial, 0)
     }
 
+    /// A start was accepted: nothing of the one before is left.
+    pub fn renew(&mut self) {
+        self.starts += 1;
+        (self.list, self.stage) = (self.plan.initial, 0);
+        self.target = (self.list, self.stage);
+        self.report = None;
+        self.others.clear();
+        self.outputs.clear();
+        self.captured.clear();
+        self.capturing.clear();
+        (self.halting, self.suspending, self.disabled, self.aborted, self.has_entered) = (false, false, false, false, false);
+        self.departure = None;
+        (self.wait_until_ns, self.resting_until_ns) = (None, None);
+    }
+
     /// Index of a condition by name: its line for the present command list, where the list has one.
     pub fn condition(&self, name: &str) -> Option<usize> {
         let named = || self.plan.conditions.iter().enumerate().filter(|(_, c)| c.name == name);
@@ -177,7 +204,7 @@ impl Instance {
     }
 
     pub fn is_busy(&self) -> bool {
-        matches!(self.state, State::Running | State::Suspended) || self.ending.is_some()
+        matches!(self.state, State::Queued | State::Running | State::Suspended) || self.ending.is_some()
     }
 }
 

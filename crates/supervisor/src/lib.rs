@@ -6,6 +6,7 @@
 //! transition that lies in one source is a reaction, prepared here when the instance is made and carried out by its kernel.
 mod apply;
 mod catalog;
+mod claims;
 mod configure;
 mod connect;
 mod core;
@@ -20,12 +21,15 @@ mod install;
 mod instance;
 mod life;
 mod log;
+mod lost;
 mod observe;
 mod proceed;
+mod psi;
 mod refuse;
 mod report;
 mod sequence;
 mod stages;
+mod start;
 mod suspend;
 mod svvs;
 mod system;

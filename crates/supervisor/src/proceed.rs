@@ -16,6 +16,7 @@ impl Core {
             instance.sequence.extend(movements);
             if !instance.structural {
                 instance.outstanding = 0;
+                instance.awaited.clear();
                 instance.epoch += 1;
                 instance.captured.clear();
             }
@@ -53,7 +54,7 @@ impl Core {
             Movement::CopyInitial => self.copy_initial(id),
             Movement::Ready => self.device_ready(id),
             Movement::Entered { list, stage } => self.entered(id, list, stage),
-            Movement::Suspended => self.set_state(id, State::Suspended),
+            Movement::Suspended => self.suspended(id),
             Movement::Resumed => {
                 self.set_state(id, State::Running);
                 self.follow(id);
@@ -63,8 +64,13 @@ impl Core {
     }
 
     fn send(&mut self, id: u64, scripts: Vec<(SourceId, Vec<Op>)>) {
+        let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get_mut(&id) else { return };
-        instance.outstanding = scripts.len();
+        // One that is lost carries it out if it comes back.
+        instance.awaited.clear();
+        instance.awaited.extend(scripts.iter().map(|(source, _)| *source).filter(|source| !self.lost.contains(source)));
+        instance.outstanding = instance.awaited.len();
+        instance.sent_ns = now_ns;
         let epoch = instance.epoch;
         for (source, ops) in scripts {
             self.submit(source, ops, Purpose::Sequence { instance: id, epoch });
@@ -89,13 +95,12 @@ impl Core {
     /// A kernel has carried out a script of this instance's sequence.
     pub fn sequence_done(&mut self, id: u64, epoch: u64, source: SourceId, captured: Vec<u8>) {
         let Some(instance) = self.instances.get_mut(&id) else { return };
-        if instance.epoch != epoch {
-            return;
-        }
+        let Some(at) = instance.awaited.iter().position(|awaited| *awaited == source).filter(|_| instance.epoch == epoch) else { return };
+        instance.awaited.swap_remove(at);
         if !captured.is_empty() {
             instance.captured.push((source, captured));
         }
-        instance.outstanding = instance.outstanding.saturating_sub(1);
+        instance.outstanding = instance.awaited.len();
         self.proceed(id);
     }
 
@@ -136,7 +141,11 @@ impl Core {
             let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
             take_captured(&of, &mut instance.outputs, &mut instance.capturing, std::mem::take(&mut instance.captured));
         }
+        self.rest_at_last(id);
         let Some(instance) = self.instances.get(&id) else { return };
+        if instance.running.is_held() {
+            return;
+        }
         if instance.suspending && self.take_process(id, false) {
             return self.hold(id);
         }
@@ -223,14 +232,16 @@ impl Core {
         // Within a list it is the same process: conditions that came meanwhile still count.
         instance.generation += u32::from(stage == 0);
         instance.target = (list, stage);
-        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         if instance.state == State::Suspended || instance.running.is_held() {
             (instance.state, instance.suspending) = (State::Running, false);
             instance.running.go_on(now_ns);
-            for &source in &instance.installed.sources {
-                builder.add(source, Op::ResumeClock(instance.installed.process.clone()));
-            }
+            self.wake(&mut builder, &self.instances[&id], false);
         }
+        let instance = &self.instances[&id];
+        if instance.departure.is_some() {
+            self.set_rest(&mut builder, instance, false);
+        }
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         // What scripts on their way still switch on goes off too.
         let all: Vec<usize> = (0..instance.plan.activations.len()).collect();
         of.enter(&mut builder, &all, list, stage, Some(instance.generation));

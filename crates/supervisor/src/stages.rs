@@ -9,7 +9,7 @@ use crate::instance::{reached, under_way};
 use crate::sequence::{Builder, Movement};
 use indexmap::IndexMap;
 use kernel::{Op, Response, Script, SourceId, Stage, Watch};
-use model::plan::{Claim, Plan, PlannedCommand, Target, Wait};
+use model::plan::{Claim, Plan, PlannedCommand, PlannedSuspend, Target, Wait};
 use std::sync::Arc;
 
 /// What a condition leads to.
@@ -105,13 +105,19 @@ impl Verbatim<'_> {
         watches
     }
 
-    /// Conditions that some wait of the verb is for, in the order in which they are found.
+    /// Conditions that some wait of the verb is for, in the order in which they are found, and the one that tells that it may be
+    /// suspended.
     pub fn waited_for(&self) -> Vec<(usize, usize)> {
         let mut found = Vec::new();
         for stage in self.plan.lists.iter().flat_map(|l| &l.stages) {
             if let Some(Wait::Conditions(waits)) = &stage.wait {
                 found.extend(waits.iter().filter(|w| !found.contains(*w)).copied().collect::<Vec<_>>());
             }
+        }
+        if let PlannedSuspend::Holding { until, .. } = &self.plan.suspend
+            && !found.contains(until)
+        {
+            found.push(*until);
         }
         found
     }
@@ -310,7 +316,7 @@ impl Verbatim<'_> {
     }
 
     /// Channels that the verb writes in a source.
-    fn channels_in(&self, source: SourceId) -> Vec<(Arc<kernel::Device>, Vec<u16>)> {
+    pub fn channels_in(&self, source: SourceId) -> Vec<(Arc<kernel::Device>, Vec<u16>)> {
         let mut found: Vec<(&str, Vec<u16>)> = Vec::new();
         for claim in &self.plan.claims {
             if let Claim::Channel { device, channel } = claim {

@@ -4,6 +4,7 @@
 use crate::catalog::Catalog;
 use crate::configure::Processor;
 use crate::core::Core;
+use crate::instance::{Instance, Limits, State};
 use crate::refuse::{invalid_state, refuse};
 use crate::report::Report;
 use indexmap::IndexMap;
@@ -107,7 +108,7 @@ impl System {
     }
 
     /// Starts a verb instance.
-    pub fn start(&self, instance: u64, values: &IndexMap<String, Value>, limits: crate::instance::Limits) -> Result<(), Refusals> {
+    pub fn start(&self, instance: u64, values: &IndexMap<String, Value>, limits: Limits) -> Result<(), Refusals> {
         let definitions = self.shared.definitions();
         self.shared.command(|core| core.start(instance, values, limits, &definitions.configuration))
     }
@@ -115,8 +116,16 @@ impl System {
     /// Suspends it; returns when the kernels have done it.
     pub fn suspend(&self, instance: u64) -> Result<(), Refusals> {
         self.shared.command(|core| core.suspend(instance))?;
-        self.until_settled(instance, |i| i.state != crate::instance::State::Running || i.departure.is_some())?;
-        match self.shared.locked().instances.get(&instance).filter(|i| i.departure.is_some() && i.state != crate::instance::State::Ended) {
+        let is_settled = |i: &Instance| i.state != State::Running || i.departure.is_some();
+        loop {
+            let settled = self.until_settled(instance, is_settled);
+            // One that comes to rest first has its own time for that.
+            if settled.is_ok() || !self.shared.locked().instances.get(&instance).is_some_and(|i| i.resting_until_ns.is_some()) {
+                settled?;
+                break;
+            }
+        }
+        match self.shared.locked().instances.get(&instance).filter(|i| i.departure.is_some() && i.state != State::Ended) {
             Some(ends) => Err(invalid_state(&format!("'{}'", ends.name), "ending", "suspend", "wait for it")),
             None => Ok(()),
         }
@@ -124,7 +133,7 @@ impl System {
 
     pub fn resume(&self, instance: u64) -> Result<(), Refusals> {
         self.shared.command(|core| core.resume(instance))?;
-        self.until_settled(instance, |i| i.state != crate::instance::State::Suspended)
+        self.until_settled(instance, |i| i.state != State::Suspended)
     }
 
     /// Begins a halt: τ on `halted`, or the end. See [`System::wait`] for when it is over.
@@ -142,8 +151,8 @@ impl System {
         let found = self.shared.wait_for(until_ns, slice, |core| {
             let instance = core.instance(instance)?;
             match &instance.report {
-                Some(report) if instance.state == crate::instance::State::Ended => Ok(Some(report.clone())),
-                _ if instance.state == crate::instance::State::Created && instance.ending.is_none() => {
+                Some(report) if instance.state == State::Ended => Ok(Some(report.clone())),
+                _ if instance.state == State::Created && instance.ending.is_none() => {
                     Err(invalid_state(&format!("'{}'", instance.name), "created, not started", "wait for", "start it first"))
                 }
                 _ => Ok(None),
@@ -196,7 +205,7 @@ impl System {
     }
 
     /// Waits until a condition on an instance holds, a second of the system's clock at the most (kernels answer at once).
-    pub(crate) fn until_settled(&self, instance: u64, holds: impl Fn(&crate::instance::Instance) -> bool) -> Result<(), Refusals> {
+    pub(crate) fn until_settled(&self, instance: u64, holds: impl Fn(&Instance) -> bool) -> Result<(), Refusals> {
         let waited = self.shared.wait_for(None, SETTLE_MAX, |core| Ok(core.instances.get(&instance).is_none_or(&holds).then_some(())))?;
         match waited {
             Waited::Done(()) => Ok(()),
@@ -357,6 +366,7 @@ impl Shared {
                 let by_clock = until_ns.map_or(left, |until| Duration::from_nanos(u64::try_from(until - self.host.now_ns()).unwrap_or(0)));
                 core = self.changed.wait_timeout(core, left.min(by_clock)).expect("nobody panics while the supervisor works").0;
                 self.waiting.fetch_sub(1, Ordering::Relaxed);
+                core.look_for_lost();
             }
         }
     }
@@ -366,7 +376,7 @@ impl Shared {
         let deadline = {
             let mut core = self.locked();
             core.drain();
-            core.next_deadline()
+            [core.next_deadline(), core.next_answer()].into_iter().flatten().min()
         };
         let next = self.host.next_time();
         let deadline_first = deadline.is_some_and(|d| next.is_none_or(|n| d < n));
@@ -386,6 +396,7 @@ impl Shared {
             core.serve_deadlines(now_ns);
             core.drain();
         }
+        core.look_for_lost();
         core.watch_emergency_inputs();
         self.announce(&mut core);
         Ok(stepped)
@@ -408,10 +419,11 @@ fn supervise(shared: &Arc<Shared>) -> Result<std::thread::JoinHandle<()>, Refusa
                 core.drain();
                 let now_ns = shared.host.now_ns();
                 core.serve_deadlines(now_ns);
+                core.look_for_lost();
                 core.watch_emergency_inputs();
                 core.drain();
                 shared.announce(&mut core);
-                core.next_wake(now_ns)
+                [core.next_wake(now_ns), core.next_answer()].into_iter().flatten().min()
             };
             shared.host.park_since(seen, deadline);
         }

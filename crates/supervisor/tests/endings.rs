@@ -214,3 +214,51 @@ fn an_ending_list_that_cannot_be_is_refused() {
     alone["initial"] = Json::Null;
     rig.define(alone);
 }
+
+#[test]
+fn a_source_that_does_not_answer_is_a_lost_processor_for_the_verbs_there_and_for_nobody_else() {
+    on_both(|rig| {
+        rig.svvs(&["a", "b", "c"]);
+        rig.define(braked("v", json!({})));
+        let there = rig.create(json!({"verb": "v", "name": "there", "arguments": {"a": {"svv": "a"}, "b": {"svv": "b"}},
+            "placement": {"count": "rtp0.fast", "*": "rtp1.other"}}));
+        rig.define(verb("w", &[("count", "t.count")], json!({"instantiation_parameters": {"c": ["count.y"]}, "cells": {"t": ["count.total"]},
+            "command_lists": lists(&[("go", &["+count 1ms"])])})));
+        let here = rig.instance("w", &["c=c", "*@rtp0.fast"]);
+        rig.start(there);
+        rig.start(here);
+        rig.advance(2);
+        rig.system.cut_off("rtp1.other").unwrap();
+        rig.advance(10_000);
+        assert_eq!((rig.system.state(there), rig.system.state(here)), ("running", "running"), "nobody asked it anything");
+        let before = rig.system.now_ns();
+        rig.system.halt(there).unwrap();
+        let report = rig.wait(there);
+        assert_eq!((report.condition.as_str(), report.normal), ("halted", true), "the halt came first, and is cut short");
+        assert_eq!(report.others[0].condition, "processor_lost");
+        assert_eq!(rig.system.now_ns() - before, 5_000 * MS);
+        assert_eq!(rig.logged("processor_lost"), ["rtp1.other: source 'rtp1.other' has not answered for 5 s"]);
+        assert_eq!(class(rig.try_start(there, json!({}), Limits::default())), Class::InvalidState);
+        assert_eq!(rig.system.state(here), "running");
+        rig.system.halt(here).unwrap();
+        assert_eq!(rig.wait_for(here, 0).unwrap().condition, "halted");
+        assert_eq!(class(rig.system.cut_off("rtp1.othre")), Class::UnknownName);
+    });
+}
+
+#[test]
+fn a_source_that_is_lost_while_a_verb_goes_on_ends_it_with_that_condition() {
+    let mut of = braked("v", json!({"transitions": tau(&["go, reached -> there"])}));
+    of["command_lists"]["there"] = list(&["+bad 1ms"]);
+    on_both(|rig| {
+        rig.svvs(&["a", "b"]);
+        rig.define(of.clone());
+        let id = rig.instance("v", &["a=a", "b=b", "count@rtp0.fast", "brake@rtp0.fast", "bad@rtp1.other"]);
+        rig.start_with(id, json!({"limit": 3.0}));
+        rig.advance(1);
+        rig.system.cut_off("rtp1.other").unwrap();
+        let report = rig.wait(id);
+        assert_eq!((report.condition.as_str(), report.normal, rig.read("b")), ("processor_lost", false, 0.0));
+        assert!(report.message.contains("'rtp1.other' has not answered"), "{}", report.message);
+    });
+}

@@ -28,7 +28,7 @@ enum Call {
 
 fn call() -> impl Strategy<Value = Call> {
     prop_oneof![
-        2 => (0..3usize, 0..3usize, 0..2usize).prop_map(|(verb, place, svv)| Call::Create { verb, place, svv }),
+        2 => (0..5usize, 0..3usize, 0..4usize).prop_map(|(verb, place, svv)| Call::Create { verb, place, svv }),
         6 => (0..6usize, 0..12u8, prop::option::weighted(0.2, 1..20u8)).prop_map(|(which, limit, time_limit_ms)| Call::Start { which, limit, time_limit_ms }),
         3 => (0..6usize).prop_map(Call::Suspend),
         4 => (0..6usize).prop_map(Call::Resume),
@@ -45,8 +45,14 @@ fn call() -> impl Strategy<Value = Call> {
 
 const BLOCKS: [(&str, &str); 4] = [("a", "t.count"), ("b", "t.count"), ("p", "t.probe"), ("bad", "t.faulty")];
 
-/// Three verbs over the same blocks: waits and cycles; transitions on a halt, a fault and a limit; executes and a list that is through.
-fn verbs() -> [Json; 3] {
+const VERBS: [&str; 5] = ["waits", "faults", "executes", "ends", "rests"];
+
+/// What a verb's parameter is bound to: SVVs of nobody, of a device that queues, and of one whose later user aborts the earlier.
+const SVVS: [&str; 4] = ["x", "y", "queue.s", "abort.s"];
+
+/// Verbs over the same blocks: waits and cycles; transitions on a halt, a fault and a limit; executes and a list that is through; an
+/// ending list after all of that, with waits of its own; one that comes to rest before it is suspended.
+fn verbs() -> [Json; 5] {
     let of = |name: &str, command_lists: Json, rest: Json| {
         let mut of = verb(
             name,
@@ -71,6 +77,11 @@ fn verbs() -> [Json; 3] {
         ("two", &["+bad 1ms", "+b 2ms", "?3ms", "-b", "-bad"]),
         ("three", &["+a 4ms", "+p", "?5ms", "-a", "-p"]),
     ]);
+    let ends = lists(&[
+        ("one", &["+a 1ms", "+p", "+bad 1ms"]),
+        ("two", &["+a 2ms", "+p", "?4ms", "-a", "-p", "?"]),
+        ("last", &["!b", "+b 1ms", "?b.reached", "?1ms", "-b"]),
+    ]);
     let executes = lists(&[("one", &["!a", "!b", "!a", "+p", "?1ms", "-p"]), ("two", &["!b"])]);
     [
         of(
@@ -83,7 +94,24 @@ fn verbs() -> [Json; 3] {
             faults,
             json!({"conditions": returns, "transitions": tau(&["one, fault -> two", "one, halted -> three", "one, a_done -> one", "two, time_limit -> three", "two, b_done -> two"])}),
         ),
-        of("executes", executes, json!({"conditions": {"halted": {"returns": ["p"]}}, "transitions": tau(&["one, completed -> two"])})),
+        of("executes", executes, json!({"conditions": {"halted": {"returns": ["p"]}}, "transitions": tau(&["one, completed -> two"]), "suspend": "safe"})),
+        of(
+            "ends",
+            ends,
+            json!({"conditions": {"a_done": {"on": ["a.reached"], "returns": ["p"]}, "b_done": {"on": ["b.reached"], "during": "last"}, "halted": {"returns": ["a"]},
+                                  "fault": {"returns": ["a"]}},
+                   "transitions": tau(&["one, halted -> two", "one, aborted -> two", "two, halted -> one", "two, a_done -> two"]),
+                   "ending": "last", "ending_limit_ns": 5 * MS, "suspend": "safe"}),
+        ),
+        verb(
+            "rests",
+            &[("a", "t.ramp"), ("b", "t.count"), ("p", "t.probe"), ("bad", "t.faulty")],
+            json!({"instantiation_parameters": {"s": ["a.y", "p.u"]}, "cells": {"v": ["a.v"], "by": ["b.y"], "bt": ["b.total"], "py": ["p.y"], "bady": ["bad.y"]},
+                   "input_parameters": {"limit": {"targets": ["p.limit"], "default": 9.0}, "at": {"targets": ["bad.at"], "default": 6, "tunable": true}},
+                   "conditions": {"above": {"on": ["p.above"], "returns": []}}, "initial": "one",
+                   "command_lists": lists(&[("one", &["+a 1ms", "+p", "?6ms", "-a", "-p", "+b 1ms", "?2ms", "+bad 1ms"]), ("last", &["!b", "+a 1ms", "+p"])]),
+                   "ending": "last", "ending_limit_ns": 4 * MS, "suspend": {"holding": {"set": "a.holding", "until": "a.held"}}}),
+        ),
     ]
 }
 
@@ -105,10 +133,10 @@ impl Model<'_> {
         match call {
             Call::Create { verb, place, svv } => {
                 if self.made.len() < 6 {
-                    let s = ["s=x", "s=y"][svv];
-                    let given: Vec<&str> = PLACES[place].iter().copied().chain([s]).collect();
+                    let s = format!("s={}", SVVS[svv]);
+                    let given: Vec<&str> = PLACES[place].iter().copied().chain([s.as_str()]).collect();
                     // The slow source has no interval of 1 ms: such a plan is refused, and nothing is left of it.
-                    if let Ok(id) = self.rig.try_create(application(["waits", "faults", "executes"][verb], &given)) {
+                    if let Ok(id) = self.rig.try_create(application(VERBS[verb], &given)) {
                         let name = system.instance_json(id).unwrap()["name"].as_str().unwrap().to_owned();
                         self.names.insert(id, name);
                         self.made.push((id, 0));
@@ -135,7 +163,7 @@ impl Model<'_> {
             Call::Halt(which) => {
                 let Some(which) = pick(&self.made, which) else { return };
                 let before = system.state(self.made[which].0);
-                assert_eq!(system.halt(self.made[which].0).is_ok(), before == "running" || before == "suspended");
+                assert_eq!(system.halt(self.made[which].0).is_ok(), matches!(before, "queued" | "running" | "suspended"));
             }
             Call::Wait { which, ms } => {
                 let Some(which) = pick(&self.made, which) else { return };
@@ -169,7 +197,7 @@ impl Model<'_> {
             Call::Advance { us } => system.advance(i64::from(us) * 1_000).unwrap(),
             Call::EmergencyStop => {
                 system.emergency_stop("tested").unwrap();
-                assert!(self.made.iter().all(|(id, _)| !matches!(system.state(*id), "running" | "suspended")));
+                assert!(self.made.iter().all(|(id, _)| !matches!(system.state(*id), "queued" | "running" | "suspended")));
             }
             Call::Reset => system.reset().unwrap(),
         }
@@ -201,7 +229,7 @@ impl Model<'_> {
     fn close(mut self) {
         for (id, starts) in std::mem::take(&mut self.made) {
             for _ in 0..2 {
-                if matches!(self.rig.system.state(id), "running" | "suspended") {
+                if matches!(self.rig.system.state(id), "queued" | "running" | "suspended") {
                     self.rig.system.halt(id).unwrap();
                 }
             }
@@ -211,20 +239,30 @@ impl Model<'_> {
             self.check_ends((id, starts));
             self.rig.system.delete(id).unwrap_or_else(|r| panic!("{}", text(&r)));
         }
-        for svv in ["x", "y"] {
+        for svv in SVVS {
             self.rig.write(svv, 1.0);
             assert_eq!(self.rig.read(svv), 1.0);
-            self.rig.system.delete_svv(svv).unwrap();
         }
+        ["x", "y"].iter().for_each(|svv| self.rig.system.delete_svv(svv).unwrap());
+        ["queue", "abort"].iter().for_each(|device| self.rig.system.delete_device(device).unwrap());
         let statistics = self.rig.system.statistics_json();
         assert!(statistics["sources"].as_object().unwrap().values().all(|source| source["steps"] == 0), "{statistics}");
         assert_eq!(self.rig.system.names_json()["instances"], json!([]));
     }
 }
 
+/// Devices whose SVV `s` two verbs may want: one queues, one aborts.
+fn devices(rig: &Rig) {
+    for arbitration in ["queue", "abort"] {
+        rig.device_type(json!({"name": arbitration, "svvs": {"s": {"type_text": "double"}}, "arbitration": arbitration}));
+        rig.system.device(arbitration, serde_json::from_value(json!({"device_type": arbitration})).unwrap()).unwrap();
+    }
+}
+
 fn check(link: Link, calls: &[Call]) {
     let rig = Rig::new(link);
     rig.svvs(&["x", "y"]);
+    devices(&rig);
     verbs().into_iter().for_each(|verb| rig.define(verb));
     let mut model = Model { rig: &rig, made: Vec::new(), names: HashMap::new() };
     calls.iter().for_each(|call| model.carry_out(*call));
@@ -235,9 +273,10 @@ fn check(link: Link, calls: &[Call]) {
 fn the_programs_of_these_properties_are_in_order_and_end_in_many_ways() {
     let rig = Rig::new(Link::Memory);
     rig.svvs(&["x", "y"]);
+    devices(&rig);
     verbs().into_iter().for_each(|verb| rig.define(verb));
     let mut ends = std::collections::BTreeSet::new();
-    for verb in ["waits", "faults", "executes"] {
+    for verb in VERBS {
         for place in &PLACES[..2] {
             let given: Vec<&str> = place.iter().copied().chain(["s=x"]).collect();
             let id = rig.instance(verb, &given);
@@ -252,7 +291,7 @@ fn the_programs_of_these_properties_are_in_order_and_end_in_many_ways() {
             }
         }
     }
-    assert!(ends.len() >= 6, "{ends:?}");
+    assert!(ends.len() >= 9, "{ends:?}");
 }
 
 proptest! {

@@ -3,6 +3,7 @@
 use super::sequence::Order;
 use super::{Draft, Given};
 use crate::checked::{CheckedInput, Whose};
+use crate::definition::Arbitration;
 use crate::ending::CheckedSuspend;
 use crate::flatten::Port;
 use crate::interface::Kind;
@@ -20,6 +21,7 @@ impl<'a> Draft<'a> {
         let outputs = checked.outputs.iter().map(|(name, port)| self.output(name, *port)).collect();
         self.stop()?;
         let claims = self.claims();
+        let arbitration = claims.iter().map(|claim| self.arbitration(claim)).collect();
         let suspend = self.suspend();
         self.stop()?;
         let mut remarks = checked.remarks.clone();
@@ -38,6 +40,7 @@ impl<'a> Draft<'a> {
             inputs,
             outputs,
             claims,
+            arbitration,
             devices: self.objects.into_iter().flatten().map(str::to_owned).collect(),
             remarks,
         })
@@ -157,6 +160,13 @@ impl<'a> Draft<'a> {
             Ok(Binding::Cells(cells)) => Target::Cells(cells.clone()),
             Err(_) => Target::Item { block: port.0, item: port.1 },
         }
+    }
+
+    fn arbitration(&self, claim: &Claim) -> Arbitration {
+        let Claim::Svv { name, .. } = claim else { return Arbitration::Refuse };
+        let configuration = self.configuration;
+        let device = configuration.svvs.get(name).and_then(|svv| configuration.logical_devices.get(svv.device.as_ref()?));
+        device.and_then(|device| configuration.device_types.get(&device.device_type)).map_or(Arbitration::Refuse, |of| of.arbitration)
     }
 
     fn claims(&self) -> Vec<Claim> {

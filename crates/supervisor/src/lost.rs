@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Lost processors: a source that does not acknowledge a script within its bound. The verbs with blocks there end with
+//! `processor_lost`; nobody waits for it any more, until a reset.
+use crate::core::Core;
+use crate::instance::Cause;
+use crate::refuse::unknown;
+use crate::system::System;
+use kernel::SourceId;
+use model::refusal::Refusals;
+
+/// How long a source may take to acknowledge a script, ns. An idle one answers at once, a busy one after its firing.
+const ANSWER_NS: i64 = 5_000_000_000;
+
+impl Core {
+    /// When a source that is asked has to have answered.
+    pub fn next_answer(&self) -> Option<i64> {
+        self.instances.values().filter(|i| i.outstanding > 0).map(|i| i.sent_ns.saturating_add(ANSWER_NS)).min()
+    }
+
+    /// Gives up the sources that have not answered in time.
+    pub fn look_for_lost(&mut self) {
+        let now_ns = self.host.now_ns();
+        if self.next_answer().is_none_or(|at| at > now_ns) {
+            return;
+        }
+        let late = self.instances.values().filter(|i| i.outstanding > 0 && i.sent_ns.saturating_add(ANSWER_NS) <= now_ns);
+        let mut silent: Vec<SourceId> = late.flat_map(|i| i.awaited.iter().copied()).collect();
+        silent.sort_unstable();
+        silent.dedup();
+        silent.into_iter().for_each(|source| self.processor_lost(source));
+    }
+
+    fn processor_lost(&mut self, source: SourceId) {
+        if !self.lost.insert(source) {
+            return;
+        }
+        let time_ns = self.host.now_ns();
+        let name = self.source_name(source).to_owned();
+        let message = format!("source '{name}' has not answered for {} s", ANSWER_NS / 1_000_000_000);
+        self.log.add(time_ns, "processor_lost", &name, message.clone());
+        let there: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.installed.sources.contains(&source)).map(|i| i.id).collect();
+        for id in there {
+            let Some(condition) = self.instances.get(&id).and_then(|i| i.condition("processor_lost")) else { continue };
+            if self.take_process(id, true) {
+                self.end_at_once(id, Cause { condition, block: None, value: None, message: message.clone(), time_ns, asked_for: false });
+            }
+        }
+        let waiting: Vec<u64> = self.instances.values().filter(|i| i.awaited.contains(&source)).map(|i| i.id).collect();
+        for id in waiting {
+            if let Some(instance) = self.instances.get_mut(&id) {
+                instance.awaited.retain(|awaited| *awaited != source);
+                instance.outstanding = instance.awaited.len();
+            }
+            self.proceed(id);
+        }
+    }
+}
+
+impl System {
+    /// For tests: from now on the source gets no script and acknowledges none, as if its processor were gone.
+    ///
+    /// # Errors
+    /// `UnknownName`.
+    pub fn cut_off(&self, source: &str) -> Result<(), Refusals> {
+        self.shared.command(|core| {
+            let Some(id) = core.sources.get(source).copied() else {
+                return Err(unknown("source", source, core.sources.keys().map(String::as_str)));
+            };
+            core.cut_off.insert(id);
+            Ok(())
+        })
+    }
+}

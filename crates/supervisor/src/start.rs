@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Starts: what a start checks, and everything from the claims to the end of the initial list's first stage.
+use crate::claims::{Admission, Request};
+use crate::core::{Core, DeviceState};
+use crate::instance::{Instance, Limits, RunningTime, State};
+use crate::psi::{psi, stored_svvs};
+use crate::refuse::{invalid_state, refuse};
+use crate::sequence::{Builder, Carried, Movement};
+use crate::stages::Verbatim;
+use crate::values::Stamped;
+use indexmap::IndexMap;
+use kernel::{Op, SourceId};
+use model::configuration::Configuration;
+use model::interface::Mode;
+use model::plan::{Binding, CellKind, Plan, PlannedCommand, PlannedSuspend, Target};
+use model::refusal::{Class, End, Refusal, Refusals};
+use model::value::Value;
+
+impl Core {
+    /// Starts it: claims, ψ, the initial command list; or puts it into the queue, where the devices that it needs say so. Nothing has
+    /// changed where it refuses.
+    pub fn start(&mut self, id: u64, values: &IndexMap<String, Value>, limits: Limits, configuration: &Configuration) -> Result<(), Refusals> {
+        let instance = self.instance(id)?;
+        if !matches!(instance.state, State::Created | State::Ended) {
+            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "start", "wait for it or halt it first"));
+        }
+        self.refuse_emergency("start", &instance.name)?;
+        self.check_enabled(instance)?;
+        self.check_sources(instance)?;
+        let request = Request { id, stores: psi(&instance.plan, values, configuration)?, limits };
+        let admission = self.arbitrate(&request)?;
+        let instance = self.instances.get_mut(&id).expect("found above");
+        instance.renew();
+        let name = instance.name.clone();
+        let now_ns = self.host.now_ns();
+        match admission {
+            Admission::Now => {
+                self.log.add(now_ns, "start", &name, "");
+                self.begin(request);
+            }
+            Admission::Later(behind) => {
+                self.log.add(now_ns, "start", &name, format!("queued behind '{}'", behind.join("', '")));
+                self.enqueue(request);
+            }
+        }
+        Ok(())
+    }
+
+    /// What a start needs is free: it is claimed, and the initial list begins.
+    pub fn begin(&mut self, request: Request) {
+        let Request { id, stores, limits } = request;
+        let Some(plan) = self.instances.get(&id).map(|i| i.plan.clone()) else { return };
+        for claim in &plan.claims {
+            self.claims.insert(claim.clone(), id);
+        }
+        self.keep_stored(&plan, &stores);
+        let mut movements: Vec<Movement> = self.take_over(id);
+        let now_ns = self.host.now_ns();
+        let overruns = self.overruns(id);
+        let instance = self.instances.get_mut(&id).expect("found above");
+        instance.state = State::Running;
+        instance.started_ns = now_ns;
+        instance.running = RunningTime::start(now_ns);
+        instance.limits = limits;
+        instance.overruns_before = overruns;
+        instance.generation = instance.installed.process.now().0 + 1;
+        movements.extend(self.opening(id, &stores));
+        self.append_sequence(id, movements);
+    }
+
+    /// Every logical device that the verb uses is enabled.
+    pub fn check_enabled(&self, instance: &Instance) -> Result<(), Refusals> {
+        let disabled: Refusals = (instance.plan.devices.iter())
+            .filter(|d| self.logical.get(*d).is_some_and(|l| l.state != DeviceState::Enabled))
+            .map(|d| Refusal {
+                class: Class::NotEnabled,
+                message: format!("cannot start '{}': device '{d}' is not enabled", instance.name),
+                ends: vec![End { what: format!("device '{d}'"), place: None }],
+                remedy: format!("call enable() on '{d}' first"),
+                place: None,
+            })
+            .collect();
+        if disabled.is_empty() { Ok(()) } else { Err(disabled) }
+    }
+
+    /// No source of it was stopped by a fault.
+    pub fn check_sources(&self, instance: &Instance) -> Result<(), Refusals> {
+        for &source in &instance.installed.sources {
+            if self.lost.contains(&source) {
+                let source = self.source_name(source);
+                let message = format!("cannot start '{}': source '{source}' does not answer", instance.name);
+                return Err(refuse(Class::InvalidState, message, "call reset() when its processor is back"));
+            }
+            if self.host.statistics(source).stopped {
+                let source = self.source_name(source);
+                return Err(refuse(
+                    Class::InvalidState,
+                    format!("cannot start '{}': source '{source}' was stopped by a fault in a block", instance.name),
+                    "mend the block and call reset()",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// What ψ stores into an SVV is its value for images that get it later.
+    fn keep_stored(&mut self, plan: &Plan, stores: &[(Target, Vec<u8>)]) {
+        let now_ns = self.host.now_ns();
+        for (_, name, bytes) in stored_svvs(plan, stores) {
+            if let Some(record) = self.svvs.get_mut(name) {
+                record.stored = bytes.to_vec();
+                record.stored_ns = now_ns;
+            }
+        }
+    }
+
+    /// The SVVs that the instance writes from now on belong to its sources: connections are made anew where the writer's source changes.
+    fn take_over(&mut self, id: u64) -> Vec<Movement> {
+        let instance = &self.instances[&id];
+        let mut written: Vec<(String, SourceId)> = Vec::new();
+        let mut stamps = Vec::new();
+        let slowest = slowest(&instance.plan);
+        for cell in &instance.plan.cells {
+            if let (CellKind::Svv { name, .. }, Some((block, item))) = (&cell.kind, cell.writers.first()) {
+                written.push((name.clone(), instance.installed.block_source[*block]));
+                let ratio = match instance.installed.interfaces[*block].items[*item].mode {
+                    Mode::Ratio(n) => u64::from(n),
+                    _ => 1,
+                };
+                let stamp = instance.installed.stamps[instance.plan.blocks[*block].activation].clone();
+                stamps.push(Stamped { stamp, ratio, firings: slowest * ratio as usize });
+            }
+        }
+        let home = |svv: &str| self.svvs.get(svv).and_then(|s| s.home);
+        let carried: Vec<Carried> =
+            (written.iter()).filter_map(|(svv, to)| Some(Carried { svv: svv.clone(), from: home(svv).filter(|from| from != to)?, to: *to })).collect();
+        let pairs = written.iter().flat_map(|(svv, source)| self.hand_over(svv, *source)).collect::<Vec<_>>();
+        let rows = self.remake_rows(&written, stamps);
+        let mut movements = Vec::new();
+        if !carried.is_empty() {
+            movements.extend([Movement::Carry(carried.clone()), Movement::Arrive(carried)]);
+        }
+        movements.extend(self.reconnect(pairs));
+        if !rows.is_empty() {
+            movements.push(Movement::Tables(rows));
+        }
+        movements
+    }
+
+    /// From the reset to the end of the initial list's first stage.
+    fn opening(&self, id: u64, stores: &[(Target, Vec<u8>)]) -> Vec<Movement> {
+        let instance = &self.instances[&id];
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
+        let mut builder = Builder::default();
+        for (index, block) in instance.installed.blocks.iter().enumerate() {
+            builder.add(instance.installed.block_source[index], Op::Reset(block.clone()));
+        }
+        for (index, cell) in instance.plan.cells.iter().enumerate() {
+            if matches!(cell.kind, CellKind::Private { .. } | CellKind::Constant { .. }) {
+                for (source, at) in &instance.installed.cells[index] {
+                    builder.add(*source, Op::Store(at.clone(), cell.initial.clone().into()));
+                }
+            }
+        }
+        for (source, block, item, delay) in &instance.installed.delays {
+            self.begin_delay(&mut builder, instance, *source, (*block, *item), delay);
+        }
+        for &source in &instance.installed.sources {
+            builder.add(source, Op::StartClock(instance.installed.process.clone()));
+        }
+        if let PlannedSuspend::Holding { set, .. } = &instance.plan.suspend {
+            self.store_target(&mut builder, instance, set, &[0]);
+        }
+        for (target, bytes) in stores {
+            self.store_target(&mut builder, instance, target, bytes);
+        }
+        builder.barrier();
+        if instance.owner.is_some() && !self.logical[instance.owner.as_ref().expect("checked")].copies.is_empty() {
+            self.open_device(&mut builder, instance, &of);
+        } else {
+            of.engage(&mut builder);
+            of.enter(&mut builder, &[], instance.plan.initial, 0, Some(instance.generation));
+        }
+        builder.finish().into()
+    }
+
+    /// The first value of a ratio input: that of the object it is bound to, as it is in its source.
+    fn begin_delay(&self, builder: &mut Builder, instance: &Instance, source: SourceId, port: (usize, usize), delay: &kernel::Cell) {
+        let bound = instance.plan.blocks[port.0].bindings.iter().find(|b| b.item == port.1);
+        let cells = match bound.map(|b| &b.binding) {
+            Some(Binding::Cell(cell)) => std::slice::from_ref(cell),
+            Some(Binding::Cells(list)) => list,
+            None => return,
+        };
+        let mut at = 0;
+        for from in cells.iter().filter_map(|cell| instance.installed.cell(*cell, source)) {
+            builder.add(source, Op::Copy(from.clone(), delay.part(at, from.len())));
+            at += from.len();
+        }
+    }
+
+    /// The initial list of a device's own verb: what starts as a copy is copied after the leading executes, before the loop closes.
+    fn open_device(&self, builder: &mut Builder, instance: &Instance, of: &Verbatim) {
+        let (list, generation) = (instance.plan.initial, Some(instance.generation));
+        let stage = &instance.plan.lists[list].stages[0];
+        of.open(builder, list, 0, generation);
+        let leading = stage.commands.iter().take_while(|c| matches!(c, PlannedCommand::Execute(_) | PlannedCommand::Install(_))).count();
+        for command in &stage.commands[..leading] {
+            of.command(builder, command, generation);
+        }
+        let copies = &self.logical[instance.owner.as_ref().expect("it has one")].copies;
+        for (_, from) in copies {
+            let svv = &self.svvs[from];
+            let source = svv.home.filter(|s| svv.cells.contains_key(s)).or_else(|| svv.cells.keys().min().copied());
+            if let Some(source) = source {
+                builder.add(source, Op::Capture(vec![svv.cells[&source].clone()]));
+            }
+        }
+        builder.then(Movement::CopyInitial);
+        of.engage(builder);
+        for command in &stage.commands[leading..] {
+            of.command(builder, command, generation);
+        }
+        of.reach(builder, list, 0, generation);
+    }
+
+    /// One value of ψ, into every image that has its object.
+    pub(crate) fn store_target(&self, builder: &mut Builder, instance: &Instance, target: &Target, bytes: &[u8]) {
+        match target {
+            Target::Cell(cell) => self.store_cell(builder, instance, *cell, bytes),
+            Target::Cells(cells) if !cells.is_empty() => {
+                for (cell, part) in cells.iter().zip(bytes.chunks(bytes.len() / cells.len())) {
+                    self.store_cell(builder, instance, *cell, part);
+                }
+            }
+            Target::Cells(_) => {}
+            Target::Item { block, item } => {
+                builder.add(instance.installed.block_source[*block], Op::Store(instance.installed.blocks[*block].value(*item), bytes.into()));
+            }
+            Target::Report { .. } => {}
+        }
+    }
+
+    fn store_cell(&self, builder: &mut Builder, instance: &Instance, cell: usize, bytes: &[u8]) {
+        if let CellKind::Svv { name, .. } = &instance.plan.cells[cell].kind {
+            for (source, at) in &self.svvs[name].cells {
+                builder.add(*source, Op::Store(at.clone(), bytes.into()));
+            }
+        } else {
+            for (source, at) in &instance.installed.cells[cell] {
+                builder.add(*source, Op::Store(at.clone(), bytes.into()));
+            }
+        }
+    }
+}
+
+/// The most firings from one invocation to the next that any interval of the verb asks for; of one that other instances drive,
+/// what a slow one would.
+fn slowest(plan: &Plan) -> usize {
+    let driven = plan.activations.iter().any(|a| matches!(a.due, model::plan::Due::Queued { .. }));
+    let active = plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.active);
+    active.map(|(_, every)| *every as usize).max().unwrap_or(1).max(if driven { DRIVEN_FIRINGS } else { 1 })
+}
+
+/// Firings between two values where only the driving instance knows.
+const DRIVEN_FIRINGS: usize = 20;

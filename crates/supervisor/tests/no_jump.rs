@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+//! No jump: whatever the programming system commands, in whatever order, what goes out to an actuator changes no faster than its
+//! declared slew (but for going to the safe value), and what is commanded no faster than the verbs move it. A verb that starts
+//! sees the present, never a value of its last life.
+mod common;
+use common::*;
+use serde_json::json;
+use std::collections::HashSet;
+use std::time::Duration;
+use supervisor::{DeviceRequest, Limits, Waited};
+
+const LONG: Duration = Duration::from_secs(60);
+/// Slew limit of an effort, per second, and the most that a verb moves a set-point in a ms.
+const SLEW: f64 = 200.0;
+const STRIDE: f64 = 0.001;
+/// Devices, and what each declares where two verbs want it.
+const JOINTS: [(&str, &str); 2] = [("j1", "abort"), ("j2", "queue")];
+/// Verbs on one joint, with where they run.
+const VERBS: [(&str, &str); 4] = [("glide", "rtp0.fast"), ("glide", "rtp1.other"), ("turn", "rtp0.fast"), ("turn", "rtp1.other")];
+
+/// Numbers of a seed (xorshift).
+struct Numbers(u64);
+
+impl Numbers {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % n as u64) as usize
+    }
+}
+
+struct Cell {
+    rig: Rig,
+    /// Instances of verbs, of both joints, and the one that watches.
+    moves: Vec<u64>,
+    watching: u64,
+    /// Where the traces of a joint are: positions, and what is commanded.
+    traces: [(i64, i64); 2],
+    /// Times at which a device was enabled: what is commanded was set to the present then.
+    enabled: HashSet<(usize, i64)>,
+    /// The last rows that were looked at of each joint: (time, position, commanded).
+    rows: [Vec<(i64, f64, f64)>; 2],
+}
+
+impl Cell {
+    fn new(link: Link, first_trace: i64) -> Cell {
+        let rig = Rig::new(link);
+        let options = json!({"parts": ["j1", "j2"], "initial": [0.3, -0.2], "slew": SLEW});
+        rig.system.physical_device("rtp0", "arm", "loopback", &options, "rtp0.fast", None).unwrap_or_else(|r| panic!("{}", text(&r)));
+        rig.define(verb(
+            "servo",
+            &[("read", "t.read_channel"), ("follow", "t.follow")],
+            json!({"instantiation_parameters": {"drive.position": ["read.channel"], "drive.effort": ["follow.channel"], "sensed": ["read.y", "follow.q"], "commanded": ["follow.u"]},
+                   "command_lists": lists(&[("start", &["!read", "+read 1ms", "+follow", "ready"]), ("rest", &["+read 1ms", "+follow", "?2.5ms", "-read", "-follow"])]),
+                   "initial": "start", "ending": "rest"}),
+        ));
+        for (joint, arbitration) in JOINTS {
+            rig.device_type(json!({"name": format!("Joint {joint}"), "verb": "servo", "arbitration": arbitration,
+                "svvs": {"sensed": {"type_text": "double", "unit": "rad"}, "commanded": {"type_text": "double", "initial": {"copy_of": "sensed"}}}}));
+            let request = json!({"device_type": format!("Joint {joint}"), "source": "rtp0.fast", "arguments": {"drive": {"part": {"device": "arm", "part": joint}}}});
+            let request: DeviceRequest = serde_json::from_value(request).unwrap();
+            rig.system.device(joint, request).unwrap_or_else(|r| panic!("{}", text(&r)));
+            rig.define(gliding("glide", joint));
+            rig.define(gliding("turn", joint));
+        }
+        let mut moves = Vec::new();
+        for (joint, _) in JOINTS {
+            for (verb, source) in VERBS {
+                moves.push(rig.create(json!({"verb": format!("{verb} {joint}"), "arguments": {"joint": {"device": joint}}, "placement": {"*": source}})));
+            }
+        }
+        let traces = [(first_trace, first_trace + 1), (first_trace + 2, first_trace + 3)];
+        let watching = watch(&rig, traces);
+        rig.start(watching);
+        Cell { rig, moves, watching, traces, enabled: HashSet::new(), rows: [Vec::new(), Vec::new()] }
+    }
+
+    fn command(&mut self, numbers: &mut Numbers) -> String {
+        let which = self.moves[numbers.below(self.moves.len())];
+        let joint = numbers.below(2);
+        let system = &self.rig.system;
+        match numbers.below(20) {
+            0..=5 => {
+                let goal = (numbers.below(41) as f64 - 20.0) * 0.001;
+                let limits = Limits { time_limit_ns: (numbers.below(4) == 0).then_some(5 * MS), overruns: None };
+                let started = self.rig.try_start(which, json!({"goal": goal}), limits);
+                return format!("start {which} to {goal}: {:?}", started.map_err(|refusals| refusals[0].class));
+            }
+            6..=7 => return format!("suspend {which}: {}", system.suspend(which).is_ok()),
+            8..=9 => return format!("resume {which}: {}", system.resume(which).is_ok()),
+            10..=11 => return format!("halt {which}: {}", system.halt(which).is_ok()),
+            12 => {
+                let disabled = system.disable(JOINTS[joint].0, LONG);
+                assert!(matches!(disabled, Ok(Waited::Done(()))), "{joint} is disabled when its users and its own verb have ended");
+                return format!("disable {joint}");
+            }
+            13..=14 => {
+                self.enabled.insert((joint, system.now_ns()));
+                let enabled = system.enable(JOINTS[joint].0).is_ok() && system.wait_enabled(JOINTS[joint].0, Some(system.now_ns() + 50 * MS), LONG).is_ok();
+                return format!("enable {joint}: {enabled}");
+            }
+            15 if numbers.below(4) == 0 => {
+                system.emergency_stop("tested").unwrap();
+                return "emergency stop".to_owned();
+            }
+            16 => {
+                system.reset().unwrap();
+                if self.rig.system.state(self.watching) == "ended" {
+                    self.rig.start(self.watching);
+                }
+                return "reset".to_owned();
+            }
+            _ => {}
+        }
+        let ms = 1 + numbers.below(4) as i64;
+        self.rig.align();
+        self.rig.advance(ms);
+        format!("advance {ms} ms")
+    }
+
+    /// Looks at everything that came since the last time.
+    fn check(&mut self, story: &[String]) {
+        for (joint, (positions, commanded)) in self.traces.into_iter().enumerate() {
+            let (positions, commanded) = (seen(positions), seen(commanded));
+            assert_eq!(positions.len(), commanded.len(), "both are traced in each firing");
+            self.rows[joint].extend(positions.iter().zip(&commanded).map(|(p, c)| (p.now_ns, p.u, c.u)));
+            let rows = &self.rows[joint];
+            for w in rows.windows(2).filter(|w| w[1].0 - w[0].0 == MS) {
+                let is_new = self.enabled.iter().any(|(of, at)| *of == joint && *at >= w[0].0 && *at <= w[1].0);
+                let moved = (w[1].2 - w[0].2).abs();
+                // Where one source hands over to another, the last step of one and the first of the other may be seen at once.
+                assert!(is_new || moved <= 2.0 * STRIDE + 1e-12, "{} was commanded {moved} farther at {} ms: {story:#?}", JOINTS[joint].0, w[1].0 / MS);
+            }
+            for w in rows.windows(3).filter(|w| w[1].0 - w[0].0 == MS && w[2].0 - w[1].0 == MS) {
+                let (before, after) = ((w[1].1 - w[0].1) * 1e3, (w[2].1 - w[1].1) * 1e3);
+                let is_safe = after.abs() < 1e-9;
+                assert!(is_safe || (after - before).abs() <= SLEW * 1e-3 + 1e-9, "{} jumped from {before} to {after} at {} ms: {story:#?}", JOINTS[joint].0, w[2].0 / MS);
+            }
+            let kept = self.rows[joint].len().saturating_sub(2);
+            self.rows[joint].drain(..kept);
+        }
+        let now_ns = self.rig.system.now_ns();
+        self.enabled.retain(|(_, at)| *at > now_ns - 20 * MS);
+    }
+}
+
+/// `glide` goes to its goal, holding it there; `turn` goes on from there to 0, slows down when it is halted, and rests at every end.
+fn gliding(name: &str, joint: &str) -> serde_json::Value {
+    let is_turn = name == "turn";
+    let mut of = verb(
+        &format!("{name} {joint}"),
+        &[("glide", "t.glide")],
+        json!({"objects": {"joint": {"device_type": format!("Joint {joint}")}}, "instantiation_parameters": {"joint.commanded": ["glide.present", "glide.y"]},
+               "input_parameters": {"goal": {"targets": ["glide.goal"]}}, "conditions": {"arrived": {"on": ["glide.there"], "returns": []}},
+               "command_lists": lists(&[("go", &["*glide", "+glide 1ms"])])}),
+    );
+    if is_turn {
+        of["blocks"]["back"] = json!({"block": {"subroutine": "t.glide"}});
+        of["instantiation_parameters"]["joint.commanded"] = json!(["glide.present", "back.present", "glide.y", "back.y"]);
+        of["conditions"]["returned"] = json!({"on": ["back.there"], "returns": [], "during": "back"});
+        of["initial"] = json!("go");
+        of["command_lists"]["back"] = list(&["*back", "+back 1ms"]);
+        of["command_lists"]["last"] = list(&["*back", "+back 1ms", "?3.5ms", "-back"]);
+        of["transitions"] = tau(&["go, arrived -> back", "go, halted -> back", "back, time_limit -> go"]);
+        of["ending"] = json!("last");
+        of["suspend"] = json!("safe");
+    }
+    of
+}
+
+/// Traces positions and what is commanded, every ms.
+fn watch(rig: &Rig, traces: [(i64, i64); 2]) -> u64 {
+    let blocks = [("p1", "t.read_channel"), ("s1", "t.probe"), ("c1", "t.watch"), ("p2", "t.read_channel"), ("s2", "t.probe"), ("c2", "t.watch")];
+    rig.define(verb(
+        "watch",
+        &blocks,
+        json!({"instantiation_parameters": {"p1": ["p1.channel"], "p2": ["p2.channel"], "one": ["c1.u"], "two": ["c2.u"]},
+               "cells": {"y1": ["p1.y", "s1.u"], "y2": ["p2.y", "s2.u"], "a": ["s1.y"], "b": ["s2.y"], "c": ["c1.y"], "d": ["c2.y"]},
+               "input_parameters": {"t1": {"targets": ["s1.trace"], "default": traces[0].0}, "t2": {"targets": ["c1.trace"], "default": traces[0].1},
+                                    "t3": {"targets": ["s2.trace"], "default": traces[1].0}, "t4": {"targets": ["c2.trace"], "default": traces[1].1}},
+               "command_lists": lists(&[("start", &["+p1 1ms", "+s1", "+c1 1ms", "+p2 1ms", "+s2", "+c2 1ms"])])}),
+    ));
+    let channel = |part: &str| json!({"channel": {"device": "arm", "channel": format!("{part}.position")}});
+    let arguments = json!({"p1": channel("j1"), "p2": channel("j2"), "one": {"svv": "j1.commanded"}, "two": {"svv": "j2.commanded"}});
+    rig.create(json!({"verb": "watch", "arguments": arguments, "placement": {"*": "rtp0.fast"}}))
+}
+
+/// Sequences of commands in each system, and commands in each.
+const SEQUENCES: usize = 1_000;
+const COMMANDS: usize = 6;
+
+fn no_jump(link: Link, first_trace: i64, systems: u64) {
+    for seed in 1..=systems {
+        let mut numbers = Numbers(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ first_trace as u64);
+        let mut cell = Cell::new(link, first_trace);
+        let mut story: Vec<String> = Vec::new();
+        for sequence in 0..SEQUENCES {
+            story.drain(..story.len().saturating_sub(10 * COMMANDS));
+            story.push(format!("seed {seed}, sequence {sequence}"));
+            for _ in 0..COMMANDS {
+                let t0 = std::time::Instant::now();
+                let command = cell.command(&mut numbers);
+                if t0.elapsed().as_secs() > 1 { println!("SLOW {:?} {command} {story:#?}", t0.elapsed()); panic!("slow") }
+                story.push(format!("{} ms: {command}", cell.rig.system.now_ns() as f64 * 1e-6));
+            }
+            cell.check(&story);
+        }
+        let starts = cell.rig.logged("start").len();
+        assert!(starts > 0 && cell.rig.logged("end").len() > 0, "something was done");
+        cell.rig.system.close();
+    }
+}
+
+#[test]
+fn nothing_jumps_in_50_000_random_sequences_of_commands_over_memory() {
+    no_jump(Link::Memory, 900, 50);
+}
+
+#[test]
+fn nothing_jumps_in_50_000_random_sequences_of_commands_over_messages() {
+    no_jump(Link::Message, 910, 50);
+}
