@@ -235,7 +235,10 @@ pub enum PlannedSuspend {
     Hold,
     Safe,
     /// What becomes true, and the condition (block, item) that is waited for.
-    Holding { set: Target, until: (BlockIndex, usize) },
+    Holding {
+        set: Target,
+        until: (BlockIndex, usize),
+    },
 }
 
 /// What a start claims.

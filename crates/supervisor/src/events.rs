@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the kernels tell, and what time brings.
+//! What the kernels tell.
 use crate::core::{Core, Purpose};
 use crate::instance::{Cause, Instance, State};
 use crate::stages::{Answer, Verbatim};
@@ -128,7 +128,11 @@ impl Core {
     fn is_ending_unnoticed(&self, id: u64, stage: u16) -> bool {
         let instance = &self.instances[&id];
         let ending = instance.plan.ending.list;
-        ending.is_some() && ending == Some(instance.list) && ending == Some(instance.list_stage(stage).0) && !instance.is_in_ending() && instance.ending.is_none()
+        ending.is_some()
+            && ending == Some(instance.list)
+            && ending == Some(instance.list_stage(stage).0)
+            && !instance.is_in_ending()
+            && instance.ending.is_none()
     }
 
     /// The kernel has frozen the process: the supervisor answers.
@@ -147,7 +151,7 @@ impl Core {
     }
 
     /// Nothing answers it: the process, which was taken, goes on.
-    fn go_on(&mut self, id: u64) {
+    pub fn go_on(&mut self, id: u64) {
         let Some(instance) = self.instances.get(&id) else { return };
         let (process, source) = (instance.installed.process.clone(), instance.installed.sources[0]);
         let (stage, generation) = (process.now().1, Some(instance.generation));
@@ -237,62 +241,6 @@ impl Core {
             .collect();
         for id in limited {
             self.end_by_name(id, "overrun", message.to_owned());
-        }
-    }
-
-    /// When the next limit or wait of a running instance is over, ns on the clock.
-    pub fn next_deadline(&self) -> Option<i64> {
-        let deadlines = |i: &Instance| {
-            let limit = i.limits.time_limit_ns.and_then(|t| i.running.clock_at(t));
-            let wait = i.wait_until_ns.filter(|_| !i.is_under_way()).and_then(|t| i.running.clock_at(t));
-            let rest = i.resting_until_ns.and_then(|t| i.running.clock_at(t));
-            let departure = i.departure.as_ref().and_then(|d| d.until_ns).and_then(|t| i.running.clock_at(t));
-            [limit.filter(|_| !i.is_in_ending()), wait, departure, rest].into_iter().flatten().min()
-        };
-        self.instances.values().filter(|i| i.state == State::Running && i.ending.is_none()).filter_map(deadlines).min()
-    }
-
-    /// Serves what is over by now.
-    pub fn serve_deadlines(&mut self, now_ns: i64) {
-        let running: Vec<u64> = self.instances.values().filter(|i| i.state == State::Running && i.ending.is_none()).map(|i| i.id).collect();
-        for id in running {
-            let Some(instance) = self.instances.get_mut(&id) else { continue };
-            let past = |running_ns: Option<i64>| running_ns.is_some_and(|t| instance.running.clock_at(t).is_some_and(|at| at <= now_ns));
-            if past(instance.departure.as_ref().and_then(|d| d.until_ns)) {
-                self.departure_is_over(id);
-            } else if !instance.is_in_ending() && past(instance.limits.time_limit_ns) {
-                let limit = instance.limits.time_limit_ns.take().unwrap_or_default();
-                self.end_by_name(id, "time_limit", format!("it ran longer than {} s", limit as f64 * 1e-9));
-            } else if past(instance.resting_until_ns) {
-                self.rest_at_last(id);
-            } else if !instance.is_under_way() && past(instance.wait_until_ns) {
-                self.time_is_over(id);
-            }
-        }
-        self.serve_overrun_limits();
-    }
-
-    /// A wait for a time is over: the next stage, unless a kernel was faster.
-    fn time_is_over(&mut self, id: u64) {
-        let before = (self.instances[&id].list, self.instances[&id].stage);
-        if !self.take_process(id, false) {
-            return;
-        }
-        let now = (self.instances[&id].list, self.instances[&id].stage);
-        if now == before { self.go(id, now.0, now.1 + 1) } else { self.go_on(id) }
-    }
-
-    /// Instances with a limit on overruns.
-    fn serve_overrun_limits(&mut self) {
-        let limited: Vec<(u64, u64)> = (self.instances.values())
-            .filter(|i| i.state == State::Running && i.ending.is_none())
-            .filter_map(|i| i.limits.overruns.map(|limit| (i.id, limit)))
-            .collect();
-        for (id, limit) in limited {
-            let count = self.overruns(id) - self.instances[&id].overruns_before;
-            if count >= limit {
-                self.end_by_name(id, "overrun", format!("{count} releases of its sources were skipped"));
-            }
         }
     }
 }

@@ -158,7 +158,8 @@ fn a_later_start_aborts_the_holder_and_follows_in_the_next_firing() {
     on_all(|rig| {
         arm(rig, "abort");
         for (source, at) in [("rtp0.fast", [1.0, 2.0]), ("rtp1.other", [1.0, 2.0])] {
-            let (first, second) = (on(rig, "push", &format!("first {source}"), &["j1"], "rtp0.fast"), on(rig, "push", &format!("second {source}"), &["j1"], source));
+            let (first, second) =
+                (on(rig, "push", &format!("first {source}"), &["j1"], "rtp0.fast"), on(rig, "push", &format!("second {source}"), &["j1"], source));
             rig.start_with(first, json!({"limit": 0.0}));
             rig.advance(5);
             assert_eq!(rig.read("j1.commanded"), 5.0);

@@ -222,8 +222,12 @@ fn a_source_that_does_not_answer_is_a_lost_processor_for_the_verbs_there_and_for
         rig.define(braked("v", json!({})));
         let there = rig.create(json!({"verb": "v", "name": "there", "arguments": {"a": {"svv": "a"}, "b": {"svv": "b"}},
             "placement": {"count": "rtp0.fast", "*": "rtp1.other"}}));
-        rig.define(verb("w", &[("count", "t.count")], json!({"instantiation_parameters": {"c": ["count.y"]}, "cells": {"t": ["count.total"]},
-            "command_lists": lists(&[("go", &["+count 1ms"])])})));
+        rig.define(verb(
+            "w",
+            &[("count", "t.count")],
+            json!({"instantiation_parameters": {"c": ["count.y"]}, "cells": {"t": ["count.total"]},
+            "command_lists": lists(&[("go", &["+count 1ms"])])}),
+        ));
         let here = rig.instance("w", &["c=c", "*@rtp0.fast"]);
         rig.start(there);
         rig.start(here);
