@@ -76,6 +76,9 @@ class System:
     def disable(self, device: str) -> None:
         """Ends the verbs that use it with `device_disabled`, then its own. Returns when done (under the virtual clock time advances)."""
 
+    def exchange_verb(self, device: str, verb: str, place_json: str) -> None:
+        """Replaces the verb that keeps it going by another one, within one firing where it is enabled; nothing changes where it refuses."""
+
     def delete_device(self, device: str) -> None: ...
     def device_state(self, device: str) -> str:
         """disabled, enabling, standstill, moving, stopping, fault."""

@@ -246,6 +246,16 @@ class LogicalDevice:
         with refusals:
             self.system._alive().disable(self.name)
 
+    def exchange_verb(self, verb: Verb[..., Any]) -> None:
+        """Replaces the verb that keeps it going, within one firing where it is enabled; verbs that use the device run on.
+
+        The new verb takes the same arguments, members and parameters. Blocks of the same label and code keep their states, cells of the
+        same name their values. Where something is refused nothing has changed. Both verbs lie in one interrupt source.
+        """
+        self.system._enter_verb(verb)
+        with refusals:
+            self.system._alive().exchange_verb(self.name, verb.name, json.dumps(here().json()))
+
     @contextmanager
     def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
         """`with joint.enabled():` disables it at the end."""

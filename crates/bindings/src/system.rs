@@ -181,6 +181,11 @@ impl System {
         Ok(())
     }
 
+    fn exchange_verb(&self, py: Python<'_>, device: &str, verb: &str, place_json: &str) -> PyResult<()> {
+        let place = from_json(place_json)?;
+        py.detach(|| self.inner.exchange_verb(device, verb, place)).map_err(refused)
+    }
+
     fn delete_device(&self, py: Python<'_>, device: &str) -> PyResult<()> {
         py.detach(|| self.inner.delete_device(device)).map_err(refused)
     }

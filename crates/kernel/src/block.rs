@@ -126,6 +126,26 @@ impl Block {
         unsafe { self.header().write(Header::default()) };
     }
 
+    /// Takes over states, outputs and invocation number of another block of the same code; nothing where the code differs. The source's
+    /// own thread, between two invocations.
+    pub(crate) fn keep(&self, from: &Block) {
+        if !self.is_same_code(from) || std::ptr::eq(self, from) {
+            return;
+        }
+        for item in self.items().iter().filter(|item| matches!(item.kind, kind::STATE | kind::OUTPUT) && item.offset != NONE) {
+            let (at, len) = (item.offset as usize, item.size as usize);
+            // SAFETY: both instances are as the one descriptor says, and they are two.
+            unsafe { self.memory.start().add(at).copy_from_nonoverlapping(from.memory.start().add(at), len) };
+        }
+        // SAFETY: each instance starts with its header.
+        unsafe { (*self.header()).number = (*from.header()).number };
+    }
+
+    /// True where both are instances of one block of one module.
+    pub fn is_same_code(&self, other: &Block) -> bool {
+        std::ptr::eq(self.descriptor, other.descriptor)
+    }
+
     /// True where an output of this block stores to `cell` (all of it or a part).
     pub(crate) fn writes(&self, cell: &Cell) -> bool {
         let (start, end) = (cell.start() as usize, cell.start() as usize + cell.len());

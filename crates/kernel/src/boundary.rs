@@ -89,6 +89,7 @@ impl Kernel {
                 self.stored = true;
             }
             Op::Reset(block) => block.reset(),
+            Op::Keep(to, from) => to.keep(from),
             Op::On(activation, every) => self.switch_on(activation, (*every).max(1)),
             Op::Off(activation) => {
                 // SAFETY: an activation of this source.
@@ -111,6 +112,12 @@ impl Kernel {
             Op::StartClock(process) => self.with_time(process, |time| time.start(now_ns)),
             Op::StopClock(process) => self.with_time(process, |time| time.stop(now_ns)),
             Op::ResumeClock(process) => self.with_time(process, |time| time.resume(now_ns)),
+            Op::KeepClock(to, from) => {
+                if let (Some(to), Some(from)) = (to.time(self.source.id), from.time(self.source.id)) {
+                    // SAFETY: both are times in this source, of two processes.
+                    unsafe { (*to.state()).keep(&*from.state()) };
+                }
+            }
             Op::Capture(cells) => cells.iter().for_each(|cell| capture(cell, captured)),
             Op::Engage { device, channels } => channels.iter().for_each(|channel| device.engage(usize::from(*channel), true)),
             Op::Safe { device, channels } => {

@@ -333,6 +333,11 @@ impl TimeState {
         self.runs = true;
     }
 
+    /// Runs as another does.
+    pub(crate) fn keep(&mut self, other: &TimeState) {
+        (self.base_ns, self.runs) = (other.base_ns, other.runs);
+    }
+
     /// Stands still.
     pub(crate) fn stop(&mut self, now_ns: i64) {
         if self.runs {

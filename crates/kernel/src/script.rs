@@ -17,6 +17,8 @@ pub enum Op {
     /// Initial state: the block's image as installed, but for states declared `keep` and for parameters, presets and sizes, which
     /// keep what was stored last; invocation number 0.
     Reset(Arc<Block>),
+    /// The first block takes over states, outputs and invocation number of the second, which is of the same code. Behind a reset.
+    Keep(Arc<Block>, Arc<Block>),
     /// Switches an activation on, due at firings that are multiples of `every` (1 for a driven one). Nothing where it is on
     /// with the same `every` already: instance, state and phase stay.
     On(Arc<Activation>, u32),
@@ -43,6 +45,8 @@ pub enum Op {
     StopClock(Arc<Process>),
     /// It goes on.
     ResumeClock(Arc<Process>),
+    /// The running time of the first process in this source is that of the second.
+    KeepClock(Arc<Process>, Arc<Process>),
     /// Copies cells into the acknowledgement (ω, a read of SVVs): all of one boundary.
     Capture(Vec<Cell>),
     /// Write channels of a device are claimed from now on: what their cells hold goes out at the end of the firing.

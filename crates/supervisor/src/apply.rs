@@ -62,7 +62,7 @@ impl System {
         self.create_in(&mut definitions, application)
     }
 
-    fn create_in(&self, definitions: &mut Definitions, application: &Application) -> Result<u64, Refusals> {
+    pub(crate) fn create_in(&self, definitions: &mut Definitions, application: &Application) -> Result<u64, Refusals> {
         let plan = Arc::new(definitions.plan(application)?);
         if let Some(name) = &application.name
             && self.shared.locked().instances.values().any(|i| i.name == *name)
@@ -305,7 +305,7 @@ fn enter_writers(definitions: &mut Definitions, plan: &Plan, instance: &str) {
     }
 }
 
-fn leave_writers(definitions: &mut Definitions, plan: &Plan, instance: &str) {
+pub(crate) fn leave_writers(definitions: &mut Definitions, plan: &Plan, instance: &str) {
     for cell in plan.cells.iter().filter(|c| !c.writers.is_empty()) {
         if let CellKind::Svv { name, .. } = &cell.kind
             && let Some(writers) = definitions.configuration.writers.get_mut(name)

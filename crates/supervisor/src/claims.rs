@@ -25,9 +25,9 @@ pub(crate) enum Admission {
 }
 
 /// Something that a start needs and another instance holds, or waits for.
-struct Held {
+pub(crate) struct Held {
     claim: Claim,
-    holder: u64,
+    pub holder: u64,
     arbitration: Arbitration,
 }
 
@@ -60,7 +60,7 @@ impl Core {
     }
 
     /// What a start needs and others hold, or (those before `place` in the queue) wait for.
-    fn held(&self, request: &Request, plan: &Plan, place: usize) -> Vec<Held> {
+    pub fn held(&self, request: &Request, plan: &Plan, place: usize) -> Vec<Held> {
         let mut held: Vec<Held> = Vec::new();
         let mut look = |claim: &Claim, arbitration: Arbitration| {
             let waits = |r: &&Request| needs(r, &self.instances[&r.id].plan).any(|(needed, _)| needed == *claim);
@@ -71,7 +71,7 @@ impl Core {
         held
     }
 
-    fn second_writer(&self, name: &str, plan: &Plan, held: &Held) -> Refusal {
+    pub fn second_writer(&self, name: &str, plan: &Plan, held: &Held) -> Refusal {
         let (holder, waits) = self.instances.get(&held.holder).map_or(("?", false), |i| (i.name.as_str(), i.state == State::Queued));
         let what = self.claim_name(&held.claim);
         let is = if waits { "waited for" } else { "written" };

@@ -17,6 +17,7 @@ mod download;
 mod end;
 mod ending;
 mod events;
+mod exchange;
 mod faces;
 mod install;
 mod instance;

@@ -48,13 +48,20 @@ impl Core {
 
     /// What a start needs is free: it is claimed, and the initial list begins.
     pub fn begin(&mut self, request: Request) {
-        let Request { id, stores, limits } = request;
-        let Some(plan) = self.instances.get(&id).map(|i| i.plan.clone()) else { return };
+        let mut movements = self.prepare(&request);
+        movements.extend(self.opening(request.id, &request.stores));
+        self.append_sequence(request.id, movements);
+    }
+
+    /// The start is entered in everything that the supervisor keeps; what the kernels have to do before it begins.
+    pub fn prepare(&mut self, request: &Request) -> Vec<Movement> {
+        let (id, stores, limits) = (request.id, &request.stores, request.limits);
+        let Some(plan) = self.instances.get(&id).map(|i| i.plan.clone()) else { return Vec::new() };
         for claim in &plan.claims {
             self.claims.insert(claim.clone(), id);
         }
-        self.keep_stored(&plan, &stores);
-        let mut movements: Vec<Movement> = self.take_over(id);
+        self.keep_stored(&plan, stores);
+        let movements: Vec<Movement> = self.take_over(id);
         let now_ns = self.host.now_ns();
         let overruns = self.overruns(id);
         let instance = self.instances.get_mut(&id).expect("found above");
@@ -64,8 +71,7 @@ impl Core {
         instance.limits = limits;
         instance.overruns_before = overruns;
         instance.generation = instance.installed.process.now().0 + 1;
-        movements.extend(self.opening(id, &stores));
-        self.append_sequence(id, movements);
+        movements
     }
 
     /// Every logical device that the verb uses is enabled.
@@ -152,6 +158,19 @@ impl Core {
         let instance = &self.instances[&id];
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         let mut builder = Builder::default();
+        self.refresh(&mut builder, instance, stores);
+        builder.barrier();
+        if instance.owner.is_some() && !self.logical[instance.owner.as_ref().expect("checked")].copies.is_empty() {
+            self.open_device(&mut builder, instance, &of);
+        } else {
+            of.engage(&mut builder);
+            of.enter(&mut builder, &[], instance.plan.initial, 0, Some(instance.generation));
+        }
+        builder.finish().into()
+    }
+
+    /// Everything of the instance is as at the first start, its clock at 0, ψ stored.
+    pub fn refresh(&self, builder: &mut Builder, instance: &Instance, stores: &[(Target, Vec<u8>)]) {
         for (index, block) in instance.installed.blocks.iter().enumerate() {
             builder.add(instance.installed.block_source[index], Op::Reset(block.clone()));
         }
@@ -163,25 +182,17 @@ impl Core {
             }
         }
         for (source, block, item, delay) in &instance.installed.delays {
-            self.begin_delay(&mut builder, instance, *source, (*block, *item), delay);
+            self.begin_delay(builder, instance, *source, (*block, *item), delay);
         }
         for &source in &instance.installed.sources {
             builder.add(source, Op::StartClock(instance.installed.process.clone()));
         }
         if let PlannedSuspend::Holding { set, .. } = &instance.plan.suspend {
-            self.store_target(&mut builder, instance, set, &[0]);
+            self.store_target(builder, instance, set, &[0]);
         }
         for (target, bytes) in stores {
-            self.store_target(&mut builder, instance, target, bytes);
+            self.store_target(builder, instance, target, bytes);
         }
-        builder.barrier();
-        if instance.owner.is_some() && !self.logical[instance.owner.as_ref().expect("checked")].copies.is_empty() {
-            self.open_device(&mut builder, instance, &of);
-        } else {
-            of.engage(&mut builder);
-            of.enter(&mut builder, &[], instance.plan.initial, 0, Some(instance.generation));
-        }
-        builder.finish().into()
     }
 
     /// The first value of a ratio input: that of the object it is bound to, as it is in its source.

@@ -52,7 +52,7 @@ impl Cell {
             "servo",
             &[("read", "t.read_channel"), ("follow", "t.follow")],
             json!({"instantiation_parameters": {"drive.position": ["read.channel"], "drive.effort": ["follow.channel"], "sensed": ["read.y", "follow.q"], "commanded": ["follow.u"]},
-                   "command_lists": lists(&[("start", &["!read", "+read 1ms", "+follow", "ready"]), ("rest", &["+read 1ms", "+follow", "?2.5ms", "-read", "-follow"])]),
+                   "command_lists": lists(&[("start", &["!read", "+read 1ms", "+follow", "ready"]), ("rest", &["+read 1ms", "+follow", "?3ms", "-read", "-follow"])]),
                    "initial": "start", "ending": "rest"}),
         ));
         for (joint, arbitration) in JOINTS {
@@ -78,6 +78,8 @@ impl Cell {
     }
 
     fn command(&mut self, numbers: &mut Numbers) -> String {
+        // Between two firings: what a command changes is seen in the next one, and a speed that is measured over a ms is one speed.
+        self.rig.align();
         let which = self.moves[numbers.below(self.moves.len())];
         let joint = numbers.below(2);
         let system = &self.rig.system;
@@ -115,7 +117,6 @@ impl Cell {
             _ => {}
         }
         let ms = 1 + numbers.below(4) as i64;
-        self.rig.align();
         self.rig.advance(ms);
         format!("advance {ms} ms")
     }
@@ -168,7 +169,7 @@ fn gliding(name: &str, joint: &str) -> serde_json::Value {
         of["conditions"]["returned"] = json!({"on": ["back.there"], "returns": [], "during": "back"});
         of["initial"] = json!("go");
         of["command_lists"]["back"] = list(&["*back", "+back 1ms"]);
-        of["command_lists"]["last"] = list(&["*back", "+back 1ms", "?3.5ms", "-back"]);
+        of["command_lists"]["last"] = list(&["*back", "+back 1ms", "?3ms", "-back"]);
         of["transitions"] = tau(&["go, arrived -> back", "go, halted -> back", "back, time_limit -> go"]);
         of["ending"] = json!("last");
         of["suspend"] = json!("safe");
