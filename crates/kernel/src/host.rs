@@ -109,7 +109,12 @@ impl Host {
         for op in &mut script.ops {
             match op {
                 Op::Table(table) => table.place(source, &sources),
-                Op::StartClock(process) | Op::StopClock(process) | Op::ResumeClock(process) | Op::KeepClock(process, _) | Op::Stage { process, .. } | Op::Advance { process, .. } => {
+                Op::StartClock(process)
+                | Op::StopClock(process)
+                | Op::ResumeClock(process)
+                | Op::KeepClock(process, _)
+                | Op::Stage { process, .. }
+                | Op::Advance { process, .. } => {
                     process.prepare_time(source);
                 }
                 _ => {}

@@ -109,15 +109,23 @@ fn an_exchange_that_is_refused_changes_nothing() {
             assert!(refusals[0].class == class_of && text(&refusals).contains(words), "{}", text(&refusals));
         };
         rig.define(servo("other", 50.0, json!({"input_parameters": {"trace": {"targets": ["trace.trace"]}}})));
-        rig.define(servo("pushes", 50.0, json!({"cells": {"n": ["count.y"], "t": ["trace.y"]},
+        rig.define(servo(
+            "pushes",
+            50.0,
+            json!({"cells": {"n": ["count.y"], "t": ["trace.y"]},
             "instantiation_parameters": {"drive.position": ["read.channel"], "drive.effort": ["follow.channel"], "sensed": ["read.y", "follow.q"],
-                                         "commanded": ["follow.u", "trace.u", "count.total"]}})));
+                                         "commanded": ["follow.u", "trace.u", "count.total"]}}),
+        ));
         refused("nothing", Class::UnknownName, "nothing");
         refused("plain", Class::InUse, "j1.plain");
         refused("other", Class::CallError, "'trace'");
         refused("pushes", Class::SecondWriter, "'glide#1'");
-        let reads = verb("reads", &[("probe", "t.probe")], json!({"instantiation_parameters": {"u": ["probe.u"]}, "cells": {"y": ["probe.y"]},
-            "command_lists": lists(&[("start", &["+probe"])])}));
+        let reads = verb(
+            "reads",
+            &[("probe", "t.probe")],
+            json!({"instantiation_parameters": {"u": ["probe.u"]}, "cells": {"y": ["probe.y"]},
+            "command_lists": lists(&[("start", &["+probe"])])}),
+        );
         rig.define(reads);
         let reader = rig.instance("reads", &["u=j1.sensed", "*@rtp0.fast"]);
         refused("stiff", Class::InvalidState, "takes one of its SVVs synchronously");
