@@ -120,7 +120,7 @@ impl System {
         loop {
             let settled = self.until_settled(instance, is_settled);
             // One that comes to rest first has its own time for that.
-            if settled.is_ok() || !self.shared.locked().instances.get(&instance).is_some_and(|i| i.resting_until_ns.is_some()) {
+            if settled.is_ok() || self.shared.locked().instances.get(&instance).is_none_or(|i| i.resting_until_ns.is_none()) {
                 settled?;
                 break;
             }
