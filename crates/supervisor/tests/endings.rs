@@ -266,3 +266,36 @@ fn a_source_that_is_lost_while_a_verb_goes_on_ends_it_with_that_condition() {
         assert!(report.message.contains("'rtp1.other' has not answered"), "{}", report.message);
     });
 }
+
+#[test]
+fn disabling_waits_for_what_its_users_and_its_own_verb_do_at_their_ends() {
+    on_both(|rig| {
+        rig.define(verb(
+            "keeper",
+            &[("count", "t.count")],
+            json!({"instantiation_parameters": {"n": ["count.y"]}, "cells": {"t": ["count.total"]}, "initial": "start", "ending": "brake",
+                   "command_lists": lists(&[("start", &["+count 1ms", "ready"]), ("brake", &["+count 1ms", "?2.5ms", "-count"])])}),
+        ));
+        rig.device_type(json!({"name": "Kept", "verb": "keeper", "svvs": {"n": {"type_text": "double"}, "commanded": {"type_text": "double"}}}));
+        rig.system.device("d", serde_json::from_value(json!({"device_type": "Kept", "source": "rtp0.fast"})).unwrap()).unwrap();
+        rig.define(verb(
+            "user",
+            &[("count", "t.count")],
+            json!({"objects": {"d": {"device_type": "Kept"}}, "instantiation_parameters": {"d.commanded": ["count.y"]}, "cells": {"t": ["count.total"]}, "initial": "go",
+                   "command_lists": lists(&[("go", &["+count 1ms"]), ("slow", &["+count 2ms", "?3.5ms", "-count"]), ("again", &["+count 1ms"])]),
+                   "transitions": tau(&["go, device_disabled -> slow", "slow, device_disabled -> again"])}),
+        ));
+        let id = rig.create(json!({"verb": "user", "name": "user", "arguments": {"d": {"device": "d"}}, "placement": {"*": "rtp1.other"}}));
+        rig.system.enable("d").unwrap();
+        rig.advance(1);
+        rig.start(id);
+        rig.advance(3);
+        let before = rig.system.now_ns();
+        let disabled = rig.system.disable("d", std::time::Duration::from_secs(60));
+        assert!(matches!(disabled, Ok(supervisor::Waited::Done(()))) && rig.system.device_state("d").unwrap() == "disabled");
+        assert_eq!(rig.system.now_ns() - before, 6 * MS);
+        assert_eq!(rig.wait(id).command_list, "slow", "it is told once that its device is disabled");
+        let ends: Vec<String> = rig.logged("end").iter().map(|e| e.split(": ").take(2).collect::<Vec<_>>().join(": ")).collect();
+        assert_eq!(ends, ["user: device_disabled", "d.keeper: device_disabled"]);
+    });
+}
