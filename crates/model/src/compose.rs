@@ -4,6 +4,7 @@
 //! Blocks, cells and lists carry the label of their part; parameters, outputs, objects and conditions of one name become one. What
 //! a condition returns, and where an output is read, stays with the part that ends: ν and ω of a composed verb have one line a part.
 mod conditions;
+mod endings;
 mod form;
 mod lists;
 mod part;
@@ -15,7 +16,7 @@ mod unite;
 
 use crate::checked::CheckedVerb;
 use crate::configuration::Configuration;
-use crate::definition::{Part, Verb};
+use crate::definition::{Part, Suspend, Verb};
 use crate::refusal::{Class, Place, Refusal, Refusals};
 use crate::value::Value;
 use indexmap::IndexMap;
@@ -77,6 +78,7 @@ pub fn compose(composition: &Composition, configuration: &Configuration) -> Resu
     composing.read_shared();
     composing.unite();
     composing.lists();
+    composing.endings();
     composing.conditions();
     composing.transitions();
     composing.check_stores();
@@ -167,6 +169,9 @@ fn empty(of: &Composition, parts: &[PartOf<'_>]) -> Verb {
         conditions: IndexMap::new(),
         transitions: Vec::new(),
         modes: IndexMap::new(),
+        ending: None,
+        ending_limit_ns: parts.iter().filter_map(|part| part.verb.ending_limit_ns).max(),
+        suspend: Suspend::Hold,
         parts: known,
         place: of.place.clone(),
     }

@@ -133,8 +133,12 @@ impl<'a> PartOf<'a> {
         line.is_none_or(|line| line.planned.on.is_empty() || line.planned.on.iter().any(|port| runs(port.0)))
     }
 
-    /// Whether the condition, by its name in the part, is one of a list and has no transition there.
+    /// Whether the condition, by its name in the part, is one of a list and has no transition there. What ends the ending list is no
+    /// matter of τ.
     pub fn ends(&self, list: usize, name: &str) -> bool {
+        if self.checked.ending.list == Some(list) {
+            return false;
+        }
         let line = self.checked.conditions.iter().find(|c| c.planned.name == name && c.planned.holds_in(list));
         match line {
             Some(line) => !line.transitions.iter().any(|(from, _)| *from == list),
