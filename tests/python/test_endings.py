@@ -171,3 +171,14 @@ def test_a_servo_is_exchanged_while_a_verb_uses_its_device(rig: Rig) -> None:
     assert vi.wait().last == 9
     with pytest.raises(gpac.InUse, match="second servo"):
         drive.exchange_verb(servo("second servo"))
+
+
+def test_a_composed_verb_has_the_ending_list_of_the_part_that_has_one(memory_rig: Rig) -> None:
+    rig = memory_rig
+    y, b, z = rig.svvs("y", "b", "z")
+    after = rig.counting("after", instantiation_parameters={"z": "count.y"})
+    whole = gpac.compose("whole", {"first": braked(rig), "then": after}, transitions={("first.start", "enough"): "then.start"})
+    report = whole.on(rig.fast)(y, b, z, limit=4)
+    assert (report.condition, report.command_list, b.value) == ("enough", "then.start", 2)
+    with pytest.raises(gpac.CompositionConflict, match="both have an ending list"):
+        gpac.compose("twice", {"first": braked(rig), "then": braked(rig)}, transitions={("first.start", "enough"): "then.start"})
