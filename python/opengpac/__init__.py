@@ -24,6 +24,7 @@ from .errors import (
     DeviceFailed,
     EmergencyStopped,
     Error,
+    FileFailed,
     InstallationErrors,
     InUse,
     InvalidState,
@@ -45,6 +46,7 @@ from .instances import VerbInstance
 from .modules import Module, StructType
 from .parameters import each, input
 from .physical import Channel, Part, PhysicalDevice
+from .points import Point, Points
 from .quantities import Quantity, deg
 from .reports import Report
 from .sources import Processor, Source
@@ -56,24 +58,24 @@ from .verbs import Verb
 from .decorated import verb  # isort: skip
 
 if TYPE_CHECKING:
-    from . import robots
+    from . import cell, robots
 
 __version__ = _version()
 
 
 def __getattr__(name: str) -> ModuleType:
-    # Its definitions are checked by a real-time system: importing the package makes none.
-    if name == "robots":
-        return importlib.import_module(".robots", __name__)
+    # Their definitions are checked by a real-time system: importing the package makes none.
+    if name in ("cell", "robots"):
+        return importlib.import_module(f".{name}", __name__)
     raise AttributeError(f"module 'opengpac' has no attribute '{name}'")
 
 
 __all__ = [
-    "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "CoverError",
-    "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "Graph", "Group", "Holding", "InUse", "InstallationErrors",
-    "InvalidState", "LogicalDevice", "Module", "ModuleError", "NotEnabled", "Occurrence", "Part", "PhysicalDevice",
-    "PlacementError", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "Snapshot",
-    "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch",
-    "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "compose", "deactivate", "deg", "drivers", "each",
-    "execute", "holding", "input", "install", "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together", "verb", "wait",
+    "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "CoverError", "DefinitionError",
+    "DeviceFailed", "EmergencyStopped", "Error", "FileFailed", "Graph", "Group", "Holding", "InUse", "InstallationErrors", "InvalidState",
+    "LogicalDevice", "Module", "ModuleError", "NotEnabled", "Occurrence", "Part", "PhysicalDevice", "PlacementError", "Point", "Points",
+    "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "Snapshot", "Source", "StructType",
+    "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch", "UnknownName", "ValueRefused", "Verb",
+    "VerbInstance", "activate", "cell", "compose", "deactivate", "deg", "drivers", "each", "execute", "holding", "input", "install",
+    "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together", "verb", "wait",
 ]  # fmt: skip

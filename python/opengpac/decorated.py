@@ -34,6 +34,7 @@ def verb(
     ending_limit: Quantity | None = None,
     suspend: str | Holding = "hold",
     name: str | None = None,
+    manual: bool = False,
 ) -> Callable[[Callable[P, R]], Verb[P, R]]:
     """Makes a verb of a function, whose body is its docstring: the mappings say what it does, the signature how it is called.
 
@@ -60,6 +61,7 @@ def verb(
             ending_limit=ending_limit,
             suspend=suspend,
             doc=inspect.getdoc(function) or "",
+            manual=manual,
             function=function,
         )
         return made

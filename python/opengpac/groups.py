@@ -31,6 +31,8 @@ class Group(Generic[D]):
         if len({device.system for device in devices}) > 1:
             refuse(CallError, f"group '{name}' has devices of several systems", "take all from one")
         self.name = name
+        self.model = ""
+        """What identifies its mechanics, for example the hash of the model file that an arm was loaded from."""
         self._devices = devices
 
     @property
@@ -42,6 +44,14 @@ class Group(Generic[D]):
         """Enables all of them and returns when all are ready."""
         enable(self._devices, optional_ns(timeout, "the timeout"))
         return self
+
+    def pause(self) -> list[str]:
+        """Pauses the actions on these devices, as `System.pause` does on all; the names of the instances that this suspended."""
+        return self.system.pause(*self._devices)
+
+    def resume(self) -> list[str]:
+        """Takes that pause back; the names of the instances that go on."""
+        return self.system.resume(*self._devices)
 
     def disable(self) -> None:
         """Disables all of them."""

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any, Self
 from weakref import WeakValueDictionary
 
-from . import _native, checking
+from . import _native, checking, restart
+from .alarms import Alarms
 from .checks import Definitions
 from .devices import LogicalDevice, type_json
 from .errors import CallError, InUse, InvalidState, refusals, refuse
@@ -35,7 +36,8 @@ class System:
     """A real-time system in this process. `clock="virtual"` makes time a number that the program advances: for tests.
 
     `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
-    chooses preemptions and faults under the virtual clock. A context manager: leaving it halts the actions, then disables the
+    chooses preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; where there is
+    none yet nothing is restored. A context manager: leaving it halts the actions, then disables the
     devices. Making a system again rebuilds it if nothing runs in it.
 
     >>> import opengpac as gpac
@@ -53,6 +55,7 @@ class System:
         seed: int = 0,
         interconnect: str | Mapping[str, Any] = "memory",
         progress: bool | None = None,
+        restore: str | os.PathLike[str] | None = None,
     ) -> None:
         if clock not in ("monotonic", "virtual"):
             refuse(CallError, f"the clock of system '{name}' is {clock!r}", "say 'monotonic' or 'virtual'")
@@ -73,6 +76,14 @@ class System:
             self._native = _native.System(name, "virtual" if self.virtual else clock, json.dumps(options))
         self._definitions = Definitions(self._native)
         self._rights_said = self.virtual
+        self._restored: restart.Restored | None = None
+        if restore is not None:
+            try:
+                self._restored = restart.load(self, _path(restore, "restore="))
+            except BaseException:
+                self._native.close()
+                self.closed = True
+                raise
         _open[name] = self
 
     # ---- configuration ----
@@ -162,17 +173,67 @@ class System:
         with refusals:
             self._alive().emergency_stop(reason)
 
-    def emergency_stop_input(self, channel: Channel) -> None:
-        """Stops as `emergency_stop` does whenever that channel reads true."""
+    def emergency_stop_input(self, channel: Channel, *, trips: bool = True) -> None:
+        """Stops as `emergency_stop` does whenever that channel reads true (`trips=False`: false, as a normally closed contact does).
+
+        Outputs of the channel's own source are safe from the write of the firing that read it on, those of other sources from
+        their next firing on. Losing the channel's device stops too.
+        """
         if not isinstance(channel, Channel):
             refuse(CallError, f"an emergency stop input is {channel!r}", "give a channel of a physical device")
         with refusals:
-            self._alive().emergency_stop_input(channel.device.name, channel.name)
+            self._alive().emergency_stop_input(channel.device.name, channel.name, not trips)
 
     def reset(self) -> None:
-        """Takes back an emergency stop; refused while a cause is present."""
+        """Takes back an emergency stop; refused while a cause is present, naming it. Everything stays disabled, nothing goes on."""
         with refusals:
             self._alive().reset()
+
+    def pause(self, *devices: LogicalDevice) -> list[str]:
+        """Suspends every action on devices, or on these; the names of those instances, when it is done.
+
+        What keeps devices going, a servo, runs on. What is started meanwhile is held back until `resume`.
+        """
+        with refusals:
+            return self._alive().pause(_names(devices, "pause"))
+
+    def resume(self, *devices: LogicalDevice) -> list[str]:
+        """Takes a pause back, all of it or that of these devices; the names of the instances that go on or begin.
+
+        What somebody suspended by himself stays suspended.
+        """
+        with refusals:
+            return self._alive().resume_program(_names(devices, "resume"))
+
+    @property
+    def paused(self) -> bool | list[str]:
+        """Whether the program is paused, or the names of the devices that are."""
+        return self.statistics["paused"]
+
+    @property
+    def mode(self) -> str:
+        """`automatic`, or `manual`: only verbs declared with `manual=True` start. Setting it is refused while an action runs."""
+        with refusals:
+            return self._alive().mode()
+
+    @mode.setter
+    def mode(self, mode: str) -> None:
+        if mode not in ("automatic", "manual"):
+            refuse(CallError, f"the mode of system '{self.name}' is given {mode!r}", "say 'automatic' or 'manual'")
+        with refusals:
+            self._alive().set_mode(json.dumps(mode))
+
+    def enabling_switch(self, channel: Channel) -> None:
+        """A channel that is true while a person holds the enabling switch: in manual mode actions start, and run on, only then."""
+        if not isinstance(channel, Channel):
+            refuse(CallError, f"an enabling switch is {channel!r}", "give a channel of a physical device")
+        with refusals:
+            self._alive().enabling_switch(channel.device.name, channel.name)
+
+    @property
+    def alarms(self) -> Alarms:
+        """What a person has to know of: active or not yet acknowledged."""
+        return Alarms(self)
 
     @property
     def statistics(self) -> dict[str, Any]:
@@ -201,6 +262,20 @@ class System:
         """Conditions, faults, transitions and end reports, recorded in their order; `since` a sequence number."""
         with refusals:
             return json.loads(self._alive().log_json(since))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes what a warm restart gives back, `gpac.System(name, restore=path)`: tunable parameters and members declared with
+        `keep=True` of every logical device, and the alarms, which are history then.
+
+        Motion never survives: after a restart everything is disabled and nothing has started. The file is written whole or not at
+        all; the one before stays as `PATH.previous`.
+        """
+        restart.save(self, _path(path, "save()"))
+
+    @property
+    def left_over(self) -> list[str]:
+        """What a restart file held that could not be given back, in words."""
+        return [] if self._restored is None else [*self._restored.left_over]
 
     def close(self) -> None:
         """Halts the actions, disables the devices, stops the kernels. Closing twice is nothing."""
@@ -246,6 +321,19 @@ class System:
         with refusals:
             instances = json.loads(self._native.statistics_json()).get("instances", [])
         return [i["name"] for i in instances if i.get("state") in ("queued", "running", "suspended")]
+
+
+def _path(given: Any, what: str) -> Path:
+    if not isinstance(given, str | os.PathLike) or not str(given):
+        refuse(CallError, f"{what} is given {given!r}", "give the path of a file")
+    return Path(given).expanduser().absolute()
+
+
+def _names(devices: tuple[Any, ...], call: str) -> list[str] | None:
+    for device in devices:
+        if not isinstance(device, LogicalDevice):
+            refuse(CallError, f"{call}() is given {device!r}", "give logical devices, or nothing for all; a group has pause() and resume()")
+    return [device.name for device in devices] or None
 
 
 def _short(name: Any) -> str:

@@ -62,6 +62,7 @@ pub struct CheckedVerb {
     pub(crate) ending: PlannedEnding,
     pub(crate) suspend: CheckedSuspend,
     pub(crate) conditions: Vec<CheckedCondition>,
+    pub(crate) manual: bool,
     pub(crate) remarks: Vec<Remark>,
     /// Whether a block has synchronous inputs whose values vary.
     pub(crate) driven: Vec<bool>,
@@ -143,6 +144,7 @@ impl CheckedVerb {
             ending,
             suspend,
             conditions,
+            manual: verb.manual,
             remarks,
             driven,
         })

@@ -133,6 +133,9 @@ pub struct Termination {
     pub during: Vec<String>,
     #[serde(default)]
     pub priority: i32,
+    /// Code of the alarm that it raises whenever it acts, whether the verb ends or goes on.
+    #[serde(default)]
+    pub alarm: Option<String>,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -179,6 +182,9 @@ pub struct Verb {
     pub name: String,
     #[serde(default)]
     pub doc: String,
+    /// It may be started in manual mode.
+    #[serde(default)]
+    pub manual: bool,
     pub blocks: IndexMap<String, BlockUse>,
     #[serde(default)]
     pub objects: IndexMap<String, Object>,

@@ -144,7 +144,11 @@ impl Core {
     fn admit(&mut self, request: Request) {
         let instance = &self.instances[&request.id];
         let (id, name) = (instance.id, instance.name.clone());
-        let refused = self.refuse_emergency("start", &name).and_then(|()| self.check_enabled(instance)).and_then(|()| self.check_sources(instance));
+        let refused = self
+            .refuse_emergency("start", &name)
+            .and_then(|()| self.check_mode(instance))
+            .and_then(|()| self.check_enabled(instance))
+            .and_then(|()| self.check_sources(instance));
         match refused {
             Ok(()) => {
                 self.log.add(self.host.now_ns(), "admission", &name, "");
@@ -152,7 +156,7 @@ impl Core {
             }
             Err(refusals) => {
                 let message = refusals.first().map_or_else(String::new, |r| r.message.clone());
-                let condition = if self.emergency.is_some() { "emergency_stop" } else { "aborted" };
+                let condition = if self.emergency.reason.is_some() { "emergency_stop" } else { "aborted" };
                 self.ended_in_queue(id, condition, &message, false);
             }
         }

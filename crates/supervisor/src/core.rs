@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Everything that the supervisor keeps of a running system, under one lock. Every method that changes what runs is here or in
 //! the files named after what they do; none of them waits.
+use crate::alarms::Alarms;
 use crate::claims::Request;
 use crate::connect::Pair;
+use crate::emergency::Emergency;
 use crate::instance::Instance;
 use crate::log::Log;
-use crate::refuse::refuse;
+use crate::modes::Modes;
+use crate::pause::Pause;
 use crate::svvs::SvvRecord;
 use crate::tables::SourceTable;
 use indexmap::IndexMap;
 use kernel::{Device, Host, Op, Script, SourceId};
 use model::plan::Claim;
-use model::refusal::{Class, Refusals};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
@@ -64,10 +66,10 @@ pub(crate) struct Core {
     /// Starts that wait for claims, in order.
     pub queue: Vec<Request>,
     pub log: Log,
-    /// Why the emergency stop is latched.
-    pub emergency: Option<String>,
-    /// Channels that trip it: (device, channel).
-    pub emergency_inputs: Vec<(String, usize)>,
+    pub emergency: Emergency,
+    pub pause: Pause,
+    pub modes: Modes,
+    pub alarms: Alarms,
     /// Sources that did not answer: nobody waits for them.
     pub lost: HashSet<SourceId>,
     /// Sources that a test has cut off.
@@ -100,8 +102,10 @@ impl Core {
             claims: HashMap::new(),
             queue: Vec::new(),
             log: Log::default(),
-            emergency: None,
-            emergency_inputs: Vec::new(),
+            emergency: Emergency::default(),
+            pause: Pause::default(),
+            modes: Modes::default(),
+            alarms: Alarms::default(),
             lost: HashSet::new(),
             cut_off: HashSet::new(),
             poisoned: HashMap::new(),
@@ -128,12 +132,6 @@ impl Core {
         if !self.cut_off.contains(&source) {
             self.host.submit(source, Box::new(Script { id, ops }));
         }
-    }
-
-    /// Refuses a call while the emergency stop is latched.
-    pub fn refuse_emergency(&self, call: &str, what: &str) -> Result<(), Refusals> {
-        let Some(reason) = &self.emergency else { return Ok(()) };
-        Err(refuse(Class::EmergencyStopped, format!("cannot {call} '{what}': the emergency stop is latched ({reason})"), "remove the cause and call reset()"))
     }
 
     /// Whose the acknowledged script was.

@@ -4,6 +4,7 @@
 //! A call of the PS takes the [`System`]'s lock, plans or commands, and hands scripts to the kernels; what kernels tell is taken
 //! by the supervisor's thread (under the virtual clock: by whoever advances time). Nothing here is on a real-time path: a
 //! transition that lies in one source is a reaction, prepared here when the instance is made and carried out by its kernel.
+mod alarms;
 mod apply;
 mod catalog;
 mod claims;
@@ -14,6 +15,7 @@ mod create;
 mod deadlines;
 mod devices;
 mod download;
+mod emergency;
 mod end;
 mod ending;
 mod events;
@@ -24,8 +26,10 @@ mod instance;
 mod life;
 mod log;
 mod lost;
+mod modes;
 mod observe;
 mod outputs;
+mod pause;
 mod proceed;
 mod psi;
 mod refuse;
@@ -39,11 +43,13 @@ mod system;
 mod tables;
 mod values;
 
+pub use alarms::{Alarm, AlarmText, Severity};
 pub use apply::DeviceRequest;
 pub use configure::SvvRequest;
 pub use download::{build, library_json, load, trial};
 pub use instance::Limits;
 pub use log::Entry;
+pub use modes::Mode;
 pub use observe::{Past, type_tree};
 pub use report::{Other, Report};
 pub use system::{System, Waited};

@@ -54,7 +54,10 @@ impl Core {
             Movement::CopyInitial => self.copy_initial(id),
             Movement::Ready => self.device_ready(id),
             Movement::Entered { list, stage } => self.entered(id, list, stage),
-            Movement::Suspended => self.suspended(id),
+            Movement::Suspended => {
+                self.suspended(id);
+                self.go_on_after_pause(id);
+            }
             Movement::Resumed => {
                 self.set_state(id, State::Running);
                 self.follow(id);
@@ -131,6 +134,8 @@ impl Core {
         let owner = self.instances.get(&id).and_then(|i| i.owner.clone());
         if let Some(device) = owner.and_then(|o| self.logical.get_mut(&o)).filter(|device| device.state == DeviceState::Enabling) {
             device.state = DeviceState::Enabled;
+            let device = self.instances[&id].owner.clone().expect("it has one");
+            self.alarm_enabled(&device);
         }
     }
 

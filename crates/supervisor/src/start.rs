@@ -25,6 +25,7 @@ impl Core {
             return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "start", "wait for it or halt it first"));
         }
         self.refuse_emergency("start", &instance.name)?;
+        self.check_mode(instance)?;
         self.check_enabled(instance)?;
         self.check_sources(instance)?;
         let request = Request { id, stores: psi(&instance.plan, values, configuration)?, limits };
@@ -49,7 +50,9 @@ impl Core {
     /// What a start needs is free: it is claimed, and the initial list begins.
     pub fn begin(&mut self, request: Request) {
         let mut movements = self.prepare(&request);
-        movements.extend(self.opening(request.id, &request.stores));
+        if !self.hold_back(request.id, &request.stores) {
+            movements.extend(self.opening(request.id, &request.stores));
+        }
         self.append_sequence(request.id, movements);
     }
 
@@ -154,7 +157,7 @@ impl Core {
     }
 
     /// From the reset to the end of the initial list's first stage.
-    fn opening(&self, id: u64, stores: &[(Target, Vec<u8>)]) -> Vec<Movement> {
+    pub fn opening(&self, id: u64, stores: &[(Target, Vec<u8>)]) -> Vec<Movement> {
         let instance = &self.instances[&id];
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         let mut builder = Builder::default();

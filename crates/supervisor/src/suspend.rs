@@ -18,6 +18,11 @@ impl Instance {
         self.active.iter().any(|(active, _)| *active == activation)
     }
 
+    /// True from the call that suspends it until it begins to stand still.
+    pub fn is_coming_to_rest(&self) -> bool {
+        self.suspending || self.resting_until_ns.is_some()
+    }
+
     /// True for the condition that an instance waits for which comes to rest.
     pub fn rests_at(&self, block: Option<usize>, item: u8) -> bool {
         let PlannedSuspend::Holding { until, .. } = &self.plan.suspend else { return false };

@@ -97,6 +97,7 @@ impl System {
             // SAFETY: `fd` was just made and belongs to nobody else.
             ended_fd: unsafe { OwnedFd::from_raw_fd(fd) },
         });
+        shared.locked().alarms.has_wall = !shared.is_virtual;
         let supervisor = if shared.is_virtual { None } else { Some(supervise(&shared)?) };
         let system = System { name: name.to_owned(), shared, supervisor: Mutex::new(supervisor) };
         system.enter_library();
@@ -132,7 +133,10 @@ impl System {
     }
 
     pub fn resume(&self, instance: u64) -> Result<(), Refusals> {
-        self.shared.command(|core| core.resume(instance))?;
+        self.shared.command(|core| {
+            core.refuse_paused(instance)?;
+            core.resume(instance)
+        })?;
         self.until_settled(instance, |i| i.state != State::Suspended)
     }
 
@@ -397,7 +401,7 @@ impl Shared {
             core.drain();
         }
         core.look_for_lost();
-        core.watch_emergency_inputs();
+        core.watch_inputs();
         self.announce(&mut core);
         Ok(stepped)
     }
@@ -420,7 +424,7 @@ fn supervise(shared: &Arc<Shared>) -> Result<std::thread::JoinHandle<()>, Refusa
                 let now_ns = shared.host.now_ns();
                 core.serve_deadlines(now_ns);
                 core.look_for_lost();
-                core.watch_emergency_inputs();
+                core.watch_inputs();
                 core.drain();
                 shared.announce(&mut core);
                 [core.next_wake(now_ns), core.next_answer()].into_iter().flatten().min()

@@ -42,6 +42,7 @@ impl<'a> Draft<'a> {
             claims,
             arbitration,
             devices: self.objects.into_iter().flatten().map(str::to_owned).collect(),
+            manual: checked.manual,
             remarks,
         })
     }
