@@ -14,7 +14,7 @@ use pyo3::types::PyBytes;
 use serde::Deserialize;
 use std::path::PathBuf;
 use std::time::Duration;
-use supervisor::{DeviceRequest, Limits, SvvRequest, Waited};
+use supervisor::{Alarm, AlarmText, DeviceRequest, Limits, Mode, SvvRequest, Waited};
 
 /// How long a wait goes on without looking at signals.
 const SLICE: Duration = Duration::from_millis(50);
@@ -314,12 +314,63 @@ impl System {
         py.detach(|| self.inner.emergency_stop(reason)).map_err(refused)
     }
 
-    fn emergency_stop_input(&self, device: &str, channel: &str) -> PyResult<()> {
-        self.inner.emergency_stop_input(device, channel).map_err(refused)
+    fn emergency_stop_input(&self, device: &str, channel: &str, at_zero: bool) -> PyResult<()> {
+        self.inner.emergency_stop_input(device, channel, at_zero).map_err(refused)
     }
 
     fn reset(&self) -> PyResult<()> {
         self.inner.reset().map_err(refused)
+    }
+
+    fn pause(&self, py: Python<'_>, devices: Option<Vec<String>>) -> PyResult<Vec<String>> {
+        let stopped = py.detach(|| self.inner.pause(devices.as_deref())).map_err(refused)?;
+        let (ids, names): (Vec<u64>, Vec<String>) = stopped.into_iter().unzip();
+        in_slices(py, |slice| self.inner.paused(&ids, slice))?;
+        Ok(names)
+    }
+
+    fn resume_program(&self, py: Python<'_>, devices: Option<Vec<String>>) -> PyResult<Vec<String>> {
+        let going = py.detach(|| self.inner.resume_program(devices.as_deref())).map_err(refused)?;
+        Ok(going.into_iter().map(|(_, name)| name).collect())
+    }
+
+    fn mode(&self) -> &'static str {
+        self.inner.mode()
+    }
+
+    fn set_mode(&self, py: Python<'_>, mode_json: &str) -> PyResult<()> {
+        let mode: Mode = from_json(mode_json)?;
+        py.detach(|| self.inner.set_mode(mode)).map_err(refused)
+    }
+
+    fn enabling_switch(&self, device: &str, channel: &str) -> PyResult<()> {
+        self.inner.enabling_switch(device, channel).map_err(refused)
+    }
+
+    fn define_alarm(&self, code: &str, text_json: &str) -> PyResult<()> {
+        let text: AlarmText = from_json(text_json)?;
+        self.inner.define_alarm(code, text).map_err(refused)
+    }
+
+    fn raise_alarm(&self, py: Python<'_>, code: &str, source: &str, text: &str) -> PyResult<()> {
+        py.detach(|| self.inner.raise_alarm(code, source, text)).map_err(refused)
+    }
+
+    fn clear_alarm(&self, py: Python<'_>, code: &str, source: Option<&str>) -> PyResult<bool> {
+        py.detach(|| self.inner.clear_alarm(code, source)).map_err(refused)
+    }
+
+    fn acknowledge_alarms(&self, py: Python<'_>, number: Option<u64>) -> PyResult<usize> {
+        py.detach(|| self.inner.acknowledge_alarms(number)).map_err(refused)
+    }
+
+    fn alarms_json(&self) -> PyResult<String> {
+        to_json(&self.inner.alarms_json())
+    }
+
+    fn restore_alarms(&self, history_json: &str) -> PyResult<()> {
+        let history: Vec<Alarm> = from_json(history_json)?;
+        self.inner.restore_alarms(history).map_err(refused)
     }
 
     fn statistics_json(&self) -> PyResult<String> {

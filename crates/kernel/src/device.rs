@@ -2,8 +2,8 @@
 //! Physical devices as the kernel serves them: read at the start of a firing of their source, written at its end.
 use crate::{Cell, Extent};
 use std::cell::UnsafeCell;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// Which way a channel goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,8 +74,38 @@ pub struct Device {
     /// For each channel: how often its slew limit acted.
     limited: Vec<AtomicU64>,
     lost: AtomicBool,
+    /// While it is set, every write is the safe one.
+    stop: OnceLock<Arc<AtomicBool>>,
+    /// For each channel: which reading of it asks for something, and how that stands.
+    asking: Vec<Asking>,
+    is_asking: AtomicBool,
     service: UnsafeCell<Service>,
 }
+
+/// What a read channel asks for when it reads so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ask {
+    /// The emergency stop: outputs are safe from the write of the firing that read it on.
+    Stop,
+    /// Nothing of the kernel: the supervisor is told of each change.
+    Tell,
+}
+
+/// A channel whose readings are looked at. Flags only, each by itself: the kernel sets, the supervisor reads.
+#[derive(Default)]
+struct Asking {
+    /// `OFF`, or what it asks for and whether it does so at 0 (`AT_ZERO`).
+    what: AtomicU8,
+    /// It does now.
+    now: AtomicBool,
+    /// It did, since somebody last forgot.
+    once: AtomicBool,
+}
+
+const OFF: u8 = 0;
+const STOP: u8 = 1;
+const TELL: u8 = 2;
+const AT_ZERO: u8 = 4;
 
 /// What the kernel of the device's source alone touches.
 struct Service {
@@ -119,8 +149,11 @@ impl Device {
             commands,
             engaged: channels.iter().map(|_| AtomicBool::new(false)).collect(),
             limited: channels.iter().map(|_| AtomicU64::new(0)).collect(),
+            asking: channels.iter().map(|_| Asking::default()).collect(),
             channels,
             lost: AtomicBool::new(false),
+            stop: OnceLock::new(),
+            is_asking: AtomicBool::new(false),
             service: UnsafeCell::new(service),
         }))
     }
@@ -154,6 +187,34 @@ impl Device {
         self.limited[channel].load(Ordering::Relaxed)
     }
 
+    /// Every write is the safe one while `stop` is set. Once in the life of a device.
+    pub fn obey(&self, stop: Arc<AtomicBool>) {
+        // A second call would name the same flag: there is one of a host.
+        let _first = self.stop.set(stop);
+    }
+
+    /// From the next reading on, the read channel `channel` asks for `what` whenever it is not 0 (`at_zero`: whenever it is 0).
+    pub fn ask(&self, channel: usize, what: Ask, at_zero: bool) {
+        let what = if what == Ask::Stop { STOP } else { TELL };
+        self.asking[channel].what.store(if at_zero { what | AT_ZERO } else { what }, Ordering::Release);
+        self.is_asking.store(true, Ordering::Release);
+    }
+
+    /// Whether `channel` asked in the latest reading; one of a lost device does.
+    pub fn asks(&self, channel: usize) -> bool {
+        self.asking[channel].now.load(Ordering::Acquire)
+    }
+
+    /// Whether it asked in some reading since `forget`.
+    pub fn asked(&self, channel: usize) -> bool {
+        self.asking[channel].once.load(Ordering::Acquire)
+    }
+
+    /// Forgets that `channel` asked.
+    pub fn forget(&self, channel: usize) {
+        self.asking[channel].once.store(false, Ordering::Release);
+    }
+
     /// True after it failed: it is neither read nor written any more.
     pub fn is_lost(&self) -> bool {
         self.lost.load(Ordering::Acquire)
@@ -173,6 +234,38 @@ impl Device {
         self.checked(service, read)
     }
 
+    /// Looks at the channels that ask for something, after a reading. True where one of them changed: the supervisor is to be told.
+    /// `is_blind`: the readings say nothing any more (the device is lost, its source stopped), which counts as asking.
+    ///
+    /// # Safety
+    /// As for `read`.
+    pub(crate) unsafe fn look(&self, is_blind: bool) -> bool {
+        if !self.is_asking.load(Ordering::Acquire) {
+            return false;
+        }
+        let mut changed = false;
+        for (asking, channel) in self.asking.iter().zip(&self.channels) {
+            let what = asking.what.load(Ordering::Acquire);
+            if what == OFF {
+                continue;
+            }
+            // SAFETY: the channel lies within the readings, which only this source's kernel stores to.
+            let reading = unsafe { std::slice::from_raw_parts(self.readings.start().add(channel.offset), channel.len) };
+            let is_zero = reading.iter().all(|byte| *byte == 0);
+            let asks = is_blind || is_zero == (what & AT_ZERO != 0);
+            if asks {
+                changed |= !asking.once.swap(true, Ordering::AcqRel);
+                if let (true, Some(stop)) = (what & STOP != 0, self.stop.get()) {
+                    stop.store(true, Ordering::Release);
+                }
+            }
+            // A source that stopped is restarted by a reset: what it cannot see now does not keep that from happening.
+            let asks = asks && (!is_blind || self.is_lost());
+            changed |= asking.now.swap(asks, Ordering::AcqRel) != asks;
+        }
+        changed
+    }
+
     /// Writes every channel: claimed ones as stored within their slew limits, the others safe.
     ///
     /// # Safety
@@ -183,10 +276,11 @@ impl Device {
         }
         // SAFETY: the caller is the one that touches it.
         let service = unsafe { &mut *self.service.get() };
+        let is_stopped = self.stop.get().is_some_and(|stop| stop.load(Ordering::Acquire));
         let elapsed_s = service.written_ns.map_or(0.0, |written| (release_ns - written) as f64 * 1e-9);
         let writes = self.channels.iter().enumerate().filter(|(_, channel)| channel.direction == Direction::Write);
         for (place, (index, channel)) in writes.enumerate() {
-            let engaged = self.engaged[index].load(Ordering::Acquire);
+            let engaged = self.engaged[index].load(Ordering::Acquire) && !is_stopped;
             service.engaged[place] = engaged;
             let out = &mut service.out[channel.offset..channel.offset + channel.len];
             if !engaged {

@@ -54,6 +54,8 @@ pub enum Event {
     Stopped { source: SourceId, block: BlockId, process: u64, fault: Fault, time_ns: i64 },
     /// A device failed at reading or writing; it is in its safe state.
     DeviceLost { source: SourceId, device: String, message: String, time_ns: i64 },
+    /// A channel that asks for something (`Device::ask`) began or ended to, or cannot be seen any more.
+    Asked { source: SourceId, time_ns: i64 },
     /// A queue was full: a synchronous value was lost (`overrun`, naming both ends), or a ratio value came late.
     Overrun { source: SourceId, reader: SourceId, member: u32, time_ns: i64 },
     /// A ratio value was absent when its number was due: the old one is kept.

@@ -227,6 +227,7 @@ impl Kernel {
             // SAFETY: this is the kernel of the device's source.
             unsafe { device.read(now_ns) }
         });
+        self.look(now_ns, false);
         if let Some(ended) = steps::guarded(self, started_ns, now_ns, preempt) {
             self.stop(ended, now_ns);
             return false;
@@ -243,6 +244,18 @@ impl Kernel {
             if let Err(error) = serve(&self.table.devices[index]) {
                 self.device_lost(index, error, now_ns);
             }
+        }
+    }
+
+    /// What the readings ask for: the emergency stop is in force from here on, before anything is written.
+    fn look(&mut self, now_ns: i64, is_blind: bool) {
+        let mut changed = false;
+        for device in &self.table.devices {
+            // SAFETY: this is the kernel of the device's source.
+            changed |= unsafe { device.look(is_blind || device.is_lost()) };
+        }
+        if changed {
+            self.tell(Event::Asked { source: self.source.id, time_ns: now_ns }, &[], &[]);
         }
     }
 
@@ -347,6 +360,7 @@ impl Kernel {
             // SAFETY: this is the kernel of the device's source.
             unsafe { device.safe_state() };
         }
+        self.look(time_ns, true);
         self.stored = false;
         let step = &self.table.steps[ended.step as usize];
         let (block, process) = (step.block.as_ref().map_or(crate::BlockId(u32::MAX), |block| block.id()), self.table.processes[step.process as usize].id());

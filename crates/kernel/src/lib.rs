@@ -38,7 +38,7 @@ mod watchdog;
 pub use block::{Block, BlockId};
 pub use clock::ClockKind;
 pub use connection::{Inbound, Outbound, QueueMember, RowsEnd, row_prefix};
-pub use device::{Channel, Device, DeviceError, Direction, Driver};
+pub use device::{Ask, Channel, Device, DeviceError, Direction, Driver};
 pub use event::{Event, Fault};
 pub use host::Host;
 pub use memory::{Cell, Extent};

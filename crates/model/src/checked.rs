@@ -59,6 +59,7 @@ pub struct CheckedVerb {
     pub(crate) lists: Vec<CheckedList>,
     pub(crate) initial: usize,
     pub(crate) conditions: Vec<CheckedCondition>,
+    pub(crate) manual: bool,
     pub(crate) remarks: Vec<Remark>,
     /// Whether a block has synchronous inputs whose values vary.
     pub(crate) driven: Vec<bool>,
@@ -136,6 +137,7 @@ impl CheckedVerb {
             lists,
             initial,
             conditions,
+            manual: verb.manual,
             remarks,
             driven,
         })

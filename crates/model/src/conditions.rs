@@ -29,7 +29,15 @@ pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedConditio
     let wanted = LIMITS.into_iter().filter(|name| *name == "time_limit" || named_in_transitions(name));
     for name in SYSTEM.into_iter().chain(wanted) {
         if let Some(during) = lists_without(&conditions, name, verb.command_lists.len()) {
-            let planned = PlannedCondition { name: name.to_owned(), on: Vec::new(), returns: Vec::new(), normal: name == "completed", priority: 0, during };
+            let planned = PlannedCondition {
+                name: name.to_owned(),
+                on: Vec::new(),
+                returns: Vec::new(),
+                normal: name == "completed",
+                priority: 0,
+                during,
+                alarm: None,
+            };
             conditions.push(CheckedCondition { planned, transitions: Vec::new() });
         }
     }
@@ -77,7 +85,7 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
     });
     let during = during.collect();
     let normal = !termination.raises && (name == "completed" || termination.returns.is_some());
-    let planned = PlannedCondition { name: name.to_owned(), on, returns, normal, priority: termination.priority, during };
+    let planned = PlannedCondition { name: name.to_owned(), on, returns, normal, priority: termination.priority, during, alarm: termination.alarm.clone() };
     CheckedCondition { planned, transitions: Vec::new() }
 }
 

@@ -133,6 +133,9 @@ pub struct Termination {
     pub during: Vec<String>,
     #[serde(default)]
     pub priority: i32,
+    /// Code of the alarm that it raises whenever it acts, whether the verb ends or goes on.
+    #[serde(default)]
+    pub alarm: Option<String>,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -206,6 +209,9 @@ pub struct Verb {
     /// Of a composed verb: its parts by label, and those of its parts (`pick.approach`). Empty in one that is written whole.
     #[serde(default)]
     pub parts: IndexMap<String, Part>,
+    /// It may be started in manual mode.
+    #[serde(default)]
+    pub manual: bool,
     #[serde(default)]
     pub place: Option<Place>,
 }

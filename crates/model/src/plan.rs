@@ -165,6 +165,8 @@ pub struct PlannedCondition {
     pub priority: i32,
     /// Only in these lists; empty: in all. Conditions of one name have no list in common.
     pub during: Vec<usize>,
+    /// Code of the alarm that it raises.
+    pub alarm: Option<String>,
 }
 
 impl PlannedCondition {
@@ -252,5 +254,7 @@ pub struct Plan {
     pub claims: Vec<Claim>,
     /// Logical devices that must be enabled.
     pub devices: Vec<String>,
+    /// It may be started in manual mode.
+    pub manual: bool,
     pub remarks: Vec<Remark>,
 }

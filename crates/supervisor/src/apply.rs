@@ -27,6 +27,9 @@ pub struct DeviceRequest {
     /// Where its verb runs, `rtp.name`.
     #[serde(default)]
     pub source: Option<String>,
+    /// Intervals of its verb's blocks that differ from the command list's, ns.
+    #[serde(default)]
+    pub every: IndexMap<String, u64>,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -159,7 +162,7 @@ impl System {
             name: Some(format!("{name}.{verb}")),
             arguments: request.arguments.clone(),
             placement,
-            every: IndexMap::new(),
+            every: request.every.clone(),
             owner: Some(name.to_owned()),
             place: request.place.clone(),
         };

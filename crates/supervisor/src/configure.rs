@@ -7,7 +7,7 @@ use crate::svvs::SvvRecord;
 use crate::system::System;
 use crate::tables::SourceTable;
 use indexmap::IndexMap;
-use kernel::{Direction, Op, SourceSpec};
+use kernel::{Direction, SourceSpec};
 use model::configuration::{Channel, PhysicalDevice, Source, SourceKind, Svv, SvvId};
 use model::definition::{DeviceType, Graph, Initial, SvvSpecification, Verb};
 use model::plan::CellKind;
@@ -163,6 +163,7 @@ impl System {
             .collect();
         self.shared.command(|core| {
             let id = core.sources[source];
+            device.obey(core.emergency.stop.clone());
             core.tables.get_mut(&id).expect("a source has its table as long as the system lives").devices.push(device.clone());
             core.physical.insert(name.to_owned(), PhysicalRecord { device, source: id, lost: None });
             let op = core.table_op(id);
@@ -194,11 +195,13 @@ impl System {
                     "delete that instance or device first",
                 ));
             }
-            if core.emergency_inputs.iter().any(|(device, _)| device == name) {
-                return Err(invalid_state(&format!("physical device '{name}'"), "an emergency stop input", "delete", "keep it as long as the system"));
+            if core.emergency.inputs.iter().any(|input| input.device == name) || core.modes.enabling.as_ref().is_some_and(|(device, _)| device == name) {
+                let what = "needed: a channel of it is an emergency stop input or the enabling switch";
+                return Err(invalid_state(&format!("physical device '{name}'"), what, "delete", "keep it as long as the system"));
             }
             let (source, device) = (physical.source, physical.device.clone());
             core.physical.shift_remove(name);
+            core.alarm_closed(name);
             let table = core.tables.get_mut(&source).expect("a source has its table as long as the system lives");
             table.devices.retain(|d| !Arc::ptr_eq(d, &device));
             let op = core.table_op(source);
@@ -423,43 +426,6 @@ impl System {
     /// Stores a value from the PS.
     pub fn write(&self, name: &str, value: &model::value::Value) -> Result<(), Refusals> {
         self.shared.command(|core| core.write(name, value))
-    }
-
-    /// Channels that trip the emergency stop when they are not 0.
-    pub fn emergency_stop_input(&self, device: &str, channel: &str) -> Result<(), Refusals> {
-        self.shared.command(|core| {
-            let Some(physical) = core.physical.get(device) else {
-                return Err(unknown("physical device", device, core.physical.keys().map(String::as_str)));
-            };
-            let channels = physical.device.channels();
-            let Some(index) = channels.iter().position(|c| c.name == channel && c.direction == Direction::Read) else {
-                return Err(unknown("read channel", channel, channels.iter().map(|c| c.name.as_str())));
-            };
-            core.emergency_inputs.push((device.to_owned(), index));
-            Ok(())
-        })
-    }
-
-    /// Brings devices to their safe state and latches.
-    pub fn emergency_stop(&self, reason: &str) -> Result<(), Refusals> {
-        self.shared.command(|core| {
-            core.emergency_stop(reason);
-            for physical in core.physical.values().map(|p| (p.device.clone(), p.source)).collect::<Vec<_>>() {
-                let (device, source) = physical;
-                let channels = (0..device.channels().len()).filter(|c| device.channels()[*c].direction == Direction::Write);
-                let channels = channels.map(|c| u16::try_from(c).expect("a device has fewer than 65,536 channels")).collect();
-                core.submit(source, vec![Op::Safe { device, channels }], crate::core::Purpose::Nothing);
-            }
-            Ok(())
-        })
-    }
-
-    /// Lifts the latch.
-    pub fn reset(&self) -> Result<(), Refusals> {
-        self.shared.command(|core| {
-            let present = core.emergency_cause();
-            core.reset(present)
-        })
     }
 }
 

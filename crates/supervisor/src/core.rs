@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Everything that the supervisor keeps of a running system, under one lock. Every method that changes what runs is here or in
 //! the files named after what they do; none of them waits.
+use crate::alarms::Alarms;
 use crate::connect::Pair;
+use crate::emergency::Emergency;
 use crate::instance::Instance;
 use crate::log::Log;
-use crate::refuse::refuse;
+use crate::modes::Modes;
+use crate::pause::Pause;
 use crate::svvs::SvvRecord;
 use crate::tables::SourceTable;
 use indexmap::IndexMap;
 use kernel::{Device, Host, Op, Script, SourceId};
 use model::plan::Claim;
-use model::refusal::{Class, Refusals};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
@@ -61,10 +63,10 @@ pub(crate) struct Core {
     pub instances: BTreeMap<u64, Instance>,
     pub claims: HashMap<Claim, u64>,
     pub log: Log,
-    /// Why the emergency stop is latched.
-    pub emergency: Option<String>,
-    /// Channels that trip it: (device, channel).
-    pub emergency_inputs: Vec<(String, usize)>,
+    pub emergency: Emergency,
+    pub pause: Pause,
+    pub modes: Modes,
+    pub alarms: Alarms,
     /// Modules in which a signal was caught: no new instance until a reset.
     pub poisoned: HashMap<String, String>,
     /// Snapshots that have arrived: ticket → (time, bytes of each script).
@@ -92,8 +94,10 @@ impl Core {
             instances: BTreeMap::new(),
             claims: HashMap::new(),
             log: Log::default(),
-            emergency: None,
-            emergency_inputs: Vec::new(),
+            emergency: Emergency::default(),
+            pause: Pause::default(),
+            modes: Modes::default(),
+            alarms: Alarms::default(),
             poisoned: HashMap::new(),
             reads: HashMap::new(),
             ended: 0,
@@ -116,12 +120,6 @@ impl Core {
         let id = self.fresh();
         self.scripts.insert(id, purpose);
         self.host.submit(source, Box::new(Script { id, ops }));
-    }
-
-    /// Refuses a call while the emergency stop is latched.
-    pub fn refuse_emergency(&self, call: &str, what: &str) -> Result<(), Refusals> {
-        let Some(reason) = &self.emergency else { return Ok(()) };
-        Err(refuse(Class::EmergencyStopped, format!("cannot {call} '{what}': the emergency stop is latched ({reason})"), "remove the cause and call reset()"))
     }
 
     /// Whose the acknowledged script was.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Logical devices as they run: enable, disable, their parameters, the emergency stop.
+//! Logical devices as they run: enable, disable, their parameters.
 use crate::core::{Core, DeviceState, LogicalRecord};
 use crate::instance::{Limits, State};
-use crate::refuse::{invalid_state, refuse, unknown};
+use crate::refuse::{invalid_state, unknown};
 use indexmap::IndexMap;
 use model::configuration::Configuration;
-use model::refusal::{Class, Refusals};
+use model::refusal::Refusals;
 
 impl Core {
     pub fn logical(&self, device: &str) -> Result<&LogicalRecord, Refusals> {
@@ -56,7 +56,7 @@ impl Core {
         Ok(self.logical[device].state == DeviceState::Disabled)
     }
 
-    fn set_device(&mut self, device: &str, state: DeviceState) {
+    pub(crate) fn set_device(&mut self, device: &str, state: DeviceState) {
         if let Some(record) = self.logical.get_mut(device) {
             record.state = state;
         }
@@ -79,26 +79,6 @@ impl Core {
         })
     }
 
-    /// Ends every action, brings the devices to their safe state, and latches.
-    pub fn emergency_stop(&mut self, reason: &str) {
-        let now_ns = self.host.now_ns();
-        if self.emergency.is_none() {
-            self.emergency = Some(reason.to_owned());
-            self.log.add(now_ns, "emergency_stop", "system", reason);
-        }
-        let (actions, servos): (Vec<u64>, Vec<u64>) = {
-            let running = self.instances.values().filter(|i| i.is_busy());
-            let (a, s): (Vec<_>, Vec<_>) = running.partition(|i| i.owner.is_none());
-            (a.iter().map(|i| i.id).collect(), s.iter().map(|i| i.id).collect())
-        };
-        for id in actions.into_iter().chain(servos) {
-            if let Some(owner) = self.instances.get(&id).and_then(|i| i.owner.clone()) {
-                self.set_device(&owner, DeviceState::Stopping);
-            }
-            self.end_now(id, "emergency_stop", reason);
-        }
-    }
-
     /// Ends an instance without asking τ.
     pub fn end_now(&mut self, id: u64, condition: &str, message: &str) {
         let now_ns = self.host.now_ns();
@@ -108,26 +88,6 @@ impl Core {
             return;
         }
         self.end(id, crate::instance::Cause { condition, block: None, value: None, message: message.to_owned(), time_ns: now_ns, asked_for: false });
-    }
-
-    /// Lifts the latch, restarts the sources that faults stopped. Refused while a cause is present.
-    pub fn reset(&mut self, present: Option<String>) -> Result<(), Refusals> {
-        if let Some(cause) = present {
-            return Err(refuse(Class::EmergencyStopped, format!("cannot reset: the cause is still present ({cause})"), "remove it first"));
-        }
-        if let Some(busy) = self.instances.values().find(|i| i.is_busy() && self.emergency.is_some()) {
-            return Err(invalid_state(&format!("'{}'", busy.name), "still ending", "reset while", "wait for it"));
-        }
-        self.emergency = None;
-        self.poisoned.clear();
-        let stopped: Vec<_> = self.sources.values().copied().filter(|s| self.host.statistics(*s).stopped).collect();
-        for source in stopped {
-            self.host.restart(source);
-        }
-        for record in self.logical.values_mut().filter(|r| r.state == DeviceState::Fault) {
-            record.state = DeviceState::Disabled;
-        }
-        Ok(())
     }
 
     /// Halts the actions, then disables the devices: the orderly end. True when nothing runs any more. `is_late`: what τ does with
@@ -155,34 +115,15 @@ impl Core {
     }
 }
 
-/// How often limits and emergency inputs are looked at where no event would bring them, ns.
+/// How often limits are looked at where no event would bring them, ns.
 const WATCH_NS: i64 = 5_000_000;
 
 impl Core {
     /// When the supervisor has to wake up at the latest.
     pub fn next_wake(&self, now_ns: i64) -> Option<i64> {
-        let watches = !self.emergency_inputs.is_empty() || self.instances.values().any(|i| i.state == State::Running && i.limits.overruns.is_some());
+        let watches = self.instances.values().any(|i| i.state == State::Running && i.limits.overruns.is_some());
         let watch = watches.then_some(now_ns + WATCH_NS);
         [self.next_deadline(), watch].into_iter().flatten().min()
-    }
-
-    /// Trips the emergency stop where an input of it is not 0.
-    pub fn watch_emergency_inputs(&mut self) {
-        if self.emergency.is_some() {
-            return;
-        }
-        if let Some(cause) = self.emergency_cause() {
-            self.emergency_stop(&cause);
-        }
-    }
-
-    /// An emergency input that is tripped now.
-    pub fn emergency_cause(&self) -> Option<String> {
-        let tripped = |(device, channel): &&(String, usize)| self.physical[device].device.cell(*channel).load().iter().any(|byte| *byte != 0);
-        self.emergency_inputs
-            .iter()
-            .find(tripped)
-            .map(|(device, channel)| format!("emergency stop input '{device}.{}'", self.physical[device].device.channels()[*channel].name))
     }
 }
 

@@ -26,11 +26,13 @@ impl Core {
         if !matches!(instance.state, State::Running | State::Suspended) || instance.ending.is_some() || !self.take_process(id, true) {
             return;
         }
+        self.alarm_of_condition(id, condition, None, &message);
         let Some(instance) = self.instances.get_mut(&id) else { return };
         // Only now is it certain in which list the process is.
         let condition = instance.condition(&instance.plan.conditions[condition].name).unwrap_or(condition);
         let to = instance.plan.lists[instance.list].transitions.iter().find(|(c, _)| *c == condition).map(|(_, to)| *to);
-        let transition = to.filter(|_| !(asked_for && instance.halting) && instance.state == State::Running);
+        let has_begun = !self.pause.is_held_back(id);
+        let transition = to.filter(|_| !(asked_for && instance.halting) && instance.state == State::Running && has_begun);
         match transition {
             Some(list) => {
                 instance.halting |= asked_for;
@@ -110,6 +112,12 @@ impl Core {
             format!("{}{}", report.condition, if report.message.is_empty() { String::new() } else { format!(": {}", report.message) }),
         );
         let ended_as = report.condition.clone();
+        let unasked = owner.as_ref().filter(|o| self.logical.get(*o).is_some_and(|l| l.state != DeviceState::Stopping));
+        let has_own = self.instances[&id].plan.conditions.iter().any(|c| c.name == ended_as && c.alarm.is_some());
+        if owner.is_none() || unasked.is_some() {
+            self.alarm_of_end(&report, unasked.map(String::as_str), has_own);
+        }
+        self.forget_pause(id);
         if let Some(instance) = self.instances.get_mut(&id) {
             instance.report = Some(report);
         }

@@ -64,6 +64,7 @@ impl Core {
             Event::Unwatched { process, block, item, fault, time_ns, .. } => self.unwatched(process, block, item, fault, time_ns),
             Event::Stopped { source, block, process, fault, time_ns } => self.stopped(source, block, process, &fault, time_ns),
             Event::DeviceLost { device, message, time_ns, .. } => self.device_lost(&device, &message, time_ns),
+            Event::Asked { .. } => self.watch_inputs(),
             Event::Overrun { source, reader, member, time_ns } => {
                 let (writer, reader) = (self.source_name(source).to_owned(), self.source_name(reader).to_owned());
                 self.log.add(time_ns, "overrun", &reader, format!("the queue from '{writer}' to '{reader}' was full: value {member} was lost"));
@@ -104,6 +105,7 @@ impl Core {
         }
         let value = self.reported_value(id, block, told.item, &told.value);
         let message = if told.fault.is_some() { text } else { String::new() };
+        self.alarm_of_condition(id, told.condition, block.map(|_| label.as_str()), &message);
         let cause = Cause { condition: told.condition, block: block.map(|_| label), value, message, time_ns: told.time_ns, asked_for: false };
         if told.ended {
             self.ended_by_kernel(id, told.source, cause, &told.captured, told.alone);
@@ -208,6 +210,7 @@ impl Core {
         if let Some(physical) = self.physical.get_mut(device) {
             physical.lost = Some(message.to_owned());
         }
+        self.alarm_lost(device, message);
         let uses = |i: &Instance| i.plan.cells.iter().any(|c| matches!(&c.kind, model::plan::CellKind::Channel { device: d, .. } if d == device));
         let users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && uses(i)).map(|i| i.id).collect();
         for user in users {

@@ -4,6 +4,7 @@
 //! A call of the PS takes the [`System`]'s lock, plans or commands, and hands scripts to the kernels; what kernels tell is taken
 //! by the supervisor's thread (under the virtual clock: by whoever advances time). Nothing here is on a real-time path: a
 //! transition that lies in one source is a reaction, prepared here when the instance is made and carried out by its kernel.
+mod alarms;
 mod apply;
 mod catalog;
 mod configure;
@@ -12,6 +13,7 @@ mod core;
 mod create;
 mod devices;
 mod download;
+mod emergency;
 mod end;
 mod events;
 mod faces;
@@ -19,7 +21,9 @@ mod install;
 mod instance;
 mod life;
 mod log;
+mod modes;
 mod observe;
+mod pause;
 mod proceed;
 mod refuse;
 mod report;
@@ -31,11 +35,13 @@ mod system;
 mod tables;
 mod values;
 
+pub use alarms::{Alarm, AlarmText, Severity};
 pub use apply::DeviceRequest;
 pub use configure::SvvRequest;
 pub use download::{build, library_json, load, trial};
 pub use instance::Limits;
 pub use log::Entry;
+pub use modes::Mode;
 pub use observe::{Past, type_tree};
 pub use report::{Other, Report};
 pub use system::{System, Waited};

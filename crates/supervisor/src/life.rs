@@ -28,6 +28,7 @@ impl Core {
             return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "start", "wait for it or halt it first"));
         }
         self.refuse_emergency("start", &instance.name)?;
+        self.check_mode(instance)?;
         self.check_enabled(instance)?;
         self.check_sources(instance)?;
         let stores = psi(&instance.plan, values, configuration)?;
@@ -55,8 +56,10 @@ impl Core {
         instance.suspending = false;
         instance.wait_until_ns = None;
         instance.target = (instance.list, instance.stage);
-        movements.extend(self.opening(id, &stores));
         self.log.add(now_ns, "start", &name, "");
+        if !self.hold_back(id, &stores) {
+            movements.extend(self.opening(id, &stores));
+        }
         self.append_sequence(id, movements);
         Ok(())
     }
@@ -187,7 +190,7 @@ impl Core {
     }
 
     /// From the reset to the end of the initial list's first stage.
-    fn opening(&self, id: u64, stores: &[(Target, Vec<u8>)]) -> Vec<Movement> {
+    pub(crate) fn opening(&self, id: u64, stores: &[(Target, Vec<u8>)]) -> Vec<Movement> {
         let instance = &self.instances[&id];
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         let mut builder = Builder::default();

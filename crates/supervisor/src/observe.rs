@@ -77,7 +77,7 @@ impl System {
                 (name.clone(), json!({"lost": p.lost, "slew_limited": limited}))
             })
             .collect();
-        json!({ "now_s": core.host.now_ns() as f64 * 1e-9, "sources": sources, "instances": instances, "devices": devices, "physical_devices": physical, "emergency": core.emergency, "supervisor_rights_missing": missing })
+        json!({ "now_s": core.host.now_ns() as f64 * 1e-9, "sources": sources, "instances": instances, "devices": devices, "physical_devices": physical, "emergency": core.emergency.reason, "paused": core.pause.shown(), "mode": core.modes.mode, "supervisor_rights_missing": missing })
     }
 
     /// What there is, by kind.

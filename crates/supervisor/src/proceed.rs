@@ -51,7 +51,10 @@ impl Core {
             Movement::CopyInitial => self.copy_initial(id),
             Movement::Ready => self.device_ready(id),
             Movement::Entered { list, stage } => self.entered(id, list, stage),
-            Movement::Suspended => self.set_state(id, State::Suspended),
+            Movement::Suspended => {
+                self.set_state(id, State::Suspended);
+                self.go_on_after_pause(id);
+            }
             Movement::Resumed => {
                 self.set_state(id, State::Running);
                 self.follow(id);
@@ -125,6 +128,8 @@ impl Core {
         let owner = self.instances.get(&id).and_then(|i| i.owner.clone());
         if let Some(device) = owner.and_then(|o| self.logical.get_mut(&o)).filter(|device| device.state == DeviceState::Enabling) {
             device.state = DeviceState::Enabled;
+            let device = self.instances[&id].owner.clone().expect("it has one");
+            self.alarm_enabled(&device);
         }
     }
 

@@ -96,6 +96,7 @@ impl System {
             // SAFETY: `fd` was just made and belongs to nobody else.
             ended_fd: unsafe { OwnedFd::from_raw_fd(fd) },
         });
+        shared.locked().alarms.has_wall = !shared.is_virtual;
         let supervisor = if shared.is_virtual { None } else { Some(supervise(&shared)?) };
         let system = System { name: name.to_owned(), shared, supervisor: Mutex::new(supervisor) };
         system.enter_library();
@@ -119,7 +120,10 @@ impl System {
     }
 
     pub fn resume(&self, instance: u64) -> Result<(), Refusals> {
-        self.shared.command(|core| core.resume(instance))?;
+        self.shared.command(|core| {
+            core.refuse_paused(instance)?;
+            core.resume(instance)
+        })?;
         self.until_settled(instance, |i| i.state != crate::instance::State::Suspended)
     }
 
@@ -382,7 +386,7 @@ impl Shared {
             core.serve_deadlines(now_ns);
             core.drain();
         }
-        core.watch_emergency_inputs();
+        core.watch_inputs();
         self.announce(&mut core);
         Ok(stepped)
     }
@@ -404,7 +408,7 @@ fn supervise(shared: &Arc<Shared>) -> Result<std::thread::JoinHandle<()>, Refusa
                 core.drain();
                 let now_ns = shared.host.now_ns();
                 core.serve_deadlines(now_ns);
-                core.watch_emergency_inputs();
+                core.watch_inputs();
                 core.drain();
                 shared.announce(&mut core);
                 core.next_wake(now_ns)

@@ -34,6 +34,7 @@ impl<'a> Draft<'a> {
             outputs,
             claims,
             devices: self.objects.into_iter().flatten().map(str::to_owned).collect(),
+            manual: checked.manual,
             remarks,
         })
     }

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// A pulse: y = value for `width` from the first invocation on, then y = not value, and `done`; suspended time does not count.
+#[derive(FunctionBlock)]
+pub struct PulseDigital {
+    /// each new value drives it; which one does not matter
+    #[input]
+    tick: bool,
+    /// the pulse
+    #[output]
+    y: bool,
+    /// how long it is
+    #[param(default = 0.1, unit = "s")]
+    width: f64,
+    /// what it is meanwhile
+    #[param(default = true)]
+    value: bool,
+    /// it is over
+    #[condition]
+    done: Condition,
+    /// running time at the first invocation, ns
+    #[state(initial = -1)]
+    begun_ns: i64,
+}
+
+impl Step for PulseDigital {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        if self.begun_ns < 0 {
+            self.begun_ns = invocation.time_ns;
+        }
+        // Half a nanosecond: what was written as decimal seconds ends in the firing that was meant.
+        let is_over = (invocation.time_ns - self.begun_ns) as f64 + 0.5 >= self.width * 1e9;
+        self.y = self.value != is_over;
+        if is_over {
+            self.done.report();
+        }
+        Outcome::Done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lasts_as_long_as_its_width() {
+        let mut block = PulseDigital { tick: false, y: false, width: 0.003, value: true, done: Condition::new(), begun_ns: -1 };
+        let mut at = |time_ms: i64| {
+            assert_eq!(block.step(&Invocation { number: 0, time_ns: time_ms * 1_000_000, now_ns: 0 }), Outcome::Done);
+            (block.y, block.done.is_reported())
+        };
+        assert_eq!([at(5), at(6), at(7)], [(true, false); 3]);
+        assert_eq!(at(8), (false, true));
+    }
+}
