@@ -55,15 +55,15 @@ from .verbs import Verb
 from .decorated import verb  # isort: skip
 
 if TYPE_CHECKING:
-    from . import robots
+    from . import cell, robots
 
 __version__ = _version()
 
 
 def __getattr__(name: str) -> ModuleType:
-    # Its definitions are checked by a real-time system: importing the package makes none.
-    if name == "robots":
-        return importlib.import_module(".robots", __name__)
+    # Their definitions are checked by a real-time system: importing the package makes none.
+    if name in ("cell", "robots"):
+        return importlib.import_module(f".{name}", __name__)
     raise AttributeError(f"module 'opengpac' has no attribute '{name}'")
 
 
@@ -73,6 +73,6 @@ __all__ = [
     "InvalidState", "LogicalDevice", "Module", "ModuleError", "NotEnabled", "Occurrence", "Part", "PhysicalDevice",
     "PlacementError", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "Snapshot",
     "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch",
-    "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "compose", "deactivate", "deg", "drivers", "each",
+    "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "cell", "compose", "deactivate", "deg", "drivers", "each",
     "execute", "input", "install", "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together", "verb", "wait",
 ]  # fmt: skip

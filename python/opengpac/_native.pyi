@@ -67,7 +67,7 @@ class System:
 
     def delete_svv(self, name: str) -> None: ...
     def device(self, name: str, device_json: str) -> None:
-        """Makes logical device: {device_type, parameters: {…overrides}, arguments: {drive: {"part": {device, part}}}, source: "rtp.fast" | null, place}.
+        """Makes logical device: {device_type, parameters: {…overrides}, arguments: {drive: {"part": {device, part}}}, source: "rtp.fast" | null, every: {label: ns}, place}.
         SVVs are named `name.member`. Its own verb instance is created with it."""
 
     def enable(self, device: str) -> int:
@@ -135,10 +135,33 @@ class System:
         """Virtual clock: runs the next firing, whenever that is; False if nothing is ever going to happen."""
 
     def emergency_stop(self, reason: str) -> None: ...
-    def emergency_stop_input(self, device: str, channel: str) -> None: ...
+    def emergency_stop_input(self, device: str, channel: str, at_zero: bool) -> None: ...
     def reset(self) -> None: ...
+    def pause(self, devices: list[str] | None) -> list[str]:
+        """Pauses the actions on these logical devices, or all; the names of the instances that it suspended, when they are."""
+
+    def resume_program(self, devices: list[str] | None) -> list[str]:
+        """Takes a pause back; the names of the instances that go on or begin."""
+
+    def mode(self) -> str: ...
+    def set_mode(self, mode_json: str) -> None:
+        """"automatic" or "manual"."""
+
+    def enabling_switch(self, device: str, channel: str) -> None: ...
+    def define_alarm(self, code: str, text_json: str) -> None:
+        """{text, remedy, severity: low | medium | high | critical}."""
+
+    def raise_alarm(self, code: str, source: str, text: str) -> None: ...
+    def clear_alarm(self, code: str, source: str | None) -> bool: ...
+    def acknowledge_alarms(self, number: int | None) -> int: ...
+    def alarms_json(self) -> str:
+        """{current: [alarm], history: [alarm], texts: {code: {text, remedy, severity}}}; an alarm: {number, code, source, block, text, remedy, severity, active, acknowledged, count, time_ns, wall_ns, returned_ns, acknowledged_ns}."""
+
+    def restore_alarms(self, history_json: str) -> None:
+        """[alarm]: the history of an earlier life."""
+
     def statistics_json(self) -> str:
-        """{sources: {name: {firings, overruns, faults, jitter_*, duration_*, stopped, rights_missing}}, instances: [..], devices: {..}, emergency: null | reason}."""
+        """{sources: {name: {firings, overruns, faults, jitter_*, duration_*, stopped, rights_missing}}, instances: [..], devices: {..}, emergency: null | reason, paused: bool | [device], mode}."""
 
     def verbs_json(self) -> str:
         """[{name, doc, class: "supports devices" | "acts on devices", supports: [device types], simple, lists, parts: {label: {verb, initial}}}]."""

@@ -22,12 +22,13 @@ class Termination:
     during: tuple[str, ...]
     priority: int
     place: Place
+    alarm: str | None = None
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
         return {
             "on": list(self.on), "returns": None if self.returns is None else list(self.returns), "raises": self.raises is not None,
-            "during": list(self.during), "priority": self.priority, "place": self.place.json(),
+            "during": list(self.during), "priority": self.priority, "alarm": self.alarm, "place": self.place.json(),
         }  # fmt: skip
 
 
@@ -38,11 +39,13 @@ def on(
     raises: type[Terminated] | bool | None = None,
     during: Names | None = None,
     priority: int = 0,
+    alarm: str | None = None,
 ) -> Termination:
     """A termination condition: `on("near.done", returns=["position"])`, `on("guard.above", raises=Collision)`.
 
     Without block conditions it stands for the system condition of its own name (`time_limit`, `halted` …). With `returns` and no
     `raises` the end is normal. `during` limits it to one command list or several; of two that come in one firing the larger priority acts.
+    Whenever it acts it raises `alarm`, the code of one that is defined: `cell.alarms.define("E101", …)`.
     """
     if raises is True:
         raises = Terminated
@@ -50,6 +53,8 @@ def on(
         refuse(
             DefinitionError, f"raises={raises!r} is not an exception class of a termination", "derive it: class Collision(gpac.Terminated)"
         )
+    if alarm is not None and (not isinstance(alarm, str) or not alarm):
+        refuse(DefinitionError, f"alarm={alarm!r} is not the code of an alarm", "give its code: alarm='E101'")
     return Termination(
         on=tuple(names_of(conditions)) if conditions is not None else (),
         returns=None if returns is None else tuple(names_of(returns)),
@@ -57,6 +62,7 @@ def on(
         during=tuple(names_of(during)) if during is not None else (),
         priority=priority,
         place=here(),
+        alarm=alarm,
     )
 
 

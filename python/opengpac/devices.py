@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_origin
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_origin
 from .errors import CallError, DefinitionError, did_you_mean, refusals, refuse
 from .modules import StructType
 from .places import Place, here
-from .quantities import Quantity, optional_ns
+from .quantities import Quantity, duration_ns, optional_ns
 from .svvs import SVV
 from .values import lively, plain, to_json
 
@@ -126,7 +126,7 @@ class LogicalDevice:
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
     `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `on` is where its verb runs, the other arguments are its
-    verb's, or override parameters. It must be enabled before verbs may use it.
+    verb's, or override parameters; `every={"read": "5 ms"}` changes intervals of its verb's blocks. It must be enabled before verbs may use it.
     """
 
     _definition: ClassVar[_Definition]
@@ -141,7 +141,9 @@ class LogicalDevice:
         if verb is not None and cls._definition.name not in verb._supported:
             verb._supported.append(cls._definition.name)
 
-    def __init__(self, name: str, *, on: Source | None = None, system: System | None = None, **arguments: Any) -> None:
+    def __init__(
+        self, name: str, *, on: Source | None = None, system: System | None = None, every: Mapping[str, Quantity] | None = None, **arguments: Any
+    ) -> None:
         from .applications import _systems, argument_json
 
         self.name = name
@@ -171,6 +173,7 @@ class LogicalDevice:
             "parameters": overrides,
             "arguments": {n: argument_json(v, f"argument '{n}' of device '{name}'") for n, v in given.items()},
             "source": on.name if on is not None else None,
+            "every": {label: duration_ns(interval, f"the interval of '{label}'") for label, interval in (every or {}).items()},
             "place": here().json(),
         }
         native = self.system._alive()

@@ -43,6 +43,14 @@ class Group(Generic[D]):
         enable(self._devices, optional_ns(timeout, "the timeout"))
         return self
 
+    def pause(self) -> list[str]:
+        """Pauses the actions on these devices, as `System.pause` does on all; the names of the instances that this suspended."""
+        return self.system.pause(*self._devices)
+
+    def resume(self) -> list[str]:
+        """Takes that pause back; the names of the instances that go on."""
+        return self.system.resume(*self._devices)
+
     def disable(self) -> None:
         """Disables all of them."""
         for device in self._devices:

@@ -53,6 +53,7 @@ class Verb(Generic[P, R]):
         transitions: Mapping[tuple[str, str], str] | None = None,
         modes: Mapping[str, Any] | None = None,
         initial: str | None = None,
+        manual: bool = False,
         doc: str = "",
         function: Any = None,
     ) -> None:
@@ -72,6 +73,7 @@ class Verb(Generic[P, R]):
         self.transitions = dict(transitions or {})
         self.modes = {str(port): mode_json(mode) for port, mode in (modes or {}).items()}
         self.initial = initial
+        self.manual = manual
         self.place = here()
         self.placement: dict[str, str] = {}
         self.intervals: dict[str, int] = {}
@@ -195,7 +197,7 @@ class Verb(Generic[P, R]):
             "command_lists": {n: {"commands": c, "place": place} for n, c in self.command_lists.items()}, "initial": self.initial,
             "conditions": {n: t.json() for n, t in self.conditions.items()},
             "transitions": [{"from": c, "condition": t, "to": to, "place": place} for (c, t), to in self.transitions.items()],
-            "modes": self.modes, "place": place,
+            "modes": self.modes, "manual": self.manual, "place": place,
         }  # fmt: skip
 
     def text(self) -> str:

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Alarms: what a person has to know of, until its cause is gone and somebody has acknowledged it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
+
+if TYPE_CHECKING:
+    from .system import System
+
+SEVERITIES = ("low", "medium", "high", "critical")
+
+
+@dataclass(frozen=True)
+class Alarm:
+    """One alarm as it is now: `code`, `source` (verb, device or channel), `block`, `text`, `remedy`, `severity`, when and how often.
+
+    `active`: its cause is there. `time`, `returned` and `acknowledged_at` are s of the system's clock, `wall` is the date of `time`.
+    """
+
+    number: int
+    code: str
+    source: str
+    block: str | None
+    text: str
+    remedy: str
+    severity: str
+    active: bool
+    acknowledged: bool
+    count: int
+    time_ns: int
+    wall: datetime
+    returned: float | None
+    acknowledged_at: float | None
+
+    @property
+    def time(self) -> float:
+        """When it came last, in s of the system's clock."""
+        return self.time_ns * 1e-9
+
+    @property
+    def state(self) -> str:
+        """`active`, `acknowledged` (and still active), `returned` (not acknowledged yet), or `over`."""
+        if self.active:
+            return "acknowledged" if self.acknowledged else "active"
+        return "over" if self.acknowledged else "returned"
+
+    def __str__(self) -> str:
+        times = f" ({self.count} times)" if self.count > 1 else ""
+        remedy = f"; {self.remedy}" if self.remedy else ""
+        return f"{self.number:>4}  {self.time:>10.3f} s  {self.severity:<8}  {self.state:<12}  {self.code}  {self.source}: {self.text}{times}{remedy}"
+
+
+def _alarm(given: Mapping[str, Any]) -> Alarm:
+    seconds = {to: None if given[at] is None else given[at] * 1e-9 for at, to in _TIMES.items()}
+    kept = {name: given[name] for name in Alarm.__dataclass_fields__ if name in given}
+    wall = datetime.fromtimestamp(given["wall_ns"] // 1_000 / 1e6, UTC)
+    return Alarm(**kept, **seconds, wall=wall)
+
+
+_TIMES = {"returned_ns": "returned", "acknowledged_ns": "acknowledged_at"}
+
+
+class Alarms:
+    """The alarms of a system, `cell.alarms`: those that are active or not acknowledged, in the order in which they came first.
+
+    Every end of a verb that raises, every device that fails and the emergency stop raise one by themselves; `define` adds your
+    own. A copy of the alarms is taken at each look.
+
+    >>> import opengpac as gpac
+    >>> cell = gpac.System("cell", clock="virtual")
+    >>> cell.alarms.define("E101", "the magazine is empty", remedy="fill it", severity="low")
+    >>> cell.alarms.trip("E101")
+    >>> cell.alarms["E101"].state
+    'active'
+    >>> cell.alarms.acknowledge(), cell.alarms["E101"].state, cell.alarms.clear("E101"), len(cell.alarms)
+    (1, 'acknowledged', True, 0)
+    """
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    def _described(self) -> dict[str, Any]:
+        with refusals:
+            return json.loads(self._system._alive().alarms_json())
+
+    @property
+    def history(self) -> list[Alarm]:
+        """Alarms that are over, the last 1,000, oldest first; those of earlier lives of the system too, where it was restored."""
+        return [_alarm(given) for given in self._described()["history"]]
+
+    @property
+    def active(self) -> list[Alarm]:
+        """Those whose cause is there."""
+        return [alarm for alarm in self if alarm.active]
+
+    @property
+    def unacknowledged(self) -> list[Alarm]:
+        """Those that nobody has acknowledged."""
+        return [alarm for alarm in self if not alarm.acknowledged]
+
+    @property
+    def texts(self) -> Mapping[str, Mapping[str, str]]:
+        """What was defined: code → text, remedy, severity."""
+        return self._described()["texts"]
+
+    def define(self, code: str, text: str, remedy: str = "", *, severity: str = "high") -> None:
+        """Defines an alarm of your own; again changes it for alarms to come.
+
+        `trip` raises it, or a verb's condition: `on("guard.above", alarm="E101")`. `severity`: low, medium, high or critical. A code
+        that the system itself uses (`following_error`) may be defined too: its text then stands before the system's.
+        """
+        for what, given in (("code", code), ("text", text), ("remedy", remedy)):
+            if not isinstance(given, str):
+                refuse(CallError, f"the {what} of an alarm is {given!r}", "give a text")
+        if severity not in SEVERITIES:
+            refuse(CallError, f"the severity of alarm '{code}' is {severity!r}", did_you_mean(str(severity), SEVERITIES))
+        with refusals:
+            self._system._alive().define_alarm(code, json.dumps({"text": text, "remedy": remedy, "severity": severity}))
+
+    def trip(self, code: str, text: str = "", *, source: str = "program") -> None:
+        """Raises an alarm that was defined; it is active until `clear`. Raised again it is counted."""
+        with refusals:
+            self._system._alive().raise_alarm(_text(code, "code"), _text(source, "source"), _text(text, "text"))
+
+    def clear(self, code: str, *, source: str | None = None) -> bool:
+        """Says that the cause of an alarm that `trip` raised is gone; whether it was active. It stays until it is acknowledged."""
+        with refusals:
+            return self._system._alive().clear_alarm(_text(code, "code"), source)
+
+    def acknowledge(self, alarm: Alarm | int | None = None) -> int:
+        """Acknowledges one alarm, or all; how many were not. An active one stays until its cause is gone."""
+        number = alarm.number if isinstance(alarm, Alarm) else alarm
+        if number is not None and (isinstance(number, bool) or not isinstance(number, int) or number < 0):
+            refuse(CallError, f"the alarm to acknowledge is {alarm!r}", "give an alarm of this list, its number, or nothing for all")
+        with refusals:
+            return self._system._alive().acknowledge_alarms(number)
+
+    def __iter__(self) -> Iterator[Alarm]:
+        return iter([_alarm(given) for given in self._described()["current"]])
+
+    def __len__(self) -> int:
+        return len(self._described()["current"])
+
+    def __contains__(self, code: object) -> bool:
+        return any(alarm.code == code or alarm == code for alarm in self)
+
+    def __getitem__(self, code: str | int) -> Alarm:
+        """The newest alarm of that code, or the one of that number."""
+        alarms = list(self)
+        found = [alarm for alarm in alarms if code in (alarm.code, alarm.number)]
+        if not found:
+            refuse(UnknownName, f"there is no alarm '{code}' now", did_you_mean(str(code), {alarm.code for alarm in alarms}))
+        return max(found, key=lambda alarm: alarm.time_ns)
+
+    def __repr__(self) -> str:
+        if self._system.closed:
+            return f"alarms of the closed system '{self._system.name}'"
+        lines = [str(alarm) for alarm in self]
+        return "\n".join(lines) if lines else "no alarms"
+
+    def _repr_html_(self) -> str:
+        names = ("number", "time", "wall", "severity", "state", "code", "source", "text", "remedy", "count")
+        rows = "".join("<tr>" + "".join(f"<td>{getattr(alarm, name)}</td>" for name in names) + "</tr>" for alarm in self)
+        return "<table><tr>" + "".join(f"<th>{name}</th>" for name in names) + f"</tr>{rows}</table>"
+
+
+def _text(given: Any, what: str) -> str:
+    if not isinstance(given, str):
+        refuse(CallError, f"the {what} of an alarm is {given!r}", "give a text")
+    return given

@@ -1,0 +1,13 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Signals of a cell: inputs and outputs as logical devices, and the verbs that set, pulse and await them.
+
+The other services of a cell belong to the system: `cell.pause()`, `cell.alarms`, `cell.mode`, `cell.emergency_stop_input(...)`,
+`cell.save(...)`; taught points are `gpac.Points`.
+"""
+
+from .signals import AnalogInput, AnalogOutput, DigitalInput, DigitalOutput
+from .verbs import InputTimeout, pulse, set_output, wait_for_input
+
+__all__ = [
+    "AnalogInput", "AnalogOutput", "DigitalInput", "DigitalOutput", "InputTimeout", "pulse", "set_output", "wait_for_input",
+]  # fmt: skip

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Digital and analog inputs and outputs as logical devices: each has a verb that keeps it going, so any number of verbs may read it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .. import library as lib
+from ..commands import activate, execute, ready
+from ..devices import LogicalDevice, parameter, svv
+from ..errors import CallError, refuse
+from ..physical import Channel
+from ..sources import Source
+from ..svvs import SVV
+from ..verbs import Verb
+
+EXCHANGE = "1 ms"
+"""How often a signal is read or written where its source does not say."""
+
+
+def _input(name: str, block: str) -> Verb[..., Any]:
+    return Verb(
+        name,
+        doc="Keeps an input going: value = channel, at every firing of its source.",
+        blocks={"read": lib.block(block)},
+        instantiation_parameters={"channel": "read.channel", "value": "read.y"},
+        command_lists={"start": [execute("read"), activate("read", every=EXCHANGE), ready()]},
+    )
+
+
+def _output(name: str, block: str, **inputs: str) -> Verb[..., Any]:
+    return Verb(
+        name,
+        doc="Keeps an output going: channel = commanded, at every firing of its source, from at_enable on.",
+        blocks={"write": lib.block(block)},
+        instantiation_parameters={"channel": "write.channel", "commanded": "write.u", "value": "write.y"},
+        input_parameters={"at_enable": "write.u", **inputs},
+        command_lists={"start": [execute("write"), activate("write", every=EXCHANGE), ready()]},
+    )
+
+
+class _Signal(LogicalDevice):
+    """A signal of one channel; by default it is exchanged as often as its physical device."""
+
+    _type = "bool"
+    _written = False
+
+    def __init__(self, name: str, channel: Channel, *, on: Source | None = None, **parameters: Any) -> None:
+        kind = type(self).__name__
+        if not isinstance(channel, Channel):
+            refuse(CallError, f"{kind} '{name}' is given {channel!r}", "give a channel of a physical device: io['gate']")
+        if channel.type != self._type or channel.write != self._written:
+            way, wanted = "written" if channel.write else "read", "written" if self._written else "read"
+            says = f"channel '{channel.device.name}.{channel.name}' ({channel.type}) is {way}"
+            refuse(CallError, f"{kind} '{name}' cannot be: {says}", f"give a channel of type {self._type} that is {wanted}")
+        source = channel.device.source if on is None else on
+        every = {"write" if self._written else "read": source.period} if source.period else None
+        self._channel = channel
+        super().__init__(name, on=source, every=every, channel=channel, **parameters)
+
+    @property
+    def channel(self) -> Channel:
+        """The channel of the physical device."""
+        return self._channel
+
+
+class DigitalInput(_Signal, verb=_input("digital_input", "read_digital"), name="digital_input"):
+    """A digital input: `gpac.cell.DigitalInput("gate", io["gate"])`."""
+
+    value: SVV[bool] = svv()
+
+
+class AnalogInput(_Signal, verb=_input("analog_input", "read_channel"), name="analog_input"):
+    """An analog input, in the unit of its channel: `gpac.cell.AnalogInput("pressure", io["pressure"])`."""
+
+    _type = "double"
+    value: SVV[float] = svv()
+
+
+class DigitalOutput(_Signal, verb=_output("digital_output", "write_digital"), name="digital_output"):
+    """A digital output. It is `at_enable` when it is enabled, and the channel's safe value when it is not.
+
+    `commanded` is what it is to be: `set_output` sets it, or Python while no verb has claimed it. `value` is what was written last.
+    """
+
+    _written = True
+    commanded: SVV[bool] = svv()
+    value: SVV[bool] = svv()
+    at_enable: bool = parameter(False)
+
+
+class AnalogOutput(
+    _Signal, verb=_output("analog_output", "write_analog", low="write.low", high="write.high"), name="analog_output"
+):
+    """An analog output, in the unit of its channel, kept within `low` to `high`; otherwise as a digital one."""
+
+    _type, _written = "double", True
+    commanded: SVV[float] = svv()
+    value: SVV[float] = svv()
+    at_enable: float = parameter(0.0)
+    low: float = parameter(-1e300)
+    high: float = parameter(1e300)

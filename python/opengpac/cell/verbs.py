@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Set an output, pulse it, wait for an input: one word each for digital and analog signals, in the three invocation modes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Generic, TypeVar
+
+from .. import library as lib
+from ..commands import activate, execute
+from ..conditions import on
+from ..errors import CallError, Terminated, did_you_mean, refuse
+from ..instances import VerbInstance
+from ..parameters import input
+from ..physical import Channel
+from ..reports import Report
+from ..verbs import Verb
+from .signals import AnalogInput, AnalogOutput, DigitalInput, DigitalOutput
+
+R = TypeVar("R", bound=Report, covariant=True)
+
+
+class InputTimeout(Terminated):
+    """An input did not come to what was waited for within the time limit."""
+
+
+def _set(kind: type[Any], name: str, block: str, there: str, **targets: list[str]) -> Verb[..., Any]:
+    return Verb(
+        name,
+        doc="Sets an output and returns when that has been written to the machine.",
+        blocks={"set": lib.block(block), "there": lib.block(there)},
+        objects={"output": kind},
+        instantiation_parameters={"output.commanded": "set.y", "output.value": "there.u"},
+        input_parameters=targets,
+        command_lists={"start": [execute("set"), activate("there")]},
+        conditions={"written": on("there.done", returns=[])},
+        manual=True,
+    )
+
+
+_set_digital = _set(DigitalOutput, "set_digital_output", "set_digital", "await_digital", value=["set.value", "there.value"])
+_set_analog = _set(
+    AnalogOutput, "set_analog_output", "set_analog", "await_range",
+    value=["set.value", "there.low", "there.high"], **{"output.low": ["set.low"], "output.high": ["set.high"]},
+)  # fmt: skip
+
+_DIGITAL = {"value": input("watch.value", default=True), "edge": input("watch.edge", default=False)}
+_RANGE = {"above": input("watch.low", default=-1e300), "below": input("watch.high", default=1e300)}
+
+
+def _wait(kind: type[Any], name: str, block: str, inputs: Mapping[str, Any]) -> Verb[..., Any]:
+    return Verb(
+        name,
+        doc="Waits for an input; each value that its device reads is looked at.",
+        blocks={"watch": lib.block(block)},
+        objects={"source": kind},
+        instantiation_parameters={"source.value": "watch.u"},
+        input_parameters=inputs,
+        output_values={"reading": "watch.latest"},
+        command_lists={"start": [activate("watch")]},
+        conditions={"came": on("watch.done", returns=["reading"]), "time_limit": on(raises=InputTimeout)},
+        manual=True,
+    )
+
+
+def _wait_for_channel(name: str, read: str, block: str, inputs: Mapping[str, Any]) -> Verb[..., Any]:
+    return Verb(
+        name,
+        doc="Waits for a channel of a physical device.",
+        blocks={"read": lib.block(read), "watch": lib.block(block)},
+        instantiation_parameters={"channel": "read.channel"},
+        cells={"reading": ["read.y", "watch.u"]},
+        input_parameters=inputs,
+        output_values={"reading": "watch.latest"},
+        command_lists={"start": [activate("read", every="1 ms"), activate("watch")]},
+        conditions={"came": on("watch.done", returns=["reading"]), "time_limit": on(raises=InputTimeout)},
+        manual=True,
+    )
+
+
+_wait_digital = _wait(DigitalInput, "wait_for_digital_input", "await_digital", _DIGITAL)
+_wait_analog = _wait(AnalogInput, "wait_for_analog_input", "await_range", _RANGE)
+_channel_digital = _wait_for_channel("wait_for_digital_channel", "read_digital", "await_digital", _DIGITAL)
+_channel_analog = _wait_for_channel("wait_for_analog_channel", "read_channel", "await_range", _RANGE)
+
+_pulse = Verb(
+    "pulse_output",
+    doc="Sets a digital output for a time.",
+    blocks={"pulse": lib.block("pulse_digital")},
+    objects={"output": DigitalOutput},
+    instantiation_parameters={"output.commanded": "pulse.y", "output.value": "pulse.tick"},
+    input_parameters={"width": "pulse.width", "value": input("pulse.value", default=True)},
+    command_lists={"start": [activate("pulse")]},
+    conditions={"over": on("pulse.done", returns=[])},
+    manual=True,
+)
+
+
+class SignalVerb(Generic[R]):
+    """A verb by the kind of signal that it is given: called, `.asynch(...)` and `.new_instance(...)` as any verb."""
+
+    def __init__(self, name: str, doc: str, choose: Callable[[Any], Verb[..., R] | None], wants: str) -> None:
+        self.__name__ = self.name = name
+        self.__doc__ = doc
+        self._choose, self._wants = choose, wants
+
+    def verb(self, signal: Any) -> Verb[..., R]:
+        """The verb for this signal; where it is a channel, placed on the source that exchanges it."""
+        chosen = self._choose(signal)
+        if chosen is None:
+            refuse(CallError, f"{self.name}() is given {signal!r}", self._wants)
+        return chosen
+
+    def __call__(self, signal: Any, /, *args: Any, **kwargs: Any) -> R:
+        """Does it and returns its report."""
+        return self.verb(signal)(signal, *args, **_edges(kwargs))
+
+    def asynch(self, signal: Any, /, *args: Any, **kwargs: Any) -> VerbInstance[R]:
+        """Starts it; its `wait()` waits for the end and deletes it."""
+        return self.verb(signal).asynch(signal, *args, **_edges(kwargs))
+
+    def new_instance(self, signal: Any, /) -> VerbInstance[R]:
+        """Creates it, to be started as often as wanted."""
+        return self.verb(signal).new_instance(signal)
+
+    def __repr__(self) -> str:
+        return f"verb {self.name}: {self.__doc__}"
+
+
+_EDGES = {"rising": True, "falling": False}
+
+
+def _edges(kwargs: dict[str, Any]) -> dict[str, Any]:
+    """`edge="rising"` is a value that it must change to."""
+    edge = kwargs.get("edge")
+    if not isinstance(edge, str):
+        return kwargs
+    if edge not in _EDGES or "value" in kwargs:
+        remedy = did_you_mean(edge, _EDGES) if edge not in _EDGES else "say edge='rising' without value=, or value=True, edge=True"
+        refuse(CallError, f"wait_for_input() is given edge={edge!r}", remedy)
+    return {**kwargs, "value": _EDGES[edge], "edge": True}
+
+
+def _by_type(signal: Any, verbs: Mapping[type, Verb[..., Any]]) -> Verb[..., Any] | None:
+    return next((verb for kind, verb in verbs.items() if isinstance(signal, kind)), None)
+
+
+def _waiting(signal: Any) -> Verb[..., Any] | None:
+    if isinstance(signal, Channel) and not signal.write:
+        verb = {"bool": _channel_digital, "double": _channel_analog}.get(signal.type)
+        source = signal.device.source
+        return verb and verb.on(source, every={"read": source.period})
+    return _by_type(signal, {DigitalInput: _wait_digital, AnalogInput: _wait_analog})
+
+
+_MAKE_OUTPUT = "give a device that keeps it set: gpac.cell.DigitalOutput('valve', io['valve'])"
+
+set_output: SignalVerb[Report] = SignalVerb(
+    "set_output",
+    "Sets a digital or analog output, `set_output(valve, True)`, and returns when it has been written to the machine.",
+    lambda signal: _by_type(signal, {DigitalOutput: _set_digital, AnalogOutput: _set_analog}),
+    _MAKE_OUTPUT,
+)
+
+pulse: SignalVerb[Report] = SignalVerb(
+    "pulse",
+    "Sets a digital output for a time, `pulse(valve, width='0.2 s')`; suspended time does not count.",
+    lambda signal: _by_type(signal, {DigitalOutput: _pulse}),
+    _MAKE_OUTPUT,
+)
+
+wait_for_input: SignalVerb[Report] = SignalVerb(
+    "wait_for_input",
+    "Waits for an input or a channel: `wait_for_input(gate, True, time_limit='5 s')`, `edge='rising'`, analog `above=4.0`; the report has the `reading`.",
+    _waiting,
+    "give a digital or analog input, or a channel of type bool or double that is read",
+)
