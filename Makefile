@@ -20,7 +20,7 @@ setup: $(VENV)/ready $(NATIVE)
 
 $(VENV)/ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check maturin numpy mujoco matplotlib pytest hypothesis scipy pyright ruff
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check maturin numpy tomlkit mujoco matplotlib pytest hypothesis scipy pyright ruff
 	touch $@
 
 $(NATIVE): $(RUST) pyproject.toml $(VENV)/ready

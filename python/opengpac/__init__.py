@@ -24,6 +24,7 @@ from .errors import (
     DeviceFailed,
     EmergencyStopped,
     Error,
+    FileFailed,
     InstallationErrors,
     InUse,
     InvalidState,
@@ -45,6 +46,7 @@ from .instances import VerbInstance
 from .modules import Module, StructType
 from .parameters import each, input
 from .physical import Channel, Part, PhysicalDevice
+from .points import Point, Points
 from .quantities import Quantity, deg
 from .reports import Report
 from .sources import Processor, Source
@@ -69,10 +71,11 @@ def __getattr__(name: str) -> ModuleType:
 
 __all__ = [
     "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "CoverError",
-    "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "Graph", "Group", "InUse", "InstallationErrors",
+    "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "FileFailed", "Graph", "Group", "InUse", "InstallationErrors",
     "InvalidState", "LogicalDevice", "Module", "ModuleError", "NotEnabled", "Occurrence", "Part", "PhysicalDevice",
-    "PlacementError", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "Snapshot",
-    "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch",
-    "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "cell", "compose", "deactivate", "deg", "drivers", "each",
-    "execute", "input", "install", "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together", "verb", "wait",
+    "PlacementError", "Point", "Points", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError",
+    "SecondWriter", "Snapshot", "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch",
+    "UnitMismatch", "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "cell", "compose", "deactivate", "deg",
+    "drivers", "each", "execute", "input", "install", "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together",
+    "verb", "wait",
 ]  # fmt: skip

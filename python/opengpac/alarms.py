@@ -54,12 +54,13 @@ class Alarm:
     def __str__(self) -> str:
         times = f" ({self.count} times)" if self.count > 1 else ""
         remedy = f"; {self.remedy}" if self.remedy else ""
-        return f"{self.number:>4}  {self.time:>10.3f} s  {self.severity:<8}  {self.state:<12}  {self.code}  {self.source}: {self.text}{times}{remedy}"
+        when = f"{self.number:>4}  {self.time:>10.3f} s  {self.severity:<8}  {self.state:<12}"
+        return f"{when}  {self.code}  {self.source}: {self.text}{times}{remedy}"
 
 
 def _alarm(given: Mapping[str, Any]) -> Alarm:
-    seconds = {to: None if given[at] is None else given[at] * 1e-9 for at, to in _TIMES.items()}
-    kept = {name: given[name] for name in Alarm.__dataclass_fields__ if name in given}
+    seconds: dict[str, Any] = {to: None if given[at] is None else given[at] * 1e-9 for at, to in _TIMES.items()}
+    kept: dict[str, Any] = {name: given[name] for name in Alarm.__dataclass_fields__ if name in given}
     wall = datetime.fromtimestamp(given["wall_ns"] // 1_000 / 1e6, UTC)
     return Alarm(**kept, **seconds, wall=wall)
 

@@ -43,8 +43,8 @@ def type_json(given: Any, what: str) -> tuple[str, dict[str, str]]:
 class SvvMember:
     """An SVV of a device type; made by `gpac.svv`. On a device it is that device's SVV."""
 
-    def __init__(self, type: Any, unit: str, initial: Any, history: int) -> None:
-        self.type, self.unit, self.initial, self.history = type, unit, initial, history
+    def __init__(self, type: Any, unit: str, initial: Any, history: int, keep: bool = False) -> None:
+        self.type, self.unit, self.initial, self.history, self.keep = type, unit, initial, history, keep
         self.name = ""
 
     def __set_name__(self, owner: type[LogicalDevice], name: str) -> None:
@@ -80,16 +80,20 @@ def _annotated(owner: type, name: str) -> Any:
     return float
 
 
-def svv(type: Any = None, *, unit: str = "", initial: Any = None, history: int = 0) -> Any:
-    """An SVV of a device type. `initial="sensed"` copies that member once when the device is enabled; else it is a value."""
-    return SvvMember(type, unit, initial, history)
+def svv(type: Any = None, *, unit: str = "", initial: Any = None, history: int = 0, keep: bool = False) -> Any:
+    """An SVV of a device type. `initial="sensed"` copies that member once when the device is enabled; else it is a value.
+
+    `keep`: its value survives a warm restart (an offset that homing has found).
+    """
+    return SvvMember(type, unit, initial, history, keep)
 
 
 class ParameterMember:
     """A parameter of a device type; made by `gpac.parameter`. On a device it is its value, and setting it changes it."""
 
-    def __init__(self, default: Any, unit: str, tunable: bool) -> None:
+    def __init__(self, default: Any, unit: str, tunable: bool, keep: bool | None = None) -> None:
         self.default, self.unit, self.tunable = default, unit, tunable
+        self.keep = tunable if keep is None else keep
         self.name = ""
 
     def __set_name__(self, owner: type[LogicalDevice], name: str) -> None:
@@ -110,9 +114,12 @@ class ParameterMember:
         return {"default": plain(self.default), "unit": self.unit, "tunable": self.tunable}
 
 
-def parameter(default: Any, *, unit: str = "", tunable: bool = False) -> Any:
-    """A parameter of a device type. A tunable one may be set while the device's verb runs; others take effect at its next start."""
-    return ParameterMember(default, unit, tunable)
+def parameter(default: Any, *, unit: str = "", tunable: bool = False, keep: bool | None = None) -> Any:
+    """A parameter of a device type. A tunable one may be set while the device's verb runs; others take effect at its next start.
+
+    `keep`: its value survives a warm restart; left out, that of a tunable one does.
+    """
+    return ParameterMember(default, unit, tunable, keep)
 
 
 @dataclass(frozen=True)
@@ -126,7 +133,8 @@ class LogicalDevice:
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
     `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `on` is where its verb runs, the other arguments are its
-    verb's, or override parameters; `every={"read": "5 ms"}` changes intervals of its verb's blocks. It must be enabled before verbs may use it.
+    verb's, or override parameters; `every={"read": "5 ms"}` changes intervals of its verb's blocks. It must be enabled before
+    verbs may use it.
     """
 
     _definition: ClassVar[_Definition]
@@ -142,7 +150,13 @@ class LogicalDevice:
             verb._supported.append(cls._definition.name)
 
     def __init__(
-        self, name: str, *, on: Source | None = None, system: System | None = None, every: Mapping[str, Quantity] | None = None, **arguments: Any
+        self,
+        name: str,
+        *,
+        on: Source | None = None,
+        system: System | None = None,
+        every: Mapping[str, Quantity] | None = None,
+        **arguments: Any,
     ) -> None:
         from .applications import _systems, argument_json
 
@@ -181,6 +195,8 @@ class LogicalDevice:
         with refusals:
             native.device(name, json.dumps(described))
         self.system.devices[name] = self
+        if self.system._restored is not None:
+            self.system._restored.apply(self)
 
     @classmethod
     def definition_name(cls) -> str:

@@ -129,6 +129,10 @@ class InstallationErrors(Error):
         super().__init__(f"{len(self.errors)} things are wrong:{lines}")
 
 
+class FileFailed(Error):
+    """A file of taught points or of a restart that cannot be read, written or used. The file is as it was."""
+
+
 class Terminated(Error):
     """A verb instance ended by a condition that is not normal. Derive from it to give a condition an exception of its own.
 

@@ -31,6 +31,8 @@ class Group(Generic[D]):
         if len({device.system for device in devices}) > 1:
             refuse(CallError, f"group '{name}' has devices of several systems", "take all from one")
         self.name = name
+        self.model = ""
+        """What identifies its mechanics, for example the hash of the model file that an arm was loaded from."""
         self._devices = devices
 
     @property

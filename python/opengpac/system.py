@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Self
 from weakref import WeakValueDictionary
 
-from . import _native, checking
+from . import _native, checking, restart
 from .alarms import Alarms
 from .checks import Definitions
 from .devices import LogicalDevice, type_json
@@ -36,7 +36,8 @@ class System:
     """A real-time system in this process. `clock="virtual"` makes time a number that the program advances: for tests.
 
     `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
-    chooses preemptions and faults under the virtual clock. A context manager: leaving it halts the actions, then disables the
+    chooses preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; where there is
+    none yet nothing is restored. A context manager: leaving it halts the actions, then disables the
     devices. Making a system again rebuilds it if nothing runs in it.
 
     >>> import opengpac as gpac
@@ -54,6 +55,7 @@ class System:
         seed: int = 0,
         interconnect: str | Mapping[str, Any] = "memory",
         progress: bool | None = None,
+        restore: str | os.PathLike[str] | None = None,
     ) -> None:
         if clock not in ("monotonic", "virtual"):
             refuse(CallError, f"the clock of system '{name}' is {clock!r}", "say 'monotonic' or 'virtual'")
@@ -74,6 +76,14 @@ class System:
             self._native = _native.System(name, "virtual" if self.virtual else clock, json.dumps(options))
         self._definitions = Definitions(self._native)
         self._rights_said = self.virtual
+        self._restored: restart.Restored | None = None
+        if restore is not None:
+            try:
+                self._restored = restart.load(self, _path(restore, "restore="))
+            except BaseException:
+                self._native.close()
+                self.closed = True
+                raise
         _open[name] = self
 
     # ---- configuration ----
@@ -253,6 +263,20 @@ class System:
         with refusals:
             return json.loads(self._alive().log_json(since))
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes what a warm restart gives back, `gpac.System(name, restore=path)`: tunable parameters and members declared with
+        `keep=True` of every logical device, and the alarms, which are history then.
+
+        Motion never survives: after a restart everything is disabled and nothing has started. The file is written whole or not at
+        all; the one before stays as `PATH.previous`.
+        """
+        restart.save(self, _path(path, "save()"))
+
+    @property
+    def left_over(self) -> list[str]:
+        """What a restart file held that could not be given back, in words."""
+        return [] if self._restored is None else [*self._restored.left_over]
+
     def close(self) -> None:
         """Halts the actions, disables the devices, stops the kernels. Closing twice is nothing."""
         if not self.closed:
@@ -297,6 +321,12 @@ class System:
         with refusals:
             instances = json.loads(self._native.statistics_json()).get("instances", [])
         return [i["name"] for i in instances if i.get("state") in ("running", "suspended")]
+
+
+def _path(given: Any, what: str) -> Path:
+    if not isinstance(given, str | os.PathLike) or not str(given):
+        refuse(CallError, f"{what} is given {given!r}", "give the path of a file")
+    return Path(given).expanduser().absolute()
 
 
 def _names(devices: tuple[Any, ...], call: str) -> list[str] | None:

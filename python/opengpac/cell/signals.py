@@ -89,9 +89,7 @@ class DigitalOutput(_Signal, verb=_output("digital_output", "write_digital"), na
     at_enable: bool = parameter(False)
 
 
-class AnalogOutput(
-    _Signal, verb=_output("analog_output", "write_analog", low="write.low", high="write.high"), name="analog_output"
-):
+class AnalogOutput(_Signal, verb=_output("analog_output", "write_analog", low="write.low", high="write.high"), name="analog_output"):
     """An analog output, in the unit of its channel, kept within `low` to `high`; otherwise as a digital one."""
 
     _type, _written = "double", True

@@ -171,7 +171,7 @@ pulse: SignalVerb[Report] = SignalVerb(
 
 wait_for_input: SignalVerb[Report] = SignalVerb(
     "wait_for_input",
-    "Waits for an input or a channel: `wait_for_input(gate, True, time_limit='5 s')`, `edge='rising'`, analog `above=4.0`; the report has the `reading`.",
+    "Waits for an input or a channel: `wait_for_input(gate, True, time_limit='5 s')`, `edge='rising'`, analog `above=4.0`, `below=6.0`.",
     _waiting,
     "give a digital or analog input, or a channel of type bool or double that is read",
 )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from pathlib import Path
 
@@ -44,7 +45,9 @@ def load(
     try:
         for part in device:
             joints.append(_joint(name, part, device.source))
-        return Group(name, *joints)
+        arm = Group(name, *joints)
+        arm.model = "file:" + hashlib.sha256(file.read_bytes()).hexdigest()[:32]
+        return arm
     except BaseException:
         for joint in joints:
             joint.delete()

@@ -7,9 +7,9 @@ from datetime import UTC, datetime
 from typing import Any
 
 import pytest
-from bench import Bench
 
 import opengpac as gpac
+from cell_rig import Bench
 from opengpac.robots import move
 
 
@@ -132,7 +132,7 @@ def test_a_fault_names_the_block(cell: gpac.System) -> None:
 def test_a_condition_raises_the_alarm_that_it_names(cell: gpac.System) -> None:
     bench = Bench(cell, [(20, {"pressure": 5.0})])
     verb = guard(high=gpac.on("watch.done", returns=[], alarm="E101"))
-    with pytest.raises(gpac.UnknownName, match="condition 'high' of verb 'guard'.*E101"):
+    with pytest.raises(gpac.UnknownName, match=r"condition 'high' of verb 'guard'.*E101"):
         verb.on(bench.fast)(channel=bench.io["pressure"])
     cell.alarms.define("E101", "the pressure is high", remedy="open the valve", severity="critical")
     verb.on(bench.fast)(channel=bench.io["pressure"])

@@ -6,9 +6,9 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from bench import Bench
 
 import opengpac as gpac
+from cell_rig import Bench
 from opengpac.cell import set_output, wait_for_input
 from opengpac.robots import Joint, move
 

@@ -7,9 +7,9 @@ import threading
 from typing import Any
 
 import pytest
-from bench import Bench
 
 import opengpac as gpac
+from cell_rig import Bench
 from opengpac.robots import move
 
 

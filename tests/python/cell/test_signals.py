@@ -6,9 +6,9 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from bench import Bench
 
 import opengpac as gpac
+from cell_rig import Bench
 from opengpac.cell import AnalogInput, AnalogOutput, DigitalInput, DigitalOutput, InputTimeout, pulse, set_output, wait_for_input
 
 

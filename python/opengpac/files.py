@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Text files that are written whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+from pathlib import Path
+
+from .errors import FileFailed, refuse
+
+
+def read(path: Path, what: str) -> str | None:
+    """The text of a file; None where there is none."""
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        return None
+    except (OSError, UnicodeDecodeError) as error:
+        refuse(FileFailed, f"cannot read {what} '{path}': {_why(error)}", "is it a text file that you may read?")
+
+
+def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> None:
+    """Puts `text` in the place of the file in one step; where that fails the file is as it was. `previous`: keeps the old file there."""
+    path = path.resolve()  # a link stays a link
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.new")
+    try:
+        with temporary.open("w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        if path.exists():
+            shutil.copymode(path, temporary)
+            if previous is not None:
+                os.replace(path, previous)
+        os.replace(temporary, path)
+        _settle(path.parent)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink()
+        if previous is not None and previous.exists() and not path.exists():
+            os.replace(previous, path)
+        refuse(FileFailed, f"cannot write {what} '{path}': {_why(error)}", "the file is as it was; is there room, and may you write there?")
+
+
+def _settle(folder: Path) -> None:
+    """The new name is on the disk too, not only the contents."""
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _why(error: OSError | UnicodeDecodeError) -> str:
+    return (error.strerror or str(error)).lower() if isinstance(error, OSError) else f"byte {error.start} is no text"
