@@ -3,6 +3,7 @@
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use kernel::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use support::*;
 
@@ -117,4 +118,57 @@ fn a_device_that_fails_is_lost_once_and_safe() {
     assert_eq!(lost.len(), 1);
     assert_eq!(*log.lock().unwrap(), ["0 false", "safe"]);
     assert!(device.is_lost());
+}
+
+#[test]
+fn outputs_are_safe_in_the_firing_that_read_a_stop() {
+    let (device, log) = drive(None, i64::MAX);
+    let (host, _) = program(&device);
+    let stop = Arc::new(AtomicBool::new(false));
+    device.obey(stop.clone());
+    device.engage(1, true);
+    run_until(&host, 2 * MS);
+    // From the next reading on: that is 3, not 0.
+    device.ask(0, Ask::Stop, false);
+    run_until(&host, 4 * MS);
+    assert_eq!(*log.lock().unwrap(), ["10 true", "20 true", "0 false", "0 false"]);
+    assert!(stop.load(Ordering::Acquire) && device.asks(0) && device.asked(0));
+    let told = events(&host).into_iter().filter(|event| matches!(event, Event::Asked { time_ns: 3_000_000, .. })).count();
+    assert_eq!(told, 1, "it is told when it begins, not in each firing");
+    stop.store(false, Ordering::Release);
+    device.forget(0);
+    run_until(&host, 5 * MS);
+    assert!(stop.load(Ordering::Acquire) && device.asked(0), "a cause that is present stops again");
+    assert_eq!(log.lock().unwrap().last().unwrap(), "0 false");
+}
+
+#[test]
+fn a_channel_that_only_tells_stops_nothing() {
+    let (device, log) = drive(None, i64::MAX);
+    let (host, _) = program(&device);
+    let stop = Arc::new(AtomicBool::new(false));
+    device.obey(stop.clone());
+    device.ask(0, Ask::Tell, true);
+    device.engage(1, true);
+    run_until(&host, 2 * MS);
+    assert!(!device.asks(0) && !stop.load(Ordering::Acquire), "it asks at 0 only, and reads 1 and 2");
+    device.ask(0, Ask::Tell, false);
+    run_until(&host, 3 * MS);
+    assert!(device.asks(0) && !stop.load(Ordering::Acquire));
+    assert_eq!(*log.lock().unwrap(), ["10 true", "20 true", "30 true"]);
+}
+
+#[test]
+fn a_lost_device_asks_for_good() {
+    let (device, _) = drive(None, 2 * MS);
+    let (host, _) = program(&device);
+    let stop = Arc::new(AtomicBool::new(false));
+    device.obey(stop.clone());
+    device.ask(0, Ask::Stop, true);
+    run_until(&host, 2 * MS);
+    assert!(!stop.load(Ordering::Acquire) && !device.asks(0));
+    run_until(&host, 5 * MS);
+    assert!(device.is_lost() && device.asks(0) && stop.load(Ordering::Acquire), "what cannot be read is not known to be safe");
+    let told = events(&host).into_iter().filter(|event| matches!(event, Event::Asked { .. })).count();
+    assert_eq!(told, 1);
 }
