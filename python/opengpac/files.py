@@ -8,6 +8,7 @@ import os
 import shutil
 from pathlib import Path
 
+from . import checking
 from .errors import FileFailed, refuse
 
 
@@ -22,7 +23,12 @@ def read(path: Path, what: str) -> str | None:
 
 
 def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> None:
-    """Puts `text` in the place of the file in one step; where that fails the file is as it was. `previous`: keeps the old file there."""
+    """Puts `text` in the place of the file in one step; where that fails the file is as it was. `previous`: keeps the old file there.
+
+    `opengpac check` writes nothing.
+    """
+    if checking.active():
+        return
     path = path.resolve()  # a link stays a link
     temporary = path.with_name(f".{path.name}.{os.getpid()}.new")
     try:

@@ -239,7 +239,7 @@ fn a_pause_while_a_start_is_under_way_and_a_resume_before_it_is_done() {
     model.rig.advance(5);
     assert_eq!(model.rig.system.state(id), "running");
     model.rig.system.halt(id).unwrap();
-    assert_eq!(model.rig.wait(id).condition, "halted");
+    assert_eq!(model.rig.wait(id).command_list, "last");
 }
 
 proptest! {

@@ -88,7 +88,7 @@ _pulse = Verb(
     doc="Sets a digital output for a time.",
     blocks={"pulse": lib.block("pulse_digital")},
     objects={"output": DigitalOutput},
-    instantiation_parameters={"output.commanded": "pulse.y", "output.value": "pulse.tick"},
+    instantiation_parameters={"output.commanded": "pulse.y", "output.value": "pulse.written"},
     input_parameters={"width": "pulse.width", "value": input("pulse.value", default=True)},
     command_lists={"start": [activate("pulse")]},
     conditions={"over": on("pulse.done", returns=[])},

@@ -119,7 +119,7 @@ def test_a_pulse_has_its_width(cell: gpac.System) -> None:
     pulsing = pulse.asynch(valve, width="20 ms")
     rising, falling = wait_for_input(seen, edge="rising").ended, wait_for_input(seen, edge="falling").ended
     assert falling - rising == pytest.approx(0.020)
-    assert pulsing.wait().condition == "over"
+    assert (pulsing.wait().condition, valve.value.value) == ("over", False)
 
 
 def test_a_pause_holds_a_pulse_and_a_wait(cell: gpac.System) -> None:

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// A pulse: y = value for `width` from the first invocation on, then y = not value, and `done`; suspended time does not count.
+/// A pulse: y = value for `width` from the first invocation on, then y = not value; `done` when that is written too. Suspended time
+/// does not count.
 #[derive(FunctionBlock)]
 pub struct PulseDigital {
-    /// each new value drives it; which one does not matter
+    /// what is written to the output; each new value drives it
     #[input]
-    tick: bool,
+    written: bool,
     /// the pulse
     #[output]
     y: bool,
@@ -32,7 +33,7 @@ impl Step for PulseDigital {
         // Half a nanosecond: what was written as decimal seconds ends in the firing that was meant.
         let is_over = (invocation.time_ns - self.begun_ns) as f64 + 0.5 >= self.width * 1e9;
         self.y = self.value != is_over;
-        if is_over {
+        if is_over && self.written != self.value {
             self.done.report();
         }
         Outcome::Done
@@ -45,12 +46,13 @@ mod tests {
 
     #[test]
     fn lasts_as_long_as_its_width() {
-        let mut block = PulseDigital { tick: false, y: false, width: 0.003, value: true, done: Condition::new(), begun_ns: -1 };
+        let mut block = PulseDigital { written: false, y: false, width: 0.003, value: true, done: Condition::new(), begun_ns: -1 };
         let mut at = |time_ms: i64| {
+            block.written = block.y;
             assert_eq!(block.step(&Invocation { number: 0, time_ns: time_ms * 1_000_000, now_ns: 0 }), Outcome::Done);
             (block.y, block.done.is_reported())
         };
         assert_eq!([at(5), at(6), at(7)], [(true, false); 3]);
-        assert_eq!(at(8), (false, true));
+        assert_eq!([at(8), at(9)], [(false, false), (false, true)]);
     }
 }
