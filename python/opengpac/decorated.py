@@ -29,6 +29,7 @@ def verb(
     modes: Mapping[str, Any] | None = None,
     initial: str | None = None,
     name: str | None = None,
+    manual: bool = False,
 ) -> Callable[[Callable[P, R]], Verb[P, R]]:
     """Makes a verb of a function, whose body is its docstring: the mappings say what it does, the signature how it is called.
 
@@ -52,6 +53,7 @@ def verb(
             modes=modes,
             initial=initial,
             doc=inspect.getdoc(function) or "",
+            manual=manual,
             function=function,
         )
         return made

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 from collections.abc import Generator, Mapping
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
@@ -211,9 +212,17 @@ def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance
     try:
         instance._start(values_json(verb, bound, instance._objects), options)
     except BaseException:
-        instance.delete()
+        _drop(instance)
         raise
     return instance
+
+
+def _drop(instance: VerbInstance[Any]) -> None:
+    """Ends what may have been started, and deletes it: an interrupt comes at any line."""
+    with contextlib.suppress(InvalidState):
+        instance.halt()
+    if not instance._deleted:
+        instance.delete()
 
 
 def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
@@ -222,9 +231,7 @@ def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
     try:
         return instance.wait()
     except KeyboardInterrupt:
-        if instance.state != "deleted":
-            instance.halt()
-            instance.delete()
+        _drop(instance)
         raise
 
 

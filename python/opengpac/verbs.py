@@ -34,6 +34,8 @@ R = TypeVar("R", covariant=True)
 class Verb(Generic[P, R]):
     """A verb, made from the paper's mappings. `gpac.verb` makes one from a typed function.
 
+    `manual`: it may be started on devices in manual mode too.
+
     `verb(...)` creates an instance, starts it, waits for its end and deletes it; `verb.asynch(...)` creates and starts;
     `verb.new_instance(...)` creates only. `verb.on(source)` places it, `verb.named("x")` names its instance.
     """
@@ -53,12 +55,13 @@ class Verb(Generic[P, R]):
         transitions: Mapping[tuple[str, str], str] | None = None,
         modes: Mapping[str, Any] | None = None,
         initial: str | None = None,
-        manual: bool = False,
         doc: str = "",
+        manual: bool = False,
         function: Any = None,
     ) -> None:
         self.name = name
         self.doc = doc
+        self.manual = manual
         self.blocks = uses_of(blocks)
         self.objects: dict[str, Object] = objects_of(objects)
         self.instantiation_parameters = mapping_of(instantiation_parameters)
@@ -73,7 +76,6 @@ class Verb(Generic[P, R]):
         self.transitions = dict(transitions or {})
         self.modes = {str(port): mode_json(mode) for port, mode in (modes or {}).items()}
         self.initial = initial
-        self.manual = manual
         self.place = here()
         self.placement: dict[str, str] = {}
         self.intervals: dict[str, int] = {}
@@ -191,13 +193,13 @@ class Verb(Generic[P, R]):
         place = self.place.json()
         inputs = {n: p.json() for n, p in self.input_parameters.items()}
         return {
-            "name": self.name, "doc": self.doc, "blocks": {label: use.json() for label, use in self.blocks.items()},
+            "name": self.name, "doc": self.doc, "manual": self.manual, "blocks": {label: use.json() for label, use in self.blocks.items()},
             "objects": {n: o.json() for n, o in self.objects.items()}, "instantiation_parameters": self.instantiation_parameters,
             "cells": self.cells, "input_parameters": inputs, "output_values": {n: t[0] for n, t in self.output_values.items()},
             "command_lists": {n: {"commands": c, "place": place} for n, c in self.command_lists.items()}, "initial": self.initial,
             "conditions": {n: t.json() for n, t in self.conditions.items()},
             "transitions": [{"from": c, "condition": t, "to": to, "place": place} for (c, t), to in self.transitions.items()],
-            "modes": self.modes, "manual": self.manual, "place": place,
+            "modes": self.modes, "place": place,
         }  # fmt: skip
 
     def text(self) -> str:

@@ -182,6 +182,9 @@ pub struct Verb {
     pub name: String,
     #[serde(default)]
     pub doc: String,
+    /// It may be started in manual mode.
+    #[serde(default)]
+    pub manual: bool,
     pub blocks: IndexMap<String, BlockUse>,
     #[serde(default)]
     pub objects: IndexMap<String, Object>,
@@ -209,9 +212,6 @@ pub struct Verb {
     /// Of a composed verb: its parts by label, and those of its parts (`pick.approach`). Empty in one that is written whole.
     #[serde(default)]
     pub parts: IndexMap<String, Part>,
-    /// It may be started in manual mode.
-    #[serde(default)]
-    pub manual: bool,
     #[serde(default)]
     pub place: Option<Place>,
 }

@@ -197,6 +197,7 @@ impl System {
                 return Err(invalid_state(&format!("device '{name}'"), &format!("used by '{}'", user.name), "delete", "delete that instance first"));
             }
             let gone = own.and_then(|id| core.instances.get(&id)).map(|i| (i.name.clone(), i.plan.clone()));
+            core.alarm_enabled(name);
             if let Some(id) = own {
                 core.remove(id);
             }

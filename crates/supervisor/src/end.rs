@@ -26,13 +26,15 @@ impl Core {
         if !matches!(instance.state, State::Running | State::Suspended) || instance.ending.is_some() || !self.take_process(id, true) {
             return;
         }
+        if self.pause.is_held_back(id) {
+            return self.end_before_it_began(id, condition, message, asked_for);
+        }
         self.alarm_of_condition(id, condition, None, &message);
         let Some(instance) = self.instances.get_mut(&id) else { return };
         // Only now is it certain in which list the process is.
         let condition = instance.condition(&instance.plan.conditions[condition].name).unwrap_or(condition);
         let to = instance.plan.lists[instance.list].transitions.iter().find(|(c, _)| *c == condition).map(|(_, to)| *to);
-        let has_begun = !self.pause.is_held_back(id);
-        let transition = to.filter(|_| !(asked_for && instance.halting) && instance.state == State::Running && has_begun);
+        let transition = to.filter(|_| !(asked_for && instance.halting) && instance.state == State::Running);
         match transition {
             Some(list) => {
                 instance.halting |= asked_for;

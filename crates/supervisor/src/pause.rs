@@ -5,7 +5,7 @@
 //! A pause is of the whole system or of some logical devices. What a pause suspended goes on when no pause covers it any more;
 //! what somebody suspended himself stays suspended.
 use crate::core::Core;
-use crate::instance::{Instance, State};
+use crate::instance::{Cause, Instance, State};
 use crate::refuse::invalid_state;
 use crate::system::{System, Waited};
 use model::plan::{Claim, Target};
@@ -127,6 +127,12 @@ impl Core {
         instance.running.go_on(now_ns);
         let opening = self.opening(id, &stores);
         self.append_sequence(id, opening);
+    }
+
+    /// A condition ends an instance whose start is held back: nothing of it has run, so nothing of it is asked.
+    pub fn end_before_it_began(&mut self, id: u64, condition: usize, message: String, asked_for: bool) {
+        let time_ns = self.host.now_ns();
+        self.end(id, Cause { condition, block: None, value: None, message, time_ns, asked_for });
     }
 
     /// The instance has ended: no pause knows it any more.

@@ -85,13 +85,15 @@ _channel_analog = _wait_for_channel("wait_for_analog_channel", "read_channel", "
 
 _pulse = Verb(
     "pulse_output",
-    doc="Sets a digital output for a time.",
-    blocks={"pulse": lib.block("pulse_digital")},
+    doc="Sets a digital output for a time; a pulse that is cut short is off all the same.",
+    blocks={"pulse": lib.block("pulse_digital"), "clear": lib.block("pulse_digital")(width=0.0)},
     objects={"output": DigitalOutput},
-    instantiation_parameters={"output.commanded": "pulse.y", "output.value": "pulse.written"},
-    input_parameters={"width": "pulse.width", "value": input("pulse.value", default=True)},
-    command_lists={"start": [activate("pulse")]},
-    conditions={"over": on("pulse.done", returns=[])},
+    instantiation_parameters={"output.commanded": ["pulse.y", "clear.y"], "output.value": ["pulse.written", "clear.written"]},
+    input_parameters={"width": "pulse.width"},
+    command_lists={"start": [activate("pulse")], "off": [activate("clear")]},
+    initial="start",
+    conditions={"over": on("pulse.done", returns=[], during="start"), "cut_short": on("clear.done", returns=[], during="off")},
+    transitions={("start", cut): "off" for cut in ("halted", "aborted", "time_limit")},
     manual=True,
 )
 

@@ -122,6 +122,20 @@ def test_a_pulse_has_its_width(cell: gpac.System) -> None:
     assert (pulsing.wait().condition, valve.value.value) == ("over", False)
 
 
+def test_a_pulse_that_is_cut_short_is_off(cell: gpac.System) -> None:
+    bench = Bench(cell)
+    valve = bench.output()
+    pulsing = pulse.asynch(valve, width="1 s")
+    cell.advance("20 ms")
+    assert valve.value.value is True
+    pulsing.halt()
+    cell.advance("2 ms")
+    assert valve.value.value is False
+    pulse.asynch(valve, width="1 s", time_limit="20 ms")
+    cell.advance("30 ms")
+    assert valve.value.value is False
+
+
 def test_a_pause_holds_a_pulse_and_a_wait(cell: gpac.System) -> None:
     bench = Bench(cell, [(30, {"gate": True}), (60, {"gate": False})])
     gate, valve = DigitalInput("gate", bench.io["gate"]).enable(), bench.output()
