@@ -196,6 +196,8 @@ impl Device {
     /// From the next reading on, the read channel `channel` asks for `what` whenever it is not 0 (`at_zero`: whenever it is 0).
     pub fn ask(&self, channel: usize, what: Ask, at_zero: bool) {
         let what = if what == Ask::Stop { STOP } else { TELL };
+        // What nobody has read yet is not known to be granted; what would stop is not there until it is read.
+        self.asking[channel].now.store(what == TELL, Ordering::Release);
         self.asking[channel].what.store(if at_zero { what | AT_ZERO } else { what }, Ordering::Release);
         self.is_asking.store(true, Ordering::Release);
     }

@@ -79,7 +79,8 @@ impl Core {
 
     /// Lifts the latch, restarts the sources that faults stopped. Refused while a cause is present, naming it.
     pub fn reset(&mut self) -> Result<(), Refusals> {
-        let present: Vec<String> = self.emergency.inputs.iter().filter(|i| self.physical[&i.device].device.asks(i.channel)).map(|i| self.input_name(i)).collect();
+        let present: Vec<String> =
+            self.emergency.inputs.iter().filter(|i| self.physical[&i.device].device.asks(i.channel)).map(|i| self.input_name(i)).collect();
         if !present.is_empty() {
             let present = present.join(", ");
             return Err(refuse(Class::EmergencyStopped, format!("cannot reset: the cause is still present ({present})"), "remove it first"));

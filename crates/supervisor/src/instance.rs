@@ -5,7 +5,7 @@ use crate::install::Installed;
 use crate::report::{Other, Report};
 use crate::sequence::Movement;
 use kernel::{Cell, SourceId};
-use model::plan::{Plan, Wait};
+use model::plan::{Claim, Plan, Wait};
 use model::value::Value;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -162,6 +162,11 @@ impl Instance {
     /// True while something is left to be done by the kernels.
     pub fn is_under_way(&self) -> bool {
         self.outstanding > 0 || !self.sequence.is_empty()
+    }
+
+    /// True for an action on devices: it uses logical devices or writes channels, and keeps none going.
+    pub fn is_action(&self) -> bool {
+        self.owner.is_none() && (!self.plan.devices.is_empty() || self.plan.claims.iter().any(|claim| matches!(claim, Claim::Channel { .. })))
     }
 
     pub fn is_busy(&self) -> bool {

@@ -33,9 +33,13 @@ impl Core {
         if self.modes.mode == mode {
             return Ok(());
         }
-        if let Some(action) = self.instances.values().find(|i| i.is_busy() && is_action(i)) {
+        if let Some(action) = self.instances.values().find(|i| i.is_busy() && i.is_action()) {
             let (name, to) = (&action.name, name(mode));
-            return Err(refuse(Class::InvalidState, format!("cannot change to {to} mode: '{name}' is {}", action.state.name()), format!("halt '{name}' first")));
+            return Err(refuse(
+                Class::InvalidState,
+                format!("cannot change to {to} mode: '{name}' is {}", action.state.name()),
+                format!("halt '{name}' first"),
+            ));
         }
         self.modes.mode = mode;
         self.log.add(self.host.now_ns(), "mode", "system", name(mode));
@@ -44,7 +48,7 @@ impl Core {
 
     /// Refuses what the mode does not allow to start.
     pub fn check_mode(&self, instance: &Instance) -> Result<(), Refusals> {
-        if self.modes.mode == Mode::Automatic || !is_action(instance) {
+        if self.modes.mode == Mode::Automatic || !instance.is_action() {
             return Ok(());
         }
         let what = &instance.name;
@@ -73,15 +77,11 @@ impl Core {
             return;
         }
         let Some((false, name)) = self.enabling_switch() else { return };
-        let actions: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.ending.is_none() && is_action(i)).map(|i| i.id).collect();
+        let actions: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.ending.is_none() && i.is_action()).map(|i| i.id).collect();
         for id in actions {
             self.end_by_name(id, "aborted", format!("enabling switch '{name}' was let go"));
         }
     }
-}
-
-fn is_action(instance: &Instance) -> bool {
-    instance.owner.is_none() && !instance.plan.devices.is_empty()
 }
 
 fn name(mode: Mode) -> &'static str {

@@ -8,7 +8,7 @@ use crate::core::Core;
 use crate::instance::{Cause, Instance, State};
 use crate::refuse::invalid_state;
 use crate::system::{System, Waited};
-use model::plan::{Claim, Target};
+use model::plan::Target;
 use model::refusal::Refusals;
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -42,9 +42,7 @@ impl Pause {
 
     /// An action on devices that a pause is about.
     fn covers(&self, instance: &Instance) -> bool {
-        let plan = &instance.plan;
-        let acts = || !plan.devices.is_empty() || plan.claims.iter().any(|claim| matches!(claim, Claim::Channel { .. }));
-        instance.owner.is_none() && (self.all && acts() || plan.devices.iter().any(|device| self.devices.contains(device)))
+        instance.is_action() && (self.all || instance.plan.devices.iter().any(|device| self.devices.contains(device)))
     }
 }
 

@@ -15,7 +15,10 @@ const JOINTS: [&str; 2] = ["j1", "j2"];
 
 #[derive(Clone, Copy, Debug)]
 enum Call {
-    Start { which: usize, time_limit_ms: Option<u8> },
+    Start {
+        which: usize,
+        time_limit_ms: Option<u8>,
+    },
     Halt(usize),
     Suspend(usize),
     Resume(usize),
@@ -94,7 +97,11 @@ impl Model {
         let of = |verb: &str, arguments: serde_json::Value| {
             rig.create(json!({"verb": verb, "arguments": arguments, "placement": {"*": "rtp0.fast"}, "name": format!("{verb} {arguments}")}))
         };
-        let made = vec![of("one", json!({"a": {"device": "j1"}})), of("one", json!({"a": {"device": "j2"}})), of("both", json!({"a": {"device": "j1"}, "b": {"device": "j2"}}))];
+        let made = vec![
+            of("one", json!({"a": {"device": "j1"}})),
+            of("one", json!({"a": {"device": "j2"}})),
+            of("both", json!({"a": {"device": "j1"}, "b": {"device": "j2"}})),
+        ];
         let names = made.iter().map(|id| (*id, rig.system.instance_json(*id).unwrap()["name"].as_str().unwrap().to_owned())).collect();
         let made = made.into_iter().map(|id| (id, 0)).collect();
         let model = Model { rig, made, names, joints: vec![vec![0], vec![1], vec![0, 1]], all: false, paused: BTreeSet::new(), by_hand: BTreeSet::new() };

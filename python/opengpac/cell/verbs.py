@@ -13,7 +13,9 @@ from ..errors import CallError, Terminated, did_you_mean, refuse
 from ..instances import VerbInstance
 from ..parameters import input
 from ..physical import Channel
+from ..quantities import Quantity
 from ..reports import Report
+from ..svvs import SVV
 from ..verbs import Verb
 from .signals import AnalogInput, AnalogOutput, DigitalInput, DigitalOutput
 
@@ -78,10 +80,27 @@ def _wait_for_channel(name: str, read: str, block: str, inputs: Mapping[str, Any
     )
 
 
+def _wait_for_value(name: str, block: str, inputs: Mapping[str, Any]) -> Verb[..., Any]:
+    return Verb(
+        name,
+        doc="Waits for an SVV, whoever writes it; it is looked at every 10 ms.",
+        blocks={"watch": lib.block(block)},
+        instantiation_parameters={"svv": "watch.u"},
+        modes={"watch.u": "asynchronous"},
+        input_parameters=inputs,
+        output_values={"reading": "watch.latest"},
+        command_lists={"start": [activate("watch", every="10 ms")]},
+        conditions={"came": on("watch.done", returns=["reading"]), "time_limit": on(raises=InputTimeout)},
+        manual=True,
+    )
+
+
 _wait_digital = _wait(DigitalInput, "wait_for_digital_input", "await_digital", _DIGITAL)
 _wait_analog = _wait(AnalogInput, "wait_for_analog_input", "await_range", _RANGE)
 _channel_digital = _wait_for_channel("wait_for_digital_channel", "read_digital", "await_digital", _DIGITAL)
 _channel_analog = _wait_for_channel("wait_for_analog_channel", "read_channel", "await_range", _RANGE)
+_value_digital = _wait_for_value("wait_for_digital_value", "await_digital", _DIGITAL)
+_value_analog = _wait_for_value("wait_for_analog_value", "await_range", _RANGE)
 
 _pulse = Verb(
     "pulse_output",
@@ -112,6 +131,15 @@ class SignalVerb(Generic[R]):
         if chosen is None:
             refuse(CallError, f"{self.name}() is given {signal!r}", self._wants)
         return chosen
+
+    def on(self, where: Any = None, *, every: Mapping[str, Quantity] | None = None) -> SignalVerb[R]:
+        """This verb placed, as `Verb.on` places one."""
+
+        def choose(signal: Any) -> Verb[..., R] | None:
+            chosen = self._choose(signal)
+            return chosen and chosen.on(where, every=every)
+
+        return SignalVerb(self.name, self.__doc__ or "", choose, self._wants)
 
     def __call__(self, signal: Any, /, *args: Any, **kwargs: Any) -> R:
         """Does it and returns its report."""
@@ -152,6 +180,8 @@ def _waiting(signal: Any) -> Verb[..., Any] | None:
         verb = {"bool": _channel_digital, "double": _channel_analog}.get(signal.type)
         source = signal.device.source
         return verb and verb.on(source, every={"read": source.period})
+    if isinstance(signal, SVV):
+        return {"bool": _value_digital, "double": _value_analog}.get(signal.type)
     return _by_type(signal, {DigitalInput: _wait_digital, AnalogInput: _wait_analog})
 
 
@@ -175,5 +205,5 @@ wait_for_input: SignalVerb[Report] = SignalVerb(
     "wait_for_input",
     "Waits for an input or a channel: `wait_for_input(gate, True, time_limit='5 s')`, `edge='rising'`, analog `above=4.0`, `below=6.0`.",
     _waiting,
-    "give a digital or analog input, or a channel of type bool or double that is read",
+    "give a digital or analog input, an SVV, or a channel that is read, of type bool or double",
 )

@@ -38,7 +38,9 @@ print("through")
 """
 
 
-def test_a_program_is_checked_and_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_program_is_checked_and_writes_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.chdir(tmp_path)
     Path("good.py").write_text(PROGRAM.format(signal="valve"))
     assert main(["check", "good.py"]) == 0, capsys.readouterr().err

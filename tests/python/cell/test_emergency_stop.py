@@ -180,6 +180,24 @@ def test_losing_the_device_of_an_input_trips_for_good(cell: gpac.System) -> None
         cell.reset()
 
 
+def test_a_source_that_a_crash_stops_is_blind_and_trips(cell: gpac.System, built: dict[str, str]) -> None:
+    bench = Bench(cell)
+    cell.emergency_stop_input(bench.far_io["stop"])
+    bench.arm.enable()
+    moving = move.asynch(bench.arm, goal=[1.0, 1.0])
+    bad = gpac.Verb("bad", blocks={"bad": cell.download(built["faults"], "faults").null_pointer}, instantiation_parameters={"y": "bad.y"},
+                    command_lists={"start": [gpac.activate("bad", every="1 ms")]})  # fmt: skip
+    with pytest.raises(gpac.Terminated, match="fault"):
+        bad.on(bench.far)(cell.svv("y", history=0))
+    with pytest.raises(gpac.Terminated, match=r"emergency_stop.*far_io\.stop"):
+        moving.wait()
+    cell.reset()  # the source is started again, and its input is read
+    cell.advance("5 ms")
+    assert cell.statistics["emergency"] is None
+    bench.arm.enable()
+    assert move(bench.arm, goal=[0.1, 0.1]).condition == "arrived"
+
+
 def test_a_stop_before_a_cause_goes_is_not_lifted_by_a_second_stop(cell: gpac.System) -> None:
     bench = Bench(cell)
     cell.emergency_stop("first")

@@ -93,6 +93,19 @@ def test_a_channel_is_awaited_without_a_device(cell: gpac.System) -> None:
         wait_for_input(bench.io["gate"], False, time_limit="50 ms")
 
 
+def test_an_svv_is_awaited_whoever_writes_it(cell: gpac.System) -> None:
+    bench = Bench(cell)
+    level, ready = cell.svv("level"), cell.svv("ready", bool)
+    waiting = wait_for_input.on(bench.fast).asynch(level, above=2.0)
+    other = wait_for_input.on(bench.slow, every={"watch": "20 ms"}).asynch(ready)
+    cell.advance("50 ms")
+    level.value = 3.0
+    ready.value = True
+    assert (waiting.wait().reading, other.wait().reading) == (3.0, True)
+    with pytest.raises(gpac.CallError, match="bool or double"):
+        wait_for_input.on(bench.fast)(cell.svv("count", int))
+
+
 def test_several_verbs_read_one_input(cell: gpac.System) -> None:
     bench = Bench(cell, [(30, {"gate": True}), (40, {"gate": False})])
     gate = DigitalInput("gate", bench.io["gate"]).enable()
