@@ -199,7 +199,7 @@ impl Alarms {
 }
 
 /// Ends that follow from something that has an alarm, or that somebody asked for.
-const FOLLOWS: [&str; 4] = ["emergency_stop", "device_lost", "device_disabled", "halted"];
+const FOLLOWS: [&str; 5] = ["emergency_stop", "device_lost", "device_disabled", "halted", "aborted"];
 
 impl Core {
     pub(crate) fn raise(&mut self, raised: Raised<'_>) {

@@ -147,6 +147,8 @@ impl Model {
                 // What is suspended may go on, to the list that a halt leads to.
                 if system.halt(self.made[which].0).is_ok() {
                     self.by_hand.remove(&self.made[which].0);
+                    // A halt leads on to a list of its own, under a pause too.
+                    assert!(self.rig.wait_for(self.made[which].0, 100).is_some());
                 }
             }
             Call::Suspend(which) => {
