@@ -90,7 +90,7 @@ class ComposedVerb(Verb[..., Report]):
         self.output_values = {n: [target] for n, target in made["output_values"].items()}
         self.command_lists = {n: given["commands"] for n, given in made["command_lists"].items()}
         self.transitions = {(t["from"], t["condition"]): t["to"] for t in made["transitions"]}
-        self.modes, self.initial = made["modes"], made["initial"]
+        self.modes, self.initial, self.manual = made["modes"], made["initial"], made["manual"]
         self.conditions = {key: self._termination(key, line) for key, line in made["conditions"].items()}
         self.placement, self.intervals = self._placed()
         self._take_calls()
@@ -136,6 +136,7 @@ class ComposedVerb(Verb[..., Report]):
             raises=_one_class([*classes]) if line["raises"] else None,
             during=tuple(line["during"]),
             priority=line["priority"],
+            alarm=line["alarm"],
             place=Place(place["file"], place["line"]) if place else self.place,
         )
 

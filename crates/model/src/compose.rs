@@ -156,6 +156,7 @@ fn empty(of: &Composition, parts: &[PartOf<'_>]) -> Verb {
     Verb {
         name: of.name.clone(),
         doc: of.doc.clone(),
+        manual: parts.iter().all(|part| part.verb.manual),
         blocks: IndexMap::new(),
         objects: IndexMap::new(),
         instantiation_parameters: IndexMap::new(),

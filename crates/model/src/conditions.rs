@@ -29,15 +29,8 @@ pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedConditio
     let wanted = LIMITS.into_iter().filter(|name| *name == "time_limit" || named_in_transitions(name));
     for name in SYSTEM.into_iter().chain(wanted) {
         if let Some(during) = lists_without(&conditions, name, verb.command_lists.len()) {
-            let planned = PlannedCondition {
-                name: name.to_owned(),
-                on: Vec::new(),
-                returns: Vec::new(),
-                normal: name == "completed",
-                priority: 0,
-                during,
-                alarm: None,
-            };
+            let planned =
+                PlannedCondition { name: name.to_owned(), on: Vec::new(), returns: Vec::new(), normal: name == "completed", priority: 0, during, alarm: None };
             conditions.push(CheckedCondition { planned, transitions: Vec::new() });
         }
     }

@@ -82,6 +82,21 @@ def test_the_enabling_switch_is_held_while_something_moves(cell: gpac.System, nu
     assert move(bench.arm, goal=[0.1, 0.1]).condition == "arrived", "in automatic mode nobody need hold it"
 
 
+def test_a_composition_is_manual_where_all_its_parts_are(cell: gpac.System, nudge: gpac.Verb[..., Any]) -> None:
+    bench = Bench(cell)
+    bench.arm.enable()
+    automatic = gpac.Verb(
+        "automatic", blocks={"sweep": gpac.library.set_analog}, objects={"joint": Joint},
+        instantiation_parameters={"joint.commanded": "sweep.y"}, command_lists={"start": [gpac.execute("sweep")]},
+    )  # fmt: skip
+    assert nudge.then("halted", nudge).manual
+    mixed = nudge.then("halted", automatic)
+    assert not mixed.manual
+    cell.mode = "manual"
+    with pytest.raises(gpac.InvalidState, match="not declared for it"):
+        mixed.asynch(bench.arm.x, to=0.05)
+
+
 def test_a_device_may_be_enabled_in_manual_mode(cell: gpac.System) -> None:
     bench = Bench(cell)
     cell.mode = "manual"

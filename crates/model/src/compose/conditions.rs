@@ -59,7 +59,14 @@ impl Composing<'_> {
             let message = format!("the condition '{name}' has priority {} and {} in {both}, and both run together", known.priority, line.priority);
             self.conflict(Class::CompositionConflict, message, &remedy, (first, second));
         }
+        if let (Some(one), Some(other)) = (&known.alarm, &line.alarm)
+            && one != other
+        {
+            let message = format!("the condition '{name}' raises alarm '{one}' and '{other}' in {both}, and both run together");
+            self.conflict(Class::CompositionConflict, message, &remedy, (first, second));
+        }
         let mut united = known;
+        united.alarm = united.alarm.or(line.alarm);
         united.on.extend(line.on.into_iter().filter(|on| !united.on.contains(on)).collect::<Vec<_>>());
         for key in line.returns.iter().flatten() {
             let output = self.verb.reported(key);
@@ -93,6 +100,7 @@ impl PartOf<'_> {
             raises: line.raises,
             during: lists.map(|list| self.list(list)).collect(),
             priority: line.priority,
+            alarm: line.alarm.clone(),
             place: if line.place.is_some() { line.place.clone() } else { self.verb.place.clone() },
         }
     }
