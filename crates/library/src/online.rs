@@ -47,6 +47,14 @@ const HALVINGS: usize = 100;
 const NEAR: f64 = 1e-12;
 
 impl Profile {
+    /// No motion yet: the state that one will begin with.
+    pub fn beginning(state: State) -> Profile {
+        // A stretch without jerk that never ends: the state is that of its beginning until a motion is planned.
+        let mut phases = [Phase::default(); 7];
+        phases[0].span_s = f64::MAX;
+        Profile { start: state, phases, end: state.position }
+    }
+
     /// Stops at once.
     pub fn stop(state: State, limits: Limits) -> Profile {
         let change = change(state.velocity, state.acceleration, 0.0, limits);
