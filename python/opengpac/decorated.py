@@ -27,6 +27,7 @@ def verb(
     conditions: Mapping[str, Any] | None = None,
     transitions: Mapping[tuple[str, str], str] | None = None,
     modes: Mapping[str, Any] | None = None,
+    requires: Mapping[str, Any] | None = None,
     initial: str | None = None,
     name: str | None = None,
 ) -> Callable[[Callable[P, R]], Verb[P, R]]:
@@ -50,6 +51,7 @@ def verb(
             conditions=conditions,
             transitions=transitions,
             modes=modes,
+            requires=requires,
             initial=initial,
             doc=inspect.getdoc(function) or "",
             function=function,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import inspect
 import json
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_origin
@@ -43,18 +43,24 @@ def type_json(given: Any, what: str) -> tuple[str, dict[str, str]]:
 class SvvMember:
     """An SVV of a device type; made by `gpac.svv`. On a device it is that device's SVV."""
 
-    def __init__(self, type: Any, unit: str, initial: Any, history: int) -> None:
+    def __init__(
+        self, type: Any, unit: str, initial: Any, history: int, within: tuple[float, float] | None = None, shared: str | None = None
+    ) -> None:
         self.type, self.unit, self.initial, self.history = type, unit, initial, history
+        self.within, self.shared = within, shared
         self.name = ""
 
     def __set_name__(self, owner: type[LogicalDevice], name: str) -> None:
         self.name = name
 
     def __get__(self, device: LogicalDevice | None, owner: type[LogicalDevice]) -> Any:
-        return self if device is None else device.system._svv(f"{device.name}.{self.name}")
+        return self if device is None else self._of(device)
 
     def __set__(self, device: LogicalDevice, value: Any) -> None:
-        device.system._svv(f"{device.name}.{self.name}").value = value
+        self._of(device).value = value
+
+    def _of(self, device: LogicalDevice) -> SVV[Any]:
+        return device.system._svv(self.shared or f"{device.name}.{self.name}")
 
     def json(self, owner: type[LogicalDevice]) -> dict[str, Any]:
         """The form that the model takes."""
@@ -64,7 +70,10 @@ class SvvMember:
             initial = {"copy_of": self.initial}
         elif self.initial is not None:
             initial = {"value": plain(self.initial)}
-        return {"type_text": text, "unit": self.unit, "initial": initial, "history": self.history}
+        return {
+            "type_text": text, "unit": self.unit, "initial": initial, "history": self.history,
+            "within": None if self.within is None else list(self.within), "shared": self.shared,
+        }  # fmt: skip
 
 
 def _annotated(owner: type, name: str) -> Any:
@@ -80,9 +89,21 @@ def _annotated(owner: type, name: str) -> Any:
     return float
 
 
-def svv(type: Any = None, *, unit: str = "", initial: Any = None, history: int = 0) -> Any:
-    """An SVV of a device type. `initial="sensed"` copies that member once when the device is enabled; else it is a value."""
-    return SvvMember(type, unit, initial, history)
+def svv(
+    type: Any = None,
+    *,
+    unit: str = "",
+    initial: Any = None,
+    history: int = 0,
+    within: tuple[float, float] | None = None,
+    shared: str | None = None,
+) -> Any:
+    """An SVV of a device type. `initial="sensed"` copies that member once when the device is enabled; else it is a value.
+
+    `within` is the range of what Python may store. `shared="name"`: the devices have none of their own but share the system's SVV of
+    that name, which is made with the first of them.
+    """
+    return SvvMember(type, unit, initial, history, within, shared)
 
 
 class ParameterMember:
@@ -126,7 +147,8 @@ class LogicalDevice:
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
     `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `on` is where its verb runs, the other arguments are its
-    verb's, or override parameters. It must be enabled before verbs may use it.
+    verb's, or override parameters. `units={"rad": "m"}` says which parts of the type's units are others for this device: a sliding
+    joint. It must be enabled before verbs may use it.
     """
 
     _definition: ClassVar[_Definition]
@@ -141,7 +163,15 @@ class LogicalDevice:
         if verb is not None and cls._definition.name not in verb._supported:
             verb._supported.append(cls._definition.name)
 
-    def __init__(self, name: str, *, on: Source | None = None, system: System | None = None, **arguments: Any) -> None:
+    def __init__(
+        self,
+        name: str,
+        *,
+        on: Source | None = None,
+        system: System | None = None,
+        units: Mapping[str, str] | None = None,
+        **arguments: Any,
+    ) -> None:
         from .applications import _systems, argument_json
 
         self.name = name
@@ -171,6 +201,7 @@ class LogicalDevice:
             "parameters": overrides,
             "arguments": {n: argument_json(v, f"argument '{n}' of device '{name}'") for n, v in given.items()},
             "source": on.name if on is not None else None,
+            "units": [list(pair) for pair in (units or {}).items()],
             "place": here().json(),
         }
         native = self.system._alive()

@@ -55,8 +55,8 @@ fn the_names_of_the_interface_stay() {
         ),
         (
             "joint_servo",
-            "setpoint position velocity bias offset effort error reference reference_velocity limited kp ki kd limit interpolation position_min \
-             position_max speed_max following_error",
+            "setpoint position velocity bias offset homed effort error reference reference_velocity limited kp ki kd limit interpolation position_min \
+             position_max speed_max needs_home following_error",
         ),
         (
             "motion_generator",
@@ -66,11 +66,11 @@ fn the_names_of_the_interface_stay() {
         (
             "velocity_generator",
             "n start start_velocity velocity acceleration jerk position_min position_max override cell_override holding setpoint setpoint_velocity \
-             lead in_velocity stopped held at_limit",
+             lead reverse in_velocity stopped held at_limit",
         ),
         ("gear_generator", "master start start_velocity ratio speed acceleration setpoint velocity engaged lead in_gear"),
         ("heartbeat", "beat lost age limit late"),
-        ("edge_latch", "level u captured on off"),
+        ("edge_latch", "n level u captured on off"),
         ("set_position", "n captured position offset commanded new_offset new_commanded homed shift"),
         ("offset", "u offset y"),
         ("trajectory_planner", "n start goal speed speed_max acceleration_max jerk_max position_min position_max target coefficients duration"),

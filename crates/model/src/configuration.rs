@@ -77,8 +77,18 @@ pub struct LogicalDevice {
     #[serde(default)]
     pub source: Option<String>,
     pub enabled: bool,
+    /// Parts of units that are others for this device than its type says, in order: (`rad`, `m`) of a sliding joint.
+    #[serde(default)]
+    pub units: Vec<(String, String)>,
     #[serde(default)]
     pub place: Option<Place>,
+}
+
+impl LogicalDevice {
+    /// A unit that the type declares, as it is for this device.
+    pub fn unit(&self, declared: &str) -> String {
+        self.units.iter().fold(declared.to_owned(), |unit, (from, to)| unit.replace(from.as_str(), to))
+    }
 }
 
 /// At which rate a writer updates, in one command list.

@@ -2,7 +2,7 @@
 //! Plans: a verb with its arguments, flattened, placed, bound and checked. The supervisor and the kernels run plans.
 use crate::configuration::{Rate, SvvId};
 use crate::interface::Mode;
-use crate::refusal::Place;
+use crate::refusal::{Class, Place};
 use crate::value::Value;
 use serde::Serialize;
 
@@ -208,7 +208,45 @@ pub struct PlannedInput {
     pub unit: String,
     pub default: Option<Value>,
     pub tunable: bool,
+    pub range: Option<PlannedRange>,
     pub targets: Vec<Target>,
+    pub place: Option<Place>,
+}
+
+/// The range of an input parameter, resolved.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlannedRange {
+    pub least: PlannedBound,
+    pub most: PlannedBound,
+    /// SVVs that the value is counted from, one for each device.
+    pub counted_from: Vec<String>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum PlannedBound {
+    Number(f64),
+    /// `sign` times this parameter, of each device.
+    Parameter { sign: f64, devices: Vec<String>, parameter: String },
+}
+
+/// What must be true at a start, for one device.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlannedRequirement {
+    pub device: String,
+    pub member: PlannedMember,
+    /// Only where this is true.
+    pub when: Option<PlannedMember>,
+    pub raises: Class,
+    pub remedy: String,
+    pub place: Option<Place>,
+}
+
+/// A member of a logical device.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum PlannedMember {
+    /// Name of the SVV.
+    Svv(String),
+    Parameter { device: String, parameter: String },
 }
 
 /// An output value: ω, resolved.
@@ -248,6 +286,7 @@ pub struct Plan {
     pub initial: usize,
     pub conditions: Vec<PlannedCondition>,
     pub inputs: Vec<PlannedInput>,
+    pub requirements: Vec<PlannedRequirement>,
     pub outputs: Vec<PlannedOutput>,
     pub claims: Vec<Claim>,
     /// Logical devices that must be enabled.

@@ -7,7 +7,7 @@ use crate::system::{Definitions, System, Waited};
 use indexmap::IndexMap;
 use model::CheckedVerb;
 use model::configuration::LogicalDevice;
-use model::definition::{Application, Argument, Initial};
+use model::definition::{Application, Argument, DeviceType, Initial, SvvSpecification};
 use model::plan::{CellKind, Plan};
 use model::refusal::{Class, Place, Refusals};
 use model::value::Value;
@@ -27,6 +27,9 @@ pub struct DeviceRequest {
     /// Where its verb runs, `rtp.name`.
     #[serde(default)]
     pub source: Option<String>,
+    /// Parts of units that are others for this device than its type says, in order.
+    #[serde(default)]
+    pub units: Vec<(String, String)>,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -106,9 +109,27 @@ impl System {
                 place,
             ));
         }
-        let parameters = device_parameters(&of, &request.parameters)?;
+        let mut logical = LogicalDevice {
+            device_type: of.name.clone(),
+            svvs: IndexMap::new(),
+            parameters: IndexMap::new(),
+            arguments: request.arguments.clone(),
+            source: request.source.clone(),
+            enabled: false,
+            units: request.units.clone(),
+            place: place.clone(),
+        };
+        logical.parameters = device_parameters(&of, &request.parameters, &logical)?;
         let (mut svvs, mut copies) = (IndexMap::new(), Vec::new());
         let made = of.svvs.iter().try_for_each(|(member, specification)| {
+            if let Some(shared) = &specification.shared {
+                svvs.insert(member.clone(), shared.clone());
+                if definitions.configuration.svvs.contains_key(shared) {
+                    return Ok(());
+                }
+                let asked = SvvRequest { specification: specification.clone(), types: IndexMap::new() };
+                return self.make_svv(&mut definitions, shared, &asked, None, place.clone());
+            }
             let full = format!("{name}.{member}");
             if let Some(Initial::CopyOf(from)) = &specification.initial {
                 if !of.svvs.contains_key(from) {
@@ -116,20 +137,13 @@ impl System {
                 }
                 copies.push((full.clone(), format!("{name}.{from}")));
             }
-            let asked = SvvRequest { specification: specification.clone(), types: IndexMap::new() };
+            let unit = logical.unit(&specification.unit);
+            let asked = SvvRequest { specification: SvvSpecification { unit, ..specification.clone() }, types: IndexMap::new() };
             self.make_svv(&mut definitions, &full, &asked, Some(name), place.clone())?;
             svvs.insert(member.clone(), full);
             Ok(())
         });
-        let logical = LogicalDevice {
-            device_type: of.name.clone(),
-            svvs,
-            parameters,
-            arguments: request.arguments.clone(),
-            source: request.source.clone(),
-            enabled: false,
-            place: place.clone(),
-        };
+        logical.svvs = svvs;
         definitions.configuration.logical_devices.insert(name.to_owned(), logical);
         let instance = made.and_then(|()| self.own_verb(&mut definitions, name, &of, &request));
         match instance {
@@ -149,7 +163,7 @@ impl System {
         &self,
         definitions: &mut Definitions,
         name: &str,
-        of: &model::definition::DeviceType,
+        of: &DeviceType,
         request: &DeviceRequest,
     ) -> Result<Option<u64>, Refusals> {
         let Some(verb) = &of.verb else { return Ok(None) };
@@ -242,7 +256,7 @@ impl System {
         let Some(declared) = of.parameters.get(parameter) else {
             return Err(unknown(&format!("parameter of '{device}' named"), parameter, of.parameters.keys().map(String::as_str)));
         };
-        let value = in_kind_of(&declared.default, &declared.unit, &value).map_err(|r| vec![crate::life::named(r, parameter)])?;
+        let value = in_kind_of(&declared.default, &record.unit(&declared.unit), &value).map_err(|r| vec![crate::life::named(r, parameter)])?;
         let tunable = declared.tunable;
         if tunable {
             self.shared.command(|core| core.tune(device, parameter, &value))?;
@@ -267,11 +281,11 @@ impl System {
 }
 
 /// The parameters of a device: the type's, with those that were given in their place.
-fn device_parameters(of: &model::definition::DeviceType, given: &IndexMap<String, Value>) -> Result<IndexMap<String, Value>, Refusals> {
+fn device_parameters(of: &DeviceType, given: &IndexMap<String, Value>, device: &LogicalDevice) -> Result<IndexMap<String, Value>, Refusals> {
     let mut refusals = Vec::new();
     let mut parameters: IndexMap<String, Value> = IndexMap::new();
     for (name, declared) in &of.parameters {
-        match in_kind_of(&declared.default, &declared.unit, given.get(name).unwrap_or(&declared.default)) {
+        match in_kind_of(&declared.default, &device.unit(&declared.unit), given.get(name).unwrap_or(&declared.default)) {
             Ok(value) => {
                 parameters.insert(name.clone(), value);
             }

@@ -316,6 +316,7 @@ impl System {
                     type_text: type_text.clone(),
                     unit: asked.unit.clone(),
                     size: of.size(),
+                    within: asked.within,
                     history: asked.history,
                     cells: HashMap::new(),
                     readers: HashMap::new(),

@@ -22,6 +22,7 @@ mod log;
 mod observe;
 mod proceed;
 mod refuse;
+mod requirements;
 mod report;
 mod sequence;
 mod stages;

@@ -46,6 +46,7 @@ joint_servo = Verb(
         "reference": "servo.reference",
         "commanded_velocity": "servo.reference_velocity",
         "limited": "servo.limited",
+        "homed": "servo.homed",
     },
     cells={"reading": ["position.y", "zero.u"], "bias": ["load.y", "servo.bias"], "effort": ["servo.effort", "write.u"]},
     input_parameters={
@@ -56,6 +57,7 @@ joint_servo = Verb(
         "max_speed": "servo.speed_max",
         "position_min": "servo.position_min",
         "position_max": "servo.position_max",
+        "needs_home": "servo.needs_home",
         "max_following_error": "servo.following_error",
     },
     command_lists={
@@ -93,13 +95,14 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     limited: SVV[int] = svv()
     offset: SVV[float] = svv(unit="rad")
     homed: SVV[bool] = svv()
-    override: SVV[float] = svv(initial=1.0)
-    cell_override: SVV[float] = svv(initial=1.0)
+    override: SVV[float] = svv(initial=1.0, within=(0.0, 1.0))
+    cell_override: SVV[float] = svv(initial=1.0, within=(0.0, 1.0), shared="override")
     needs_home: bool = parameter(False)
     home: float = parameter(0.0, unit="rad")
     position_min: float = parameter(-1e6, unit="rad")
     position_max: float = parameter(1e6, unit="rad")
     max_speed: float = parameter(3.14, unit="rad/s")
+    jog_speed: float = parameter(0.25, unit="rad/s")
     max_acceleration: float = parameter(5.0, unit="rad/s^2")
     max_jerk: float = parameter(50.0, unit="rad/s^3")
     max_effort: float = parameter(150.0, unit="N.m")

@@ -6,15 +6,18 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 /// A level that is true or false when it begins counts as an edge to it, so that a search that begins on its switch is told so at once.
 #[derive(FunctionBlock)]
 pub struct EdgeLatch {
+    /// number of values
+    #[size(1, 16)]
+    n: u32,
     /// level of a switch
     #[input(asynchronous)]
     level: bool,
-    /// value that is captured
-    #[input(asynchronous, default = 0.0)]
-    u: f64,
+    /// values that are captured
+    #[input(asynchronous, sized, unit = "rad|m")]
+    u: [f64; 16],
     /// u at the last rising edge
-    #[output]
-    captured: f64,
+    #[output(sized, unit = "rad|m")]
+    captured: [f64; 16],
     /// the level has become true
     #[condition]
     on: Condition,
@@ -48,13 +51,13 @@ mod tests {
 
     #[test]
     fn it_captures_at_the_rising_edge() {
-        let mut latch = EdgeLatch { level: false, u: 0.0, captured: 0.0, on: Condition::new(), off: Condition::new(), before: 2 };
+        let mut latch = EdgeLatch { n: 1, level: false, u: [0.0; 16], captured: [0.0; 16], on: Condition::new(), off: Condition::new(), before: 2 };
         let mut seen = Vec::new();
         for (k, level) in [false, false, true, true, false, true].into_iter().enumerate() {
-            (latch.level, latch.u) = (level, k as f64);
+            (latch.level, latch.u[0]) = (level, k as f64);
             (latch.on, latch.off) = (Condition::new(), Condition::new());
             assert_eq!(latch.step(&Invocation::default()), Outcome::Done);
-            seen.push((latch.on.is_reported(), latch.off.is_reported(), latch.captured));
+            seen.push((latch.on.is_reported(), latch.off.is_reported(), latch.captured[0]));
         }
         let expected = [(false, true, 0.0), (false, false, 0.0), (true, false, 2.0), (false, false, 2.0), (false, true, 2.0), (true, false, 5.0)];
         assert_eq!(seen, expected);

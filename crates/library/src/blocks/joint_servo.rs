@@ -30,6 +30,9 @@ pub struct JointServo {
     /// what is added to the readings of the joint to give q
     #[input(asynchronous, default = 0.0, unit = "rad|m")]
     offset: f64,
+    /// whether q is known: before, the range of q_r means nothing and is not kept to
+    #[input(asynchronous, default = true)]
+    homed: bool,
     /// effort at the joint
     #[output(unit = "N.m|N")]
     effort: f64,
@@ -69,6 +72,9 @@ pub struct JointServo {
     /// greatest |q_r'|
     #[param(default = 1e6, unit = "rad/s|m/s")]
     speed_max: f64,
+    /// whether the range is kept to only when the joint is homed
+    #[param(default = false)]
+    needs_home: bool,
     /// |q_r - q| is above the preset; the value is q_r - q; off where the preset is 0
     #[condition(preset = 0.0, unit = "rad|m")]
     following_error: ConditionOf<f64>,
@@ -100,7 +106,9 @@ impl Step for JointServo {
         }
         self.offset_before = self.offset;
         let step_max = if span_s > 0.0 { self.speed_max * span_s } else { 0.0 };
-        let bounds = Bounds { position_min: self.position_min, position_max: self.position_max, step_max };
+        let known = self.homed || !self.needs_home;
+        let (position_min, position_max) = if known { (self.position_min, self.position_max) } else { (f64::NEG_INFINITY, f64::INFINITY) };
+        let bounds = Bounds { position_min, position_max, step_max };
         let (reference, step, limited) = self.spline.advance(self.setpoint, self.interpolation, bounds);
         let moving = self.interpolation > 1 && span_s > 0.0;
         self.reference = reference;
@@ -122,8 +130,8 @@ mod tests {
 
     fn servo() -> JointServo {
         JointServo {
-            setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0,
-            kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6,
+            setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0,
+            kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6, needs_home: false,
             following_error: ConditionOf::new(0.0), spline: Spline::default(), offset_before: 0.0, integral: 0.0, before_ns: -1,
         }
     }
@@ -165,6 +173,12 @@ mod tests {
             (before, servo.setpoint, servo.position) = (servo.reference, 9.0, servo.reference);
         }
         assert_eq!((servo.reference, servo.reference_velocity, servo.limited), (0.5, 0.0, 999));
+        let mut unknown = JointServo { position_max: 0.5, setpoint: 0.7, position: 0.7, needs_home: true, homed: false, ..self::servo() };
+        for k in 0..60i64 {
+            assert_eq!(unknown.step(&Invocation { number: k as u64, time_ns: k * 1_000_000, now_ns: 0 }), Outcome::Done);
+            unknown.setpoint = 0.9;
+        }
+        assert_eq!(unknown.reference, 0.9, "before it is homed its numbers mean nothing");
         assert_eq!(JointServo { position_max: -2e6, ..self::servo() }.step(&Invocation::default()), Outcome::Fault(BAD_LIMIT));
     }
 

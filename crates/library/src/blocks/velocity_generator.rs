@@ -59,6 +59,9 @@ pub struct VelocityGenerator {
     /// time by which the first set-point is ahead of the start: the interval of this block
     #[param(default = 0.02, unit = "s")]
     lead: f64,
+    /// the joints move the other way
+    #[param(default = false)]
+    reverse: bool,
     /// all joints move as fast as they are to
     #[condition]
     in_velocity: Condition,
@@ -96,6 +99,7 @@ impl Step for VelocityGenerator {
             self.motion = Motion::at(&self.start[..n], &self.start_velocity[..n]);
         }
         let Some(rate) = self.rate(n) else { return Outcome::Fault(BAD_LIMIT) };
+        let direction = if self.reverse { -1.0 } else { 1.0 };
         let mut wanted = [0.0; 48];
         for i in 0..n {
             if !self.velocity[i].is_finite() {
@@ -104,7 +108,7 @@ impl Step for VelocityGenerator {
             if ![self.acceleration[i], self.jerk[i]].iter().all(|limit| limit.is_finite() && *limit > 0.0) {
                 return Outcome::Fault(BAD_LIMIT);
             }
-            (wanted[i], wanted[16 + i], wanted[32 + i]) = (self.velocity[i] * rate, self.acceleration[i], self.jerk[i]);
+            (wanted[i], wanted[16 + i], wanted[32 + i]) = (direction * self.velocity[i] * rate, self.acceleration[i], self.jerk[i]);
         }
         let holding = self.holding || rate == 0.0;
         if first || wanted != self.planned || holding != self.is_holding {
@@ -174,7 +178,7 @@ mod tests {
         VelocityGenerator {
             n: 1, start: [0.0; 16], start_velocity: [0.0; 16], velocity: [velocity; 16], acceleration: [2.0; 16], jerk: [20.0; 16],
             position_min: [-3.0; 16], position_max: [3.0; 16], r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, setpoint: [0.0; 16],
-            setpoint_velocity: [0.0; 16], lead: 0.02, in_velocity: Condition::new(), stopped: Condition::new(), held: Condition::new(),
+            setpoint_velocity: [0.0; 16], lead: 0.02, reverse: false, in_velocity: Condition::new(), stopped: Condition::new(), held: Condition::new(),
             at_limit: Condition::new(), motion: Motion::default(), planned: [0.0; 48], is_holding: false, before_ns: -1,
         }
     }
