@@ -59,30 +59,33 @@ pub struct Spline {
     change: f64,
     setpoint: f64,
     left: u32,
-    begun: bool,
 }
 
 /// Closer than this, in position and in speed per invocation, it is there.
 const THERE: f64 = 1e-13;
+/// A set-point at a bound is not beyond it because of the last bits of a sum: less than this, in position and of the greatest speed.
+const ROUNDING: f64 = 1e-9;
 
 impl Spline {
-    /// Advances by one invocation: the reference, its speed per invocation, and whether a bound held it back. The first set-point is
-    /// taken as it is. A reference outside its range, because the joint was there when it was enabled, may move towards the range only.
+    /// A reference that stands at `value`.
+    pub fn at(value: f64) -> Spline {
+        Spline { value, setpoint: value, ..Spline::default() }
+    }
+
+    /// Advances by one invocation: the reference, its speed per invocation, and whether a bound held it back. A reference outside its
+    /// range, because the joint was there when it was enabled, may move towards the range only.
     pub fn advance(&mut self, setpoint: f64, interpolation: u32, bounds: Bounds) -> (f64, f64, bool) {
-        if !self.begun {
-            *self = Spline { value: setpoint, setpoint, begun: true, ..Spline::default() };
-        }
         // A NaN passes: the servo's fault finds it.
         let (least, most) = (bounds.position_min.min(self.value), bounds.position_max.max(self.value));
         let wanted = if setpoint.is_nan() { setpoint } else { setpoint.clamp(least, most) };
-        let mut limited = wanted != setpoint;
+        let mut limited = (wanted - setpoint).abs() > ROUNDING;
         if wanted != self.setpoint || (self.left == 0 && !self.is_there()) {
             self.setpoint = wanted;
             let span = f64::from(interpolation.max(1));
             // The speed to come to, from which an even change to rest ends at the set-point.
             let even = if interpolation > 1 { (wanted - self.value) / span - self.speed / 2.0 } else { wanted - self.value };
             let speed = if even.is_nan() { even } else { even.clamp(-bounds.step_max, bounds.step_max) };
-            limited |= speed != even;
+            limited |= (even - speed).abs() > ROUNDING * bounds.step_max;
             (self.change, self.left) = ((speed - self.speed) / span, interpolation.max(1));
         }
         if self.left > 0 {
@@ -163,7 +166,7 @@ mod tests {
         }
         assert_eq!((value, held), (0.5, 1000));
         // Outside its range where it begins: it stays until it is told to come back, and goes no further.
-        let mut outside = Spline::default();
+        let mut outside = Spline::at(0.7);
         assert_eq!(outside.advance(0.7, 20, bounds), (0.7, 0.0, false));
         assert_eq!(outside.advance(0.9, 20, bounds), (0.7, 0.0, true));
         assert!(outside.advance(0.6, 20, bounds).0 < 0.7);
@@ -171,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_shift_moves_nothing() {
-        let mut spline = Spline::default();
+        let mut spline = Spline::at(1.0);
         spline.advance(1.0, 20, WIDE);
         spline.shift(-0.25);
         assert_eq!(spline.advance(0.75, 20, WIDE), (0.75, 0.0, false));

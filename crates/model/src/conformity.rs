@@ -44,7 +44,7 @@ pub fn unmet(plan: &Plan, configuration: &Configuration, present: &IndexMap<Stri
                 PlannedMember::Parameter { device, parameter } => format!("{device}.{parameter}"),
             };
             let message = format!("cannot start '{}': '{member}' is not true", plan.verb);
-            Refusal::new(requirement.raises, message).end(format!("device '{}'", requirement.device), &None).remedy(requirement.remedy.clone()).at(&requirement.place)
+            Refusal::new(requirement.raises, message).end(format!("device '{}'", requirement.device), &None).remedy(requirement.remedy.clone())
         })
         .collect()
 }
@@ -132,7 +132,7 @@ impl Limits {
             Value::Number(number) => Ok(*number),
             _ => Err(Refusal::new(Class::ValueRefused, format!("{value:?} is no number"))),
         };
-        let given = given.map_err(|refusal| refusal.for_what(&what()).at(&input.place))?;
+        let given = given.map_err(|refusal| refusal.for_what(&what()))?;
         let reached = from.unwrap_or(0.0) + given;
         // A NaN is in no range.
         if (self.least..=self.most).contains(&reached) {
@@ -140,9 +140,9 @@ impl Limits {
         }
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
         let whence = if self.parameters.is_empty() { String::new() } else { format!(" ({})", self.parameters.join(" to ")) };
-        let counted = from.map_or(String::new(), |from| format!(" from {from:.6}, that is {reached:.6}{unit},"));
-        let message = format!("{} is {given}{unit}{counted} and its range is {} to {}{unit}{whence}", what(), self.least, self.most);
-        let mut refusal = Refusal::new(Class::OutOfRange, message).remedy(self.remedy(value, given, from)).at(&input.place);
+        let counted = from.map_or(String::new(), |from| format!(" from {}, that is {}{unit},", short(from), short(reached)));
+        let message = format!("{} is {}{unit}{counted} and its range is {} to {}{unit}{whence}", what(), short(given), short(self.least), short(self.most));
+        let mut refusal = Refusal::new(Class::OutOfRange, message).remedy(self.remedy(value, given, from));
         if let Some(device) = &self.device {
             refusal = refusal.end(format!("device '{device}'"), &None);
         }
@@ -159,6 +159,13 @@ impl Limits {
             "give a value within the range".to_owned()
         }
     }
+}
+
+/// A number for people: at most six digits.
+fn short(number: f64) -> String {
+    let digits = 5 - number.abs().max(1e-9).log10().floor().clamp(0.0, 5.0) as usize;
+    let text = format!("{number:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 fn number(value: &Value) -> Option<f64> {

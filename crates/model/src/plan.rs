@@ -210,7 +210,6 @@ pub struct PlannedInput {
     pub tunable: bool,
     pub range: Option<PlannedRange>,
     pub targets: Vec<Target>,
-    pub place: Option<Place>,
 }
 
 /// The range of an input parameter, resolved.
@@ -238,7 +237,6 @@ pub struct PlannedRequirement {
     pub when: Option<PlannedMember>,
     pub raises: Class,
     pub remedy: String,
-    pub place: Option<Place>,
 }
 
 /// A member of a logical device.

@@ -7,11 +7,11 @@ halted or their time is up they slow down within the limits first. `arm.override
 """
 
 from .coupled import gear
-from .home import home, home_here
+from .home import Homed, HomingFailed, home, home_here
 from .moves import Moved, MoveTimeout, move_absolute, move_relative
 from .velocity import LimitReached, Stopped, jog, move_velocity, stop
 
 __all__ = [
-    "LimitReached", "MoveTimeout", "Moved", "Stopped", "gear", "home", "home_here", "jog", "move_absolute", "move_relative",
+    "Homed", "HomingFailed", "LimitReached", "MoveTimeout", "Moved", "Stopped", "gear", "home", "home_here", "jog", "move_absolute", "move_relative",
     "move_velocity", "stop",
 ]  # fmt: skip

@@ -9,12 +9,17 @@ from .. import library as lib
 from ..commands import activate, execute
 from ..conditions import on
 from ..decorated import verb
+from ..errors import Terminated
 from ..groups import Group
 from ..parameters import each, input
 from ..reports import Report
 from ..robots.joints import Joint
 from ..svvs import SVV
 from .parts import PERIOD, Values, brake
+
+
+class HomingFailed(Terminated):
+    """The switch was not found within the time limit; the joint has come to rest."""
 
 
 class Homed(Report):
@@ -88,6 +93,7 @@ _MOVES = ("seek", "back", "creep", "brake")
         "settle": [activate("brake", every=PERIOD)],
         "set": [execute("set")],
         "stop": [activate("brake", every=PERIOD)],
+        "give_up": [activate("brake", every=PERIOD)],
     },
     initial="seek",
     conditions={
@@ -97,6 +103,7 @@ _MOVES = ("seek", "back", "creep", "brake")
         "settled": on("brake.stopped", during="settle"),
         "completed": on(returns=["shift"]),
         "stopped": on("brake.stopped", returns=[], during="stop"),
+        "not_found": on("brake.stopped", raises=HomingFailed, during="give_up"),
     },
     transitions={
         ("seek", "found"): "back",
@@ -106,9 +113,9 @@ _MOVES = ("seek", "back", "creep", "brake")
         ("seek", "halted"): "stop",
         ("back", "halted"): "stop",
         ("creep", "halted"): "stop",
-        ("seek", "time_limit"): "stop",
-        ("back", "time_limit"): "stop",
-        ("creep", "time_limit"): "stop",
+        ("seek", "time_limit"): "give_up",
+        ("back", "time_limit"): "give_up",
+        ("creep", "time_limit"): "give_up",
     },
 )
 def home(arm: Joint, switch: SVV[bool], /, speed: float | str = "10 %", creep: float | str = "1 %", position: float | str = 0.0) -> Homed:

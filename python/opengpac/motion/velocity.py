@@ -48,13 +48,14 @@ def _at(most: str) -> dict[str, Any]:
     name="move_velocity",
     **_at("max_speed"),
     blocks={"generator": lib.block("velocity_generator"), "brake": brake()},
-    command_lists={"start": [activate("generator", every=PERIOD)], "stop": STOP},
+    command_lists={"start": [activate("generator", every=PERIOD)], "stop": STOP, "limit": STOP},
     initial="start",
     conditions={
-        "at_limit": on("generator.at_limit", raises=LimitReached, during="start"),
+        "at_limit": on("generator.at_limit", during="start"),
+        "limit_reached": on("brake.stopped", returns=["position"], raises=LimitReached, during="limit"),
         "stopped": on("brake.stopped", returns=["position"], during="stop"),
     },
-    transitions={("start", "halted"): "stop", ("start", "time_limit"): "stop"},
+    transitions={("start", "halted"): "stop", ("start", "time_limit"): "stop", ("start", "at_limit"): "limit"},
 )
 def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: Values = "100 %") -> Stopped:
     """Moves joints at a velocity until it is halted or its time limit is over, then stops them; `vi.set(velocity=…)` changes it.

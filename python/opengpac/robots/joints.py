@@ -21,7 +21,7 @@ SERVO_PERIOD = "1 ms"
 """How often the servo runs."""
 
 HISTORY = 10_000
-"""How many values of `sensed` and `commanded` are kept: ten seconds of the servo."""
+"""How many values of `sensed`, `commanded` and `reference` are kept: ten seconds of the servo."""
 
 joint_servo = Verb(
     "robot_joint_servo",
@@ -90,7 +90,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     velocity: SVV[float] = svv(unit="rad/s")
     commanded: SVV[float] = svv(unit="rad", initial="sensed", history=HISTORY)
     commanded_velocity: SVV[float] = svv(unit="rad/s")
-    reference: SVV[float] = svv(unit="rad")
+    reference: SVV[float] = svv(unit="rad", history=HISTORY)
     goal: SVV[float] = svv(unit="rad", initial="sensed")
     limited: SVV[int] = svv()
     offset: SVV[float] = svv(unit="rad")

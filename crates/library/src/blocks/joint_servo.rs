@@ -101,7 +101,10 @@ impl Step for JointServo {
         let first = self.before_ns < 0;
         let span_s = if first { 0.0 } else { (invocation.time_ns - self.before_ns) as f64 * 1e-9 };
         self.before_ns = invocation.time_ns;
-        if !first && self.offset != self.offset_before {
+        if first {
+            // Whatever is commanded: the servo begins where the joint is.
+            self.spline = Spline::at(self.position);
+        } else if self.offset != self.offset_before {
             self.spline.shift(self.offset - self.offset_before);
         }
         self.offset_before = self.offset;
@@ -193,8 +196,10 @@ mod tests {
 
     #[test]
     fn it_keeps_to_its_limit_and_reports_the_error() {
-        let mut servo = JointServo { setpoint: 1.0, limit: 28.0, following_error: ConditionOf::new(0.1), ..servo() };
+        let mut servo = JointServo { setpoint: 1.0, limit: 28.0, following_error: ConditionOf::new(0.1), interpolation: 1, ..servo() };
         assert_eq!(servo.step(&Invocation::default()), Outcome::Done);
+        assert_eq!((servo.effort, servo.following_error.is_reported()), (0.0, false), "it begins where the joint is");
+        assert_eq!(servo.step(&Invocation { number: 1, time_ns: 1_000_000, now_ns: 0 }), Outcome::Done);
         assert_eq!((servo.effort, servo.following_error.is_reported(), servo.following_error.value), (28.0, true, 1.0));
         assert_eq!(JointServo { limit: f64::NAN, ..self::servo() }.step(&Invocation::default()), Outcome::Fault(BAD_LIMIT));
     }

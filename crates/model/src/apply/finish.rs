@@ -72,7 +72,7 @@ impl<'a> Draft<'a> {
             }
         }
         let (name, default, tunable) = (input.name.clone(), input.default.clone(), input.tunable);
-        Some(PlannedInput { name, origin, type_text: layout.text.clone(), unit, default, tunable, range: self.range(input), targets, place: input.place.clone() })
+        Some(PlannedInput { name, origin, type_text: layout.text.clone(), unit, default, tunable, range: self.range(input), targets })
     }
 
     fn origin(&self, input: &CheckedInput) -> InputOrigin {

@@ -33,7 +33,7 @@ impl Draft<'_> {
                 let when = requirement.when.as_ref().and_then(|when| when.split_once('.')).and_then(|(_, member)| self.member(&device, member));
                 if let Some(member) = self.member(&device, member) {
                     let (raises, remedy) = (requirement.raises, requirement.remedy.clone());
-                    planned.push(PlannedRequirement { device, member, when, raises, remedy, place: requirement.place.clone() });
+                    planned.push(PlannedRequirement { device, member, when, raises, remedy });
                 }
             }
         }
