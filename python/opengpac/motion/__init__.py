@@ -12,6 +12,6 @@ from .moves import Moved, MoveTimeout, move_absolute, move_relative
 from .velocity import LimitReached, Stopped, jog, move_velocity, stop
 
 __all__ = [
-    "Homed", "HomingFailed", "LimitReached", "MoveTimeout", "Moved", "Stopped", "gear", "home", "home_here", "jog", "move_absolute", "move_relative",
-    "move_velocity", "stop",
+    "Homed", "HomingFailed", "LimitReached", "MoveTimeout", "Moved", "Stopped", "gear", "home", "home_here", "jog", "move_absolute",
+    "move_relative", "move_velocity", "stop",
 ]  # fmt: skip

@@ -30,11 +30,11 @@ class Stopped(Report):
     position: np.ndarray
 
 
-def _at(most: str) -> dict[str, Any]:
-    """The mappings of a motion at a velocity, up to `most` of each joint."""
+def _at(most: str, **more: str) -> dict[str, Any]:
+    """The mappings of a motion at a velocity, up to `most` of each joint; `more` instantiation parameters."""
     return {
         "objects": {"arm": each(Joint)},
-        "instantiation_parameters": bound("generator", "brake", overridden=["generator"]),
+        "instantiation_parameters": {**bound("generator", "brake", overridden=["generator"]), **more},
         "input_parameters": {
             "velocity": input("generator.velocity", within=(f"-arm.{most}", f"arm.{most}"), tunable=True),
             "acceleration": share(["generator.acceleration", "brake.acceleration"], "max_acceleration"),
@@ -68,9 +68,7 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
 
 @verb(
     name="jog",
-    **_at("jog_speed") | {
-        "instantiation_parameters": {**bound("generator", "brake", overridden=["generator"]), "heartbeat": "watch.beat"},
-    },
+    **_at("jog_speed", heartbeat="watch.beat"),
     blocks={"generator": lib.block("velocity_generator"), "brake": brake(), "watch": lib.block("heartbeat")},
     command_lists={"start": [activate("watch", every=PERIOD), activate("generator", every=PERIOD)], "stop": STOP},
     initial="start",

@@ -69,7 +69,7 @@ def test_a_motion_that_takes_over_goes_on_smoothly(axes: gpac.Group[Joint], seed
     take_over = gpac.Verb(
         "take_over",
         blocks={
-            **{label: library.velocity_generator for label in labels},
+            **dict.fromkeys(labels, library.velocity_generator),
             "move": library.motion_generator,
             "timer": library.time_limit,
             "later": library.time_limit,
@@ -113,9 +113,10 @@ def test_a_motion_that_takes_over_goes_on_smoothly(axes: gpac.Group[Joint], seed
 
 
 def test_a_goal_outside_the_range_is_refused_before_anything_moves(axes: gpac.Group[Joint]) -> None:
-    with pytest.raises(gpac.OutOfRange, match=r"'goal' for 'axes.y' is 90 rad and its range is -2 to 2 rad.*did you mean '90 deg'\?.*test_moves.py"):
+    said = r"'goal' for 'axes.y' is 90 rad and its range is -2 to 2 rad.*did you mean '90 deg'\?.*test_moves.py"
+    with pytest.raises(gpac.OutOfRange, match=said):
         motion.move_absolute(axes, [0.5, 90])
-    with pytest.raises(gpac.OutOfRange, match="'goal' for 'axes.x' is 500 rad .*give a value within the range"):
+    with pytest.raises(gpac.OutOfRange, match=r"'goal' for 'axes.x' is 500 rad .*give a value within the range"):
         motion.move_absolute(axes[0], 500)
     with pytest.raises(gpac.OutOfRange) as all_at_once:
         motion.move_absolute(axes, [3.0, 1e9])
@@ -128,7 +129,7 @@ def test_a_goal_outside_the_range_is_refused_before_anything_moves(axes: gpac.Gr
     with pytest.raises(gpac.UnitMismatch):
         motion.move_absolute(axes, "3 mm")
     assert axes.values("commanded") == [1.0, 0.0] and axes[0].state == "standstill"
-    assert RANGE == (axes[0].position_min, axes[0].position_max)
+    assert (axes[0].position_min, axes[0].position_max) == RANGE
 
 
 def test_the_servo_keeps_to_the_range_whatever_is_stored(axes: gpac.Group[Joint]) -> None:
@@ -152,14 +153,16 @@ def test_a_sliding_joint_counts_in_metres() -> None:
     fast = rtp.timer("fast", period="1 ms", priority=80)
     rtp.timer("slow", period="20 ms", priority=60)
     plant = rtp.physical_device("plant", gpac.drivers.loopback("lift"), exchange=fast)
-    lift = Joint("lift", drive=plant["lift"], on=fast, units={"N.m": "N", "rad": "m"}, position_max="1200 mm", max_speed="0.5 m/s", kp=50.0, kd=0.0)
+    lift = Joint(
+        "lift", drive=plant["lift"], on=fast, units={"N.m": "N", "rad": "m"}, position_max="1200 mm", max_speed="0.5 m/s", kp=50.0, kd=0.0
+    )
     assert (lift.sensed.unit, lift.commanded_velocity.unit, lift.position_max) == ("m", "m/s", 1.2)
     lift.enable()
     motion.move_absolute(lift, "250 mm")
     assert lift.commanded.value == pytest.approx(0.25)
     with pytest.raises(gpac.UnitMismatch):
         motion.move_absolute(lift, "10 deg")
-    with pytest.raises(gpac.OutOfRange, match="'goal' for 'lift' is 2 m and its range is -1000000 to 1.2 m"):
+    with pytest.raises(gpac.OutOfRange, match=r"'goal' for 'lift' is 2 m and its range is -1000000 to 1.2 m"):
         motion.move_absolute(lift, 2.0)
     with pytest.raises(gpac.UnitMismatch):
         lift.max_speed = "1 rad/s"

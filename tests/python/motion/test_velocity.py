@@ -20,7 +20,7 @@ def test_a_velocity_is_kept_changed_and_stopped_smoothly(axes: gpac.Group[Joint]
     moving.set(velocity=[-0.2, 0.1])
     watch.run(800)
     assert axes.values("commanded_velocity") == pytest.approx([-0.2, 0.1])
-    with pytest.raises(gpac.OutOfRange, match="'velocity' for 'axes.x' is 3 rad/s and its range is -1 to 1 rad/s"):
+    with pytest.raises(gpac.OutOfRange, match=r"'velocity' for 'axes.x' is 3 rad/s and its range is -1 to 1 rad/s"):
         moving.set(velocity=[3.0, 0.0])
     moving.halt()
     watch.run(400)
@@ -55,7 +55,7 @@ def test_jog_stops_when_nobody_holds_the_button(axes: gpac.Group[Joint]) -> None
     assert jogging.wait().condition == "stopped"
     watch.run(100).smooth()
     assert axes.values("commanded_velocity") == [0.0, 0.0] and axes[0].reference.value == pytest.approx(0.24, abs=0.03)
-    with pytest.raises(gpac.OutOfRange, match="jog_speed"):
+    with pytest.raises(gpac.OutOfRange, match=r"jog_speed"):
         motion.jog(axes, button, velocity=0.5)
 
 
@@ -90,9 +90,9 @@ def test_override_scales_the_speed_of_the_group_and_of_the_cell(axes: gpac.Group
 
 def test_an_override_is_between_0_and_1(axes: gpac.Group[Joint]) -> None:
     for wrong in (1.5, -0.1):
-        with pytest.raises(gpac.OutOfRange, match="its range is 0 to 1"):
+        with pytest.raises(gpac.OutOfRange, match=r"its range is 0 to 1"):
             axes.override = wrong
-        with pytest.raises(gpac.OutOfRange, match="its range is 0 to 1"):
+        with pytest.raises(gpac.OutOfRange, match=r"its range is 0 to 1"):
             axes.system.override = wrong
     assert axes.override == 1.0
     with gpac.System("empty", clock="virtual") as empty:

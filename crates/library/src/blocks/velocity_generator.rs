@@ -6,6 +6,8 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// A start or velocity is not a finite number.
 const NOT_FINITE: u32 = 1;
+/// Invocations on end with one set-point that count as rest: until then a servo that follows the set-points smoothly still moves.
+const REST: u32 = 3;
 /// An acceleration or jerk is not above 0, or an override is not within 0 and 1.
 const BAD_LIMIT: u32 = 2;
 
@@ -83,6 +85,9 @@ pub struct VelocityGenerator {
     /// whether it is planned to hold
     #[state]
     is_holding: bool,
+    /// invocations on end for which each joint has been at rest
+    #[state]
+    rest: [u32; 16],
     /// running time of the invocation before, ns; -1: there was none
     #[state(initial = -1)]
     before_ns: i64,
@@ -149,12 +154,13 @@ impl VelocityGenerator {
             let state = self.motion.state(i);
             (self.setpoint[i], self.setpoint_velocity[i]) = (state.position, state.velocity);
             let velocity = self.planned[i];
-            let rests = state.velocity == 0.0;
+            self.rest[i] = if state.velocity == 0.0 { self.rest[i].saturating_add(1) } else { 0 };
+            let rests = self.rest[i] >= REST;
             in_velocity &= (state.velocity - velocity).abs() <= 1e-9 * velocity.abs().max(1.0) && state.acceleration.abs() <= 1e-9;
             let end = if velocity > 0.0 { self.position_max[i] - state.position } else { state.position - self.position_min[i] };
             at_limit |= rests && velocity != 0.0 && !self.is_holding && end <= 1e-9;
         }
-        let all_rest = self.motion.left_s() == 0.0;
+        let all_rest = self.rest[..n].iter().all(|invocations| *invocations >= REST);
         if in_velocity {
             self.in_velocity.report();
         }
@@ -179,7 +185,7 @@ mod tests {
             n: 1, start: [0.0; 16], start_velocity: [0.0; 16], velocity: [velocity; 16], acceleration: [2.0; 16], jerk: [20.0; 16],
             position_min: [-3.0; 16], position_max: [3.0; 16], r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, setpoint: [0.0; 16],
             setpoint_velocity: [0.0; 16], lead: 0.02, reverse: false, in_velocity: Condition::new(), stopped: Condition::new(), held: Condition::new(),
-            at_limit: Condition::new(), motion: Motion::default(), planned: [0.0; 48], is_holding: false, before_ns: -1,
+            at_limit: Condition::new(), motion: Motion::default(), planned: [0.0; 48], is_holding: false, rest: [0; 16], before_ns: -1,
         }
     }
 
@@ -230,7 +236,7 @@ mod tests {
             b.holding = (80..120).contains(&k);
             k > 200
         });
-        assert!((block.setpoint_velocity[0] + 0.25).abs() < 1e-9 && held > 15, "{} rad/s, held {held}", block.setpoint_velocity[0]);
+        assert!((block.setpoint_velocity[0] + 0.25).abs() < 1e-9 && held > 10, "{} rad/s, held {held}", block.setpoint_velocity[0]);
     }
 
     #[test]
