@@ -50,7 +50,7 @@ fn one_number_shares_and_quantities_become_numbers_of_each_device() {
     let plan = plan(json!({})).expect("it is correct");
     assert_eq!(settled(&plan, "goal", json!(0.25), json!({})), numbers([0.25, 0.25]));
     assert_eq!(settled(&plan, "goal", json!([1, "300 mm"]), json!({})), numbers([1.0, 0.3]));
-    assert_eq!(settled(&plan, "goal", json!("10 %"), json!({})), numbers([0.3, 0.05]));
+    assert_eq!(settled(&plan, "goal", json!("25 %"), json!({})), numbers([0.75, 0.125]));
     assert_eq!(settled(&plan, "speed", json!("50 %"), json!({})), Ok(Value::Number(0.5)), "of what all devices allow");
     assert_eq!(asked(&plan), Vec::<String>::new());
 }
