@@ -165,6 +165,10 @@ _CLASSES: dict[str, type[Error]] = {
 }  # fmt: skip
 
 
+REFUSALS = tuple(_CLASSES.values())
+"""The classes of what the real-time system refuses."""
+
+
 def _place(given: Mapping[str, Any] | None) -> Place | None:
     return Place(given["file"], given["line"]) if given else None
 

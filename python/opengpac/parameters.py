@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .blocks import Names, names_of
-from .errors import DefinitionError, Error, refuse
+from .errors import REFUSALS, DefinitionError, Error, refuse
 from .places import Place, here
 from .values import plain
 
@@ -84,8 +84,10 @@ def required(raises: type[Error], *, when: str | None = None, remedy: str = "") 
     """A value of `requires=`: the class that a start raises where the member is not true, and the next step.
 
     `requires={"arm.homed": gpac.required(gpac.NotHomed, when="arm.needs_home")}`; `when` limits it to devices of which that is true.
-    The class is one of this package's.
+    The class is one of this package's refusals, `gpac.NotHomed` or `gpac.InvalidState` for example.
     """
+    if raises not in REFUSALS:
+        refuse(DefinitionError, f"a requirement raises {raises!r}", f"give one of {', '.join(kind.__name__ for kind in REFUSALS)}")
     return Requirement(raises, when, remedy, here())
 
 

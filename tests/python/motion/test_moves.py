@@ -166,3 +166,26 @@ def test_a_sliding_joint_counts_in_metres() -> None:
         motion.move_absolute(lift, 2.0)
     with pytest.raises(gpac.UnitMismatch):
         lift.max_speed = "1 rad/s"
+
+
+def test_a_requirement_names_a_member_and_a_refusal() -> None:
+    def needing(requires: object, **inputs: object) -> gpac.Verb[..., gpac.Report]:
+        return gpac.Verb(
+            "needing",
+            blocks={"f": library.gain},
+            objects={"arm": Joint},
+            instantiation_parameters={"arm.sensed": "f.u"},
+            input_parameters={"k": gpac.input("f.k", **inputs)},  # type: ignore[arg-type]
+            command_lists={"start": [activate("f", every="20 ms")]},
+            modes={"f.u": "asynchronous"},
+            requires=requires,  # type: ignore[arg-type]
+        )
+
+    with pytest.raises(gpac.UnknownName, match=r"a requirement names 'arm.home_d'.*did you mean 'homed'\?"):
+        needing({"arm.home_d": gpac.NotHomed})
+    with pytest.raises(gpac.UnknownName, match=r"the range of the input parameter 'k' names 'arm.most'"):
+        needing({}, within=(0, "arm.most"))
+    with pytest.raises(gpac.DefinitionError, match=r"a requirement raises .*ValueError.*give one of "):
+        needing({"arm.homed": gpac.required(ValueError)})  # type: ignore[arg-type]
+    with pytest.raises(gpac.DefinitionError, match=r"the requirement 'arm.homed' is 5"):
+        needing({"arm.homed": 5})

@@ -7,7 +7,7 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 /// A start or velocity is not a finite number.
 const NOT_FINITE: u32 = 1;
 /// Invocations on end with one set-point that count as rest: until then a servo that follows the set-points smoothly still moves.
-const REST: u32 = 3;
+const REST: u16 = 3;
 /// An acceleration or jerk is not above 0, or an override is not within 0 and 1.
 const BAD_LIMIT: u32 = 2;
 
@@ -87,7 +87,7 @@ pub struct VelocityGenerator {
     is_holding: bool,
     /// invocations on end for which each joint has been at rest
     #[state]
-    rest: [u32; 16],
+    rest: [u16; 16],
     /// running time of the invocation before, ns; -1: there was none
     #[state(initial = -1)]
     before_ns: i64,
