@@ -70,7 +70,7 @@ fn the_names_of_the_interface_stay() {
         ),
         ("gear_generator", "master start start_velocity ratio speed acceleration setpoint velocity engaged lead in_gear"),
         ("heartbeat", "beat lost age limit late"),
-        ("edge_latch", "n level u captured on off"),
+        ("capture", "n level u captured on off"),
         ("set_position", "n captured position offset commanded new_offset new_commanded homed shift"),
         ("offset", "u offset y"),
         ("trajectory_planner", "n start goal speed speed_max acceleration_max jerk_max position_min position_max target coefficients duration"),

@@ -4,8 +4,8 @@
 //! Keep one for each verb, made by [`CheckedVerb::new`] when the verb (or a block or device type that it uses) is defined, and
 //! apply it with [`CheckedVerb::apply`]. [`crate::apply`] makes one anew each time.
 use crate::conditions::{self, CheckedCondition};
-use crate::conformity;
 use crate::configuration::Configuration;
+use crate::conformity;
 use crate::definition::{Bound, Graph, Object, Part, Requirement, Verb};
 use crate::flatten::{Flat, FlatBlock, Group, Labelled, Named, Origin, Port};
 use crate::interface::{Kind, Mode};

@@ -60,6 +60,9 @@ pub struct Svv {
     /// The logical device it belongs to.
     #[serde(default)]
     pub device: Option<String>,
+    /// It was made with the first of the devices that share it, and goes with the last.
+    #[serde(default)]
+    pub shared: bool,
     #[serde(default)]
     pub place: Option<Place>,
 }

@@ -225,7 +225,11 @@ pub struct PlannedRange {
 pub enum PlannedBound {
     Number(f64),
     /// `sign` times this parameter, of each device.
-    Parameter { sign: f64, devices: Vec<String>, parameter: String },
+    Parameter {
+        sign: f64,
+        devices: Vec<String>,
+        parameter: String,
+    },
 }
 
 /// What must be true at a start, for one device.
@@ -244,7 +248,10 @@ pub struct PlannedRequirement {
 pub enum PlannedMember {
     /// Name of the SVV.
     Svv(String),
-    Parameter { device: String, parameter: String },
+    Parameter {
+        device: String,
+        parameter: String,
+    },
 }
 
 /// An output value: ω, resolved.

@@ -28,8 +28,11 @@ fn jointed() -> Configuration {
 
 fn plan(changes: serde_json::Value) -> Result<Plan, Refusals> {
     let mut verb = movement();
-    merge(&mut verb, json!({"input_parameters": {"goal": {"within": ["arm.position_min", "arm.position_max"]},
-        "speed": {"within": [0.0, "arm.max_speed"], "default": "50 %"}}}));
+    merge(
+        &mut verb,
+        json!({"input_parameters": {"goal": {"within": ["arm.position_min", "arm.position_max"]},
+        "speed": {"within": [0.0, "arm.max_speed"], "default": "50 %"}}}),
+    );
     merge(&mut verb, changes);
     apply_in(jointed(), verb, json!({"arguments": {"arm": {"devices": ["j1", "j2"]}}}))
 }

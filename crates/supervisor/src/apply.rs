@@ -6,9 +6,9 @@ use crate::refuse::{invalid_state, refuse_at, unknown};
 use crate::system::{Definitions, System, Waited};
 use indexmap::IndexMap;
 use model::CheckedVerb;
-use model::configuration::LogicalDevice;
+use model::configuration::{LogicalDevice, Svv};
 use model::definition::{Application, Argument, DeviceType, Initial, SvvSpecification};
-use model::plan::{CellKind, Plan};
+use model::plan::{CellKind, Plan, PlannedCell};
 use model::refusal::{Class, Place, Refusals};
 use model::value::Value;
 use std::sync::Arc;
@@ -128,7 +128,9 @@ impl System {
                     return Ok(());
                 }
                 let asked = SvvRequest { specification: specification.clone(), types: IndexMap::new() };
-                return self.make_svv(&mut definitions, shared, &asked, None, place.clone());
+                self.make_svv(&mut definitions, shared, &asked, None, place.clone())?;
+                definitions.configuration.svvs[shared].shared = true;
+                return Ok(());
             }
             let full = format!("{name}.{member}");
             if let Some(Initial::CopyOf(from)) = &specification.initial {
@@ -159,13 +161,7 @@ impl System {
     }
 
     /// The instance of a new device's own verb.
-    fn own_verb(
-        &self,
-        definitions: &mut Definitions,
-        name: &str,
-        of: &DeviceType,
-        request: &DeviceRequest,
-    ) -> Result<Option<u64>, Refusals> {
+    fn own_verb(&self, definitions: &mut Definitions, name: &str, of: &DeviceType, request: &DeviceRequest) -> Result<Option<u64>, Refusals> {
         let Some(verb) = &of.verb else { return Ok(None) };
         let placement = request.source.iter().map(|source| ("*".to_owned(), source.clone())).collect();
         let application = Application {
@@ -184,12 +180,16 @@ impl System {
     fn forget_device(&self, definitions: &mut Definitions, name: &str) {
         let configuration = &mut definitions.configuration;
         configuration.logical_devices.shift_remove(name);
-        let svvs: Vec<String> = configuration.svvs.iter().filter(|(_, svv)| svv.device.as_deref() == Some(name)).map(|(n, _)| n.clone()).collect();
+        let mut core = self.shared.locked();
+        let is_used = |svv: &String| configuration.logical_devices.values().any(|device| device.svvs.values().any(|used| used == svv));
+        let is_bound = |svv: &String| {
+            let binds = |cell: &PlannedCell| matches!(&cell.kind, CellKind::Svv { name, .. } if name == svv);
+            core.instances.values().any(|instance| instance.plan.cells.iter().any(binds))
+        };
+        let goes = |of: &String, svv: &Svv| svv.device.as_deref() == Some(name) || svv.shared && !is_used(of) && !is_bound(of);
+        let svvs: Vec<String> = configuration.svvs.iter().filter(|(of, svv)| goes(of, svv)).map(|(of, _)| of.clone()).collect();
         for svv in &svvs {
             configuration.svvs.shift_remove(svv);
-        }
-        let mut core = self.shared.locked();
-        for svv in &svvs {
             core.svvs.shift_remove(svv);
         }
         core.logical.shift_remove(name);

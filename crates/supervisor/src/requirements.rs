@@ -31,7 +31,12 @@ pub(crate) fn within(name: &str, value: &Value, least: f64, most: f64) -> Result
 
 impl System {
     /// The values of a start, with shares, quantities and defaults of ranges made numbers; refused where something does not hold.
-    pub(crate) fn settled(&self, plan: &Arc<Plan>, values: &IndexMap<String, Value>, configuration: &Configuration) -> Result<IndexMap<String, Value>, Refusals> {
+    pub(crate) fn settled(
+        &self,
+        plan: &Arc<Plan>,
+        values: &IndexMap<String, Value>,
+        configuration: &Configuration,
+    ) -> Result<IndexMap<String, Value>, Refusals> {
         let present = self.present(&conformity::asked(plan), configuration)?;
         let mut refusals = conformity::unmet(plan, configuration, &present);
         let mut settled = values.clone();
@@ -47,7 +52,12 @@ impl System {
     }
 
     /// New values of tunable input parameters, likewise.
-    pub(crate) fn settled_set(&self, plan: &Arc<Plan>, values: &IndexMap<String, Value>, configuration: &Configuration) -> Result<IndexMap<String, Value>, Refusals> {
+    pub(crate) fn settled_set(
+        &self,
+        plan: &Arc<Plan>,
+        values: &IndexMap<String, Value>,
+        configuration: &Configuration,
+    ) -> Result<IndexMap<String, Value>, Refusals> {
         let counted: Vec<String> = (plan.inputs.iter().filter(|input| values.contains_key(&input.name)))
             .filter_map(|input| input.range.as_ref())
             .flat_map(|range| range.counted_from.iter().cloned())

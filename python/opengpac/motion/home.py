@@ -60,7 +60,7 @@ _MOVES = ("seek", "back", "creep", "brake")
 @verb(
     name="home",
     blocks={
-        "watch": lib.block("edge_latch"),
+        "watch": lib.block("capture"),
         "seek": lib.block("velocity_generator"),
         "back": lib.block("velocity_generator")(reverse=True),
         "creep": lib.block("velocity_generator"),

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// Edge latch: captured = u at the invocation in which `level` becomes true; reports `on` and `off` with the edges.
+/// Capture: captured = u at the invocation in which `level` becomes true; reports `on` and `off` when the level changes.
 ///
-/// A level that is true or false when it begins counts as an edge to it, so that a search that begins on its switch is told so at once.
+/// The level with which it begins counts as a change to it, so that a search that begins on its switch is told so at once.
 #[derive(FunctionBlock)]
-pub struct EdgeLatch {
+pub struct Capture {
     /// number of values
     #[size(1, 16)]
     n: u32,
@@ -15,7 +15,7 @@ pub struct EdgeLatch {
     /// values that are captured
     #[input(asynchronous, sized, unit = "rad|m")]
     u: [f64; 16],
-    /// u at the last rising edge
+    /// u when the level became true last
     #[output(sized, unit = "rad|m")]
     captured: [f64; 16],
     /// the level has become true
@@ -29,7 +29,7 @@ pub struct EdgeLatch {
     before: u8,
 }
 
-impl Step for EdgeLatch {
+impl Step for Capture {
     fn step(&mut self, _: &Invocation) -> Outcome {
         let level = u8::from(self.level);
         if level != self.before {
@@ -50,8 +50,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_captures_at_the_rising_edge() {
-        let mut latch = EdgeLatch { n: 1, level: false, u: [0.0; 16], captured: [0.0; 16], on: Condition::new(), off: Condition::new(), before: 2 };
+    fn it_captures_when_the_level_becomes_true() {
+        let mut latch = Capture { n: 1, level: false, u: [0.0; 16], captured: [0.0; 16], on: Condition::new(), off: Condition::new(), before: 2 };
         let mut seen = Vec::new();
         for (k, level) in [false, false, true, true, false, true].into_iter().enumerate() {
             (latch.level, latch.u[0]) = (level, k as f64);
