@@ -167,6 +167,7 @@ fn empty(of: &Composition, parts: &[PartOf<'_>]) -> Verb {
         conditions: IndexMap::new(),
         transitions: Vec::new(),
         modes: IndexMap::new(),
+        requires: IndexMap::new(),
         parts: known,
         place: of.place.clone(),
     }

@@ -7,7 +7,7 @@ use crate::system::System;
 use indexmap::IndexMap;
 use model::configuration::Configuration;
 use model::conformity;
-use model::plan::{InputOrigin, Plan};
+use model::plan::{InputOrigin, Plan, PlannedInput};
 use model::refusal::{Class, Refusals};
 use model::types::Type;
 use model::value::Value;
@@ -27,6 +27,12 @@ pub(crate) fn within(name: &str, value: &Value, least: f64, most: f64) -> Result
     }
     let given = if let Value::Number(number) = value { number.to_string() } else { format!("{value:?}") };
     Err(refuse(Class::OutOfRange, format!("SVV '{name}' cannot be {given}: its range is {least} to {most}"), "give a value within the range"))
+}
+
+/// The value of an input that a composition has fixed; a share of a range is made a number.
+pub(crate) fn preset(input: &PlannedInput, configuration: &Configuration) -> Result<Option<Value>, Refusals> {
+    let Some(value) = &input.default else { return Ok(None) };
+    conformity::settle(input, value, configuration, &IndexMap::new()).transpose().map(|settled| settled.or_else(|| input.default.clone()))
 }
 
 impl System {

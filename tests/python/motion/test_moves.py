@@ -189,3 +189,16 @@ def test_a_requirement_names_a_member_and_a_refusal() -> None:
         needing({"arm.homed": gpac.required(ValueError)})  # type: ignore[arg-type]
     with pytest.raises(gpac.DefinitionError, match=r"the requirement 'arm.homed' is 5"):
         needing({"arm.homed": 5})
+
+
+def test_a_composition_keeps_ranges_and_requirements(axes: gpac.Group[Joint]) -> None:
+    there_and_back = gpac.compose(
+        "there_and_back",
+        parts={"there": motion.move_absolute, "back": motion.move_relative},
+        transitions={("there", "arrived"): "back"},
+        rename={"there.goal": "first", "back.goal": "then"},
+    )
+    there_and_back(axes, first=0.5, then="-100 mrad", speed="60 %")
+    assert axes.values("commanded") == pytest.approx([0.4, 0.4])
+    with pytest.raises(gpac.OutOfRange, match=r"'first' for 'axes.x' is 90 rad .*did you mean '90 deg'\?"):
+        there_and_back(axes, first=90, then=0.0)
