@@ -30,6 +30,8 @@ from .errors import (
     InvalidState,
     ModuleError,
     NotEnabled,
+    NotHomed,
+    OutOfRange,
     PlacementError,
     SchedulingError,
     SecondWriter,
@@ -44,7 +46,7 @@ from .graphs import Graph, ratio
 from .groups import Group
 from .instances import VerbInstance
 from .modules import Module, StructType
-from .parameters import each, input
+from .parameters import each, input, required
 from .physical import Channel, Part, PhysicalDevice
 from .points import Point, Points
 from .quantities import Quantity, deg
@@ -59,6 +61,7 @@ from .decorated import verb  # isort: skip
 
 if TYPE_CHECKING:
     from . import cell, robots
+    from . import motion, robots
 
 __version__ = _version()
 
@@ -66,6 +69,8 @@ __version__ = _version()
 def __getattr__(name: str) -> ModuleType:
     # Their definitions are checked by a real-time system: importing the package makes none.
     if name in ("cell", "robots"):
+    # Its definitions are checked by a real-time system: importing the package makes none.
+    if name in ("motion", "robots"):
         return importlib.import_module(f".{name}", __name__)
     raise AttributeError(f"module 'opengpac' has no attribute '{name}'")
 
@@ -73,9 +78,10 @@ def __getattr__(name: str) -> ModuleType:
 __all__ = [
     "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "CoverError", "DefinitionError",
     "DeviceFailed", "EmergencyStopped", "Error", "FileFailed", "Graph", "Group", "Holding", "InUse", "InstallationErrors", "InvalidState",
-    "LogicalDevice", "Module", "ModuleError", "NotEnabled", "Occurrence", "Part", "PhysicalDevice", "PlacementError", "Point", "Points",
-    "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "Snapshot", "Source", "StructType",
-    "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch", "UnknownName", "ValueRefused", "Verb",
-    "VerbInstance", "activate", "cell", "compose", "deactivate", "deg", "drivers", "each", "execute", "holding", "input", "install",
-    "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together", "verb", "wait",
+    "LogicalDevice", "Module", "ModuleError", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part", "PhysicalDevice",
+    "PlacementError", "Point", "Points", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter",
+    "Snapshot", "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch",
+    "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "cell", "compose", "deactivate", "deg", "drivers", "each",
+    "execute", "holding", "input", "install", "library", "motion", "on", "parameter", "ratio", "ready", "required", "robots", "svv",
+    "together", "verb", "wait",
 ]  # fmt: skip

@@ -91,6 +91,8 @@ class ComposedVerb(Verb[..., Report]):
         self.command_lists = {n: given["commands"] for n, given in made["command_lists"].items()}
         self.transitions = {(t["from"], t["condition"]): t["to"] for t in made["transitions"]}
         self.modes, self.initial, self.manual = made["modes"], made["initial"], made["manual"]
+        required = [part.requires[n] for part in self._parts.values() for n in part.requires]
+        self.requires = {n: next(r for r in required if r.raises.__name__ == given["raises"]) for n, given in made["requires"].items()}
         self.conditions = {key: self._termination(key, line) for key, line in made["conditions"].items()}
         self.placement, self.intervals = self._placed()
         self._take_calls()
@@ -160,7 +162,9 @@ class ComposedVerb(Verb[..., Report]):
 def _input(given: Mapping[str, Any]) -> InputParameter:
     default, place = given["default"], given["place"]
     where = Place(place["file"], place["line"]) if place else here()
-    return InputParameter(tuple(given["targets"]), absent if default is None else default, given["tunable"], given["unit"], where)
+    within = tuple(given["within"]) if given["within"] else None
+    value = absent if default is None else default
+    return InputParameter(tuple(given["targets"]), value, given["tunable"], given["unit"], where, within, given["counted_from"])
 
 
 _both: dict[tuple[type[Terminated], ...], type[Terminated]] = {}

@@ -43,18 +43,31 @@ def type_json(given: Any, what: str) -> tuple[str, dict[str, str]]:
 class SvvMember:
     """An SVV of a device type; made by `gpac.svv`. On a device it is that device's SVV."""
 
-    def __init__(self, type: Any, unit: str, initial: Any, history: int, keep: bool = False) -> None:
+    def __init__(
+        self,
+        type: Any,
+        unit: str,
+        initial: Any,
+        history: int,
+        keep: bool = False,
+        within: tuple[float, float] | None = None,
+        shared: str | None = None,
+    ) -> None:
         self.type, self.unit, self.initial, self.history, self.keep = type, unit, initial, history, keep
+        self.within, self.shared = within, shared
         self.name = ""
 
     def __set_name__(self, owner: type[LogicalDevice], name: str) -> None:
         self.name = name
 
     def __get__(self, device: LogicalDevice | None, owner: type[LogicalDevice]) -> Any:
-        return self if device is None else device.system._svv(f"{device.name}.{self.name}")
+        return self if device is None else self._of(device)
 
     def __set__(self, device: LogicalDevice, value: Any) -> None:
-        device.system._svv(f"{device.name}.{self.name}").value = value
+        self._of(device).value = value
+
+    def _of(self, device: LogicalDevice) -> SVV[Any]:
+        return device.system._svv(self.shared or f"{device.name}.{self.name}")
 
     def json(self, owner: type[LogicalDevice]) -> dict[str, Any]:
         """The form that the model takes."""
@@ -64,7 +77,10 @@ class SvvMember:
             initial = {"copy_of": self.initial}
         elif self.initial is not None:
             initial = {"value": plain(self.initial)}
-        return {"type_text": text, "unit": self.unit, "initial": initial, "history": self.history}
+        return {
+            "type_text": text, "unit": self.unit, "initial": initial, "history": self.history,
+            "within": None if self.within is None else list(self.within), "shared": self.shared,
+        }  # fmt: skip
 
 
 def _annotated(owner: type, name: str) -> Any:
@@ -80,12 +96,22 @@ def _annotated(owner: type, name: str) -> Any:
     return float
 
 
-def svv(type: Any = None, *, unit: str = "", initial: Any = None, history: int = 0, keep: bool = False) -> Any:
+def svv(
+    type: Any = None,
+    *,
+    unit: str = "",
+    initial: Any = None,
+    history: int = 0,
+    keep: bool = False,
+    within: tuple[float, float] | None = None,
+    shared: str | None = None,
+) -> Any:
     """An SVV of a device type. `initial="sensed"` copies that member once when the device is enabled; else it is a value.
 
-    `keep`: its value survives a warm restart (an offset that homing has found).
+    `keep`: its value survives a warm restart (an offset that homing has found). `within` is the range of what Python may store.
+    `shared="name"`: the devices have none of their own but share the system's SVV of that name, which is made with the first of them.
     """
-    return SvvMember(type, unit, initial, history, keep)
+    return SvvMember(type, unit, initial, history, keep, within, shared)
 
 
 class ParameterMember:
@@ -134,8 +160,8 @@ class LogicalDevice:
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
     `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `on` is where its verb runs, the other arguments are its
-    verb's, or override parameters; `every={"read": "5 ms"}` changes intervals of its verb's blocks. It must be
-    enabled before verbs may use it.
+    verb's, or override parameters; `every={"read": "5 ms"}` changes intervals of its verb's blocks. `units={"rad": "m"}` says which
+    parts of the type's units are others for this device: a sliding joint. It must be enabled before verbs may use it.
 
     `arbitration` says what happens to a verb that needs something of the device that another verb holds: `"refuse"` (the default:
     `SecondWriter` names both), `"queue"` (its start waits, in order) or `"abort"` (the other ends with `aborted`, and it follows).
@@ -165,6 +191,7 @@ class LogicalDevice:
         on: Source | None = None,
         system: System | None = None,
         every: Mapping[str, Quantity] | None = None,
+        units: Mapping[str, str] | None = None,
         **arguments: Any,
     ) -> None:
         from .applications import _systems, argument_json
@@ -197,6 +224,7 @@ class LogicalDevice:
             "arguments": {n: argument_json(v, f"argument '{n}' of device '{name}'") for n, v in given.items()},
             "source": on.name if on is not None else None,
             "every": {label: duration_ns(interval, f"the interval of '{label}'") for label, interval in (every or {}).items()},
+            "units": [list(pair) for pair in (units or {}).items()],
             "place": here().json(),
         }
         native = self.system._alive()

@@ -92,6 +92,14 @@ class ValueRefused(Error, ValueError):
     """A value that does not fit its type, unit or range."""
 
 
+class OutOfRange(ValueRefused):
+    """A value outside the range that is declared for it: the message names the device, the value and the range."""
+
+
+class NotHomed(Error):
+    """A motion to a position of a joint that does not know where it is: `gpac.motion.home` comes first."""
+
+
 class CallError(Error, TypeError):
     """Wrong arguments of a call."""
 
@@ -155,10 +163,14 @@ _CLASSES: dict[str, type[Error]] = {
     c.__name__: c
     for c in (
         CompositionConflict, DefinitionError, UnknownName, TypeMismatch, UnitMismatch, CoverError, SecondWriter, SchedulingError,
-        SynchronousCycle, PlacementError, ValueRefused, CallError, NotEnabled, InvalidState, ModuleError, DeviceFailed,
-        EmergencyStopped, InUse,
+        SynchronousCycle, PlacementError, ValueRefused, OutOfRange, NotHomed, CallError, NotEnabled, InvalidState, ModuleError,
+        DeviceFailed, EmergencyStopped, InUse,
     )
 }  # fmt: skip
+
+
+REFUSALS = tuple(_CLASSES.values())
+"""The classes of what the real-time system refuses."""
 
 
 def _place(given: Mapping[str, Any] | None) -> Place | None:

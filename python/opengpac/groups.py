@@ -79,6 +79,18 @@ class Group(Generic[D]):
             UnknownName, f"{kind.__name__} has no member '{member}'", did_you_mean(member, [*kind.svv_members(), *kind.parameter_members()])
         )
 
+    @property
+    def override(self) -> float:
+        """The share of their speed that motions of its devices may have, 0 to 1; 0 holds. Setting it sets each device's."""
+        return min(self.values("override"))
+
+    @override.setter
+    def override(self, share: float) -> None:
+        self.values("override")
+        for device in self._devices:
+            svv: Any = getattr(device, "override")  # noqa: B009 - a member that its type may have
+            svv.value = share
+
     def __iter__(self) -> Iterator[D]:
         return iter(self._devices)
 

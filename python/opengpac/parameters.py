@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .blocks import Names, names_of
-from .errors import DefinitionError, refuse
+from .errors import REFUSALS, DefinitionError, Error, refuse
 from .places import Place, here
 from .values import plain
 
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 absent: Any = object()
 """What stands for a default that was not given."""
+
+Bound: TypeAlias = float | str
+"""An end of a range: a number, or a parameter of an object, `"arm.max_speed"`, with a minus sign its negative."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,8 @@ class InputParameter:
     tunable: bool
     unit: str
     place: Place
+    within: tuple[Bound, Bound] | None = None
+    counted_from: str | None = None
 
     @property
     def has_default(self) -> bool:
@@ -38,13 +43,61 @@ class InputParameter:
         """The form that the model takes."""
         return {
             "targets": list(self.targets), "default": plain(self.default) if self.has_default else None, "tunable": self.tunable,
-            "unit": self.unit, "place": self.place.json(),
+            "unit": self.unit, "within": None if self.within is None else list(self.within), "counted_from": self.counted_from,
+            "place": self.place.json(),
         }  # fmt: skip
 
 
-def input(targets: Names, *, default: Any = absent, tunable: bool = False, unit: str = "") -> Any:
-    """An input parameter: where its value is stored at each start, its default, and whether `vi.set(...)` may change it."""
-    return InputParameter(tuple(names_of(targets)), default, tunable, unit, here())
+def input(
+    targets: Names,
+    *,
+    default: Any = absent,
+    tunable: bool = False,
+    unit: str = "",
+    within: tuple[Bound, Bound] | None = None,
+    counted_from: str | None = None,
+) -> Any:
+    """An input parameter: where its value is stored at each start, its default, and whether `vi.set(...)` may change it.
+
+    `within` is its range, checked before a start: numbers, or parameters of an object, `("arm.position_min", "arm.position_max")`,
+    `("-arm.max_speed", "arm.max_speed")`; a value outside raises `OutOfRange`. With a range, `"30 %"` means that share of the greatest
+    value, and one number for an array is that number for each device. `counted_from="arm.commanded"` checks that SVV plus the value.
+    """
+    return InputParameter(tuple(names_of(targets)), default, tunable, unit, here(), within, counted_from)
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """What must be true of the devices of an object when a verb starts; made by `required`."""
+
+    raises: type[Error]
+    when: str | None
+    remedy: str
+    place: Place
+
+    def json(self) -> dict[str, Any]:
+        """The form that the model takes."""
+        return {"raises": self.raises.__name__, "when": self.when, "remedy": self.remedy, "place": self.place.json()}
+
+
+def required(raises: type[Error], *, when: str | None = None, remedy: str = "") -> Requirement:
+    """A value of `requires=`: the class that a start raises where the member is not true, and the next step.
+
+    `requires={"arm.homed": gpac.required(gpac.NotHomed, when="arm.needs_home")}`; `when` limits it to devices of which that is true.
+    The class is one of this package's refusals, `gpac.NotHomed` or `gpac.InvalidState` for example.
+    """
+    if raises not in REFUSALS:
+        refuse(DefinitionError, f"a requirement raises {raises!r}", f"give one of {', '.join(kind.__name__ for kind in REFUSALS)}")
+    return Requirement(raises, when, remedy, here())
+
+
+def requirement_of(given: Any, name: str) -> Requirement:
+    """A value of `requires=`: `gpac.required(...)`, or a class alone."""
+    if isinstance(given, Requirement):
+        return given
+    if isinstance(given, type) and issubclass(given, Error):
+        return required(given)
+    refuse(DefinitionError, f"the requirement '{name}' is {given!r}", "give an exception class of gpac, or gpac.required(...)")
 
 
 def input_of(given: Any) -> InputParameter:

@@ -107,11 +107,23 @@ class System:
         with refusals:
             self._alive().place(json.dumps(placed))
 
-    def svv(self, name: str, type: Any = "double", *, unit: str = "", initial: Any = None, history: int = 0) -> SVV[Any]:
-        """A state vector variable of the system; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`."""
+    def svv(
+        self,
+        name: str,
+        type: Any = "double",
+        *,
+        unit: str = "",
+        initial: Any = None,
+        history: int = 0,
+        within: tuple[float, float] | None = None,
+    ) -> SVV[Any]:
+        """A state vector variable of the system; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`.
+
+        `within` is the range of what Python may store in it.
+        """
         text, types = type_json(type, f"SVV '{name}'")
         value = None if initial is None else {"value": plain(initial)}
-        specification = {"type_text": text, "unit": unit, "initial": value, "history": history, "types": types}
+        specification = {"type_text": text, "unit": unit, "initial": value, "history": history, "within": within, "types": types}
         with refusals:
             self._alive().svv(name, json.dumps(specification), json.dumps(here().json()))
         self._svvs.pop(name, None)
@@ -125,6 +137,17 @@ class System:
             if not isinstance(svv, SVV) or svv.system is not self:
                 refuse(CallError, f"system '{self.name}' cannot read {svv!r}", "give SVVs of this system")
         return snapshot(self, svvs)
+
+    @property
+    def override(self) -> float:
+        """The share of its speed that every motion of `gpac.motion` in this system may have, 0 to 1; 0 holds. Changes are smooth."""
+        return self._svv("override").value if "override" in self.names["svvs"] else 1.0
+
+    @override.setter
+    def override(self, share: float) -> None:
+        if "override" not in self.names["svvs"]:
+            self.svv("override", initial=1.0, within=(0.0, 1.0))
+        self._svv("override").value = share
 
     @property
     def now(self) -> float:

@@ -16,7 +16,7 @@ from .commands import checked
 from .conditions import Termination, termination_of
 from .errors import CallError, DefinitionError, Terminated, did_you_mean, refuse
 from .graphs import mode_json
-from .parameters import Object, input_of, objects_of
+from .parameters import Object, input_of, objects_of, requirement_of
 from .places import here
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import Report
@@ -59,6 +59,7 @@ class Verb(Generic[P, R]):
         conditions: Mapping[str, Any] | None = None,
         transitions: Mapping[tuple[str, str], str] | None = None,
         modes: Mapping[str, Any] | None = None,
+        requires: Mapping[str, Any] | None = None,
         initial: str | None = None,
         ending: str | None = None,
         ending_limit: Quantity | None = None,
@@ -83,6 +84,7 @@ class Verb(Generic[P, R]):
         self.conditions = {str(n): termination_of(given, n) for n, given in (conditions or {}).items()}
         self.transitions = dict(transitions or {})
         self.modes = {str(port): mode_json(mode) for port, mode in (modes or {}).items()}
+        self.requires = {str(n): requirement_of(given, n) for n, given in (requires or {}).items()}
         self.initial = initial
         self.ending = ending
         self.ending_limit_ns = optional_ns(ending_limit, f"the ending limit of verb '{name}'")
@@ -211,7 +213,7 @@ class Verb(Generic[P, R]):
             "ending": self.ending, "ending_limit_ns": self.ending_limit_ns, "suspend": self.suspend,
             "conditions": {n: t.json() for n, t in self.conditions.items()},
             "transitions": [{"from": c, "condition": t, "to": to, "place": place} for (c, t), to in self.transitions.items()],
-            "modes": self.modes, "place": place,
+            "modes": self.modes, "requires": {n: r.json() for n, r in self.requires.items()}, "place": place,
         }  # fmt: skip
 
     def text(self) -> str:

@@ -37,6 +37,80 @@ impl Reference {
     }
 }
 
+/// What keeps the reference of a servo within bounds, the last before the physical device.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds {
+    pub position_min: f64,
+    pub position_max: f64,
+    /// The most that it moves in one invocation.
+    pub step_max: f64,
+}
+
+/// A reference whose speed has no jumps: a new set-point is reached after two times `interpolation` invocations, the speed changing
+/// evenly over each. Of set-points that come every `interpolation` invocations it makes their quadratic B-spline, so neither speed nor
+/// acceleration is ever greater than theirs (the mean of the staircase over `interpolation` invocations, twice). It lags behind them
+/// by one and a half of their periods.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spline {
+    value: f64,
+    /// Per invocation.
+    speed: f64,
+    /// Of the speed, per invocation.
+    change: f64,
+    setpoint: f64,
+    left: u32,
+}
+
+/// Closer than this, in position and in speed per invocation, it is there.
+const THERE: f64 = 1e-13;
+/// A set-point at a bound is not beyond it because of the last bits of a sum: less than this, in position and of the greatest speed.
+const ROUNDING: f64 = 1e-9;
+
+impl Spline {
+    /// A reference that stands at `value`.
+    pub fn at(value: f64) -> Spline {
+        Spline { value, setpoint: value, ..Spline::default() }
+    }
+
+    /// Advances by one invocation: the reference, its speed per invocation, and whether a bound held it back. A reference outside its
+    /// range, because the joint was there when it was enabled, may move towards the range only.
+    pub fn advance(&mut self, setpoint: f64, interpolation: u32, bounds: Bounds) -> (f64, f64, bool) {
+        // A NaN passes: the servo's fault finds it.
+        let (least, most) = (bounds.position_min.min(self.value), bounds.position_max.max(self.value));
+        let wanted = if setpoint.is_nan() { setpoint } else { setpoint.clamp(least, most) };
+        let mut limited = (wanted - setpoint).abs() > ROUNDING;
+        if wanted != self.setpoint || (self.left == 0 && !self.is_there()) {
+            self.setpoint = wanted;
+            let span = f64::from(interpolation.max(1));
+            // The speed to come to, from which an even change to rest ends at the set-point.
+            let even = if interpolation > 1 { (wanted - self.value) / span - self.speed / 2.0 } else { wanted - self.value };
+            let speed = if even.is_nan() { even } else { even.clamp(-bounds.step_max, bounds.step_max) };
+            limited |= (even - speed).abs() > ROUNDING * bounds.step_max;
+            (self.change, self.left) = ((speed - self.speed) / span, interpolation.max(1));
+        }
+        if self.left > 0 {
+            let before = self.speed;
+            self.speed += self.change;
+            self.value += if interpolation > 1 { before.midpoint(self.speed) } else { self.speed };
+            self.left -= 1;
+        }
+        if self.left == 0 && self.is_there() {
+            (self.value, self.speed) = (self.setpoint, 0.0);
+        }
+        (self.value, self.speed, limited)
+    }
+
+    /// Counts positions from elsewhere: nothing moves, all numbers are `by` greater.
+    pub fn shift(&mut self, by: f64) {
+        self.value += by;
+        self.setpoint += by;
+    }
+
+    fn is_there(&self) -> bool {
+        (self.value - self.setpoint).abs() <= THERE * self.setpoint.abs().max(1.0) && self.speed.abs() <= THERE
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,6 +121,64 @@ mod tests {
         assert_eq!(reference.advance(5.0, 4), (5.0, 0.0), "the first is taken as it is");
         let ramp: Vec<_> = [6.0, 6.0, 6.0, 6.0, 6.0].iter().map(|s| reference.advance(*s, 4)).collect();
         assert_eq!(ramp, [(5.25, 0.25), (5.5, 0.25), (5.75, 0.25), (6.0, 0.25), (6.0, 0.0)]);
+    }
+
+    const WIDE: Bounds = Bounds { position_min: -1e6, position_max: 1e6, step_max: 1e6 };
+
+    #[test]
+    fn a_spline_has_neither_more_speed_nor_more_acceleration_than_its_setpoints() {
+        // From rest at 1 rad/s² to 0.4 rad/s and on, a set-point every 20 ms, with one that comes late.
+        let mut spline = Spline::default();
+        let (mut value, mut speed, _) = spline.advance(0.0, 20, WIDE);
+        let (mut setpoint, mut most_speed, mut most_change) = (0.0, 0.0f64, 0.0f64);
+        for k in 1..=2000 {
+            if k % 20 == 0 && k <= 1000 {
+                let t = f64::from(k) * 1e-3;
+                setpoint = if t < 0.4 { t * t / 2.0 } else { 0.08 + 0.4 * (t - 0.4) };
+            }
+            let (now, rate, limited) = spline.advance(setpoint, 20, WIDE);
+            assert!(!limited && (now - value - speed.midpoint(rate)).abs() < 1e-15, "the speed is that of the reference");
+            most_speed = most_speed.max(rate);
+            most_change = most_change.max((rate - speed).abs());
+            if k == 960 {
+                let behind_s = (setpoint - now) / 0.4;
+                assert!((behind_s - 0.03).abs() < 1.1e-3, "one and a half periods behind: {behind_s} s");
+            }
+            (value, speed) = (now, rate);
+            if k < 1000 {
+                assert!((rate - spline.speed).abs() < 1e-15 && most_change <= 1e-6 * (1.0 + 1e-9), "acceleration {} at {k}", most_change * 1e6);
+            }
+        }
+        assert!(most_speed <= 0.4e-3 * (1.0 + 1e-9));
+        assert_eq!((value, speed), (setpoint, 0.0), "it ends at the last set-point, at rest");
+    }
+
+    #[test]
+    fn a_spline_keeps_to_its_bounds_and_says_so() {
+        let mut spline = Spline::default();
+        let bounds = Bounds { position_min: -1.0, position_max: 0.5, step_max: 0.002 };
+        assert_eq!(spline.advance(0.0, 20, bounds), (0.0, 0.0, false));
+        let (mut value, mut held) = (0.0, 0);
+        for _ in 0..1000 {
+            let (now, speed, limited) = spline.advance(3.0, 20, bounds);
+            assert!(speed.abs() <= 0.002 + 1e-15 && now <= 0.5 + 1e-12);
+            (value, held) = (now, held + i32::from(limited));
+        }
+        assert_eq!((value, held), (0.5, 1000));
+        // Outside its range where it begins: it stays until it is told to come back, and goes no further.
+        let mut outside = Spline::at(0.7);
+        assert_eq!(outside.advance(0.7, 20, bounds), (0.7, 0.0, false));
+        assert_eq!(outside.advance(0.9, 20, bounds), (0.7, 0.0, true));
+        assert!(outside.advance(0.6, 20, bounds).0 < 0.7);
+    }
+
+    #[test]
+    fn a_shift_moves_nothing() {
+        let mut spline = Spline::at(1.0);
+        spline.advance(1.0, 20, WIDE);
+        spline.shift(-0.25);
+        assert_eq!(spline.advance(0.75, 20, WIDE), (0.75, 0.0, false));
+        assert_eq!(spline.advance(1.0, 1, WIDE).0, 1.0, "without interpolation it is the set-point");
     }
 
     #[test]

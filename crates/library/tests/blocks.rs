@@ -53,7 +53,26 @@ fn the_names_of_the_interface_stay() {
             "setpoint measured feedforward effort error kp ki kd limit interpolation following_error manual manual_effort least setpoint_weight \
              derivative_weight derivative_time anti_windup tracking_time",
         ),
-        ("joint_servo", "setpoint position velocity bias effort error kp ki kd limit interpolation following_error"),
+        (
+            "joint_servo",
+            "setpoint position velocity bias offset homed effort error reference reference_velocity limited kp ki kd limit interpolation position_min \
+             position_max speed_max needs_home following_error",
+        ),
+        (
+            "motion_generator",
+            "n start start_velocity goal speed acceleration jerk position_min position_max override cell_override holding setpoint velocity target \
+             complete duration left lead relative finished held",
+        ),
+        (
+            "velocity_generator",
+            "n start start_velocity velocity acceleration jerk position_min position_max override cell_override holding setpoint setpoint_velocity \
+             lead reverse in_velocity stopped held at_limit",
+        ),
+        ("gear_generator", "master start start_velocity ratio speed acceleration setpoint velocity engaged lead in_gear"),
+        ("heartbeat", "beat lost age limit late"),
+        ("capture", "n level u captured on off"),
+        ("set_position", "n captured position offset commanded new_offset new_commanded homed shift"),
+        ("offset", "u offset y"),
         ("trajectory_planner", "n start goal speed speed_max acceleration_max jerk_max position_min position_max target coefficients duration"),
         ("setpoint_generator", "n coefficients setpoint velocity complete lead finished"),
         ("in_position", "n sensed goal complete error tolerance dwell done"),

@@ -6,6 +6,7 @@ mod arguments;
 mod bind;
 mod finish;
 mod place;
+mod ranges;
 mod relate;
 mod sequence;
 mod sizes;

@@ -5,7 +5,8 @@
 //! apply it with [`CheckedVerb::apply`]. [`crate::apply`] makes one anew each time.
 use crate::conditions::{self, CheckedCondition};
 use crate::configuration::Configuration;
-use crate::definition::{Graph, Object, Part, Verb};
+use crate::conformity;
+use crate::definition::{Bound, Graph, Object, Part, Requirement, Verb};
 use crate::ending::{self, CheckedSuspend};
 use crate::flatten::{Flat, FlatBlock, Group, Labelled, Named, Origin, Port};
 use crate::interface::{Kind, Mode};
@@ -39,6 +40,8 @@ pub struct CheckedInput {
     pub tunable: bool,
     pub preset: bool,
     pub unit: String,
+    pub within: Option<(Bound, Bound)>,
+    pub counted_from: Option<String>,
     pub place: Option<Place>,
 }
 
@@ -56,6 +59,7 @@ pub struct CheckedVerb {
     /// Groups that are instantiation parameters.
     pub(crate) parameters: Vec<(usize, Whose)>,
     pub(crate) inputs: Vec<CheckedInput>,
+    pub(crate) requires: IndexMap<String, Requirement>,
     pub(crate) outputs: Vec<(String, Port)>,
     pub(crate) lists: Vec<CheckedList>,
     pub(crate) initial: usize,
@@ -107,6 +111,7 @@ impl CheckedVerb {
         }
         flat.relax("", &verb.modes, None, &verb.place);
         let inputs = input_parameters(&mut flat, verb);
+        conformity::check(&mut flat, verb);
         let outputs = output_values(&mut flat, verb);
         let lists = lists::check_lists(&mut flat, verb);
         let conditions = conditions::check_conditions(&mut flat, verb);
@@ -138,6 +143,7 @@ impl CheckedVerb {
             group_of,
             parameters,
             inputs,
+            requires: verb.requires.clone(),
             outputs,
             lists,
             initial,
@@ -248,6 +254,8 @@ fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedInput> {
             tunable: input.tunable,
             preset: input.preset,
             unit: input.unit.clone(),
+            within: input.within.clone(),
+            counted_from: input.counted_from.clone(),
             place: place.clone(),
         });
     }

@@ -60,6 +60,9 @@ pub struct Svv {
     /// The logical device it belongs to.
     #[serde(default)]
     pub device: Option<String>,
+    /// It was made with the first of the devices that share it, and goes with the last.
+    #[serde(default)]
+    pub shared: bool,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -77,8 +80,18 @@ pub struct LogicalDevice {
     #[serde(default)]
     pub source: Option<String>,
     pub enabled: bool,
+    /// Parts of units that are others for this device than its type says, in order: (`rad`, `m`) of a sliding joint.
+    #[serde(default)]
+    pub units: Vec<(String, String)>,
     #[serde(default)]
     pub place: Option<Place>,
+}
+
+impl LogicalDevice {
+    /// A unit that the type declares, as it is for this device.
+    pub fn unit(&self, declared: &str) -> String {
+        self.units.iter().fold(declared.to_owned(), |unit, (from, to)| unit.replace(from.as_str(), to))
+    }
 }
 
 /// At which rate a writer updates, in one command list.

@@ -3,7 +3,7 @@
 //!
 //! Names of ports, conditions and parameters are `label.item`; inside a graph that is a block of a graph or verb, `label.inner.item`.
 use crate::interface::Mode;
-use crate::refusal::Place;
+use crate::refusal::{Class, Place};
 use crate::value::Value;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -72,6 +72,35 @@ pub struct InputParameter {
     pub preset: bool,
     #[serde(default)]
     pub unit: String,
+    /// Least and greatest value, checked before a start.
+    #[serde(default)]
+    pub within: Option<(Bound, Bound)>,
+    /// The range is that of this SVV of an object plus the value (`arm.commanded`, for a relative goal).
+    #[serde(default)]
+    pub counted_from: Option<String>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// An end of the range of an input parameter. JSON: a number, `"arm.max_speed"` or `"-arm.max_speed"`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Bound {
+    Number(f64),
+    /// A parameter of an object; behind a minus sign its negative. Of several devices each has its own.
+    Member(String),
+}
+
+/// What must be true of each device of an object when a verb starts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Requirement {
+    /// Only of devices whose parameter (or SVV) of this name, `arm.needs_home`, is true.
+    #[serde(default)]
+    pub when: Option<String>,
+    /// What the refusal is.
+    pub raises: Class,
+    #[serde(default)]
+    pub remedy: String,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -196,6 +225,9 @@ pub struct Verb {
     pub cells: IndexMap<String, Vec<String>>,
     #[serde(default)]
     pub input_parameters: IndexMap<String, InputParameter>,
+    /// Members of objects, SVVs or parameters of type bool, that must be true at a start: `arm.homed`.
+    #[serde(default)]
+    pub requires: IndexMap<String, Requirement>,
     /// ω.
     #[serde(default)]
     pub output_values: IndexMap<String, String>,
@@ -291,6 +323,12 @@ pub struct SvvSpecification {
     /// How many earlier values are kept for Python.
     #[serde(default)]
     pub history: u32,
+    /// Least and greatest value that the PS may store.
+    #[serde(default)]
+    pub within: Option<(f64, f64)>,
+    /// Of a device type: the devices have no SVV of their own, they share the system's of this name.
+    #[serde(default)]
+    pub shared: Option<String>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

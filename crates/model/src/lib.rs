@@ -8,6 +8,7 @@ mod checked;
 pub mod compose;
 mod conditions;
 pub mod configuration;
+pub mod conformity;
 mod cover;
 pub mod definition;
 mod ending;

@@ -3,7 +3,7 @@
 use crate::configuration::{Rate, SvvId};
 use crate::definition::Arbitration;
 use crate::interface::Mode;
-use crate::refusal::Place;
+use crate::refusal::{Class, Place};
 use crate::value::Value;
 use serde::Serialize;
 
@@ -211,7 +211,50 @@ pub struct PlannedInput {
     pub unit: String,
     pub default: Option<Value>,
     pub tunable: bool,
+    pub range: Option<PlannedRange>,
     pub targets: Vec<Target>,
+}
+
+/// The range of an input parameter, resolved.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlannedRange {
+    pub least: PlannedBound,
+    pub most: PlannedBound,
+    /// SVVs that the value is counted from, one for each device.
+    pub counted_from: Vec<String>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum PlannedBound {
+    Number(f64),
+    /// `sign` times this parameter, of each device.
+    Parameter {
+        sign: f64,
+        devices: Vec<String>,
+        parameter: String,
+    },
+}
+
+/// What must be true at a start, for one device.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlannedRequirement {
+    pub device: String,
+    pub member: PlannedMember,
+    /// Only where this is true.
+    pub when: Option<PlannedMember>,
+    pub raises: Class,
+    pub remedy: String,
+}
+
+/// A member of a logical device.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub enum PlannedMember {
+    /// Name of the SVV.
+    Svv(String),
+    Parameter {
+        device: String,
+        parameter: String,
+    },
 }
 
 /// An output value: ω, resolved.
@@ -274,6 +317,7 @@ pub struct Plan {
     pub suspend: PlannedSuspend,
     pub conditions: Vec<PlannedCondition>,
     pub inputs: Vec<PlannedInput>,
+    pub requirements: Vec<PlannedRequirement>,
     pub outputs: Vec<PlannedOutput>,
     pub claims: Vec<Claim>,
     /// What happens where another instance holds it, claim by claim: as the logical device that it belongs to declares.

@@ -60,9 +60,13 @@ const PREFIXES: &[(&str, f64, f64)] = &[
 ];
 
 /// Whether a binding between these units holds: an empty one is unknown and agrees with all; two known ones must be the same
-/// unit, however written (`N.m`, `N*m`).
+/// unit, however written (`N.m`, `N*m`). `rad|m` is either: a port of a block that serves turning and sliding joints alike.
 pub fn units_agree(a: &str, b: &str) -> bool {
-    if a.is_empty() || b.is_empty() || a == b {
+    a.is_empty() || b.is_empty() || a.split('|').any(|a| b.split('|').any(|b| is_same_unit(a, b)))
+}
+
+fn is_same_unit(a: &str, b: &str) -> bool {
+    if a == b {
         return true;
     }
     match (unit(a), unit(b)) {
@@ -72,7 +76,7 @@ pub fn units_agree(a: &str, b: &str) -> bool {
 }
 
 /// The number that `text` means in unit `target` (`"90 deg"` in `rad`: 1.57…). A number without a unit is taken as it is; an empty
-/// target is unknown and takes the SI value.
+/// target is unknown and takes the SI value. Of a target with a choice, `rad|m`, the first of that dimension counts.
 ///
 /// # Errors
 /// `ValueRefused`: not a number, or a unit that is not known. `UnitMismatch`: another dimension.
@@ -85,9 +89,13 @@ pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
         return Err(Refusal::new(Class::ValueRefused, format!("'{text}' has the unit '{symbol}', which is not known"))
             .remedy(suggest::did_you_mean(symbol, SYMBOLS.iter().map(|s| s.0))));
     };
-    let wanted = if target.is_empty() { Some(Unit { dimension: given.dimension, ..ONE }) } else { unit(target) };
+    let wanted = if target.is_empty() {
+        Some(Unit { dimension: given.dimension, ..ONE })
+    } else {
+        target.split('|').filter_map(unit).find(|unit| unit.dimension == given.dimension)
+    };
     match wanted {
-        Some(wanted) if wanted.dimension == given.dimension => Ok(number * given.multiply * wanted.divide / (given.divide * wanted.multiply)),
+        Some(wanted) => Ok(number * given.multiply * wanted.divide / (given.divide * wanted.multiply)),
         _ => Err(Refusal::new(Class::UnitMismatch, format!("cannot take '{text}' where the unit is {target}: the dimensions differ"))
             .remedy(format!("give a number or a quantity in {target}"))),
     }
@@ -223,6 +231,9 @@ mod tests {
     #[test]
     fn units_agree_however_they_are_written() {
         assert!(units_agree("N.m", "N*m") && units_agree("", "rad") && units_agree("m/s^2", "m/s2"));
+        assert!(units_agree("rad|m", "m") && units_agree("rad", "rad|m") && units_agree("rad/s|m/s", "m/s|rad/s") && !units_agree("rad|m", "N"));
+        assert_eq!(number_in("5 mm", "rad|m").unwrap(), 0.005);
+        assert_eq!(number_in("5 N", "rad|m").unwrap_err().class, Class::UnitMismatch);
         assert!(!units_agree("deg", "rad") && !units_agree("rad/s", "Hz") && !units_agree("counts", "rad"));
     }
 }

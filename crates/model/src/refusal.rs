@@ -30,8 +30,12 @@ pub enum Class {
     SynchronousCycle,
     /// No source, two equal candidates, a device on another RTP.
     PlacementError,
-    /// A value that does not fit its type, unit or range.
+    /// A value that does not fit its type or unit.
     ValueRefused,
+    /// A value outside the range that is declared for it.
+    OutOfRange,
+    /// A joint that does not know where it is.
+    NotHomed,
     /// Wrong call arguments.
     CallError,
     NotEnabled,

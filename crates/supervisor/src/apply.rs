@@ -6,9 +6,9 @@ use crate::refuse::{invalid_state, refuse_at, unknown};
 use crate::system::{Definitions, System, Waited};
 use indexmap::IndexMap;
 use model::CheckedVerb;
-use model::configuration::LogicalDevice;
-use model::definition::{Application, Argument, Initial};
-use model::plan::{CellKind, Plan};
+use model::configuration::{LogicalDevice, Svv};
+use model::definition::{Application, Argument, DeviceType, Initial, SvvSpecification};
+use model::plan::{CellKind, Plan, PlannedCell};
 use model::refusal::{Class, Place, Refusals};
 use model::value::Value;
 use std::sync::Arc;
@@ -30,6 +30,9 @@ pub struct DeviceRequest {
     /// Intervals of its verb's blocks that differ from the command list's, ns.
     #[serde(default)]
     pub every: IndexMap<String, u64>,
+    /// Parts of units that are others for this device than its type says, in order.
+    #[serde(default)]
+    pub units: Vec<(String, String)>,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -109,9 +112,29 @@ impl System {
                 place,
             ));
         }
-        let parameters = device_parameters(&of, &request.parameters)?;
+        let mut logical = LogicalDevice {
+            device_type: of.name.clone(),
+            svvs: IndexMap::new(),
+            parameters: IndexMap::new(),
+            arguments: request.arguments.clone(),
+            source: request.source.clone(),
+            enabled: false,
+            units: request.units.clone(),
+            place: place.clone(),
+        };
+        logical.parameters = device_parameters(&of, &request.parameters, &logical)?;
         let (mut svvs, mut copies) = (IndexMap::new(), Vec::new());
         let made = of.svvs.iter().try_for_each(|(member, specification)| {
+            if let Some(shared) = &specification.shared {
+                svvs.insert(member.clone(), shared.clone());
+                if definitions.configuration.svvs.contains_key(shared) {
+                    return Ok(());
+                }
+                let asked = SvvRequest { specification: specification.clone(), types: IndexMap::new() };
+                self.make_svv(&mut definitions, shared, &asked, None, place.clone())?;
+                definitions.configuration.svvs[shared].shared = true;
+                return Ok(());
+            }
             let full = format!("{name}.{member}");
             if let Some(Initial::CopyOf(from)) = &specification.initial {
                 if !of.svvs.contains_key(from) {
@@ -119,20 +142,13 @@ impl System {
                 }
                 copies.push((full.clone(), format!("{name}.{from}")));
             }
-            let asked = SvvRequest { specification: specification.clone(), types: IndexMap::new() };
+            let unit = logical.unit(&specification.unit);
+            let asked = SvvRequest { specification: SvvSpecification { unit, ..specification.clone() }, types: IndexMap::new() };
             self.make_svv(&mut definitions, &full, &asked, Some(name), place.clone())?;
             svvs.insert(member.clone(), full);
             Ok(())
         });
-        let logical = LogicalDevice {
-            device_type: of.name.clone(),
-            svvs,
-            parameters,
-            arguments: request.arguments.clone(),
-            source: request.source.clone(),
-            enabled: false,
-            place: place.clone(),
-        };
+        logical.svvs = svvs;
         definitions.configuration.logical_devices.insert(name.to_owned(), logical);
         let instance = made.and_then(|()| self.own_verb(&mut definitions, name, &of, &request));
         match instance {
@@ -148,13 +164,7 @@ impl System {
     }
 
     /// The instance of a new device's own verb.
-    fn own_verb(
-        &self,
-        definitions: &mut Definitions,
-        name: &str,
-        of: &model::definition::DeviceType,
-        request: &DeviceRequest,
-    ) -> Result<Option<u64>, Refusals> {
+    fn own_verb(&self, definitions: &mut Definitions, name: &str, of: &DeviceType, request: &DeviceRequest) -> Result<Option<u64>, Refusals> {
         let Some(verb) = &of.verb else { return Ok(None) };
         let placement = request.source.iter().map(|source| ("*".to_owned(), source.clone())).collect();
         let application = Application {
@@ -173,12 +183,16 @@ impl System {
     fn forget_device(&self, definitions: &mut Definitions, name: &str) {
         let configuration = &mut definitions.configuration;
         configuration.logical_devices.shift_remove(name);
-        let svvs: Vec<String> = configuration.svvs.iter().filter(|(_, svv)| svv.device.as_deref() == Some(name)).map(|(n, _)| n.clone()).collect();
+        let mut core = self.shared.locked();
+        let is_used = |svv: &String| configuration.logical_devices.values().any(|device| device.svvs.values().any(|used| used == svv));
+        let is_bound = |svv: &String| {
+            let binds = |cell: &PlannedCell| matches!(&cell.kind, CellKind::Svv { name, .. } if name == svv);
+            core.instances.values().any(|instance| instance.plan.cells.iter().any(binds))
+        };
+        let goes = |of: &String, svv: &Svv| svv.device.as_deref() == Some(name) || svv.shared && !is_used(of) && !is_bound(of);
+        let svvs: Vec<String> = configuration.svvs.iter().filter(|(of, svv)| goes(of, svv)).map(|(of, _)| of.clone()).collect();
         for svv in &svvs {
             configuration.svvs.shift_remove(svv);
-        }
-        let mut core = self.shared.locked();
-        for svv in &svvs {
             core.svvs.shift_remove(svv);
         }
         core.logical.shift_remove(name);
@@ -246,7 +260,7 @@ impl System {
         let Some(declared) = of.parameters.get(parameter) else {
             return Err(unknown(&format!("parameter of '{device}' named"), parameter, of.parameters.keys().map(String::as_str)));
         };
-        let value = in_kind_of(&declared.default, &declared.unit, &value).map_err(|r| vec![crate::life::named(r, parameter)])?;
+        let value = in_kind_of(&declared.default, &record.unit(&declared.unit), &value).map_err(|r| vec![crate::life::named(r, parameter)])?;
         let tunable = declared.tunable;
         if tunable {
             self.shared.command(|core| core.tune(device, parameter, &value))?;
@@ -271,11 +285,11 @@ impl System {
 }
 
 /// The parameters of a device: the type's, with those that were given in their place.
-fn device_parameters(of: &model::definition::DeviceType, given: &IndexMap<String, Value>) -> Result<IndexMap<String, Value>, Refusals> {
+fn device_parameters(of: &DeviceType, given: &IndexMap<String, Value>, device: &LogicalDevice) -> Result<IndexMap<String, Value>, Refusals> {
     let mut refusals = Vec::new();
     let mut parameters: IndexMap<String, Value> = IndexMap::new();
     for (name, declared) in &of.parameters {
-        match in_kind_of(&declared.default, &declared.unit, given.get(name).unwrap_or(&declared.default)) {
+        match in_kind_of(&declared.default, &device.unit(&declared.unit), given.get(name).unwrap_or(&declared.default)) {
             Ok(value) => {
                 parameters.insert(name.clone(), value);
             }

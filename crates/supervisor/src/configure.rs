@@ -319,6 +319,7 @@ impl System {
                     type_text: type_text.clone(),
                     unit: asked.unit.clone(),
                     size: of.size(),
+                    within: asked.within,
                     history: asked.history,
                     cells: HashMap::new(),
                     readers: HashMap::new(),
@@ -336,8 +337,15 @@ impl System {
             );
             Ok(id)
         })?;
-        let svv =
-            Svv { id, type_text: asked.type_text.clone(), unit: asked.unit.clone(), types: request.types.clone(), device: device.map(str::to_owned), place };
+        let svv = Svv {
+            id,
+            type_text: asked.type_text.clone(),
+            unit: asked.unit.clone(),
+            types: request.types.clone(),
+            device: device.map(str::to_owned),
+            shared: false,
+            place,
+        };
         definitions.configuration.svvs.insert(name.to_owned(), svv);
         Ok(())
     }

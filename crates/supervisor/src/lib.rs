@@ -34,6 +34,7 @@ mod proceed;
 mod psi;
 mod refuse;
 mod report;
+mod requirements;
 mod sequence;
 mod stages;
 mod start;

@@ -24,7 +24,13 @@ pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: 
     for input in &plan.inputs {
         let value = match &input.origin {
             InputOrigin::Given => values.get(&input.name).cloned().or_else(|| input.default.clone()),
-            InputOrigin::Preset => input.default.clone(),
+            InputOrigin::Preset => match crate::requirements::preset(input, configuration) {
+                Ok(value) => value,
+                Err(wrong) => {
+                    refusals.extend(wrong);
+                    continue;
+                }
+            },
             InputOrigin::DeviceParameter { devices, parameter } => device_values(configuration, devices, parameter, &input.type_text),
         };
         let Some(value) = value else {

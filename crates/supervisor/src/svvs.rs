@@ -11,6 +11,8 @@ pub(crate) struct SvvRecord {
     pub type_text: String,
     pub unit: String,
     pub size: usize,
+    /// Least and greatest value that the PS may store.
+    pub within: Option<(f64, f64)>,
     /// How many earlier values Python may ask for.
     pub history: u32,
     /// Where it lies in each image.

@@ -111,7 +111,9 @@ impl System {
     /// Starts a verb instance.
     pub fn start(&self, instance: u64, values: &IndexMap<String, Value>, limits: Limits) -> Result<(), Refusals> {
         let definitions = self.shared.definitions();
-        self.shared.command(|core| core.start(instance, values, limits, &definitions.configuration))
+        let plan = self.shared.locked().instance(instance)?.plan.clone();
+        let values = self.settled(&plan, values, &definitions.configuration)?;
+        self.shared.command(|core| core.start(instance, &values, limits, &definitions.configuration))
     }
 
     /// Suspends it; returns when the kernels have done it.
@@ -147,7 +149,10 @@ impl System {
 
     /// New values of tunable input parameters.
     pub fn set(&self, instance: u64, values: &IndexMap<String, Value>) -> Result<(), Refusals> {
-        self.shared.command(|core| core.set(instance, values))
+        let definitions = self.shared.definitions();
+        let plan = self.shared.locked().instance(instance)?.plan.clone();
+        let values = self.settled_set(&plan, values, &definitions.configuration)?;
+        self.shared.command(|core| core.set(instance, &values))
     }
 
     /// The end report of the latest start, waiting at most `slice` of real time. `until_ns`: when to give up, on the system's clock.

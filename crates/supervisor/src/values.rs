@@ -96,6 +96,14 @@ impl Core {
             return Err(refuse(Class::SecondWriter, format!("cannot store into SVV '{name}': it is written by '{}'", holder.name), "wait for it or halt it"));
         }
         let bytes = crate::life::encode(&svv.type_text, &svv.unit, value).map_err(|r| vec![crate::life::named(r, name)])?;
+        if let Some((least, most)) = svv.within {
+            crate::requirements::within(
+                name,
+                &model::types::Type::parse(&svv.type_text, &Default::default()).map_err(|r| vec![r])?.decode(&bytes),
+                least,
+                most,
+            )?;
+        }
         for (source, op) in self.store_everywhere(name, &bytes) {
             self.submit(source, vec![op], Purpose::Nothing);
         }

@@ -64,7 +64,8 @@ def _joint(arm: str, part: Part, source: Source) -> Joint:
         "max_effort": about["effort_max"],
     }
     gains = {name: about["servo"][name] for name in ("kp", "kd")}
-    return Joint(f"{arm}.{part.name}", drive=part, on=source, **described, **gains)
+    units = {"N.m": "N", "rad": "m"} if about["unit"] == "m" else None
+    return Joint(f"{arm}.{part.name}", drive=part, on=source, units=units, **described, **gains)
 
 
 def _file(path: str | os.PathLike[str]) -> Path:

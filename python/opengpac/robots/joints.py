@@ -21,13 +21,14 @@ SERVO_PERIOD = "1 ms"
 """How often the servo runs."""
 
 HISTORY = 10_000
-"""How many values of `sensed` and `commanded` are kept: ten seconds of the servo."""
+"""How many values of `sensed`, `commanded` and `reference` are kept: ten seconds of the servo."""
 
 joint_servo = Verb(
     "robot_joint_servo",
-    doc="Keeps a joint at its commanded position: PID with the plant's gravity compensation.",
+    doc="Keeps a joint at its commanded position, within its range and greatest speed: PID with the plant's gravity compensation.",
     blocks={
         "position": lib.block("read_channel"),
+        "zero": lib.block("offset"),
         "speed": lib.block("read_channel"),
         "load": lib.block("read_channel"),
         "servo": lib.block("joint_servo"),
@@ -38,22 +39,33 @@ joint_servo = Verb(
         "drive.velocity": "speed.channel",
         "drive.bias": "load.channel",
         "drive.effort": "write.channel",
-        "sensed": ["position.y", "servo.position"],
+        "offset": ["zero.offset", "servo.offset"],
+        "sensed": ["zero.y", "servo.position"],
         "velocity": ["speed.y", "servo.velocity"],
         "commanded": "servo.setpoint",
+        "reference": "servo.reference",
+        "commanded_velocity": "servo.reference_velocity",
+        "limited": "servo.limited",
+        "homed": "servo.homed",
     },
-    cells={"bias": ["load.y", "servo.bias"], "effort": ["servo.effort", "write.u"]},
+    cells={"reading": ["position.y", "zero.u"], "bias": ["load.y", "servo.bias"], "effort": ["servo.effort", "write.u"]},
     input_parameters={
         "kp": input("servo.kp", tunable=True),
         "ki": input("servo.ki", tunable=True),
         "kd": input("servo.kd", tunable=True),
         "max_effort": "servo.limit",
+        "max_speed": "servo.speed_max",
+        "position_min": "servo.position_min",
+        "position_max": "servo.position_max",
+        "needs_home": "servo.needs_home",
         "max_following_error": "servo.following_error",
     },
     command_lists={
         "start": [
             execute("position"),
+            execute("zero"),
             activate("position", every=SERVO_PERIOD),
+            activate("zero"),
             activate("speed", every=SERVO_PERIOD),
             activate("load", every=SERVO_PERIOD),
             activate("servo"),
@@ -66,16 +78,31 @@ joint_servo = Verb(
 
 
 class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
-    """A joint of an arm: positions in rad (m for a sliding joint), efforts in N.m (N)."""
+    """A joint of an arm: positions in rad (m for a sliding joint), efforts in N.m (N).
+
+    `commanded` is the set-point that a verb stores, `reference` and `commanded_velocity` are where the servo wants the joint to be now,
+    which follows the set-points smoothly and stays within `position_min`, `position_max` and `max_speed`; `limited` counts the servo's
+    invocations in which these held it back. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is that
+    of the whole cell. A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
+    """
 
     sensed: SVV[float] = svv(unit="rad", history=HISTORY)
     velocity: SVV[float] = svv(unit="rad/s")
     commanded: SVV[float] = svv(unit="rad", initial="sensed", history=HISTORY)
+    commanded_velocity: SVV[float] = svv(unit="rad/s")
+    reference: SVV[float] = svv(unit="rad", history=HISTORY)
     goal: SVV[float] = svv(unit="rad", initial="sensed")
+    limited: SVV[int] = svv()
+    offset: SVV[float] = svv(unit="rad")
+    homed: SVV[bool] = svv()
+    override: SVV[float] = svv(initial=1.0, within=(0.0, 1.0))
+    cell_override: SVV[float] = svv(initial=1.0, within=(0.0, 1.0), shared="override")
+    needs_home: bool = parameter(False)
     home: float = parameter(0.0, unit="rad")
     position_min: float = parameter(-1e6, unit="rad")
     position_max: float = parameter(1e6, unit="rad")
     max_speed: float = parameter(3.14, unit="rad/s")
+    jog_speed: float = parameter(0.25, unit="rad/s")
     max_acceleration: float = parameter(5.0, unit="rad/s^2")
     max_jerk: float = parameter(50.0, unit="rad/s^3")
     max_effort: float = parameter(150.0, unit="N.m")

@@ -11,9 +11,9 @@ from .. import library as lib
 from ..commands import activate, execute
 from ..conditions import on
 from ..decorated import verb
-from ..errors import Terminated
+from ..errors import NotHomed, Terminated
 from ..groups import Group
-from ..parameters import each
+from ..parameters import each, input, required
 from ..reports import Report
 from .joints import Joint
 
@@ -45,7 +45,7 @@ class Moved(Report):
     },
     cells={"coefficients": ["planner.coefficients", "generator.coefficients"], "complete": ["generator.complete", "near.complete"]},
     input_parameters={
-        "goal": "planner.goal",
+        "goal": input("planner.goal", within=("arm.position_min", "arm.position_max")),
         "speed": "planner.speed",
         "tolerance": "near.tolerance",
         "arm.max_speed": "planner.speed_max",
@@ -57,7 +57,11 @@ class Moved(Report):
     output_values={"position": "near.sensed", "error": "near.error", "duration": "planner.duration"},
     command_lists={"start": [execute("planner"), activate("generator", every="20 ms"), activate("near", every="20 ms")]},
     conditions={"arrived": on("near.done", returns=["position", "error", "duration"]), "time_limit": on(raises=MotionTimeout)},
+    requires={"arm.homed": required(NotHomed, when="arm.needs_home", remedy="find its zero first: gpac.motion.home(…) or home_here(…)")},
 )
 def move(arm: Group[Joint], /, goal: Sequence[float] | np.ndarray, speed: float = 0.5, tolerance: float = 0.002) -> Moved:
-    """Moves the joints of an arm so that all arrive together. goal: rad, one for each joint; speed: rad/s; tolerance: rad."""
+    """Moves the joints of an arm, from rest, so that all arrive together. goal: rad, one for each joint; speed: rad/s; tolerance: rad.
+
+    `gpac.motion.move_absolute` does the same from a moving start, with more to choose.
+    """
     ...

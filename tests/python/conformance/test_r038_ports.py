@@ -290,7 +290,7 @@ def test_r055_a_program_gives_the_same_values_on_both_interconnects(built: dict[
 
 
 def test_r056_types_and_units_are_checked(rig: Rig) -> None:
-    metres = rig.cell.svv("metres", unit="m")
+    newtons = rig.cell.svv("newtons", unit="N")
     drive = gpac.Verb(
         "guarding",
         blocks={"near": lib.block("in_position")(n=1)},
@@ -298,7 +298,7 @@ def test_r056_types_and_units_are_checked(rig: Rig) -> None:
         command_lists={"start": [activate("near", every="1 ms")]},
     )
     with pytest.raises(gpac.UnitMismatch, match="rad"):
-        drive.on(rig.fast).new_instance([metres], rig.svvs("goal"))
+        drive.on(rig.fast).new_instance([newtons], rig.svvs("goal"))
 
 
 def test_r057_the_block_interface_has_no_synchronisation() -> None:

@@ -11,19 +11,19 @@ pub struct InPosition {
     #[size(1, 16)]
     n: u32,
     /// positions
-    #[input(asynchronous, sized, unit = "rad")]
+    #[input(asynchronous, sized, unit = "rad|m")]
     sensed: [f64; 16],
     /// where they are to be
-    #[input(asynchronous, sized, unit = "rad")]
+    #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
     /// whether the motion is complete
     #[input(asynchronous, default = true)]
     complete: bool,
     /// greatest distance of a joint from its goal
-    #[output(unit = "rad")]
+    #[output(unit = "rad|m")]
     error: f64,
     /// greatest distance that counts as there
-    #[param(default = 0.002, unit = "rad")]
+    #[param(default = 0.002, unit = "rad|m")]
     tolerance: f64,
     /// invocations on end for which all joints must be there
     #[param(default = 5)]

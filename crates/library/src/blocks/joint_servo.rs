@@ -1,57 +1,89 @@
 // SPDX-License-Identifier: Apache-2.0
-use crate::reference::Reference;
+use crate::reference::{Bounds, Spline};
 use crate::servo::Law;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// The limit is negative or no number.
+/// A limit is negative or no number, or the range is empty.
 const BAD_LIMIT: u32 = 1;
 
-/// Joint servo: effort = kp (q_r - q) + ki ∫(q_r - q) dt + kd (q_r' - q') + bias within ± limit; fault 1: a limit below 0.
+/// Joint servo: effort = kp (q_r - q) + ki ∫(q_r - q) dt + kd (q_r' - q') + bias within ± limit; fault 1: a limit below 0, an empty range.
 ///
-/// q_r is the set-point, approached in even steps over `interpolation` invocations: as many as the servo makes between two
-/// set-points, so that a generator at 20 ms drives a servo at 1 ms without stairs, at a delay of one generator period. `bias` is the
-/// effort that holds the arm where it is (gravity, Coriolis and centrifugal force), as the plant or a model of it tells.
+/// q_r is the set-point, smoothed over `interpolation` invocations: as many as the servo makes between two set-points, so that a
+/// generator at 20 ms drives a servo at 1 ms without stairs and without steps of speed, at a delay of one and a half generator
+/// periods. q_r stays within the range of the joint and its greatest speed, whatever the set-points are: these are the last
+/// limits before the physical device. `bias` is the effort that holds the arm where it is (gravity, Coriolis and centrifugal force), as
+/// the plant or a model of it tells. A change of `offset` moves the numbers, not the joint: q and the set-point must change with it.
 #[derive(FunctionBlock)]
 pub struct JointServo {
     /// position that is commanded
-    #[input(asynchronous, unit = "rad")]
+    #[input(asynchronous, unit = "rad|m")]
     setpoint: f64,
     /// position q
-    #[input(unit = "rad")]
+    #[input(unit = "rad|m")]
     position: f64,
     /// velocity q'
-    #[input(asynchronous, default = 0.0, unit = "rad/s")]
+    #[input(asynchronous, default = 0.0, unit = "rad/s|m/s")]
     velocity: f64,
     /// effort that holds the arm
-    #[input(asynchronous, default = 0.0, unit = "N.m")]
+    #[input(asynchronous, default = 0.0, unit = "N.m|N")]
     bias: f64,
+    /// what is added to the readings of the joint to give q
+    #[input(asynchronous, default = 0.0, unit = "rad|m")]
+    offset: f64,
+    /// whether q is known: before, the range of q_r means nothing and is not kept to
+    #[input(asynchronous, default = true)]
+    homed: bool,
     /// effort at the joint
-    #[output(unit = "N.m")]
+    #[output(unit = "N.m|N")]
     effort: f64,
     /// q_r - q
-    #[output(unit = "rad")]
+    #[output(unit = "rad|m")]
     error: f64,
+    /// q_r: where the joint is commanded to be now
+    #[output(unit = "rad|m")]
+    reference: f64,
+    /// q_r': how fast it is commanded to move now; 0 where no set-points come
+    #[output(unit = "rad/s|m/s")]
+    reference_velocity: f64,
+    /// invocations in which the range or the greatest speed held q_r back
+    #[output]
+    limited: i64,
     /// proportional gain
-    #[param(default = 100.0, unit = "N.m/rad")]
+    #[param(default = 100.0, unit = "N.m/rad|N/m")]
     kp: f64,
     /// integral gain
-    #[param(default = 0.0, unit = "N.m/rad/s")]
+    #[param(default = 0.0, unit = "N.m/rad/s|N/m/s")]
     ki: f64,
     /// gain of the velocity error
-    #[param(default = 10.0, unit = "N.m.s/rad")]
+    #[param(default = 10.0, unit = "N.m.s/rad|N.s/m")]
     kd: f64,
     /// greatest effort either way
-    #[param(default = 1e6, unit = "N.m")]
+    #[param(default = 1e6, unit = "N.m|N")]
     limit: f64,
-    /// invocations over which a new set-point is reached; 1: at once
+    /// invocations over which a new set-point is approached; 1: at once
     #[param(default = 20)]
     interpolation: u32,
+    /// least q_r
+    #[param(default = -1e6, unit = "rad|m")]
+    position_min: f64,
+    /// greatest q_r
+    #[param(default = 1e6, unit = "rad|m")]
+    position_max: f64,
+    /// greatest |q_r'|
+    #[param(default = 1e6, unit = "rad/s|m/s")]
+    speed_max: f64,
+    /// whether the range is kept to only when the joint is homed
+    #[param(default = false)]
+    needs_home: bool,
     /// |q_r - q| is above the preset; the value is q_r - q; off where the preset is 0
-    #[condition(preset = 0.0, unit = "rad")]
+    #[condition(preset = 0.0, unit = "rad|m")]
     following_error: ConditionOf<f64>,
     /// where the reference is
     #[state(opaque)]
-    reference: Reference,
+    spline: Spline,
+    /// offset of the invocation before
+    #[state]
+    offset_before: f64,
     /// ki ∫(q_r - q) dt
     #[state]
     integral: f64,
@@ -62,17 +94,32 @@ pub struct JointServo {
 
 impl Step for JointServo {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
-        if self.limit.is_nan() || self.limit < 0.0 {
+        let is_bad = |limit: f64| limit.is_nan() || limit < 0.0;
+        if is_bad(self.limit) || is_bad(self.speed_max) || is_bad(self.position_max - self.position_min) {
             return Outcome::Fault(BAD_LIMIT);
         }
-        let (reference, step) = self.reference.advance(self.setpoint, self.interpolation);
-        let span_s = if self.before_ns < 0 { 0.0 } else { (invocation.time_ns - self.before_ns) as f64 * 1e-9 };
+        let first = self.before_ns < 0;
+        let span_s = if first { 0.0 } else { (invocation.time_ns - self.before_ns) as f64 * 1e-9 };
         self.before_ns = invocation.time_ns;
+        if first {
+            // Whatever is commanded: the servo begins where the joint is.
+            self.spline = Spline::at(self.position);
+        } else if self.offset != self.offset_before {
+            self.spline.shift(self.offset - self.offset_before);
+        }
+        self.offset_before = self.offset;
+        let step_max = if span_s > 0.0 { self.speed_max * span_s } else { 0.0 };
+        let known = self.homed || !self.needs_home;
+        let (position_min, position_max) = if known { (self.position_min, self.position_max) } else { (f64::NEG_INFINITY, f64::INFINITY) };
+        let bounds = Bounds { position_min, position_max, step_max };
+        let (reference, step, limited) = self.spline.advance(self.setpoint, self.interpolation, bounds);
         let moving = self.interpolation > 1 && span_s > 0.0;
-        let rate = if moving { step / span_s } else { 0.0 } - self.velocity;
+        self.reference = reference;
+        self.reference_velocity = if moving { step / span_s } else { 0.0 };
+        self.limited += i64::from(limited);
         self.error = reference - self.position;
         let law = Law { kp: self.kp, ki: self.ki, kd: self.kd, limit: self.limit };
-        self.effort = law.effort(self.error, rate, self.bias, span_s, &mut self.integral);
+        self.effort = law.effort(self.error, self.reference_velocity - self.velocity, self.bias, span_s, &mut self.integral);
         if self.following_error.preset > 0.0 && self.error.abs() > self.following_error.preset {
             self.following_error.report(self.error);
         }
@@ -86,8 +133,9 @@ mod tests {
 
     fn servo() -> JointServo {
         JointServo {
-            setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, effort: 0.0, error: 0.0, kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6,
-            interpolation: 20, following_error: ConditionOf::new(0.0), reference: Reference::default(), integral: 0.0, before_ns: -1,
+            setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0,
+            kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6, needs_home: false,
+            following_error: ConditionOf::new(0.0), spline: Spline::default(), offset_before: 0.0, integral: 0.0, before_ns: -1,
         }
     }
 
@@ -108,7 +156,7 @@ mod tests {
             q += v * 1e-3;
         }
         assert!(worst < 0.002, "following error {worst} rad");
-        assert!((q - 1.98).abs() < 0.025, "a period behind: {q}");
+        assert!((q - 1.97).abs() < 0.025, "one and a half periods behind: {q}");
     }
 
     #[test]
@@ -119,9 +167,39 @@ mod tests {
     }
 
     #[test]
-    fn it_keeps_to_its_limit_and_reports_the_error() {
-        let mut servo = JointServo { setpoint: 1.0, limit: 28.0, following_error: ConditionOf::new(0.1), ..servo() };
+    fn its_reference_stays_in_the_range_and_below_the_greatest_speed() {
+        let mut servo = JointServo { position_max: 0.5, speed_max: 2.0, setpoint: 0.0, ..servo() };
+        let mut before = 0.0;
+        for k in 0..1000i64 {
+            assert_eq!(servo.step(&Invocation { number: k as u64, time_ns: k * 1_000_000, now_ns: 0 }), Outcome::Done);
+            assert!(servo.reference_velocity.abs() <= 2.0 + 1e-9 && servo.reference - before <= 2e-3 + 1e-12 && servo.reference <= 0.5 + 1e-12);
+            (before, servo.setpoint, servo.position) = (servo.reference, 9.0, servo.reference);
+        }
+        assert_eq!((servo.reference, servo.reference_velocity, servo.limited), (0.5, 0.0, 999));
+        let mut unknown = JointServo { position_max: 0.5, setpoint: 0.7, position: 0.7, needs_home: true, homed: false, ..self::servo() };
+        for k in 0..60i64 {
+            assert_eq!(unknown.step(&Invocation { number: k as u64, time_ns: k * 1_000_000, now_ns: 0 }), Outcome::Done);
+            unknown.setpoint = 0.9;
+        }
+        assert_eq!(unknown.reference, 0.9, "before it is homed its numbers mean nothing");
+        assert_eq!(JointServo { position_max: -2e6, ..self::servo() }.step(&Invocation::default()), Outcome::Fault(BAD_LIMIT));
+    }
+
+    #[test]
+    fn another_offset_moves_nothing() {
+        let mut servo = JointServo { setpoint: 0.7, position: 0.7, ..servo() };
         assert_eq!(servo.step(&Invocation::default()), Outcome::Done);
+        (servo.offset, servo.setpoint, servo.position) = (-0.5, 0.2, 0.2);
+        assert_eq!(servo.step(&Invocation { number: 1, time_ns: 1_000_000, now_ns: 0 }), Outcome::Done);
+        assert!(servo.effort.abs() < 1e-9 && servo.reference_velocity.abs() < 1e-9, "{} N.m", servo.effort);
+    }
+
+    #[test]
+    fn it_keeps_to_its_limit_and_reports_the_error() {
+        let mut servo = JointServo { setpoint: 1.0, limit: 28.0, following_error: ConditionOf::new(0.1), interpolation: 1, ..servo() };
+        assert_eq!(servo.step(&Invocation::default()), Outcome::Done);
+        assert_eq!((servo.effort, servo.following_error.is_reported()), (0.0, false), "it begins where the joint is");
+        assert_eq!(servo.step(&Invocation { number: 1, time_ns: 1_000_000, now_ns: 0 }), Outcome::Done);
         assert_eq!((servo.effort, servo.following_error.is_reported(), servo.following_error.value), (28.0, true, 1.0));
         assert_eq!(JointServo { limit: f64::NAN, ..self::servo() }.step(&Invocation::default()), Outcome::Fault(BAD_LIMIT));
     }

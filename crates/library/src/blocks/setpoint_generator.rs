@@ -21,10 +21,10 @@ pub struct SetpointGenerator {
     #[input(asynchronous)]
     coefficients: [f64; COEFFICIENTS],
     /// where the joints are to be
-    #[output(sized, unit = "rad")]
+    #[output(sized, unit = "rad|m")]
     setpoint: [f64; 16],
     /// how fast they are to be there
-    #[output(sized, unit = "rad/s")]
+    #[output(sized, unit = "rad/s|m/s")]
     velocity: [f64; 16],
     /// whether the last setpoint is stored: 0 or 1
     #[output]

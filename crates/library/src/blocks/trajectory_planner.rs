@@ -21,31 +21,31 @@ pub struct TrajectoryPlanner {
     #[size(1, 16)]
     n: u32,
     /// where the joints are commanded to be now
-    #[input(asynchronous, sized, unit = "rad")]
+    #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
     /// where they are to go
-    #[input(asynchronous, sized, unit = "rad")]
+    #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
     /// greatest speed of this motion, of any joint
-    #[input(asynchronous, default = 0.5, unit = "rad/s")]
+    #[input(asynchronous, default = 0.5, unit = "rad/s|m/s")]
     speed: f64,
     /// greatest speed of each joint
-    #[input(asynchronous, default = [PI; 16], sized, unit = "rad/s")]
+    #[input(asynchronous, default = [PI; 16], sized, unit = "rad/s|m/s")]
     speed_max: [f64; 16],
     /// greatest acceleration of each joint
-    #[input(asynchronous, default = [5.0; 16], sized, unit = "rad/s^2")]
+    #[input(asynchronous, default = [5.0; 16], sized, unit = "rad/s^2|m/s^2")]
     acceleration_max: [f64; 16],
     /// greatest jerk of each joint
-    #[input(asynchronous, default = [50.0; 16], sized, unit = "rad/s^3")]
+    #[input(asynchronous, default = [50.0; 16], sized, unit = "rad/s^3|m/s^3")]
     jerk_max: [f64; 16],
     /// least position of each joint
-    #[input(asynchronous, default = [-1e6; 16], sized, unit = "rad")]
+    #[input(asynchronous, default = [-1e6; 16], sized, unit = "rad|m")]
     position_min: [f64; 16],
     /// greatest position of each joint
-    #[input(asynchronous, default = [1e6; 16], sized, unit = "rad")]
+    #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m")]
     position_max: [f64; 16],
     /// the goal, for those that compare
-    #[output(sized, unit = "rad")]
+    #[output(sized, unit = "rad|m")]
     target: [f64; 16],
     /// the planned motion
     #[output]

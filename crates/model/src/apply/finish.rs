@@ -20,6 +20,7 @@ impl<'a> Draft<'a> {
         let inputs: Vec<PlannedInput> = checked.inputs.iter().filter_map(|input| self.input(input)).collect();
         let outputs = checked.outputs.iter().map(|(name, port)| self.output(name, *port)).collect();
         self.stop()?;
+        let requirements = self.requirements();
         let claims = self.claims();
         let arbitration = claims.iter().map(|claim| self.arbitration(claim)).collect();
         let suspend = self.suspend();
@@ -38,6 +39,7 @@ impl<'a> Draft<'a> {
             suspend,
             conditions: checked.conditions.iter().map(|condition| condition.planned.clone()).collect(),
             inputs,
+            requirements,
             outputs,
             claims,
             arbitration,
@@ -66,7 +68,8 @@ impl<'a> Draft<'a> {
         if let InputOrigin::DeviceParameter { devices, parameter } = &origin {
             self.check_device_parameter(input, devices, parameter, first, &unit);
         }
-        if let Some(Err(refusal)) = input.default.as_ref().map(|value| layout.read.encode(value, &unit)) {
+        // One with a range takes a share of it too, and one number for all devices: that is known at a start.
+        if let Some(Err(refusal)) = input.default.as_ref().filter(|_| input.within.is_none()).map(|value| layout.read.encode(value, &unit)) {
             let refusal = refusal.for_what(&format!("the default of the input parameter '{}'", input.name));
             self.refusals.push(refusal.at(&input.place));
         }
@@ -78,7 +81,7 @@ impl<'a> Draft<'a> {
             }
         }
         let (name, default, tunable) = (input.name.clone(), input.default.clone(), input.tunable);
-        Some(PlannedInput { name, origin, type_text: layout.text.clone(), unit, default, tunable, targets })
+        Some(PlannedInput { name, origin, type_text: layout.text.clone(), unit, default, tunable, range: self.range(input), targets })
     }
 
     fn origin(&self, input: &CheckedInput) -> InputOrigin {

@@ -2,8 +2,8 @@
 //! The unions: blocks, objects, χ, cells, ψ, ω and relaxed modes of all parts.
 use super::Composing;
 use super::form::{Differ, form};
-use super::part::is_within;
-use crate::definition::InputParameter;
+use super::part::{PartOf, is_within};
+use crate::definition::{Bound, InputParameter, Requirement};
 use crate::flatten::Port;
 use crate::quantity::units_agree;
 use crate::refusal::Class;
@@ -47,6 +47,16 @@ impl Composing<'_> {
             self.unite_cells(part);
             self.unite_inputs(part, &mut seen);
             self.unite_outputs(part, &mut seen);
+            self.unite_requirements(part);
+        }
+    }
+
+    /// Whatever a part requires must hold when the whole starts.
+    fn unite_requirements(&mut self, part: usize) {
+        let of = &self.parts[part];
+        for (member, requirement) in &of.verb.requires {
+            let when = requirement.when.as_ref().map(|when| of.parameter(when));
+            self.verb.requires.entry(of.parameter(member)).or_insert_with(|| Requirement { when, ..requirement.clone() });
         }
     }
 
@@ -157,7 +167,9 @@ impl Composing<'_> {
         let verb = self.parts[part].verb;
         for (own, input) in &verb.input_parameters {
             let of = &self.parts[part];
-            let mut input = InputParameter { targets: of.ports(&input.targets), ..input.clone() };
+            let within = input.within.as_ref().map(|(least, most)| (bound(of, least), bound(of, most)));
+            let counted_from = input.counted_from.as_ref().map(|member| of.parameter(member));
+            let mut input = InputParameter { targets: of.ports(&input.targets), within, counted_from, ..input.clone() };
             let value = of.preset.get(own.as_str());
             if input.preset || value.is_some() {
                 input.default = value.map(|value| (*value).clone()).or(input.default);
@@ -203,7 +215,15 @@ impl Composing<'_> {
             let remedy = format!("{}, or fix one: preset={{'{label}.{name}': {}}}", self.rename_remedy(second, name), text(b));
             self.conflict(Class::CompositionConflict, message, &remedy, (first, second));
         }
+        if known.within.is_some() && input.within.is_some() && (&known.within, &known.counted_from) != (&input.within, &input.counted_from) {
+            let message = format!("the input '{name}' has one range in part '{}' and another in part '{}'", self.parts[first].label, self.parts[second].label);
+            let remedy = self.rename_remedy(second, name);
+            self.conflict(Class::CompositionConflict, message, &remedy, (first, second));
+        }
         let mut united = known;
+        if united.within.is_none() {
+            (united.within, united.counted_from) = (input.within, input.counted_from);
+        }
         united.targets.extend(input.targets.into_iter().filter(|target| !united.targets.contains(target)).collect::<Vec<_>>());
         united.tunable &= input.tunable;
         united.default = united.default.filter(|_| input.default.is_some());
@@ -228,5 +248,16 @@ impl Composing<'_> {
                 self.check_forms(&name, (first, &[port], ""), (part, &[*other], ""));
             }
         }
+    }
+}
+
+/// An end of a range, with the name that the object has in the composed verb.
+fn bound(of: &PartOf<'_>, bound: &Bound) -> Bound {
+    match bound {
+        Bound::Number(number) => Bound::Number(*number),
+        Bound::Member(name) => match name.strip_prefix('-') {
+            Some(name) => Bound::Member(format!("-{}", of.parameter(name))),
+            None => Bound::Member(of.parameter(name)),
+        },
     }
 }

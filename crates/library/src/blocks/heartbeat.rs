@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// Heartbeat: lost = (time since `beat` changed) > limit, reported as `late` from the first invocation at which it is.
+///
+/// Who holds the button writes a new number into `beat` every so often. It counts as alive when it begins, and is alive again with the
+/// next change. Time is that of the clock: a heart does not stop with a verb that is suspended.
+#[derive(FunctionBlock)]
+pub struct Heartbeat {
+    /// a number that changes
+    #[input(asynchronous)]
+    beat: i64,
+    /// whether the last change is too old
+    #[output]
+    lost: bool,
+    /// age of the last change
+    #[output(unit = "s")]
+    age: f64,
+    /// greatest age
+    #[param(default = 0.25, unit = "s")]
+    limit: f64,
+    /// the last change is too old
+    #[condition]
+    late: Condition,
+    /// the number of the last change
+    #[state]
+    before: i64,
+    /// when it changed, ns; -1: it has not begun
+    #[state(initial = -1)]
+    changed_ns: i64,
+}
+
+impl Step for Heartbeat {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        if self.changed_ns < 0 || self.beat != self.before {
+            (self.before, self.changed_ns) = (self.beat, invocation.now_ns);
+        }
+        self.age = (invocation.now_ns - self.changed_ns) as f64 * 1e-9;
+        let was_lost = self.lost;
+        self.lost = self.age > self.limit;
+        if self.lost && !was_lost {
+            self.late.report();
+        }
+        Outcome::Done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_lost_when_it_is_too_old_and_comes_back() {
+        let mut heart = Heartbeat { beat: 7, lost: false, age: 0.0, limit: 0.1, late: Condition::new(), before: 0, changed_ns: -1 };
+        let mut lost = Vec::new();
+        for k in 0..30i64 {
+            heart.beat = if k >= 20 { 8 } else { 7 };
+            heart.late = Condition::new();
+            assert_eq!(heart.step(&Invocation { number: k as u64, time_ns: 0, now_ns: 5_000_000 + k * 20_000_000 }), Outcome::Done);
+            assert_eq!(heart.late.is_reported(), k == 6 || k == 26, "at {k}");
+            if heart.lost {
+                lost.push(k);
+            }
+        }
+        assert_eq!(lost, (6..20).chain(26..30).collect::<Vec<_>>());
+    }
+}

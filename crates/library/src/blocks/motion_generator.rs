@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::motion::Motion;
+use crate::profile::Limits;
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// A start or goal is not a finite number.
+const NOT_FINITE: u32 = 1;
+/// A speed, acceleration or jerk is not above 0, or an override is not within 0 and 1.
+const BAD_LIMIT: u32 = 2;
+/// A goal is outside its joint's range.
+const OUT_OF_RANGE: u32 = 3;
+
+/// Motion generator: setpoint = q(t), from a start that may move to rest at q = goal, within speed, acceleration and jerk of each joint.
+///
+/// It plans when it begins and anew, from where it is, whenever goal, speed, override or holding change, so all of them may change at any
+/// time without a jump. From rest the joints go along a straight line in joint space; from a moving start each goes its own way and
+/// they arrive together where they can. Time is running time: it stands still while the verb is suspended. Where `holding` is true or an
+/// override is 0 the joints come to rest and stay; `held` is reported while they do. `complete` and `finished` come with the invocation
+/// that stores the goal, never before. Where motion from rest to rest at a fixed speed is enough, `trajectory_planner` tells it beforehand.
+/// Faults: 1 a start or goal is not finite; 2 a limit is not above 0 or an override not within 0 and 1; 3 a goal is outside its range.
+#[derive(FunctionBlock)]
+pub struct MotionGenerator {
+    /// number of joints
+    #[size(1, 16)]
+    n: u32,
+    /// where the joints are commanded to be now
+    #[input(asynchronous, sized, unit = "rad|m")]
+    start: [f64; 16],
+    /// how fast they are commanded to move now
+    #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
+    start_velocity: [f64; 16],
+    /// where they are to go
+    #[input(asynchronous, sized, unit = "rad|m")]
+    goal: [f64; 16],
+    /// greatest speed of each joint
+    #[input(asynchronous, default = [0.5; 16], sized, unit = "rad/s|m/s")]
+    speed: [f64; 16],
+    /// greatest acceleration of each joint
+    #[input(asynchronous, default = [5.0; 16], sized, unit = "rad/s^2|m/s^2")]
+    acceleration: [f64; 16],
+    /// greatest jerk of each joint
+    #[input(asynchronous, default = [50.0; 16], sized, unit = "rad/s^3|m/s^3")]
+    jerk: [f64; 16],
+    /// least position of each joint
+    #[input(asynchronous, default = [-1e6; 16], sized, unit = "rad|m")]
+    position_min: [f64; 16],
+    /// greatest position of each joint
+    #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m")]
+    position_max: [f64; 16],
+    /// share of the speed that is allowed now, 0 to 1; the least of the joints counts for all
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    r#override: [f64; 16],
+    /// the same for the whole cell; both are multiplied
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    cell_override: [f64; 16],
+    /// come to rest and stay
+    #[input(asynchronous, default = false)]
+    holding: bool,
+    /// where the joints are to be
+    #[output(sized, unit = "rad|m")]
+    setpoint: [f64; 16],
+    /// how fast they are to be there
+    #[output(sized, unit = "rad/s|m/s")]
+    velocity: [f64; 16],
+    /// where they go: the goal, or where the motion began plus the goal
+    #[output(sized, unit = "rad|m")]
+    target: [f64; 16],
+    /// whether the goal is stored as set-point
+    #[output]
+    complete: bool,
+    /// how long the motion takes as it was planned first
+    #[output(unit = "s")]
+    duration: f64,
+    /// how long it still takes as it is planned now
+    #[output(unit = "s")]
+    left: f64,
+    /// time by which the first set-point is ahead of the start: the interval of this block
+    #[param(default = 0.02, unit = "s")]
+    lead: f64,
+    /// the goal is counted from where the motion begins
+    #[param(default = false)]
+    relative: bool,
+    /// the goal is stored as set-point
+    #[condition]
+    finished: Condition,
+    /// the joints are at rest because they are held
+    #[condition]
+    held: Condition,
+    /// where the joints are on their way
+    #[state(opaque)]
+    motion: Motion,
+    /// goals, speeds, accelerations, jerks that it is planned for
+    #[state]
+    planned: [f64; 64],
+    /// whether it is planned to hold
+    #[state]
+    is_holding: bool,
+    /// positions that a relative goal counts from
+    #[state]
+    origin: [f64; 16],
+    /// running time of the invocation before, ns; -1: there was none
+    #[state(initial = -1)]
+    before_ns: i64,
+}
+
+impl Step for MotionGenerator {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        let first = self.before_ns < 0;
+        if first {
+            if !self.start[..n].iter().chain(&self.start_velocity[..n]).all(|x| x.is_finite()) {
+                return Outcome::Fault(NOT_FINITE);
+            }
+            self.motion = Motion::at(&self.start[..n], &self.start_velocity[..n]);
+            self.origin = self.start;
+        }
+        let Some(rate) = self.rate(n) else { return Outcome::Fault(BAD_LIMIT) };
+        let mut wanted = [0.0; 64];
+        for i in 0..n {
+            let goal = if self.relative { self.origin[i] + self.goal[i] } else { self.goal[i] };
+            if !goal.is_finite() {
+                return Outcome::Fault(NOT_FINITE);
+            }
+            if !(self.position_min[i]..=self.position_max[i]).contains(&goal) {
+                return Outcome::Fault(OUT_OF_RANGE);
+            }
+            let limits = [self.speed[i], self.acceleration[i], self.jerk[i]];
+            if !limits.iter().all(|limit| limit.is_finite() && *limit > 0.0) {
+                return Outcome::Fault(BAD_LIMIT);
+            }
+            self.target[i] = goal;
+            (wanted[i], wanted[16 + i], wanted[32 + i], wanted[48 + i]) = (goal, limits[0] * rate, limits[1], limits[2]);
+        }
+        let holding = self.holding || rate == 0.0;
+        if first || wanted != self.planned || holding != self.is_holding {
+            (self.planned, self.is_holding) = (wanted, holding);
+            self.plan(n);
+            if first {
+                self.duration = self.motion.left_s();
+            }
+        }
+        self.motion.advance(if first { self.lead } else { (invocation.time_ns - self.before_ns) as f64 * 1e-9 });
+        self.before_ns = invocation.time_ns;
+        self.store(n);
+        Outcome::Done
+    }
+}
+
+impl MotionGenerator {
+    /// The share of the speed that is allowed; none where an override is not within 0 and 1.
+    fn rate(&self, n: usize) -> Option<f64> {
+        let least = |shares: &[f64]| shares.iter().try_fold(1.0f64, |least, share| (0.0..=1.0).contains(share).then(|| least.min(*share)));
+        Some(least(&self.r#override[..n])? * least(&self.cell_override[..n])?)
+    }
+
+    fn plan(&mut self, n: usize) {
+        let limits: [Limits; 16] = std::array::from_fn(|i| Limits { speed: self.planned[16 + i], acceleration: self.planned[32 + i], jerk: self.planned[48 + i] });
+        if self.is_holding {
+            self.motion.stop(&limits[..n]);
+        } else {
+            self.motion.go(&self.planned[..n], &limits[..n]);
+        }
+    }
+
+    fn store(&mut self, n: usize) {
+        for i in 0..n {
+            let state = self.motion.state(i);
+            (self.setpoint[i], self.velocity[i]) = (state.position, state.velocity);
+        }
+        self.left = self.motion.left_s();
+        let rests = self.left == 0.0;
+        self.complete = rests && self.setpoint[..n] == self.target[..n];
+        if self.complete {
+            self.finished.report();
+        }
+        if rests && self.is_holding {
+            self.held.report();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn generator(start: [f64; 2], goal: [f64; 2]) -> MotionGenerator {
+        let wide = |values: [f64; 2]| std::array::from_fn(|i| values.get(i).copied().unwrap_or(f64::NAN));
+        MotionGenerator {
+            n: 2, start: wide(start), start_velocity: [0.0; 16], goal: wide(goal), speed: [0.5; 16], acceleration: [2.0; 16], jerk: [20.0; 16],
+            position_min: [-6.3; 16], position_max: [6.3; 16], r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, setpoint: [0.0; 16],
+            velocity: [0.0; 16], target: [0.0; 16], complete: false, duration: 0.0, left: 0.0, lead: 0.02, relative: false, finished: Condition::new(),
+            held: Condition::new(), motion: Motion::default(), planned: [0.0; 64], is_holding: false, origin: [0.0; 16], before_ns: -1,
+        }
+    }
+
+    /// Invocations every 20 ms until the goal is stored, at most 1000: how many. `before` changes inputs. Every step keeps to the limits.
+    fn run(block: &mut MotionGenerator, mut before: impl FnMut(i64, &mut MotionGenerator)) -> i64 {
+        let (mut at, mut rate) = (block.start, block.start_velocity);
+        for k in 0..1000 {
+            before(k, block);
+            (block.finished, block.held) = (Condition::new(), Condition::new());
+            assert_eq!(block.step(&Invocation { number: k as u64, time_ns: k * 20_000_000, now_ns: 0 }), Outcome::Done);
+            for i in 0..2 {
+                let speed = (block.setpoint[i] - at[i]) / 0.02;
+                assert!(speed.abs() <= 0.5 + 1e-9, "joint {i}: {speed} rad/s at {k}");
+                assert!((speed - rate[i]).abs() <= 2.0 * 0.02 + 1e-9, "joint {i}: from {} to {speed} rad/s at {k}", rate[i]);
+                (at[i], rate[i]) = (block.setpoint[i], speed);
+            }
+            if block.finished.is_reported() {
+                assert!(block.complete && block.setpoint[..2] == block.target[..2]);
+                return k;
+            }
+        }
+        1000
+    }
+
+    #[test]
+    fn it_ends_exactly_at_the_goal_when_it_said() {
+        let mut block = generator([0.0, 1.0], [1.0, 0.5]);
+        let k = run(&mut block, |_, _| ());
+        // 1/0.5 + 0.5/2 + 2/20 s.
+        assert!((block.duration - 2.35).abs() < 1e-9);
+        assert_eq!((k, block.setpoint[0], block.setpoint[1]), (117, 1.0, 0.5), "the first set-point is one interval ahead");
+    }
+
+    #[test]
+    fn override_holding_and_another_goal_change_it_smoothly() {
+        let mut block = generator([0.0, 1.0], [1.0, 0.5]);
+        let mut held = 0;
+        let k = run(&mut block, |k, b| {
+            held += i32::from(b.held.is_reported());
+            b.r#override[1] = if k >= 30 { 0.25 } else { 1.0 };
+            b.holding = (60..120).contains(&k);
+            b.cell_override[0] = if (150..170).contains(&k) { 0.0 } else { 1.0 };
+            if k == 200 {
+                b.goal[0] = -0.2;
+            }
+        });
+        assert!(k > 300 && held > 40, "{k} invocations, held in {held}");
+        assert_eq!((block.setpoint[0], block.setpoint[1]), (-0.2, 0.5));
+    }
+
+    #[test]
+    fn it_goes_on_from_a_moving_start_and_counts_from_where_it_began() {
+        let mut block = generator([0.0, 1.0], [0.5, -1.0]);
+        (block.start_velocity[0], block.start_velocity[1], block.relative) = (-0.4, 0.3, true);
+        run(&mut block, |_, _| ());
+        assert_eq!((block.setpoint[0], block.setpoint[1]), (0.5, 0.0));
+    }
+
+    #[test]
+    fn what_cannot_be_done_is_a_fault_with_its_code() {
+        let fault = |change: fn(&mut MotionGenerator)| {
+            let mut block = generator([0.0, 1.0], [1.0, 0.5]);
+            change(&mut block);
+            block.step(&Invocation::default())
+        };
+        assert_eq!(fault(|b| b.start_velocity[1] = f64::NAN), Outcome::Fault(NOT_FINITE));
+        assert_eq!(fault(|b| b.goal[1] = f64::INFINITY), Outcome::Fault(NOT_FINITE));
+        assert_eq!(fault(|b| b.speed[0] = 0.0), Outcome::Fault(BAD_LIMIT));
+        assert_eq!(fault(|b| b.r#override[0] = 1.1), Outcome::Fault(BAD_LIMIT));
+        assert_eq!(fault(|b| b.goal[0] = 90.0), Outcome::Fault(OUT_OF_RANGE));
+        assert_eq!(fault(|_| ()), Outcome::Done);
+    }
+}

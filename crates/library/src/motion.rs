@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Several joints on their way, from any state: what the motion generators share.
+//!
+//! From rest the joints go along a straight line in joint space: one coordinate runs from 0 to 1, with the greatest speed, acceleration
+//! and jerk that no joint's limit forbids. From a moving state each joint has a motion of its own, and those that would arrive earlier
+//! go slower, so that they arrive together where they can. Either way a motion can be planned anew at any time from where it is: for a
+//! new goal, another speed, a stop.
+use crate::online::{Profile, State};
+use crate::profile::{JOINTS_MAX, Limits};
+
+/// Slower than this is rest: rad/s, rad/s² (or m).
+const REST: f64 = 1e-9;
+
+/// The joints and where they go.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Motion {
+    joints: usize,
+    /// Of each joint, or of the line alone: the first.
+    profiles: [Profile; JOINTS_MAX],
+    /// Along a line: where it begins and ends.
+    is_line: bool,
+    from: [f64; JOINTS_MAX],
+    to: [f64; JOINTS_MAX],
+    /// Since it was planned.
+    time_s: f64,
+}
+
+impl Motion {
+    /// Joints that stand or move like this; they are not stopped before they are told what to do.
+    pub fn at(positions: &[f64], velocities: &[f64]) -> Motion {
+        let mut motion = Motion { joints: positions.len(), ..Motion::default() };
+        for (i, profile) in motion.profiles[..positions.len()].iter_mut().enumerate() {
+            let velocity = if velocities[i].abs() < REST { 0.0 } else { velocities[i] };
+            *profile = Profile::beginning(State { position: positions[i], velocity, acceleration: 0.0 });
+        }
+        motion
+    }
+
+    /// Where joint `i` is.
+    pub fn state(&self, i: usize) -> State {
+        if !self.is_line {
+            return self.profiles[i].at(self.time_s);
+        }
+        let s = self.profiles[0].at(self.time_s);
+        let way = self.to[i] - self.from[i];
+        let position = if s.position == 1.0 { self.to[i] } else { self.from[i] + way * s.position };
+        State { position, velocity: way * s.velocity, acceleration: way * s.acceleration }
+    }
+
+    /// Lets time pass.
+    pub fn advance(&mut self, span_s: f64) {
+        self.time_s += span_s;
+    }
+
+    /// How long until it ends.
+    pub fn left_s(&self) -> f64 {
+        let count = if self.is_line { 1 } else { self.joints };
+        let most_s = self.profiles[..count].iter().map(Profile::duration_s).fold(0.0, f64::max);
+        (most_s - self.time_s).max(0.0)
+    }
+
+    /// Goes on to `goals`, from where it is. The slices have one element a joint; numbers are finite, limits positive.
+    pub fn go(&mut self, goals: &[f64], limits: &[Limits]) {
+        let states = self.states();
+        let n = self.joints;
+        if self.is_line && self.to[..n] == *goals {
+            let s = self.profiles[0].at(self.time_s);
+            self.begin_line(s, limits);
+        } else if states[..n].iter().all(|state| state.velocity.abs() < REST && state.acceleration.abs() < REST) {
+            self.is_line = true;
+            for i in 0..n {
+                (self.from[i], self.to[i]) = (states[i].position, goals[i]);
+            }
+            self.begin_line(State::default(), limits);
+        } else {
+            self.is_line = false;
+            let fastest = |i: usize| Profile::to(states[i], goals[i], limits[i]).duration_s();
+            let longest_s = (0..n).map(fastest).fold(0.0, f64::max);
+            for i in 0..n {
+                self.profiles[i] = Profile::to_in(states[i], goals[i], limits[i], longest_s);
+            }
+        }
+        self.time_s = 0.0;
+    }
+
+    /// Each joint goes by itself, as `profile` says for its number and state.
+    pub fn each(&mut self, mut profile: impl FnMut(usize, State) -> Profile) {
+        let states = self.states();
+        self.is_line = false;
+        for (i, state) in states[..self.joints].iter().enumerate() {
+            self.profiles[i] = profile(i, *state);
+        }
+        self.time_s = 0.0;
+    }
+
+    /// Comes to rest as soon as the limits of acceleration and jerk allow; on a line it stays there.
+    pub fn stop(&mut self, limits: &[Limits]) {
+        if self.is_line {
+            let s = self.profiles[0].at(self.time_s);
+            // At its end there is nothing to stop, and the end stays exact.
+            if s.position < 1.0 {
+                self.profiles[0] = Profile::stop(s, self.line_limits(limits));
+                self.time_s = 0.0;
+            }
+        } else {
+            self.each(|i, state| Profile::stop(state, limits[i]));
+        }
+    }
+
+    fn states(&self) -> [State; JOINTS_MAX] {
+        std::array::from_fn(|i| if i < self.joints { self.state(i) } else { State::default() })
+    }
+
+    fn begin_line(&mut self, s: State, limits: &[Limits]) {
+        self.profiles[0] = Profile::to(s, 1.0, self.line_limits(limits));
+    }
+
+    /// The limits of the coordinate along the line. Without a way any will do: it is there.
+    fn line_limits(&self, limits: &[Limits]) -> Limits {
+        let mut most = Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };
+        for (i, limit) in limits.iter().enumerate() {
+            let way = (self.to[i] - self.from[i]).abs();
+            if way > 0.0 {
+                most.speed = most.speed.min(limit.speed / way);
+                most.acceleration = most.acceleration.min(limit.acceleration / way);
+                most.jerk = most.jerk.min(limit.jerk / way);
+            }
+        }
+        if most.speed.is_finite() { most } else { Limits { speed: 1e6, acceleration: 1e9, jerk: 1e12 } }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: [Limits; 2] = [Limits { speed: 1.0, acceleration: 2.0, jerk: 20.0 }, Limits { speed: 0.5, acceleration: 4.0, jerk: 10.0 }];
+
+    /// Advances to the end in steps of 1 ms and checks that neither position nor speed jumps; how long it took.
+    fn run(motion: &mut Motion) -> f64 {
+        let mut steps = 0;
+        let mut before: Vec<State> = (0..2).map(|i| motion.state(i)).collect();
+        while motion.left_s() > 0.0 {
+            motion.advance(1e-3);
+            steps += 1;
+            for i in 0..2 {
+                let now = motion.state(i);
+                assert!((now.position - before[i].position).abs() <= 1.01e-3 * LIMITS[i].speed, "joint {i} jumps");
+                assert!((now.velocity - before[i].velocity).abs() <= 1.01e-3 * LIMITS[i].acceleration, "the speed of joint {i} jumps");
+                before[i] = now;
+            }
+        }
+        f64::from(steps) * 1e-3
+    }
+
+    #[test]
+    fn from_rest_the_joints_go_along_a_line() {
+        let mut motion = Motion::at(&[0.0, 1.0], &[0.0, 1e-12]);
+        motion.go(&[1.0, 0.0], &LIMITS);
+        motion.advance(1.0);
+        assert!((motion.state(0).position + motion.state(1).position - 1.0).abs() < 1e-12);
+        run(&mut motion);
+        assert_eq!((motion.state(0).position, motion.state(1).position), (1.0, 0.0));
+    }
+
+    #[test]
+    fn a_new_goal_on_the_way_is_reached_without_a_jump_and_together() {
+        let mut motion = Motion::at(&[0.0, 1.0], &[0.0, 0.0]);
+        motion.go(&[1.0, 0.0], &LIMITS);
+        motion.advance(0.8);
+        motion.go(&[-0.5, 0.2], &LIMITS);
+        assert!((motion.profiles[0].duration_s() - motion.profiles[1].duration_s()).abs() < 0.5);
+        run(&mut motion);
+        assert_eq!((motion.state(0).position, motion.state(1).position), (-0.5, 0.2));
+    }
+
+    #[test]
+    fn a_stop_stays_on_the_line_and_going_on_ends_at_the_goal() {
+        let mut motion = Motion::at(&[0.0, 1.0], &[0.0, 0.0]);
+        motion.go(&[1.0, 0.0], &LIMITS);
+        motion.advance(0.9);
+        motion.stop(&LIMITS);
+        run(&mut motion);
+        let held = motion.state(0);
+        assert!(held.velocity == 0.0 && held.position > 0.1 && held.position < 0.9);
+        assert!((held.position + motion.state(1).position - 1.0).abs() < 1e-12);
+        motion.go(&[1.0, 0.0], &LIMITS);
+        run(&mut motion);
+        assert_eq!((motion.state(0).position, motion.state(1).position), (1.0, 0.0));
+    }
+
+    #[test]
+    fn what_moves_already_goes_on_from_its_speed() {
+        let mut motion = Motion::at(&[0.0, 0.0], &[0.9, -0.3]);
+        motion.stop(&LIMITS);
+        assert_eq!(motion.state(0), State { position: 0.0, velocity: 0.9, acceleration: 0.0 });
+        run(&mut motion);
+        assert!(motion.state(0).position > 0.2 && motion.state(1).position < 0.0);
+    }
+}

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The motion of one coordinate from any state to rest at a goal, within limits of speed, acceleration and jerk.
+//!
+//! A *change of speed* has three phases: jerk, constant acceleration, the opposite jerk; its numbers are a closed form. A motion is
+//! a change from the present speed to a speed v, a stretch at v, and a change from v to rest (Haschke, Weitnauer and Ritter, *On-line
+//! planning of time-optimal, jerk-limited trajectories*, 2008). If stopping at once would end short of the goal, v points to it, else
+//! back. v is the greatest that the limit and the way allow; where no stretch is left it is found by halving an interval, because
+//! the way grows with v there. A motion from rest is the shortest in time; one from a moving state may take longer than the shortest where
+//! it is about to stop before its goal, because it never speeds up again while it brakes.
+//!
+//! The state may be beyond the limits (a lower speed was asked for): then it returns to them at once and stays.
+use crate::profile::Limits;
+
+/// Where a coordinate is, how fast it moves, and how that changes: rad, rad/s, rad/s² (or the same of metres, or of a path).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct State {
+    pub position: f64,
+    pub velocity: f64,
+    pub acceleration: f64,
+}
+
+/// A stretch of constant jerk.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Phase {
+    span_s: f64,
+    jerk: f64,
+}
+
+/// A motion that ends at rest: seven phases. Before its beginning it is at its start.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Profile {
+    start: State,
+    phases: [Phase; 7],
+    end: f64,
+}
+
+/// A change of speed: its phases, and the way that it takes.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    phases: [Phase; 3],
+    way: f64,
+}
+
+/// Halvings of an interval: beyond these a double has no more bits.
+const HALVINGS: usize = 100;
+/// Of a way that has to be made: closer than this is there.
+const NEAR: f64 = 1e-12;
+
+impl Profile {
+    /// No motion yet: the state that one will begin with.
+    pub fn beginning(state: State) -> Profile {
+        // A stretch without jerk that never ends: the state is that of its beginning until a motion is planned.
+        let mut phases = [Phase::default(); 7];
+        phases[0].span_s = f64::MAX;
+        Profile { start: state, phases, end: state.position }
+    }
+
+    /// Stops at once.
+    pub fn stop(state: State, limits: Limits) -> Profile {
+        let change = change(state.velocity, state.acceleration, 0.0, limits);
+        let [a, b, c] = change.phases;
+        Profile { start: state, phases: [a, b, c, Phase::default(), Phase::default(), Phase::default(), Phase::default()], end: state.position + change.way }
+    }
+
+    /// Comes to rest at `goal`. Limits are positive, all numbers finite: the caller has checked.
+    pub fn to(state: State, goal: f64, limits: Limits) -> Profile {
+        match Course::new(state, goal, limits) {
+            None => Profile { end: goal, ..Profile::stop(state, limits) },
+            Some(course) => course.profile(course.fastest()),
+        }
+    }
+
+    /// As [`Profile::to`], in `duration_s` where that is longer than the least: at a lower speed, so that several coordinates arrive
+    /// together. From rest it takes just that long. From a moving state it may take longer, where the time lies between two ways of
+    /// stopping, and one that stops at its goal by itself cannot be made longer.
+    pub fn to_in(state: State, goal: f64, limits: Limits, duration_s: f64) -> Profile {
+        let fastest = Profile::to(state, goal, limits);
+        match Course::new(state, goal, limits) {
+            Some(course) if fastest.duration_s() < duration_s => course.profile(course.speed_for(duration_s)),
+            _ => fastest,
+        }
+    }
+
+    /// How long it takes.
+    pub fn duration_s(&self) -> f64 {
+        self.phases.iter().map(|phase| phase.span_s).sum()
+    }
+
+    /// Where it ends.
+    pub fn end(&self) -> f64 {
+        self.end
+    }
+
+    /// The state at `time_s` after its beginning: exactly at rest at its end from the duration on.
+    pub fn at(&self, time_s: f64) -> State {
+        if time_s >= self.duration_s() {
+            return State { position: self.end, velocity: 0.0, acceleration: 0.0 };
+        }
+        let mut state = self.start;
+        let mut left_s = time_s.max(0.0);
+        for phase in &self.phases {
+            let span_s = left_s.min(phase.span_s);
+            state = after(state, phase.jerk, span_s);
+            left_s -= span_s;
+        }
+        state
+    }
+}
+
+/// A way that stopping at once does not make, seen so that the rest of it is positive.
+struct Course {
+    state: State,
+    goal: f64,
+    limits: Limits,
+    /// 1: the goal is ahead in the positive direction; -1: in the negative.
+    sign: f64,
+    velocity: f64,
+    acceleration: f64,
+    way: f64,
+}
+
+impl Course {
+    /// None where stopping at once ends at the goal.
+    fn new(state: State, goal: f64, limits: Limits) -> Option<Course> {
+        let way = goal - state.position;
+        let rest = way - change(state.velocity, state.acceleration, 0.0, limits).way;
+        if rest.abs() <= NEAR * way.abs().max(state.velocity.abs()).max(NEAR) {
+            return None;
+        }
+        let sign = rest.signum();
+        Some(Course { state, goal, limits, sign, velocity: sign * state.velocity, acceleration: sign * state.acceleration, way: sign * way })
+    }
+
+    /// The way of a motion that comes to this speed and stops from there.
+    fn way_by(&self, speed: f64) -> f64 {
+        change(self.velocity, self.acceleration, speed, self.limits).way + change(speed, 0.0, 0.0, self.limits).way
+    }
+
+    /// The greatest speed from which it can still stop at the goal.
+    fn fastest(&self) -> f64 {
+        let most = self.limits.speed;
+        if self.way_by(most) <= self.way {
+            return most;
+        }
+        // The speed that it has when its acceleration is taken away.
+        let present = (self.velocity + self.acceleration * self.acceleration.abs() / (2.0 * self.limits.jerk)).clamp(0.0, most);
+        let (mut low, mut high) = if self.way_by(present) <= self.way { (present, most) } else { (0.0, present) };
+        for _ in 0..HALVINGS {
+            let middle = low.midpoint(high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            if self.way_by(middle) <= self.way { low = middle } else { high = middle }
+        }
+        low
+    }
+
+    /// The speed with which it takes that long; the fastest is too short.
+    fn speed_for(&self, duration_s: f64) -> f64 {
+        let (mut low, mut high): (f64, f64) = (0.0, self.fastest());
+        for _ in 0..HALVINGS {
+            let middle = low.midpoint(high);
+            if middle <= low || middle >= high {
+                break;
+            }
+            let is_slow = self.way_by(middle) <= self.way && self.profile(middle).duration_s() >= duration_s;
+            if is_slow { low = middle } else { high = middle }
+        }
+        if low > 0.0 { low } else { high }
+    }
+
+    fn profile(&self, speed: f64) -> Profile {
+        let (up, down) = (change(self.velocity, self.acceleration, speed, self.limits), change(speed, 0.0, 0.0, self.limits));
+        let rest = (self.way - up.way - down.way).max(0.0);
+        let cruise = Phase { span_s: if speed > 0.0 { rest / speed } else { 0.0 }, jerk: 0.0 };
+        let [a, b, c] = up.phases;
+        let [d, e, f] = down.phases;
+        let phases = [a, b, c, cruise, d, e, f].map(|phase| Phase { jerk: self.sign * phase.jerk, ..phase });
+        Profile { start: self.state, phases, end: self.goal }
+    }
+}
+
+/// The least time from a speed and acceleration to the speed `to` with acceleration 0. An acceleration beyond the limit is brought
+/// back to it first.
+fn change(velocity: f64, acceleration: f64, to: f64, limits: Limits) -> Change {
+    let (most, jerk) = (limits.acceleration, limits.jerk);
+    // What is left to change when the acceleration is taken away as fast as can be.
+    let left = to - (velocity + acceleration * acceleration.abs() / (2.0 * jerk));
+    let sign = if left < 0.0 { -1.0 } else { 1.0 };
+    let (present, rise) = (sign * acceleration, sign * (to - velocity));
+    // Without a stretch of constant acceleration the peak has jerk * rise = peak² - present² / 2.
+    let free = (jerk * rise + present * present / 2.0).max(0.0).sqrt();
+    let peak = free.min(most);
+    let first_s = (peak - present).abs() / jerk;
+    let gained = first_s * (present + peak) / 2.0 + peak * peak / (2.0 * jerk);
+    let hold_s = if free > most { ((rise - gained) / peak).max(0.0) } else { 0.0 };
+    let first = Phase { span_s: first_s, jerk: sign * jerk * (peak - present).signum() };
+    let phases = [first, Phase { span_s: hold_s, jerk: 0.0 }, Phase { span_s: peak / jerk, jerk: -sign * jerk }];
+    let start = State { position: 0.0, velocity, acceleration };
+    let way = phases.iter().fold(start, |state, phase| after(state, phase.jerk, phase.span_s)).position;
+    Change { phases, way }
+}
+
+/// The state after a time of constant jerk.
+fn after(state: State, jerk: f64, span_s: f64) -> State {
+    let State { position, velocity, acceleration } = state;
+    let t = span_s;
+    State {
+        position: position + t * (velocity + t * (acceleration / 2.0 + t * jerk / 6.0)),
+        velocity: velocity + t * (acceleration + t * jerk / 2.0),
+        acceleration: acceleration + t * jerk,
+    }
+}
+
+#[cfg(test)]
+mod tests;

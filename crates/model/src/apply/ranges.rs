@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Ranges of input parameters and requirements of a verb, for the devices that it is applied to.
+use super::Draft;
+use crate::checked::CheckedInput;
+use crate::definition::Bound;
+use crate::plan::{PlannedBound, PlannedMember, PlannedRange, PlannedRequirement};
+
+impl Draft<'_> {
+    /// The range of an input parameter.
+    pub fn range(&self, input: &CheckedInput) -> Option<PlannedRange> {
+        let (least, most) = input.within.as_ref()?;
+        let counted_from = input.counted_from.as_ref().map(|name| self.svvs_of(name)).unwrap_or_default();
+        Some(PlannedRange { least: self.bound(least), most: self.bound(most), counted_from })
+    }
+
+    fn bound(&self, bound: &Bound) -> PlannedBound {
+        match bound {
+            Bound::Number(number) => PlannedBound::Number(*number),
+            Bound::Member(text) => {
+                let (sign, name) = text.strip_prefix('-').map_or((1.0, text.as_str()), |name| (-1.0, name));
+                let (object, parameter) = name.split_once('.').unwrap_or(("", name));
+                PlannedBound::Parameter { sign, devices: self.devices_of(object), parameter: parameter.to_owned() }
+            }
+        }
+    }
+
+    /// What must be true of each device.
+    pub fn requirements(&self) -> Vec<PlannedRequirement> {
+        let mut planned = Vec::new();
+        for (name, requirement) in &self.checked.requires {
+            let Some((object, member)) = name.split_once('.') else { continue };
+            for device in self.devices_of(object) {
+                let when = requirement.when.as_ref().and_then(|when| when.split_once('.')).and_then(|(_, member)| self.member(&device, member));
+                if let Some(member) = self.member(&device, member) {
+                    let (raises, remedy) = (requirement.raises, requirement.remedy.clone());
+                    planned.push(PlannedRequirement { device, member, when, raises, remedy });
+                }
+            }
+        }
+        planned
+    }
+
+    fn member(&self, device: &str, member: &str) -> Option<PlannedMember> {
+        let found = self.configuration.logical_devices.get(device)?;
+        Some(match found.svvs.get(member) {
+            Some(svv) => PlannedMember::Svv(svv.clone()),
+            None => PlannedMember::Parameter { device: device.to_owned(), parameter: member.to_owned() },
+        })
+    }
+
+    fn devices_of(&self, object: &str) -> Vec<String> {
+        let at = self.checked.objects.get_index_of(object);
+        at.map(|at| self.objects[at].iter().map(|device| (*device).to_owned()).collect()).unwrap_or_default()
+    }
+
+    fn svvs_of(&self, name: &str) -> Vec<String> {
+        let Some((object, member)) = name.split_once('.') else { return Vec::new() };
+        let svv = |device: String| self.configuration.logical_devices.get(&device)?.svvs.get(member).cloned();
+        self.devices_of(object).into_iter().filter_map(svv).collect()
+    }
+}

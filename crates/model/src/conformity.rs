@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What must hold when a verb starts: values within their ranges, and requirements of its devices. The supervisor asks before it
+//! starts anything.
+use crate::configuration::Configuration;
+use crate::definition::{Bound, Verb};
+use crate::flatten::Flat;
+use crate::plan::{Plan, PlannedBound, PlannedInput, PlannedMember, PlannedRange};
+use crate::quantity::number_in;
+use crate::refusal::{Class, Place, Refusal, Refusals};
+use crate::suggest::did_you_mean;
+use crate::types::Type;
+use crate::value::Value;
+use indexmap::IndexMap;
+
+/// The SVVs whose present values [`settle`] and [`unmet`] ask for.
+pub fn asked(plan: &Plan) -> Vec<String> {
+    let mut names: Vec<String> = plan.inputs.iter().filter_map(|input| input.range.as_ref()).flat_map(|range| range.counted_from.iter().cloned()).collect();
+    for requirement in &plan.requirements {
+        let members = [Some(&requirement.member), requirement.when.as_ref()];
+        names.extend(members.into_iter().flatten().filter_map(|member| match member {
+            PlannedMember::Svv(name) => Some(name.clone()),
+            PlannedMember::Parameter { .. } => None,
+        }));
+    }
+    names.sort();
+    names.dedup();
+    names
+}
+
+/// What the devices do not fulfil; empty: it may start. `present` has the values of the SVVs that were asked for.
+pub fn unmet(plan: &Plan, configuration: &Configuration, present: &IndexMap<String, Value>) -> Refusals {
+    let is_true = |member: &PlannedMember| {
+        let value = match member {
+            PlannedMember::Svv(name) => present.get(name),
+            PlannedMember::Parameter { device, parameter } => configuration.logical_devices.get(device).and_then(|d| d.parameters.get(parameter)),
+        };
+        value == Some(&Value::Bool(true))
+    };
+    let failing = plan.requirements.iter().filter(|r| r.when.as_ref().is_none_or(is_true) && !is_true(&r.member));
+    failing
+        .map(|requirement| {
+            let member = match &requirement.member {
+                PlannedMember::Svv(name) => name.clone(),
+                PlannedMember::Parameter { device, parameter } => format!("{device}.{parameter}"),
+            };
+            let message = format!("cannot start '{}': '{member}' is not true", plan.verb);
+            Refusal::new(requirement.raises, message).end(format!("device '{}'", requirement.device), &None).remedy(requirement.remedy.clone())
+        })
+        .collect()
+}
+
+/// The value of an input parameter that has a range, as it is to be stored: one number for an array stands for all its elements, `"30 %"`
+/// is that share of the greatest value of each, quantities have the unit of their device. `None`: it has no range, and is stored as it is.
+///
+/// # Errors
+/// `OutOfRange`: a value is outside; names the device and the range. `ValueRefused`, `UnitMismatch`: it is no number.
+pub fn settle(input: &PlannedInput, value: &Value, configuration: &Configuration, present: &IndexMap<String, Value>) -> Option<Result<Value, Refusals>> {
+    let range = input.range.as_ref()?;
+    let Ok(Type::Array(_, count)) = Type::parse(&input.type_text, &IndexMap::new()) else {
+        return Some(Limits::tightest(range, input, configuration).settle(input, value, None).map_err(|r| vec![r]));
+    };
+    let elements: Vec<&Value> = match value {
+        Value::List(list) if list.len() == count => list.iter().collect(),
+        // Its type refuses it with the right words.
+        Value::List(_) => return None,
+        one => vec![one; count],
+    };
+    let (mut settled, mut refusals) = (Vec::with_capacity(count), Refusals::new());
+    for (at, element) in elements.into_iter().enumerate() {
+        let from = range.counted_from.get(at).and_then(|svv| number(present.get(svv)?));
+        match Limits::of(range, input, configuration, at).settle(input, element, from) {
+            Ok(value) => settled.push(value),
+            Err(refusal) => refusals.push(refusal),
+        }
+    }
+    Some(if refusals.is_empty() { Ok(Value::List(settled)) } else { Err(refusals) })
+}
+
+/// The range of one element.
+struct Limits {
+    least: f64,
+    most: f64,
+    unit: String,
+    /// Device and parameter that it comes from.
+    device: Option<String>,
+    parameters: Vec<String>,
+}
+
+impl Limits {
+    fn of(range: &PlannedRange, input: &PlannedInput, configuration: &Configuration, at: usize) -> Limits {
+        let mut limits = Limits { least: 0.0, most: 0.0, unit: input.unit.clone(), device: None, parameters: Vec::new() };
+        limits.least = limits.bound(&range.least, configuration, at);
+        limits.most = limits.bound(&range.most, configuration, at);
+        limits
+    }
+
+    /// Of one number for several devices: what all of them allow.
+    fn tightest(range: &PlannedRange, input: &PlannedInput, configuration: &Configuration) -> Limits {
+        let count = [&range.least, &range.most].map(|bound| if let PlannedBound::Parameter { devices, .. } = bound { devices.len() } else { 1 });
+        let mut all = (0..count[0].max(count[1])).map(|at| Limits::of(range, input, configuration, at));
+        let first = all.next().unwrap_or_else(|| Limits::of(range, input, configuration, 0));
+        all.fold(first, |tight, limits| {
+            let (least, most) = (tight.least.max(limits.least), tight.most.min(limits.most));
+            if most < tight.most || least > tight.least { Limits { least, most, ..limits } } else { tight }
+        })
+    }
+
+    fn bound(&mut self, bound: &PlannedBound, configuration: &Configuration, at: usize) -> f64 {
+        let (sign, devices, parameter) = match bound {
+            PlannedBound::Number(number) => return *number,
+            PlannedBound::Parameter { sign, devices, parameter } => (sign, devices, parameter),
+        };
+        let found = devices.get(at).or(devices.first()).and_then(|name| Some((name, configuration.logical_devices.get(name)?)));
+        let Some((name, device)) = found else { return f64::NAN };
+        let declared = configuration.device_types.get(&device.device_type).and_then(|of| of.parameters.get(parameter));
+        if let Some(declared) = declared.filter(|declared| !declared.unit.is_empty()) {
+            self.unit = device.unit(&declared.unit);
+        }
+        self.device = Some(name.clone());
+        if !self.parameters.contains(parameter) {
+            self.parameters.push(parameter.clone());
+        }
+        device.parameters.get(parameter).and_then(number).map_or(f64::NAN, |value| sign * value)
+    }
+
+    fn settle(&self, input: &PlannedInput, value: &Value, from: Option<f64>) -> Result<Value, Refusal> {
+        let what = || self.device.as_ref().map_or(format!("'{}'", input.name), |device| format!("'{}' for '{device}'", input.name));
+        let given = match value {
+            Value::Text(text) if text.trim_end().ends_with('%') => number_in(text, "").map(|share| share * self.most),
+            Value::Text(text) => number_in(text, &self.unit),
+            Value::Integer(integer) => Ok(*integer as f64),
+            Value::Number(number) => Ok(*number),
+            _ => Err(Refusal::new(Class::ValueRefused, format!("{value:?} is no number"))),
+        };
+        let given = given.map_err(|refusal| refusal.for_what(&what()))?;
+        let reached = from.unwrap_or(0.0) + given;
+        // A NaN is in no range.
+        if (self.least..=self.most).contains(&reached) {
+            return Ok(Value::Number(given));
+        }
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
+        let whence = if self.parameters.is_empty() { String::new() } else { format!(" ({})", self.parameters.join(" to ")) };
+        let counted = from.map_or(String::new(), |from| format!(" from {}, that is {}{unit},", short(from), short(reached)));
+        let message = format!("{} is {}{unit}{counted} and its range is {} to {}{unit}{whence}", what(), short(given), short(self.least), short(self.most));
+        let mut refusal = Refusal::new(Class::OutOfRange, message).remedy(self.remedy(value, given, from));
+        if let Some(device) = &self.device {
+            refusal = refusal.end(format!("device '{device}'"), &None);
+        }
+        Err(refusal)
+    }
+
+    /// A plain number beyond the range that would be within it as degrees most likely was meant so.
+    fn remedy(&self, value: &Value, given: f64, from: Option<f64>) -> String {
+        let is_plain = matches!(value, Value::Integer(_) | Value::Number(_));
+        let as_degrees = from.unwrap_or(0.0) + given.to_radians();
+        if is_plain && self.unit.contains("rad") && (self.least..=self.most).contains(&as_degrees) {
+            format!("did you mean '{given} {}'?", self.unit.replace("rad", "deg"))
+        } else {
+            "give a value within the range".to_owned()
+        }
+    }
+}
+
+/// A number for people: at most six digits.
+fn short(number: f64) -> String {
+    let digits = 5 - number.abs().max(1e-9).log10().floor().clamp(0.0, 5.0) as usize;
+    let text = format!("{number:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Integer(integer) => Some(*integer as f64),
+        Value::Number(number) => Some(*number),
+        _ => None,
+    }
+}
+
+/// Ranges and requirements name members of objects that there are.
+pub(crate) fn check(flat: &mut Flat<'_>, verb: &Verb) {
+    for (name, input) in &verb.input_parameters {
+        let place = if input.place.is_some() { &input.place } else { &verb.place };
+        let bounds = input.within.iter().flat_map(|(least, most)| [least, most]);
+        for bound in bounds {
+            if let Bound::Member(member) = bound {
+                let what = format!("the range of the input parameter '{name}'");
+                check_member(flat, verb, member.strip_prefix('-').unwrap_or(member), &what, &["parameter"], place);
+            }
+        }
+        if let Some(member) = &input.counted_from {
+            check_member(flat, verb, member, &format!("the input parameter '{name}', counted from"), &["SVV"], place);
+        }
+    }
+    for (name, requirement) in &verb.requires {
+        let place = if requirement.place.is_some() { &requirement.place } else { &verb.place };
+        for member in [Some(name), requirement.when.as_ref()].into_iter().flatten() {
+            check_member(flat, verb, member, "a requirement", &["SVV", "parameter"], place);
+        }
+    }
+}
+
+fn check_member(flat: &mut Flat<'_>, verb: &Verb, name: &str, what: &str, kinds: &[&str], place: &Option<Place>) {
+    let found = name.split_once('.').and_then(|(object, member)| Some((verb.objects.get(object)?, member)));
+    let Some((object, member)) = found else {
+        let remedy = "name a member of an object, for example 'arm.max_speed'";
+        return flat.refuse(Class::UnknownName, format!("{what} names '{name}', which is no member of an object"), place, remedy);
+    };
+    // That the type is there was checked with the objects.
+    let Some(of) = flat.configuration.device_types.get(&object.device_type) else { return };
+    let mut known: Vec<&str> = Vec::new();
+    if kinds.contains(&"SVV") {
+        known.extend(of.svvs.keys().map(String::as_str));
+    }
+    if kinds.contains(&"parameter") {
+        known.extend(of.parameters.keys().map(String::as_str));
+    }
+    if !known.contains(&member) {
+        let message = format!("{what} names '{name}': the device type '{}' has no {} '{member}'", of.name, kinds.join(" or "));
+        flat.refuse(Class::UnknownName, message, place, &did_you_mean(member, known));
+    }
+}

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What is asked before a verb starts: whether its devices fulfil its requirements, whether its values are within their ranges.
+//!
+//! The present values of SVVs are read at a boundary before the start; a change between that and the start is not seen.
+use crate::refuse::refuse;
+use crate::system::System;
+use indexmap::IndexMap;
+use model::configuration::Configuration;
+use model::conformity;
+use model::plan::{InputOrigin, Plan, PlannedInput};
+use model::refusal::{Class, Refusals};
+use model::types::Type;
+use model::value::Value;
+use std::sync::Arc;
+
+/// Whether a value that the PS stores into an SVV is within its range.
+pub(crate) fn within(name: &str, value: &Value, least: f64, most: f64) -> Result<(), Refusals> {
+    let outside = |number: f64| !(least..=most).contains(&number);
+    let is_outside = match value {
+        Value::Number(number) => outside(*number),
+        Value::Integer(integer) => outside(*integer as f64),
+        Value::List(elements) => return elements.iter().try_for_each(|element| within(name, element, least, most)),
+        _ => false,
+    };
+    if !is_outside {
+        return Ok(());
+    }
+    let given = if let Value::Number(number) = value { number.to_string() } else { format!("{value:?}") };
+    Err(refuse(Class::OutOfRange, format!("SVV '{name}' cannot be {given}: its range is {least} to {most}"), "give a value within the range"))
+}
+
+/// The value of an input that a composition has fixed; a share of a range is made a number.
+pub(crate) fn preset(input: &PlannedInput, configuration: &Configuration) -> Result<Option<Value>, Refusals> {
+    let Some(value) = &input.default else { return Ok(None) };
+    conformity::settle(input, value, configuration, &IndexMap::new()).transpose().map(|settled| settled.or_else(|| input.default.clone()))
+}
+
+impl System {
+    /// The values of a start, with shares, quantities and defaults of ranges made numbers; refused where something does not hold.
+    pub(crate) fn settled(
+        &self,
+        plan: &Arc<Plan>,
+        values: &IndexMap<String, Value>,
+        configuration: &Configuration,
+    ) -> Result<IndexMap<String, Value>, Refusals> {
+        let present = self.present(&conformity::asked(plan), configuration)?;
+        let mut refusals = conformity::unmet(plan, configuration, &present);
+        let mut settled = values.clone();
+        for input in plan.inputs.iter().filter(|input| input.origin == InputOrigin::Given) {
+            let Some(value) = values.get(&input.name).or(input.default.as_ref()) else { continue };
+            match conformity::settle(input, value, configuration, &present) {
+                Some(Ok(value)) => drop(settled.insert(input.name.clone(), value)),
+                Some(Err(wrong)) => refusals.extend(wrong),
+                None => {}
+            }
+        }
+        if refusals.is_empty() { Ok(settled) } else { Err(refusals) }
+    }
+
+    /// New values of tunable input parameters, likewise.
+    pub(crate) fn settled_set(
+        &self,
+        plan: &Arc<Plan>,
+        values: &IndexMap<String, Value>,
+        configuration: &Configuration,
+    ) -> Result<IndexMap<String, Value>, Refusals> {
+        let counted: Vec<String> = (plan.inputs.iter().filter(|input| values.contains_key(&input.name)))
+            .filter_map(|input| input.range.as_ref())
+            .flat_map(|range| range.counted_from.iter().cloned())
+            .collect();
+        let present = self.present(&counted, configuration)?;
+        let mut settled = values.clone();
+        let mut refusals = Refusals::new();
+        for input in &plan.inputs {
+            match values.get(&input.name).and_then(|value| conformity::settle(input, value, configuration, &present)) {
+                Some(Ok(value)) => drop(settled.insert(input.name.clone(), value)),
+                Some(Err(wrong)) => refusals.extend(wrong),
+                None => {}
+            }
+        }
+        if refusals.is_empty() { Ok(settled) } else { Err(refusals) }
+    }
+
+    /// The present values of SVVs.
+    fn present(&self, names: &[String], configuration: &Configuration) -> Result<IndexMap<String, Value>, Refusals> {
+        if names.is_empty() {
+            return Ok(IndexMap::new());
+        }
+        let (_, readings) = self.read(names)?;
+        let mut present = IndexMap::new();
+        for (name, (bytes, ..)) in names.iter().zip(readings) {
+            if let Some(svv) = configuration.svvs.get(name) {
+                let of = Type::parse(&svv.type_text, &svv.types).map_err(|refusal| vec![refusal])?;
+                present.insert(name.clone(), of.decode(&bytes));
+            }
+        }
+        Ok(present)
+    }
+}

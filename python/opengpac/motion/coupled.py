@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Coupled motion: gear one axis to another."""
+
+from __future__ import annotations
+
+from .. import library as lib
+from ..commands import activate
+from ..conditions import on
+from ..decorated import verb
+from ..parameters import input
+from ..robots.joints import Joint
+from ..svvs import SVV
+from .parts import PERIOD, brake, limited, share
+from .velocity import Stopped
+
+
+@verb(
+    name="gear",
+    blocks={"generator": lib.block("gear_generator"), "brake": brake()},
+    objects={"arm": Joint},
+    instantiation_parameters={
+        "arm.commanded": ["generator.start", "generator.setpoint", "brake.start", "brake.setpoint"],
+        "arm.commanded_velocity": ["generator.start_velocity", "brake.start_velocity"],
+        "master": "generator.master",
+    },
+    input_parameters={
+        "ratio": input("generator.ratio", tunable=True),
+        "acceleration": share("generator.acceleration", "max_acceleration"),
+        "arm.max_speed": "generator.speed",
+        "arm.max_acceleration": "brake.acceleration",
+        **limited("brake"),
+    },
+    output_values={"position": "brake.setpoint"},
+    command_lists={"start": [activate("generator", every=PERIOD)], "stop": [activate("brake", every=PERIOD)]},
+    initial="start",
+    conditions={"stopped": on("brake.stopped", returns=["position"], during="stop")},
+    transitions={("start", "halted"): "stop", ("start", "time_limit"): "stop"},
+)
+def gear(arm: Joint, master: SVV[float], /, ratio: float = 1.0, acceleration: float | str = "100 %") -> Stopped:
+    """Couples a joint to a position: it moves `ratio` times as fast as `master`, until it is halted or its time limit is over.
+
+    arm: the joint that follows; master: an SVV, for example `arm[0].commanded`; ratio: negative for the other way, may be set while
+    it runs; acceleration: rad/s² (m/s²) at which it comes into gear, or a share of `max_acceleration`. It couples speeds: the
+    positions keep the relation that they have when the joint has come into gear.
+    """
+    ...

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Motions to positions: absolute, and relative to where the joints are commanded to be."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .. import library as lib
+from ..commands import activate
+from ..conditions import on
+from ..decorated import verb
+from ..errors import Terminated
+from ..groups import Group
+from ..parameters import each, input
+from ..reports import Report
+from ..robots.joints import Joint
+from .parts import HOMED, PERIOD, STOP, Values, bound, brake, limited, share
+
+
+class MoveTimeout(Terminated):
+    """A motion did not end within its time limit; the joints have come to rest on the way."""
+
+
+class Moved(Report):
+    """How a motion ended: where the joints are, how far the worst is from its goal, how long it was planned (s)."""
+
+    position: np.ndarray
+    error: float
+    duration: float
+
+
+_RANGE = ("arm.position_min", "arm.position_max")
+
+
+def _to(goal: Any, relative: bool) -> dict[str, Any]:
+    """The mappings of a motion to a goal."""
+    return {
+        "blocks": {
+            "generator": lib.block("motion_generator")(relative=relative),
+            "near": lib.block("in_position"),
+            "brake": brake(),
+        },
+        "objects": {"arm": each(Joint)},
+        "instantiation_parameters": {
+            **bound("generator", "brake", overridden=["generator"]),
+            "arm.goal": ["generator.target", "near.goal"],
+            "arm.sensed": "near.sensed",
+        },
+        "cells": {"complete": ["generator.complete", "near.complete"]},
+        "input_parameters": {
+            "goal": goal,
+            "speed": share("generator.speed", "max_speed"),
+            "acceleration": share("generator.acceleration", "max_acceleration"),
+            "tolerance": "near.tolerance",
+            "arm.max_acceleration": "brake.acceleration",
+            **limited("generator", "brake"),
+        },
+        "output_values": {"position": "near.sensed", "error": "near.error", "duration": "generator.duration"},
+        "command_lists": {
+            "start": [activate("generator", every=PERIOD), activate("near", every=PERIOD)],
+            "stop": STOP,
+            "give_up": STOP,
+        },
+        "initial": "start",
+        "conditions": {
+            "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
+            "stopped": on("brake.stopped", returns=["position"], during="stop"),
+            "timed_out": on("brake.stopped", returns=["position"], raises=MoveTimeout, during="give_up"),
+        },
+        "transitions": {("start", "halted"): "stop", ("start", "time_limit"): "give_up"},
+        "requires": {"arm.homed": HOMED},
+    }
+
+
+@verb(name="move_absolute", **_to(input("generator.goal", within=_RANGE), relative=False))
+def move_absolute(
+    arm: Group[Joint] | Joint,
+    /,
+    goal: Values | dict[str, float | str],
+    speed: Values = "30 %",
+    acceleration: Values = "100 %",
+    tolerance: float = 0.002,
+) -> Moved:
+    """Moves joints to positions, on a straight line from rest, all arriving together.
+
+    goal: rad (m), one for each joint, within its range; speed: rad/s (m/s) or a share of `max_speed`; acceleration: rad/s² or a
+    share of `max_acceleration`; tolerance: rad, how near all joints must be for `arrived`.
+    """
+    ...
+
+
+@verb(name="move_relative", **_to(input("generator.goal", within=_RANGE, counted_from="arm.commanded"), relative=True))
+def move_relative(
+    arm: Group[Joint] | Joint,
+    /,
+    goal: Values,
+    speed: Values = "30 %",
+    acceleration: Values = "100 %",
+    tolerance: float = 0.002,
+) -> Moved:
+    """Moves joints by `goal` from where they are commanded to be when it begins. The rest is as in `move_absolute`."""
+    ...

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Motions at a velocity, and to a stop: move at a velocity, jog, stop."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .. import library as lib
+from ..commands import activate
+from ..conditions import on
+from ..decorated import verb
+from ..errors import Terminated
+from ..groups import Group
+from ..parameters import each, input
+from ..reports import Report
+from ..robots.joints import Joint
+from ..svvs import SVV
+from .parts import PERIOD, STOP, Values, bound, brake, limited, share
+
+
+class LimitReached(Terminated):
+    """A joint that moved at a velocity has come to rest at the end of its range."""
+
+
+class Stopped(Report):
+    """How a motion ended that came to a stop: where the joints are commanded to be."""
+
+    position: np.ndarray
+
+
+def _at(most: str, **more: str) -> dict[str, Any]:
+    """The mappings of a motion at a velocity, up to `most` of each joint; `more` instantiation parameters."""
+    return {
+        "objects": {"arm": each(Joint)},
+        "instantiation_parameters": {**bound("generator", "brake", overridden=["generator"]), **more},
+        "input_parameters": {
+            "velocity": input("generator.velocity", within=(f"-arm.{most}", f"arm.{most}"), tunable=True),
+            "acceleration": share(["generator.acceleration", "brake.acceleration"], "max_acceleration"),
+            **limited("generator", "brake"),
+        },
+        "output_values": {"position": "brake.setpoint"},
+    }
+
+
+@verb(
+    name="move_velocity",
+    **_at("max_speed"),
+    blocks={"generator": lib.block("velocity_generator"), "brake": brake()},
+    command_lists={"start": [activate("generator", every=PERIOD)], "stop": STOP, "limit": STOP},
+    initial="start",
+    conditions={
+        "at_limit": on("generator.at_limit", during="start"),
+        "limit_reached": on("brake.stopped", returns=["position"], raises=LimitReached, during="limit"),
+        "stopped": on("brake.stopped", returns=["position"], during="stop"),
+    },
+    transitions={("start", "halted"): "stop", ("start", "time_limit"): "stop", ("start", "at_limit"): "limit"},
+)
+def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: Values = "100 %") -> Stopped:
+    """Moves joints at a velocity until it is halted or its time limit is over, then stops them; `vi.set(velocity=…)` changes it.
+
+    velocity: rad/s (m/s), one for each joint, within plus and minus `max_speed`, or a share of it; acceleration: rad/s² or a share
+    of `max_acceleration`. A joint at the end of its range has stopped there: `LimitReached`.
+    """
+    ...
+
+
+@verb(
+    name="jog",
+    **_at("jog_speed", heartbeat="watch.beat"),
+    blocks={"generator": lib.block("velocity_generator"), "brake": brake(), "watch": lib.block("heartbeat")},
+    command_lists={"start": [activate("watch", every=PERIOD), activate("generator", every=PERIOD)], "stop": STOP},
+    initial="start",
+    conditions={
+        "released": on("watch.late", during="start"),
+        "stopped": on("brake.stopped", returns=["position"], during="stop"),
+    },
+    transitions={("start", "released"): "stop", ("start", "halted"): "stop", ("start", "time_limit"): "stop"},
+)
+def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acceleration: Values = "50 %") -> Stopped:
+    """Moves joints at a reduced velocity as long as somebody holds the button: as long as `heartbeat` changes.
+
+    heartbeat: an SVV of type int into which a new number is written more often than every 0.25 s; when it is not, the joints stop
+    and the verb ends. velocity: rad/s (m/s), within plus and minus `jog_speed`, may be set while it runs. At the end of its range a
+    joint stands, and can be moved back.
+    """
+    ...
+
+
+@verb(
+    name="stop",
+    blocks={"brake": brake()},
+    objects={"arm": each(Joint)},
+    instantiation_parameters=bound("brake"),
+    input_parameters={"deceleration": share("brake.acceleration", "max_acceleration"), **limited("brake")},
+    output_values={"position": "brake.setpoint"},
+    command_lists={"start": STOP},
+    conditions={"stopped": on("brake.stopped", returns=["position"])},
+)
+def stop(arm: Group[Joint] | Joint, /, deceleration: Values = "100 %") -> Stopped:
+    """Brings joints to rest. deceleration: rad/s² (m/s²), or a share of `max_acceleration`."""
+    ...

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A machine for tests of motion: two axes on a loopback device under the virtual clock, and a watch on how smoothly they are commanded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import opengpac as gpac
+from opengpac.robots import Joint
+
+SPEED, ACCELERATION, JERK = 1.0, 4.0, 80.0
+RANGE = (-2.0, 2.0)
+
+
+def machine(cell: gpac.System, **changes: Any) -> gpac.Group[Joint]:
+    """Two axes, `x` and `y`, enabled; `changes` go to both."""
+    rtp = cell.processor("rtp0")
+    fast = rtp.timer("fast", period="1 ms", priority=80)
+    rtp.timer("slow", period="20 ms", priority=60)
+    plant = rtp.physical_device("plant", gpac.drivers.loopback("x", "y"), exchange=fast)
+    about: dict[str, Any] = {
+        "position_min": RANGE[0], "position_max": RANGE[1], "max_speed": SPEED, "max_acceleration": ACCELERATION, "max_jerk": JERK,
+        "kp": 50.0, "kd": 0.0, "max_following_error": 0.5,
+    }  # fmt: skip
+    joints = [Joint(f"axes.{name}", drive=plant[name], on=fast, **about | changes) for name in ("x", "y")]
+    return gpac.Group("axes", *joints).enable()
+
+
+class Watch:
+    """Lets time pass, and tells how smoothly the joints were commanded at 1 ms since it began: `watch.run(500)`, `watch.smooth()`."""
+
+    def __init__(self, axes: gpac.Group[Joint]) -> None:
+        self.axes = axes
+        self._begun = axes.system.now
+
+    def run(self, steps: int = 20_000, until: Callable[[], Any] = lambda: False) -> Watch:
+        """Lets up to so many ms pass, until something holds, which is looked at every 10 ms."""
+        for _ in range(0, steps, 10):
+            self.axes.system.advance("10 ms")
+            if until():
+                break
+        return self
+
+    def wait(self, instance: gpac.VerbInstance[Any]) -> Any:
+        """Lets time pass until a verb instance has ended, and 100 ms more; its report."""
+        self.run(until=lambda: instance.done)
+        self.run(100)
+        return instance.wait()
+
+    @property
+    def path(self) -> np.ndarray:
+        """Where the joints were commanded to be, every ms: one row a ms, one column a joint."""
+        histories = [joint.reference.history[:] for joint in self.axes]
+        assert all((np.diff(history["number"]) == 1).all() for history in histories), "every invocation of the servo"
+        return np.array([history["value"][history["time"] > self._begun] for history in histories]).T
+
+    def smooth(self, acceleration: float = ACCELERATION) -> np.ndarray:
+        """The speeds at 1 ms, once it is sure that neither position nor speed ever jumped."""
+        speed = np.diff(self.path, axis=0) / 1e-3
+        assert np.abs(speed).max() <= SPEED * (1 + 1e-6), f"{np.abs(speed).max()} rad/s"
+        change = np.abs(np.diff(speed, axis=0)) / 1e-3
+        assert change.max() <= acceleration * (1 + 1e-6), f"{change.max()} rad/s² at {change.max(axis=1).argmax()} ms"
+        return speed
