@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from . import drivers, library
 from ._native import version as _version
 from .blocks import Block, BlockUse, Occurrence, Reference
-from .commands import Command, activate, deactivate, execute, install, ready, wait
+from .commands import Command, Interval, activate, deactivate, execute, install, interval, ready, wait
 from .composition import ComposedVerb, compose, together
 from .conditions import Termination, on
 from .devices import LogicalDevice, parameter, svv
@@ -69,10 +69,10 @@ def __getattr__(name: str) -> ModuleType:
 
 __all__ = [
     "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "CoverError",
-    "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "Graph", "Group", "InUse", "InstallationErrors",
+    "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "Graph", "Group", "InUse", "InstallationErrors", "Interval",
     "InvalidState", "LogicalDevice", "Module", "ModuleError", "NotEnabled", "Occurrence", "Part", "PhysicalDevice",
     "PlacementError", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "Snapshot",
     "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch",
     "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "compose", "deactivate", "deg", "drivers", "each",
-    "execute", "input", "install", "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together", "verb", "wait",
+    "execute", "input", "install", "interval", "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together", "verb", "wait",
 ]  # fmt: skip

@@ -109,8 +109,8 @@ class System:
     def report(self, instance: int) -> str | None: ...
     def state(self, instance: int) -> str: ...
     def delete(self, instance: int) -> None: ...
-    def set(self, instance: int, values_json: str) -> None:
-        """Tunable input parameters of a running instance."""
+    def set(self, instance: int, values_json: str, every_json: str) -> None:
+        """Tunable input parameters of a running instance, and tunable intervals: label -> ns."""
 
     def ended_fd(self) -> int:
         """A descriptor that becomes readable whenever some instance has ended (monotonic clock), for event loops. Drain with os.read(fd, 8)."""

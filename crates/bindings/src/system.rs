@@ -262,9 +262,10 @@ impl System {
         py.detach(|| self.inner.delete(instance)).map_err(refused)
     }
 
-    fn set(&self, py: Python<'_>, instance: u64, values_json: &str) -> PyResult<()> {
+    fn set(&self, py: Python<'_>, instance: u64, values_json: &str, every_json: &str) -> PyResult<()> {
         let values: IndexMap<String, Value> = from_json(values_json)?;
-        py.detach(|| self.inner.set(instance, &values)).map_err(refused)
+        let every: IndexMap<String, u64> = from_json(every_json)?;
+        py.detach(|| self.inner.set(instance, &values, &every)).map_err(refused)
     }
 
     fn ended_fd(&self) -> i32 {

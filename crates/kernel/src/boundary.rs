@@ -83,6 +83,16 @@ impl Kernel {
                 cell.store(bytes);
                 self.stored = true;
             }
+            Op::Append { value, window } => {
+                debug_assert!(window.takes(value));
+                window.append(value);
+                self.stored = true;
+            }
+            Op::Fill { value, window } => {
+                debug_assert!(window.takes(value));
+                window.fill_from(value);
+                self.stored = true;
+            }
             Op::Copy(from, to) => {
                 // SAFETY: both cells are held by the script; this source's own image.
                 unsafe { std::ptr::copy(from.start(), to.start(), from.len().min(to.len())) };
@@ -90,6 +100,7 @@ impl Kernel {
             }
             Op::Reset(block) => block.reset(),
             Op::On(activation, every) => self.switch_on(activation, (*every).max(1)),
+            Op::Tune(activation, every) => self.tune(activation, *every),
             Op::Off(activation) => {
                 // SAFETY: an activation of this source.
                 let state = unsafe { &mut *activation.state() };
@@ -130,17 +141,27 @@ impl Kernel {
         }
     }
 
+    fn tune(&mut self, activation: &Arc<Activation>, every: u32) {
+        // SAFETY: an activation of this source.
+        let state = unsafe { &mut *activation.state() };
+        state.tuned = every;
+        if state.on && every != 0 && state.every != every {
+            state.every = every;
+            state.next = next_multiple(self.firing, every);
+        }
+    }
+
     fn switch_on(&mut self, activation: &Arc<Activation>, every: u32) {
         let slot = self.table.slot(activation);
         // SAFETY: an activation of this source.
         let state = unsafe { &mut *activation.state() };
+        let every = if state.tuned == 0 { every } else { state.tuned };
         if state.on && state.every == every {
             return;
         }
         state.on = true;
         state.every = every;
-        // The first multiple after the last firing; without the division where there is none to do.
-        state.next = if every == 1 { self.firing + 1 } else { (self.firing / u64::from(every) + 1) * u64::from(every) };
+        state.next = next_multiple(self.firing, every);
         let mut headers = slot.into_iter().flat_map(|slot| self.table.steps_of(slot)).filter_map(|step| self.table.header(step)).peekable();
         if let Some(&header) = headers.peek() {
             // SAFETY: the block is in the table, and no step runs.
@@ -158,6 +179,11 @@ impl Kernel {
             }
         }
     }
+}
+
+/// The first multiple after the last firing; without the division where there is none to do.
+fn next_multiple(firing: u64, every: u32) -> u64 {
+    if every == 1 { firing + 1 } else { (firing / u64::from(every) + 1) * u64::from(every) }
 }
 
 /// Room was made when the script was submitted, or, for a reaction, when its process got its stages.

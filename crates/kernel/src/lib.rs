@@ -34,6 +34,7 @@ pub mod table;
 mod thread;
 mod virtual_clock;
 mod watchdog;
+pub mod window;
 
 pub use block::{Block, BlockId};
 pub use clock::ClockKind;
@@ -47,4 +48,5 @@ pub use rights::take_for_supervisor;
 pub use schedule::{Activation, Due, STAMP_LEN};
 pub use script::{Op, Script};
 pub use source::{SourceId, SourceKind, SourceSpec, Statistics};
-pub use table::{Rows, Step, StepKind, Table};
+pub use table::{Append, Rows, Step, StepKind, Table};
+pub use window::Window;

@@ -36,6 +36,8 @@ pub(crate) struct State {
     pub(crate) on: bool,
     pub(crate) due: bool,
     pub(crate) every: u32,
+    /// The interval that was set while it ran; 0: it has the declared one.
+    pub(crate) tuned: u32,
     /// The next firing at which an interval is due.
     pub(crate) next: u64,
     /// Number of the next invocation, or of the present one in a firing in which it is due.

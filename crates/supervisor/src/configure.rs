@@ -14,7 +14,7 @@ use model::plan::CellKind;
 use model::refusal::{Class, Place, Refusals};
 use model::types::Type;
 use model::{CheckedVerb, Composition, check_graph, compose};
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
 /// An SVV as it is asked for: its specification, and the struct types that its type needs.
@@ -329,12 +329,21 @@ impl System {
                     firings: 1,
                     past: Vec::new(),
                     rows: None,
+                    windows: Vec::new(),
+                    stores: VecDeque::new(),
                 },
             );
             Ok(id)
         })?;
-        let svv =
-            Svv { id, type_text: asked.type_text.clone(), unit: asked.unit.clone(), types: request.types.clone(), device: device.map(str::to_owned), place };
+        let svv = Svv {
+            id,
+            type_text: asked.type_text.clone(),
+            unit: asked.unit.clone(),
+            types: request.types.clone(),
+            history: asked.history,
+            device: device.map(str::to_owned),
+            place,
+        };
         definitions.configuration.svvs.insert(name.to_owned(), svv);
         Ok(())
     }

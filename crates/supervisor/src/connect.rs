@@ -230,6 +230,7 @@ pub(crate) fn crossings(plan: &Plan, installed: &Installed) -> Vec<(Pair, Cell, 
         readers.dedup();
         for reader in readers {
             found.push(((from, reader), installed.cells[index][&from].clone(), installed.cells[index][&reader].clone()));
+            found.extend(installed.crossing_windows(index, from, reader).map(|(from_cell, to)| ((from, reader), from_cell, to)));
         }
     }
     found
@@ -274,7 +275,10 @@ impl Core {
     /// Members of the asynchronous group of a pair: (cell of the writer, cell of the reader).
     fn group(&self, writer: SourceId, reader: SourceId) -> Vec<(Cell, Cell)> {
         let svvs = self.svvs.values().filter(|s| s.home == Some(writer) && s.readers.get(&reader).is_some_and(|n| *n > 0));
-        let of_svvs = svvs.filter_map(|s| Some((s.cells.get(&writer)?.clone(), s.cells.get(&reader)?.clone())));
+        let of_svvs = svvs.flat_map(|s| {
+            let value = s.cells.get(&writer).zip(s.cells.get(&reader)).map(|(from, to)| (from.clone(), to.clone()));
+            value.into_iter().chain(s.crossing_windows(writer, reader))
+        });
         let of_instances = self.instances.values().flat_map(|i| &i.crossings).filter(|(pair, _, _)| *pair == (writer, reader));
         of_svvs.chain(of_instances.map(|(_, from, to)| (from.clone(), to.clone()))).collect()
     }

@@ -38,8 +38,11 @@ impl Core {
         let mut pairs: Vec<Pair> = crossings.iter().map(|(pair, _, _)| *pair).collect();
         pairs.extend(self.enter_svvs(id, &plan, &installed));
         self.instances.insert(id, instance(id, name, plan, installed, crossings, owner));
+        let (fills, appending) = self.enter_histories(id);
+        sources.extend(appending);
         let connections = self.reconnect(pairs);
-        let mut movements = vec![Movement::Tables(sources)];
+        let mut movements = if fills.is_empty() { vec![] } else { vec![Movement::Scripts(fills)] };
+        movements.push(Movement::Tables(sources));
         movements.extend(connections);
         self.append_sequence(id, movements);
         Ok(id)
@@ -137,7 +140,7 @@ impl Core {
     /// Tells the SVVs who reads and may write them. The pairs whose connections change.
     fn enter_svvs(&mut self, id: u64, plan: &Plan, installed: &Installed) -> Vec<Pair> {
         let mut pairs = Vec::new();
-        for cell in &plan.cells {
+        for (index, cell) in plan.cells.iter().enumerate() {
             let CellKind::Svv { name, .. } = &cell.kind else { continue };
             let svv = self.svvs.get_mut(name).expect("the plan was made from the SVVs that exist");
             svv.bound += 1;
@@ -149,6 +152,7 @@ impl Core {
                     pairs.push((home, source));
                 }
             }
+            pairs.extend(svv.count_windows(plan, index, &installed.block_source));
             for (block, _) in &cell.writers {
                 let activation = plan.blocks[*block].activation;
                 svv.writers.push(WriterRecord {
@@ -180,7 +184,8 @@ impl Core {
         let Some(instance) = self.instances.remove(&id) else { return };
         let mut pairs: Vec<Pair> = instance.crossings.iter().map(|(pair, _, _)| *pair).collect();
         let mut sources = instance.installed.sources.clone();
-        for cell in &instance.plan.cells {
+        let mut windowed = Vec::new();
+        for (index, cell) in instance.plan.cells.iter().enumerate() {
             let CellKind::Svv { name, .. } = &cell.kind else { continue };
             let Some(svv) = self.svvs.get_mut(name) else { continue };
             svv.bound -= 1;
@@ -192,6 +197,10 @@ impl Core {
                 if let Some(home) = svv.home.filter(|home| *count == 0 && *home != source) {
                     pairs.push((home, source));
                 }
+            }
+            if !svv.windows.is_empty() {
+                windowed.push(name.clone());
+                pairs.extend(svv.discount_windows(&instance.plan, index, &instance.installed.block_source));
             }
         }
         for (source, table) in &mut self.tables {
@@ -205,6 +214,7 @@ impl Core {
                 sources.push(*source);
             }
         }
+        sources.extend(self.renew_appends(&windowed, &[]));
         let mut movements: Vec<Movement> = instance.sequence.into_iter().filter(Movement::is_structural).collect();
         movements.extend(self.reconnect(pairs));
         self.detached(movements, sources);
@@ -260,6 +270,7 @@ fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, svvs: &
         block,
         before: installed.before[index].clone(),
         after: installed.after[index].clone(),
+        appends: Vec::new(),
         activation: installed.activations[planned.activation].clone(),
         process: installed.process.clone(),
         drivers: inner.chain(outer).collect(),
@@ -282,6 +293,8 @@ fn instance(
         installed,
         crossings,
         owner,
+        origin: None,
+        tuned: IndexMap::new(),
         state: State::Created,
         starts: 0,
         generation: 0,

@@ -4,6 +4,7 @@
 use crate::catalog::Catalog;
 use crate::connect::{Delays, HalfQueue, open, queues};
 use crate::core::Core;
+use crate::histories::{Windows, make_windows};
 use crate::refuse::refuse;
 use crate::svvs::lay_side_by_side;
 use kernel::{Activation, Block, BlockId, Cell, Extent, Process, SourceId};
@@ -34,6 +35,8 @@ pub(crate) struct Installed {
     pub after: Vec<Vec<(Cell, Cell)>>,
     /// Cells of ratio inputs: (source, block, item, cell).
     pub delays: Vec<(SourceId, usize, usize, Cell)>,
+    /// Windows that its blocks read.
+    pub windows: Windows,
 }
 
 impl Installed {
@@ -105,12 +108,13 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
     }
     let places = lay_out(&site);
     let cells = make_cells(core, &site, &places);
+    let windows = make_windows(core, plan, &site.block_source, &cells);
     let stamps: Vec<Cell> = (0..plan.activations.len()).map(|i| places.extents[&site.activation_source[i]].cell(places.stamps[i], kernel::STAMP_LEN)).collect();
     let delays = delays(&site, &places);
     let queues = open(queues(core, plan, &site.block_source, &cells, &delays));
     let activations = make_activations(core, &site, &stamps, &queues);
     let mut copies = Copying { before: vec![Vec::new(); plan.blocks.len()], after: vec![Vec::new(); plan.blocks.len()] };
-    let blocks = make_blocks(core, &site, &places, &cells, name, &mut copies);
+    let blocks = make_blocks(core, &site, &places, (&cells, &windows), name, &mut copies);
     let mut sources = site.block_source.clone();
     sources.sort();
     sources.dedup();
@@ -130,6 +134,7 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
         before: copies.before,
         after: copies.after,
         delays,
+        windows,
     };
     Ok((installed, queues))
 }
@@ -299,7 +304,14 @@ struct Copying {
 }
 
 /// The blocks, bound; and the copies around them.
-fn make_blocks(core: &mut Core, site: &Site, places: &Places, cells: &[HashMap<SourceId, Cell>], name: &str, copies: &mut Copying) -> Vec<Arc<Block>> {
+fn make_blocks(
+    core: &mut Core,
+    site: &Site,
+    places: &Places,
+    (cells, windows): (&[HashMap<SourceId, Cell>], &Windows),
+    name: &str,
+    copies: &mut Copying,
+) -> Vec<Arc<Block>> {
     let mut blocks = Vec::with_capacity(site.plan.blocks.len());
     for (index, planned) in site.plan.blocks.iter().enumerate() {
         let source = site.block_source[index];
@@ -312,6 +324,7 @@ fn make_blocks(core: &mut Core, site: &Site, places: &Places, cells: &[HashMap<S
         }
         for bound in &planned.bindings {
             match &bound.binding {
+                Binding::Cell(cell) if bound.history > 0 => block.bind(bound.item, windows[&(*cell, bound.history)][&source].cell()),
                 Binding::Cell(cell) if is_delayed(site, index, bound) => {
                     block.bind(bound.item, &places.own(site, index, bound.item, site.plan.cells[*cell].size))
                 }

@@ -97,6 +97,10 @@ pub(crate) struct Instance {
     pub crossings: Vec<(Pair, Cell, Cell)>,
     /// The logical device that it keeps going.
     pub owner: Option<String>,
+    /// What it was made from.
+    pub origin: Option<crate::retune::Origin>,
+    /// Intervals that were set while it ran, until the next start: label → ns.
+    pub tuned: crate::retune::Intervals,
     pub state: State,
     /// Number of its starts.
     pub starts: u64,

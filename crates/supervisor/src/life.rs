@@ -3,6 +3,7 @@
 use crate::core::{Core, DeviceState};
 use crate::instance::{Instance, Limits, RunningTime, State};
 use crate::refuse::{invalid_state, refuse};
+use crate::retune::Intervals;
 use crate::sequence::{Builder, Carried, Movement};
 use crate::stages::Verbatim;
 use crate::values::Stamped;
@@ -112,8 +113,7 @@ impl Core {
         let now_ns = self.host.now_ns();
         for (_, name, bytes) in stored_svvs(plan, stores) {
             if let Some(record) = self.svvs.get_mut(name) {
-                record.stored = bytes.to_vec();
-                record.stored_ns = now_ns;
+                record.keep(bytes, now_ns);
             }
         }
     }
@@ -210,6 +210,9 @@ impl Core {
         for (target, bytes) in stores {
             self.store_target(&mut builder, instance, target, bytes);
         }
+        for (source, op) in instance.fill_ops().into_iter().chain(instance.tune_ops(None)) {
+            builder.add(source, op);
+        }
         builder.barrier();
         if instance.owner.is_some() && !self.logical[instance.owner.as_ref().expect("checked")].copies.is_empty() {
             self.open_device(&mut builder, instance, &of);
@@ -279,12 +282,15 @@ impl Core {
 
     fn store_cell(&self, builder: &mut Builder, instance: &Instance, cell: usize, bytes: &[u8]) {
         if let CellKind::Svv { name, .. } = &instance.plan.cells[cell].kind {
-            for (source, at) in &self.svvs[name].cells {
-                builder.add(*source, Op::Store(at.clone(), bytes.into()));
+            for (source, op) in self.svvs[name].store_ops(bytes) {
+                builder.add(source, op);
             }
         } else {
             for (source, at) in &instance.installed.cells[cell] {
                 builder.add(*source, Op::Store(at.clone(), bytes.into()));
+            }
+            for (source, op) in instance.append_ops(cell) {
+                builder.add(source, op);
             }
         }
     }
@@ -301,12 +307,11 @@ impl Core {
         Ok(())
     }
 
-    /// New values of tunable input parameters of a running instance, as one publication between two firings.
-    pub fn set(&mut self, id: u64, values: &IndexMap<String, Value>) -> Result<(), Refusals> {
+    /// New values of tunable input parameters of a running instance, as one publication between two firings; with new intervals, and the
+    /// plan that has them.
+    pub fn set(&mut self, id: u64, values: &IndexMap<String, Value>, tuned: Option<(Intervals, &Plan)>) -> Result<(), Refusals> {
         let instance = self.instance(id)?;
-        if !matches!(instance.state, State::Running | State::Suspended) || instance.ending.is_some() {
-            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "set a parameter of", "give the value at the next start"));
-        }
+        instance.check_settable()?;
         let mut refusals = Vec::new();
         let mut stores = Vec::new();
         for (name, value) in values {
@@ -329,6 +334,9 @@ impl Core {
         let mut builder = Builder::default();
         for (target, bytes) in &stores {
             self.store_target(&mut builder, instance, target, bytes);
+        }
+        if let Some((tuned, plan)) = tuned {
+            self.tune_intervals(id, tuned, plan, &mut builder);
         }
         self.append_sequence(id, builder.finish());
         Ok(())
@@ -359,7 +367,7 @@ fn stored_svvs<'a>(plan: &'a Plan, stores: &'a [(Target, Vec<u8>)]) -> impl Iter
 
 /// The most firings from one invocation to the next that any interval of the verb asks for; of one that other instances drive,
 /// what a slow one would.
-fn slowest(plan: &Plan) -> usize {
+pub(crate) fn slowest(plan: &Plan) -> usize {
     let driven = plan.activations.iter().any(|a| matches!(a.due, model::plan::Due::Queued { .. }));
     let active = plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.active);
     active.map(|(_, every)| *every as usize).max().unwrap_or(1).max(if driven { DRIVEN_FIRINGS } else { 1 })

@@ -108,7 +108,8 @@ impl System {
 
     /// Starts a verb instance.
     pub fn start(&self, instance: u64, values: &IndexMap<String, Value>, limits: crate::instance::Limits) -> Result<(), Refusals> {
-        let definitions = self.shared.definitions();
+        let mut definitions = self.shared.definitions();
+        self.untune(&mut definitions, instance)?;
         self.shared.command(|core| core.start(instance, values, limits, &definitions.configuration))
     }
 
@@ -126,11 +127,6 @@ impl System {
     /// Begins a halt: τ on `halted`, or the end. See [`System::wait`] for when it is over.
     pub fn halt(&self, instance: u64) -> Result<(), Refusals> {
         self.shared.command(|core| core.halt(instance))
-    }
-
-    /// New values of tunable input parameters.
-    pub fn set(&self, instance: u64, values: &IndexMap<String, Value>) -> Result<(), Refusals> {
-        self.shared.command(|core| core.set(instance, values))
     }
 
     /// The end report of the latest start, waiting at most `slice` of real time. `until_ns`: when to give up, on the system's clock.

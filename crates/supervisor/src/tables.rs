@@ -2,7 +2,7 @@
 //! What each source runs, as the supervisor keeps it, and the tables made from that.
 use crate::core::Core;
 use crate::sequence::Inlet;
-use kernel::{Activation, Block, BlockId, Cell, Device, Inbound, Op, Outbound, Process, SourceId, Step, StepKind, Table};
+use kernel::{Activation, Append, Block, BlockId, Cell, Device, Inbound, Op, Outbound, Process, SourceId, Step, StepKind, Table};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -14,6 +14,8 @@ pub(crate) struct StepRecord {
     /// Copies before and behind the invocation: gathers; scatters.
     pub before: Vec<(Cell, Cell)>,
     pub after: Vec<(Cell, Cell)>,
+    /// Windows that what it stores is appended to.
+    pub appends: Vec<Append>,
     pub activation: Arc<Activation>,
     pub process: Arc<Process>,
     /// Blocks of the same source that it takes values from synchronously.
@@ -61,6 +63,9 @@ impl SourceTable {
             steps.push(step(StepKind::Block(record.block.clone()), drivers));
             if !record.after.is_empty() {
                 steps.push(step(StepKind::Copy(record.after.clone()), vec![block_index]));
+            }
+            if !record.appends.is_empty() {
+                steps.push(step(StepKind::Append(record.appends.clone()), vec![block_index]));
             }
         }
         let outbound = self.outlets.iter().map(|o| o.outbound.clone()).collect();
