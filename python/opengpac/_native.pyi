@@ -41,6 +41,9 @@ class System:
         """kind: "timer", "trigger" or "software"."""
 
     def request(self, source: str) -> None: ...
+    def raise_source(self, device: str, channel: str, source: str, place_json: str) -> None:
+        """Each time the channel goes from zero to something else, the trigger or software source is requested."""
+
     def physical_device(self, processor: str, name: str, kind: str, options_json: str, source: str, place_json: str) -> str:
         """Opens a driver ("mujoco", "loopback", …). Returns {"channels": [{name, write, type_text, unit}], "parts": [driver's own description]}."""
 

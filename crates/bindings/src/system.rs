@@ -118,6 +118,12 @@ impl System {
         self.inner.request(source).map_err(refused)
     }
 
+    #[pyo3(name = "raise_source")]
+    fn raise(&self, py: Python<'_>, device: &str, channel: &str, source: &str, place_json: &str) -> PyResult<()> {
+        let place: Option<Place> = from_json(place_json)?;
+        py.detach(|| self.inner.raise(device, channel, source, place)).map_err(refused)
+    }
+
     fn physical_device(&self, py: Python<'_>, processor: &str, name: &str, kind: &str, options_json: &str, source: &str, place_json: &str) -> PyResult<String> {
         let options: serde_json::Value = from_json(options_json)?;
         let place: Option<Place> = from_json(place_json)?;

@@ -40,6 +40,8 @@ impl Kernel {
                         break;
                     }
                 }
+                // SAFETY: an activation of this source.
+                Op::Follow { activation, due, had } => unsafe { activation.swap(due, had) },
                 op => self.apply(op, now_ns, &mut captured),
             }
         }
@@ -78,7 +80,7 @@ impl Kernel {
     /// One operation, of a script or a reaction.
     pub(crate) fn apply(&mut self, op: &Op, now_ns: i64, captured: &mut Vec<u8>) {
         match op {
-            Op::Table(_) => unreachable!("a script's table is swapped by `carry_out`, and a process refuses reactions that swap"),
+            Op::Table(_) | Op::Follow { .. } => unreachable!("`carry_out` swaps what a script brings, and a process refuses reactions that swap"),
             Op::Store(cell, bytes) => {
                 cell.store(bytes);
                 self.stored = true;
@@ -172,7 +174,8 @@ impl Kernel {
             // SAFETY: as above.
             unsafe { (*header).activated = (*header).number };
         }
-        if let Due::Queued { members, .. } = activation.due() {
+        // SAFETY: an activation of this source.
+        if let Due::Queued { members, .. } = unsafe { activation.due() } {
             for ((inbound, member), had) in members.iter().zip(state.had.iter_mut()) {
                 // SAFETY: a connection to this source.
                 *had = unsafe { inbound.skip(*member) };

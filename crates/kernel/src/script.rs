@@ -24,6 +24,8 @@ pub enum Op {
     /// Switches an activation on, due at firings that are multiples of `every` (1 for a driven one). Nothing where it is on
     /// with the same `every` already: instance, state and phase stay.
     On(Arc<Activation>, u32),
+    /// Lets it be driven by others; made by [`Activation::follow`]. What drove it goes back with the acknowledgement. Not in a reaction.
+    Follow { activation: Arc<Activation>, due: Box<crate::Due>, had: Box<[u64]> },
     /// From now on its interval is `every` firings, whatever `On` says, and at once where it is on: next due at the first multiple after
     /// the last firing, so that no invocation is lost or doubled. 0: as `On` says, from the next on.
     Tune(Arc<Activation>, u32),

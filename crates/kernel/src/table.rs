@@ -4,7 +4,7 @@ use crate::memory::{Span, spans};
 use crate::process::{RunningTime, TimeState};
 use crate::source::Source;
 use crate::window::Window;
-use crate::{Activation, Block, Cell, Device, Inbound, Outbound, Process, SourceId};
+use crate::{Activation, Block, Cell, Device, Edge, Inbound, Outbound, Process, SourceId};
 use opengpac::abi::{Header, Invocation, Run};
 use std::collections::HashMap;
 use std::ffi::c_void;
@@ -91,6 +91,9 @@ pub struct Table {
     /// For each outbound connection: whom it raises; filled in when the table is submitted.
     pub(crate) wakes: Vec<Option<Arc<Source>>>,
     pub(crate) devices: Vec<Arc<Device>>,
+    pub(crate) edges: Vec<Arc<Edge>>,
+    /// Whom each edge raises; filled in when the table is submitted.
+    pub(crate) edge_sources: Vec<Option<Arc<Source>>>,
     pub(crate) rows: Option<(Vec<Span>, Rows)>,
     /// The greatest budget declared, and whether some activation declares none.
     pub(crate) budget_ns: (u64, bool),
@@ -194,6 +197,14 @@ impl Table {
         Table { activations, inbound, outbound, devices, ..table }
     }
 
+    /// The same with channels of its devices that raise sources.
+    #[must_use]
+    pub fn with_edges(mut self, edges: Vec<Arc<Edge>>) -> Table {
+        self.edge_sources = edges.iter().map(|_| None).collect();
+        self.edges = edges;
+        self
+    }
+
     /// A table without anything.
     pub(crate) fn empty() -> Table {
         Table {
@@ -216,6 +227,8 @@ impl Table {
             writers: Vec::new(),
             wakes: Vec::new(),
             devices: Vec::new(),
+            edges: Vec::new(),
+            edge_sources: Vec::new(),
             rows: None,
             budget_ns: (0, true),
             _copies: Vec::new(),
@@ -287,6 +300,9 @@ impl Table {
         for (wake, outbound) in self.wakes.iter_mut().zip(&self.outbound) {
             *wake = outbound.wake.and_then(|wake| sources.get(wake.0 as usize).cloned());
         }
+        for (raised, edge) in self.edge_sources.iter_mut().zip(&self.edges) {
+            *raised = sources.get(edge.raises.0 as usize).cloned();
+        }
     }
 
     /// The step whose block stores to `cell`: the last one.
@@ -308,7 +324,7 @@ const CANDIDATES_A_STEP: usize = 4;
 fn in_driving_order(steps: &[Step]) -> Vec<Arc<Activation>> {
     fn visit(activation: &Arc<Activation>, seen: &mut HashMap<*const Activation, ()>, order: &mut Vec<Arc<Activation>>) {
         if seen.insert(Arc::as_ptr(activation), ()).is_none() {
-            activation.drivers().iter().for_each(|(driver, _)| visit(driver, seen, order));
+            activation.planned_drivers().iter().for_each(|(driver, _)| visit(driver, seen, order));
             order.push(activation.clone());
         }
     }

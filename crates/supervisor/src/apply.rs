@@ -79,6 +79,14 @@ impl System {
             Ok((id, instance.name.clone()))
         })?;
         enter_writers(definitions, &plan, &name);
+        if let Err(refusals) = self.followers_hold(definitions, id) {
+            leave_writers(definitions, &plan, &name);
+            self.shared.command(|core| {
+                core.remove(id);
+                Ok(())
+            })?;
+            return Err(refusals.into_iter().map(|refusal| refusal.at(&application.place)).collect());
+        }
         Ok(id)
     }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Making and deleting verb instances: a plan becomes memory and steps; deleting leaves nothing of them.
 use crate::catalog::Catalog;
-use crate::connect::{Pair, crossings, enter_queues};
+use crate::connect::{Pair, crossings, enter_queues, mode_of};
 use crate::core::Core;
+use crate::follow::{Drivers, step_drivers};
 use crate::install::{Installed, install};
 use crate::instance::{Instance, Limits, RunningTime, State};
 use crate::refuse::{invalid_state, refuse};
@@ -12,6 +13,7 @@ use crate::svvs::WriterRecord;
 use crate::tables::StepRecord;
 use indexmap::IndexMap;
 use kernel::{BlockId, SourceId};
+use model::interface::Mode;
 use model::order;
 use model::plan::{CellKind, Plan};
 use model::refusal::{Class, Refusals};
@@ -37,7 +39,8 @@ impl Core {
         let crossings = crossings(&plan, &installed);
         let mut pairs: Vec<Pair> = crossings.iter().map(|(pair, _, _)| *pair).collect();
         pairs.extend(self.enter_svvs(id, &plan, &installed));
-        self.instances.insert(id, instance(id, name, plan, installed, crossings, owner));
+        let followed = self.followed(&plan);
+        self.instances.insert(id, Instance { followed, ..instance(id, name, plan, installed, crossings, owner) });
         let (fills, appending) = self.enter_histories(id);
         sources.extend(appending);
         let connections = self.reconnect(pairs);
@@ -98,27 +101,29 @@ impl Core {
             for (writer, (reader, item)) in writers.flat_map(|w| cell.readers.iter().map(move |r| (w, r))) {
                 if installed.block_source[*reader] == source {
                     let edge = (writer.block, installed.blocks[*reader].id());
-                    match crate::connect::mode_of(plan, *reader, *item) {
-                        model::interface::Mode::Asynchronous => soft.push(edge),
+                    match mode_of(plan, *reader, *item) {
+                        Mode::Asynchronous => soft.push(edge),
                         _ => hard.push(edge),
                     }
                 }
             }
             for (writer, _) in cell.writers.iter().filter(|(b, _)| installed.block_source[*b] == source) {
-                soft.extend(self.readers_of(name, source).into_iter().map(|reader| (installed.blocks[*writer].id(), reader)));
+                let writer = installed.blocks[*writer].id();
+                for (reader, follows) in self.readers_of(name, source) {
+                    if follows { hard.push((writer, reader)) } else { soft.push((writer, reader)) }
+                }
             }
         }
         (hard, soft)
     }
 
-    /// Installed blocks of a source that read an SVV.
-    fn readers_of(&self, svv: &str, source: SourceId) -> Vec<BlockId> {
+    /// Installed blocks of a source that read an SVV, and whether synchronously.
+    fn readers_of(&self, svv: &str, source: SourceId) -> Vec<(BlockId, bool)> {
         let mut found = Vec::new();
         for instance in self.instances.values().filter(|i| i.installed.sources.contains(&source)) {
             for cell in instance.plan.cells.iter().filter(|c| matches!(&c.kind, CellKind::Svv { name, .. } if name == svv)) {
-                found.extend(
-                    cell.readers.iter().filter(|(b, _)| instance.installed.block_source[*b] == source).map(|(b, _)| instance.installed.blocks[*b].id()),
-                );
+                let here = cell.readers.iter().filter(|(block, _)| instance.installed.block_source[*block] == source);
+                found.extend(here.map(|(block, item)| (instance.installed.blocks[*block].id(), mode_of(&instance.plan, *block, *item) == Mode::Synchronous)));
             }
         }
         found
@@ -131,7 +136,7 @@ impl Core {
             let mut steps: HashMap<BlockId, StepRecord> = table.steps.drain(..).map(|s| (s.id, s)).collect();
             for index in (0..plan.blocks.len()).filter(|b| installed.block_source[*b] == source) {
                 let block = installed.blocks[index].clone();
-                steps.insert(block.id(), step(id, plan, installed, index, &self.svvs));
+                steps.insert(block.id(), step(id, plan, installed, index, (&self.svvs, &self.claims)));
             }
             table.steps = order.iter().filter_map(|id| steps.remove(id)).collect();
         }
@@ -153,13 +158,14 @@ impl Core {
                 }
             }
             pairs.extend(svv.count_windows(plan, index, &installed.block_source));
-            for (block, _) in &cell.writers {
+            for (block, item) in &cell.writers {
                 let activation = plan.blocks[*block].activation;
                 svv.writers.push(WriterRecord {
                     instance: id,
                     source: installed.block_source[*block],
                     activation: installed.activations[activation].clone(),
                     block: installed.blocks[*block].id(),
+                    ratio: if let Mode::Ratio(n) = mode_of(plan, *block, *item) { n } else { 1 },
                 });
             }
         }
@@ -225,6 +231,11 @@ impl Core {
         for movement in movements {
             match movement {
                 Movement::Tables(writers) => sources.extend(writers),
+                Movement::Follow { sources, follows } => {
+                    for (source, ops) in self.follow_ops(sources, follows) {
+                        self.submit(source, ops, crate::core::Purpose::Nothing);
+                    }
+                }
                 Movement::Inbound(inlets) => {
                     for inlet in inlets {
                         sources.push(inlet.reader);
@@ -258,12 +269,9 @@ fn check_waits(plan: &Plan, installed: &Installed) -> Result<(), Refusals> {
 }
 
 /// The step of one planned block.
-fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, svvs: &indexmap::IndexMap<String, crate::svvs::SvvRecord>) -> StepRecord {
+fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, drivers: Drivers) -> StepRecord {
     let planned = &plan.blocks[index];
     let block = installed.blocks[index].clone();
-    let source = installed.block_source[index];
-    let inner = planned.drivers.iter().map(|b| installed.blocks[*b].id());
-    let outer = planned.external_drivers.iter().filter_map(|(_, svv)| svvs.get(svv)?.writers.iter().find(|w| w.source == source).map(|w| w.block));
     StepRecord {
         instance,
         id: block.id(),
@@ -273,7 +281,7 @@ fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, svvs: &
         appends: Vec::new(),
         activation: installed.activations[planned.activation].clone(),
         process: installed.process.clone(),
-        drivers: inner.chain(outer).collect(),
+        drivers: step_drivers(plan, installed, index, drivers),
     }
 }
 
@@ -295,6 +303,7 @@ fn instance(
         owner,
         origin: None,
         tuned: IndexMap::new(),
+        followed: IndexMap::new(),
         state: State::Created,
         starts: 0,
         generation: 0,

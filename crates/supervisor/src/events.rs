@@ -230,7 +230,7 @@ impl Core {
         let deadlines = |i: &Instance| {
             let limit = i.limits.time_limit_ns.and_then(|t| i.running.clock_at(t));
             let wait = i.wait_until_ns.filter(|_| !i.is_under_way()).and_then(|t| i.running.clock_at(t));
-            [limit, wait].into_iter().flatten().min()
+            [limit, wait, self.age_deadline(i)].into_iter().flatten().min()
         };
         self.instances.values().filter(|i| i.state == State::Running && i.ending.is_none()).filter_map(deadlines).min()
     }
@@ -249,6 +249,7 @@ impl Core {
             }
         }
         self.serve_overrun_limits();
+        self.serve_ages(now_ns);
     }
 
     /// A wait for a time is over: the next stage, unless a kernel was faster.

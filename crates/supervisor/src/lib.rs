@@ -4,6 +4,7 @@
 //! A call of the PS takes the [`System`]'s lock, plans or commands, and hands scripts to the kernels; what kernels tell is taken
 //! by the supervisor's thread (under the virtual clock: by whoever advances time). Nothing here is on a real-time path: a
 //! transition that lies in one source is a reaction, prepared here when the instance is made and carried out by its kernel.
+mod ages;
 mod apply;
 mod catalog;
 mod configure;
@@ -15,6 +16,7 @@ mod download;
 mod end;
 mod events;
 mod faces;
+mod follow;
 mod histories;
 mod install;
 mod instance;

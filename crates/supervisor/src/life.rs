@@ -31,6 +31,7 @@ impl Core {
         self.refuse_emergency("start", &instance.name)?;
         self.check_enabled(instance)?;
         self.check_sources(instance)?;
+        self.check_age(instance, limits.age_max_ns)?;
         let stores = psi(&instance.plan, values, configuration)?;
         let (plan, name) = (instance.plan.clone(), instance.name.clone());
         self.check_stores(id, &plan, &stores)?;
@@ -180,6 +181,7 @@ impl Core {
             movements.extend([Movement::Carry(carried.clone()), Movement::Arrive(carried)]);
         }
         movements.extend(self.reconnect(pairs));
+        movements.extend(self.turn_followers(id));
         if !rows.is_empty() {
             movements.push(Movement::Tables(rows));
         }

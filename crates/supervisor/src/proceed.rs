@@ -45,6 +45,10 @@ impl Core {
         match movement {
             Movement::Scripts(scripts) => self.send(id, scripts),
             Movement::Tables(sources) => self.swap_tables(id, sources),
+            Movement::Follow { sources, follows } => {
+                let scripts = self.follow_ops(sources, follows);
+                self.send(id, scripts);
+            }
             Movement::Inbound(inlets) => self.turn_to(id, inlets),
             Movement::Carry(carried) => self.carry(id, &carried),
             Movement::Arrive(carried) => self.arrive(id, &carried),

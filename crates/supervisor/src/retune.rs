@@ -98,29 +98,51 @@ impl System {
         Ok((tuned, self.rates_hold(definitions, party).map_err(named)?))
     }
 
+    /// A new instance writes SVVs that others follow: their rates have to hold with it.
+    pub(crate) fn followers_hold(&self, definitions: &mut Definitions, instance: u64) -> Result<(), Refusals> {
+        let (name, written) = {
+            let core = self.shared.locked();
+            let instance = core.instance(instance)?;
+            (instance.name.clone(), core.shared_svvs(&instance.plan))
+        };
+        if written.is_empty() {
+            return Ok(());
+        }
+        let before = definitions.configuration.writers.clone();
+        let about = format!("'{name}' would drive others");
+        let held = self.follow_rates(definitions, instance, written);
+        held.map_err(|refusals| {
+            definitions.configuration.writers = before;
+            refusals.into_iter().map(|refusal| refusal.for_what(&about)).collect()
+        })
+    }
+
     /// Checks the rates of an instance and of all that follow it; where they hold, later applications see them.
     fn rates_hold(&self, definitions: &mut Definitions, party: Party) -> Result<Plan, Refusals> {
-        let others: Vec<Party> = self.shared.locked().instances.values().filter(|i| i.id != party.id).filter_map(Party::of).collect();
         let before = definitions.configuration.writers.clone();
         let plan = party.retuned(definitions)?;
-        let mut changed = enter_rates(definitions, &party.name, &plan);
-        let mut seen = vec![party.id];
+        let changed = enter_rates(definitions, &party.name, &plan);
+        self.follow_rates(definitions, party.id, changed).inspect_err(|_| definitions.configuration.writers = before)?;
+        Ok(plan)
+    }
+
+    /// Checks the rates of all that follow these SVVs, and of all that follow those.
+    fn follow_rates(&self, definitions: &mut Definitions, instance: u64, mut changed: Vec<String>) -> Result<(), Refusals> {
+        let others: Vec<Party> = self.shared.locked().instances.values().filter(|i| i.id != instance && !i.followed.is_empty()).filter_map(Party::of).collect();
+        let mut seen = vec![instance];
         while !changed.is_empty() {
             let mut next = Vec::new();
-            for other in others.iter().filter(|other| other.follows(&changed) && !seen.contains(&other.id)).collect::<Vec<_>>() {
-                seen.push(other.id);
-                match other.retuned(definitions) {
-                    Ok(plan) => next.extend(enter_rates(definitions, &other.name, &plan)),
-                    Err(refusals) => {
-                        definitions.configuration.writers = before;
-                        let about = format!("'{}' follows it", other.name);
-                        return Err(refusals.into_iter().map(|refusal| refusal.for_what(&about)).collect());
-                    }
+            for other in &others {
+                if other.follows(&changed) && !seen.contains(&other.id) {
+                    seen.push(other.id);
+                    let about = format!("'{}' follows it", other.name);
+                    let plan = other.retuned(definitions).map_err(|refusals| refusals.into_iter().map(|r| r.for_what(&about)).collect::<Refusals>())?;
+                    next.extend(enter_rates(definitions, &other.name, &plan));
                 }
             }
             changed = next;
         }
-        Ok(plan)
+        Ok(())
     }
 }
 

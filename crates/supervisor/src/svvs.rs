@@ -51,6 +51,8 @@ pub(crate) struct WriterRecord {
     pub source: SourceId,
     pub activation: Arc<Activation>,
     pub block: kernel::BlockId,
+    /// n of a ratio output n, else 1.
+    pub ratio: u32,
 }
 
 impl SvvRecord {
