@@ -170,7 +170,7 @@ fn running_time_stands_still_while_suspended() {
         ));
         let id = rig.instance("v", &["*@rtp0.fast"]);
         let start = rig.system.now_ns();
-        rig.try_start(id, json!({}), Limits { time_limit_ns: Some(12 * MS), overruns: None }).unwrap();
+        rig.try_start(id, json!({}), Limits { time_limit_ns: Some(12 * MS), overruns: None, ..Limits::default() }).unwrap();
         rig.advance(3);
         rig.system.suspend(id).unwrap();
         rig.advance(50);
@@ -198,7 +198,7 @@ fn a_time_limit_ends_it_or_leads_on() {
         rig.define(of);
         for (verb, condition, list) in [("v", "time_limit", "start"), ("w", "completed", "late")] {
             let id = rig.instance(verb, &["a=a", "*@rtp0.fast"]);
-            rig.try_start(id, json!({}), Limits { time_limit_ns: Some(5 * MS), overruns: None }).unwrap();
+            rig.try_start(id, json!({}), Limits { time_limit_ns: Some(5 * MS), overruns: None, ..Limits::default() }).unwrap();
             let report = rig.wait(id);
             assert_eq!((report.condition.as_str(), report.command_list.as_str()), (condition, list));
             assert_eq!(rig.read("a"), 5.0);
