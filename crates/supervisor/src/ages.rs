@@ -30,7 +30,8 @@ impl Core {
         let limited = self.instances.values().filter(|i| i.state == State::Running && i.ending.is_none() && i.limits.age_max_ns.is_some());
         let over: Vec<(u64, Aging)> = limited.filter_map(|i| Some((i.id, self.aging(i).find(|aging| aging.over_ns <= now_ns)?))).collect();
         for (id, Aging { condition, pair: (writer, reader), .. }) in over {
-            let limit_s = self.instances[&id].limits.age_max_ns.take().unwrap_or_default() as f64 * 1e-9;
+            let limit_ns = self.instances.get_mut(&id).and_then(|instance| instance.limits.age_max_ns.take());
+            let limit_s = limit_ns.unwrap_or_default() as f64 * 1e-9;
             let (writer, reader) = (self.source_name(writer), self.source_name(reader));
             let message = match condition {
                 "late" => format!("a ratio value from '{writer}' to '{reader}' is absent for more than {limit_s} s"),

@@ -2,7 +2,7 @@
 //! Tunable intervals: changed while a verb runs, at a period boundary, after the model has found that all rates still hold: those
 //! within the instance, those of what it reads, and those of every instance that reads what it writes.
 use crate::core::Core;
-use crate::instance::Instance;
+use crate::instance::{Instance, State};
 use crate::refuse::invalid_state;
 use crate::sequence::{Builder, Movement};
 use crate::system::{Definitions, System};
@@ -164,7 +164,6 @@ fn enter_rates(definitions: &mut Definitions, instance: &str, plan: &Plan) -> Ve
 impl Instance {
     /// Refuses where its parameters cannot be set now.
     pub fn check_settable(&self) -> Result<(), Refusals> {
-        use crate::instance::State;
         if matches!(self.state, State::Running | State::Suspended) && self.ending.is_none() {
             return Ok(());
         }
