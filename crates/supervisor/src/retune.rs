@@ -103,7 +103,9 @@ impl System {
         let (name, written) = {
             let core = self.shared.locked();
             let instance = core.instance(instance)?;
-            (instance.name.clone(), core.shared_svvs(&instance.plan))
+            let mut written = core.shared_svvs(&instance.plan);
+            written.retain(|svv| core.instances.values().any(|other| other.followed.contains_key(svv)));
+            (instance.name.clone(), written)
         };
         if written.is_empty() {
             return Ok(());

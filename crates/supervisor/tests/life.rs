@@ -96,7 +96,7 @@ fn a_tunable_parameter_changes_while_it_runs_and_only_then() {
         rig.svv("a");
         rig.define(counter("v"));
         let id = rig.instance("v", &["a=a", "*@rtp0.fast"]);
-        let set = |name: &str, value: f64| rig.system.set(id, &[(name.to_owned(), Value::Number(value))].into_iter().collect());
+        let set = |name: &str, value: f64| rig.system.set(id, &[(name.to_owned(), Value::Number(value))].into_iter().collect(), &Default::default());
         assert_eq!(class(set("start", 10.0)), Class::InvalidState);
         rig.start(id);
         rig.advance(2);

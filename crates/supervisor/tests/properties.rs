@@ -164,7 +164,7 @@ impl Model<'_> {
                 let Some(which) = pick(&self.made, which) else { return };
                 let busy = matches!(system.state(self.made[which].0), "running" | "suspended");
                 let values = [("at".to_owned(), Value::Integer(i64::from(value)))].into_iter().collect();
-                assert_eq!(system.set(self.made[which].0, &values).is_ok(), busy);
+                assert_eq!(system.set(self.made[which].0, &values, &Default::default()).is_ok(), busy);
             }
             Call::Advance { us } => system.advance(i64::from(us) * 1_000).unwrap(),
             Call::EmergencyStop => {
