@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from . import drivers, library
 from ._native import version as _version
 from .blocks import Block, BlockUse, Occurrence, Reference
-from .commands import Command, activate, deactivate, execute, install, ready, wait
+from .commands import Command, Interval, activate, deactivate, execute, install, interval, ready, wait
 from .composition import ComposedVerb, compose, together
 from .conditions import Termination, on
 from .devices import LogicalDevice, parameter, svv
@@ -77,11 +77,11 @@ def __getattr__(name: str) -> ModuleType:
 
 __all__ = [
     "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "CoverError", "DefinitionError",
-    "DeviceFailed", "EmergencyStopped", "Error", "FileFailed", "Graph", "Group", "Holding", "InUse", "InstallationErrors", "InvalidState",
-    "LogicalDevice", "Module", "ModuleError", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part", "PhysicalDevice",
-    "PlacementError", "Point", "Points", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter",
-    "Snapshot", "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch",
-    "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "cell", "compose", "deactivate", "deg", "drivers", "each",
-    "execute", "holding", "input", "install", "library", "motion", "on", "parameter", "ratio", "ready", "required", "robots", "svv",
-    "together", "verb", "wait",
+    "DeviceFailed", "EmergencyStopped", "Error", "FileFailed", "Graph", "Group", "Holding", "InUse", "InstallationErrors", "Interval",
+    "InvalidState", "LogicalDevice", "Module", "ModuleError", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part",
+    "PhysicalDevice", "PlacementError", "Point", "Points", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError",
+    "SecondWriter", "Snapshot", "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch",
+    "UnitMismatch", "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "cell", "compose", "deactivate", "deg", "drivers",
+    "each", "execute", "holding", "input", "install", "interval", "library", "motion", "on", "parameter", "ratio", "ready", "required",
+    "robots", "svv", "together", "verb", "wait",
 ]  # fmt: skip

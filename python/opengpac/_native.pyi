@@ -41,6 +41,9 @@ class System:
         """kind: "timer", "trigger" or "software"."""
 
     def request(self, source: str) -> None: ...
+    def raise_source(self, device: str, channel: str, source: str, place_json: str) -> None:
+        """Each time the channel goes from zero to something else, the trigger or software source is requested."""
+
     def physical_device(self, processor: str, name: str, kind: str, options_json: str, source: str, place_json: str) -> str:
         """Opens a driver ("mujoco", "loopback", …). Returns {"channels": [{name, write, type_text, unit}], "parts": [driver's own description]}."""
 
@@ -112,8 +115,8 @@ class System:
     def report(self, instance: int) -> str | None: ...
     def state(self, instance: int) -> str: ...
     def delete(self, instance: int) -> None: ...
-    def set(self, instance: int, values_json: str) -> None:
-        """Tunable input parameters of a running instance."""
+    def set(self, instance: int, values_json: str, every_json: str) -> None:
+        """Tunable input parameters of a running instance, and tunable intervals: label -> ns."""
 
     def ended_fd(self) -> int:
         """A descriptor that becomes readable whenever some instance has ended (monotonic clock), for event loops. Drain with os.read(fd, 8)."""

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 class Item:
     """One item of an interface: `name`, `kind`, `mode`, `type`, `unit`, `doc`, `has_default`; `sized` where its length is the block's
-    size, `least` to `most` of a size; `initial`, the bytes of its default or preset."""
+    size, `least` to `most` of a size; `initial`, the bytes of its default or preset; `history`, how many last values it reads, or 0."""
 
     def __init__(self, item: Mapping[str, Any]) -> None:
         self.name: str = item["name"]
@@ -35,11 +35,13 @@ class Item:
         self.least: int = item.get("least", 0)
         self.most: int = item.get("most", 0)
         self.initial = bytes(item.get("default", []))
+        self.history: int = item.get("history", 0)
 
     def __repr__(self) -> str:
         unit = f", {self.unit}" if self.unit else ""
         mode = "" if self.kind not in ("input", "output") or self.mode == "synchronous" else f" {self.mode}"
-        return f"{self.kind.replace('_', ' ')}{mode} {self.name} ({self.type or 'no value'}{unit}): {self.doc}"
+        last = f", the last {self.history}" if self.history else ""
+        return f"{self.kind.replace('_', ' ')}{mode} {self.name} ({self.type or 'no value'}{unit}{last}): {self.doc}"
 
 
 class Block:

@@ -4,11 +4,30 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from .blocks import Name, names_of
 from .errors import DefinitionError, refuse
 from .quantities import Quantity, duration_ns, is_duration, optional_ns
+
+
+@dataclass(frozen=True)
+class Interval:
+    """An execution interval; made by `gpac.interval`."""
+
+    every: Quantity
+    tunable: bool = False
+
+
+def interval(every: Quantity, *, tunable: bool = False) -> Interval:
+    """An execution interval, and whether `vi.set(every={...})` may change it while the verb runs.
+
+    >>> activate("generator", every=interval("20 ms", tunable=True))["tunable"]
+    True
+    """
+    return Interval(every, tunable)
+
 
 Command: TypeAlias = dict[str, Any]
 """A function block command, in the form that the model takes."""
@@ -24,17 +43,20 @@ def execute(block: Name) -> Command:
     return {"command": "execute", "block": str(block)}
 
 
-def activate(block: Name, every: Quantity | None = None, *, budget: Quantity | None = None) -> Command:
+def activate(block: Name, every: Quantity | Interval | None = None, *, budget: Quantity | None = None) -> Command:
     """Starts repetitive execution: at an interval, `every="20 ms"`; without one when its synchronous inputs have new values, or
-    by the trigger that it is placed on. A `budget` is the longest time one invocation may take before it counts as a fault.
+    by the trigger that it is placed on. `every=gpac.interval("20 ms", tunable=True)` may be changed while it runs. A `budget` is
+    the longest time one invocation may take before it counts as a fault.
 
     >>> activate("generator", every="20 ms")
-    {'command': 'activate', 'block': 'generator', 'every_ns': 20000000, 'budget_ns': None}
+    {'command': 'activate', 'block': 'generator', 'every_ns': 20000000, 'tunable': False, 'budget_ns': None}
     """
+    given = every if isinstance(every, Interval) else Interval(every) if every is not None else None
     return {
         "command": "activate",
         "block": str(block),
-        "every_ns": optional_ns(every, f"the interval of '{block}'"),
+        "every_ns": optional_ns(given.every if given else None, f"the interval of '{block}'"),
+        "tunable": given is not None and given.tunable,
         "budget_ns": optional_ns(budget, f"the budget of '{block}'"),
     }
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
 from . import checking, waiting
 from .applications import application_json, options_json, system_for, values_json
-from .errors import InvalidState, refusals, refuse
-from .quantities import Quantity, optional_ns
+from .errors import CallError, InvalidState, refusals, refuse
+from .quantities import Quantity, duration_ns, optional_ns
 from .reports import terminated
 from .values import plain
 
@@ -121,9 +121,17 @@ class VerbInstance(Generic[R]):
         self._deleted = True
 
     def set(self, **values: Any) -> None:
-        """Changes tunable input parameters while it runs: `vi.set(speed=0.2)`."""
+        """Changes tunable input parameters while it runs, `vi.set(speed=0.2)`, and tunable intervals, `vi.set(every={"near": "10 ms"})`.
+
+        All act together, between two firings of each source. An interval goes on at the next multiple of the new one, until this
+        start ends; rates that could not hold are refused, and then nothing has changed.
+        """
+        every = values.pop("every", {}) if "every" not in self.verb.input_parameters else {}
+        if not isinstance(every, Mapping):
+            refuse(CallError, f"every is {every!r}", "write vi.set(every={'generator': '10 ms'})")
+        intervals = {str(label): duration_ns(time, f"the interval of '{label}'") for label, time in every.items()}
         with refusals:
-            self._alive().set(self.identity, json.dumps({name: plain(value) for name, value in values.items()}))
+            self._alive().set(self.identity, json.dumps({name: plain(value) for name, value in values.items()}), json.dumps(intervals))
 
     def __await__(self) -> Generator[Any, None, R]:
         """Waits without holding the event loop; cancelling the task that waits halts it."""

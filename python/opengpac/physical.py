@@ -7,7 +7,8 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from .errors import UnknownName, did_you_mean, refusals, refuse
+from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
+from .places import here
 
 if TYPE_CHECKING:
     from .sources import Source
@@ -24,6 +25,18 @@ class Channel:
         self.write: bool = described["write"]
         self.type: str = described["type_text"]
         self.unit: str = described["unit"]
+
+    def raises(self, source: Source) -> None:
+        """Lets it raise a trigger or software source, of any processor, each time it goes from zero to something else.
+
+        It is looked at in each firing of the source that exchanges with its device; what the first reading finds raises nothing.
+        """
+        from .sources import Source
+
+        if not isinstance(source, Source):
+            refuse(CallError, f"channel '{self.device.name}.{self.name}' is to raise {source!r}", "give a source: rtp.trigger('door')")
+        with refusals:
+            self.system._alive().raise_source(self.device.name, self.name, source.name, json.dumps(here().json()))
 
     def __repr__(self) -> str:
         way = "written" if self.write else "read"

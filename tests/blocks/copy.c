@@ -28,3 +28,13 @@ FUNCTION_BLOCK(add, "Adder: y = a + b.",
     self->y = self->a + self->b;
     return OK;
 }
+
+FUNCTION_BLOCK(join, "Joiner: y = (a, b), once both are new.",
+    in (double, a, "first"),
+    in (double, b, "second"),
+    out(double[2], y, "both"))
+{
+    self->y[0] = self->a;
+    self->y[1] = self->b;
+    return OK;
+}

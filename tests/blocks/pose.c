@@ -21,3 +21,19 @@ FUNCTION_BLOCK(scale, "y = k u, of three elements, and their count of rounds.",
     for (int i = 0; i < 3; i++) self->y[i] = self->k * self->u[i];
     return OK;
 }
+
+FUNCTION_BLOCK(triple, "y = 3 u, of three elements.",
+    in_async(double[3], u, "vector"),
+    out     (double[3], y, "three times that"))
+{
+    for (int i = 0; i < 3; i++) self->y[i] = 3 * self->u[i];
+    return OK;
+}
+
+FUNCTION_BLOCK(triple_sync, "y = 3 u, of three elements, once all are new.",
+    in (double[3], u, "vector"),
+    out(double[3], y, "three times that"))
+{
+    for (int i = 0; i < 3; i++) self->y[i] = 3 * self->u[i];
+    return OK;
+}

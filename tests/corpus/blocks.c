@@ -69,3 +69,11 @@ FUNCTION_BLOCK(touch, "Reports a touch.",
     if (self->force > self->limit) report(touched);
     return OK;
 }
+
+FUNCTION_BLOCK(slope, "Difference of the newest and the oldest of eight values.",
+    in_history(double, u, 8, "values"),
+    out       (double, y, "their difference"))
+{
+    self->y = self->u[7] - self->u[0];
+    return OK;
+}

@@ -118,6 +118,12 @@ impl System {
         self.inner.request(source).map_err(refused)
     }
 
+    #[pyo3(name = "raise_source")]
+    fn raise(&self, py: Python<'_>, device: &str, channel: &str, source: &str, place_json: &str) -> PyResult<()> {
+        let place: Option<Place> = from_json(place_json)?;
+        py.detach(|| self.inner.raise(device, channel, source, place)).map_err(refused)
+    }
+
     fn physical_device(&self, py: Python<'_>, processor: &str, name: &str, kind: &str, options_json: &str, source: &str, place_json: &str) -> PyResult<String> {
         let options: serde_json::Value = from_json(options_json)?;
         let place: Option<Place> = from_json(place_json)?;
@@ -267,9 +273,10 @@ impl System {
         py.detach(|| self.inner.delete(instance)).map_err(refused)
     }
 
-    fn set(&self, py: Python<'_>, instance: u64, values_json: &str) -> PyResult<()> {
+    fn set(&self, py: Python<'_>, instance: u64, values_json: &str, every_json: &str) -> PyResult<()> {
         let values: IndexMap<String, Value> = from_json(values_json)?;
-        py.detach(|| self.inner.set(instance, &values)).map_err(refused)
+        let every: IndexMap<String, u64> = from_json(every_json)?;
+        py.detach(|| self.inner.set(instance, &values, &every)).map_err(refused)
     }
 
     fn ended_fd(&self) -> i32 {

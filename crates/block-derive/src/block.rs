@@ -247,8 +247,9 @@ fn spec(item: &Item, size: Option<&Item>) -> TokenStream {
         (None, false) => (quote!(SYNCHRONOUS), quote!(0)),
     };
     let has_default = item.kind == Kind::Input && item.value.is_some();
-    let (nonfinite, keep, sized) = (item.nonfinite, item.keep, item.sized);
+    let (nonfinite, keep, sized, history) = (item.nonfinite, item.keep, item.sized, item.history);
     let value = match (item.kind, item.opaque, item.sized) {
+        _ if history => quote!(::opengpac::generated::ValueSpec::history::<#ty>()),
         (Kind::Condition, ..) => quote!(::opengpac::generated::ValueSpec::none()),
         (Kind::Size, ..) => {
             let (least, most) = (&item.least, &item.most);
@@ -275,7 +276,7 @@ fn spec(item: &Item, size: Option<&Item>) -> TokenStream {
     quote! {
         ::opengpac::generated::ItemSpec {
             kind: ::opengpac::abi::kind::#kind, mode: ::opengpac::abi::mode::#mode, ratio: #ratio, name: #text, unit: #unit, doc: #doc,
-            has_default: #has_default, nonfinite: #nonfinite, keep: #keep, sized: #sized,
+            has_default: #has_default, nonfinite: #nonfinite, keep: #keep, sized: #sized, history: #history,
             value: #value, offset: #offset, address: #address, report: #report,
         }
     }

@@ -34,6 +34,7 @@ pub struct Item {
     pub opaque: bool,
     pub nonfinite: bool,
     pub sized: bool,
+    pub history: bool,
     pub least: TokenStream,
     pub most: TokenStream,
 }
@@ -73,6 +74,7 @@ impl Item {
             opaque: false,
             nonfinite: false,
             sized: false,
+            history: false,
             least: quote!(0),
             most: quote!(0),
         };
@@ -99,6 +101,7 @@ impl Item {
                 (_, "unit", Some(unit)) => self.unit = unit,
                 (_, "sized", None) => self.sized = true,
                 ("input" | "output", "asynchronous", None) => self.asynchronous = true,
+                ("input", "history", None) => (self.history, self.asynchronous) = (true, true),
                 ("input" | "output", "ratio", Some(n)) => self.ratio = Some(n),
                 ("input" | "param", "default", Some(value)) | ("state", "initial", Some(value)) | ("condition", "preset", Some(value)) => {
                     self.value = Some(value)
@@ -119,6 +122,12 @@ impl Item {
         }
         if self.asynchronous && self.ratio.is_some() {
             return Err(syn::Error::new(attribute.span(), "a port has one mode: `asynchronous` or `ratio = n`"));
+        }
+        if self.history && (self.sized || self.value.is_some()) {
+            return Err(syn::Error::new(
+                attribute.span(),
+                "a history is of as many values as its array says, and has no default: #[input(history)] u: [f64; 8]",
+            ));
         }
         Ok(())
     }
@@ -141,7 +150,7 @@ fn kind(word: &str, ty: &Type) -> Kind {
 
 fn forms(word: &str) -> &'static str {
     match word {
-        "input" => "#[input(asynchronous, ratio = n, default = value, sized, unit = \"rad\")]",
+        "input" => "#[input(asynchronous, ratio = n, history, default = value, sized, unit = \"rad\")]",
         "output" => "#[output(asynchronous, ratio = n, nonfinite, sized, unit = \"rad\")]",
         "param" => "#[param(default = value, sized, unit = \"rad\")]",
         "state" => "#[state(initial = value, keep, opaque, sized, unit = \"rad\")]",

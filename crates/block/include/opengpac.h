@@ -19,6 +19,7 @@
 //     in_ratio(T, name, n, "what")            input; its writer updates once in n invocations of this block
 //     in_default(T, name, value, "what")      synchronous input that may stay unbound and then reads `value`
 //     in_async_default(T, name, value, "what")
+//     in_history(T, name, n, "what")           the last n values, whenever they were written: self->name[0] is the oldest
 //     out     (T, name, "what")               output; out_async the same for readers of any rate
 //     out_ratio(T, name, n, "what")           output; stored on every nth invocation
 //     out_nonfinite(T, name, "what")          output that may be infinite or not a number: others make the invocation a fault
@@ -111,7 +112,7 @@ typedef struct {
 enum { OG_DONE = 0, OG_FAULT = 1, OG_NONFINITE = 3 };
 enum { OG_INPUT = 1, OG_OUTPUT = 2, OG_DEVICE_READ = 3, OG_DEVICE_WRITE = 4, OG_CONDITION = 5, OG_PARAMETER = 6, OG_STATE = 7, OG_SIZE = 8 };
 enum { OG_SYNCHRONOUS = 0, OG_RATIO = 1, OG_ASYNCHRONOUS = 2 };
-enum { OG_DEFAULT = 1, OG_MAY_BE_NONFINITE = 2, OG_KEEP = 4, OG_SIZED = 8 };
+enum { OG_DEFAULT = 1, OG_MAY_BE_NONFINITE = 2, OG_KEEP = 4, OG_SIZED = 8, OG_HISTORY = 16 };
 #define OG_NONE UINT32_MAX
 
 // ---- What a body uses ----
@@ -266,7 +267,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_APPLY(...) OG_APPLY_(__VA_ARGS__)
 #define OG_APPLY_(text, probe, M, arguments, ...) OG_CALL(M, (text, OG_UNWRAP arguments))
 #define OG_ERROR(message) (ERROR, 0, 0, 0, int, error, OG_ZERO, message, "", "")
-#define OG_UNKNOWN(text, ...) OG_ERROR("'" text "' is not an item of a function block: the words are in, in_async, in_ratio, in_default, in_async_default, out, out_async, out_ratio, out_nonfinite, state, state_keep, param, device, condition, condition_of, condition_of_default, size")
+#define OG_UNKNOWN(text, ...) OG_ERROR("'" text "' is not an item of a function block: the words are in, in_async, in_ratio, in_history, in_default, in_async_default, out, out_async, out_ratio, out_nonfinite, state, state_keep, param, device, condition, condition_of, condition_of_default, size")
 #define OG_NO_DESCRIPTION(text, form) OG_ERROR("'" text "' has no description: write " form)
 #define OG_EXCESS(text, form) OG_ERROR("'" text "' has too many arguments: write " form)
 #define OG_WORD_more_than_32(...) ~, OG_OVERFULL, ()
@@ -292,6 +293,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 // word(T, name, n, "what"[, "unit"])
 #define OG_WORD_in_ratio(...) ~, OG_RATED, (IN, OG_RATIO, 0, __VA_ARGS__)
 #define OG_WORD_out_ratio(...) ~, OG_RATED, (OUT, OG_RATIO, 0, __VA_ARGS__)
+#define OG_WORD_in_history(...) ~, OG_RATED, (PAST, OG_ASYNCHRONOUS, OG_HISTORY, __VA_ARGS__)
 #define OG_RATED(text, K, mode, flags, ...) OG_CAT(OG_RATED_, OG_COUNT(__VA_ARGS__))(text, K, mode, flags, __VA_ARGS__)
 #define OG_RATED_FORM "word(T, name, n, \"what it is\") or word(T, name, n, \"what it is\", \"unit\")"
 #define OG_RATED_1(text, ...) OG_NO_DESCRIPTION(text, OG_RATED_FORM)
@@ -374,6 +376,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_EACH(C, i, t, ...) OG_CALL(OG_EACH_, (C, i, (__VA_ARGS__), OG_UNWRAP t))
 #define OG_EACH_(C, i, choices, K, ...) OG_KIND_##K choices(C, i, K, __VA_ARGS__)
 #define OG_KIND_IN(reads, writes, param, state, cond, bare, size, error) reads
+#define OG_KIND_PAST(reads, writes, param, state, cond, bare, size, error) reads
 #define OG_KIND_DEVR(reads, writes, param, state, cond, bare, size, error) reads
 #define OG_KIND_OUT(reads, writes, param, state, cond, bare, size, error) writes
 #define OG_KIND_DEVW(reads, writes, param, state, cond, bare, size, error) writes
@@ -396,6 +399,8 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
     OG_ASSERT(OG_CLASS(T) != OG_CLASS_OTHER_WIDTH, "'" text "': the width of this type differs between machines: write int32_t, uint8_t, ..."); \
     OG_ASSERT(!OG_IS_SIZED(#T) || opengpac_sizes_##C == 1, "'" text "': the brackets hold neither a number nor the name of a size(n, least, most)"); \
     OG_ASSERT((mode) != OG_RATIO || (ratio) >= 1, "'" text "': the ratio must be 1 or more"); \
+    OG_ASSERT(!((flags) & OG_HISTORY) || ((ratio) >= 1 && (ratio) <= 4096), "'" text "': a history holds 1 to 4096 values"); \
+    OG_ASSERT(!((flags) & OG_HISTORY) || !OG_IS_SIZED(#T), "'" text "': a history is of values of one length: write a number into the brackets"); \
     OG_ASSERT(OG_CAT(OG_LENGTH_, OG_ONE_OR_LIST(OG_UNWRAP value))(value) == 0 || OG_CLASS(T) == OG_CLASS_STRUCT || \
         OG_CAT(OG_LENGTH_, OG_ONE_OR_LIST(OG_UNWRAP value))(value) == sizeof(__typeof__(T)) / OG_BASE_SIZE(T), \
         "'" text "': the list in parentheses has not as many values as the type has elements");
@@ -427,7 +432,16 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 
 // A name for each type, so that it is written down once.
 #define OG_TYPES(C, i, t) OG_EACH(C, i, t, OG_TYPES_OF, OG_TYPES_OF, OG_TYPES_OF, OG_TYPES_OF, OG_TYPES_OF, OG_NOTHING, OG_TYPES_OF, OG_NOTHING)
-#define OG_TYPES_OF(C, i, K, mode, flags, ratio, T, name, ...) typedef __typeof__(T) opengpac_type_##C##_##name;
+#define OG_TYPES_OF(C, i, K, mode, flags, ratio, T, name, ...) typedef __typeof__(T) opengpac_type_##C##_##name OG_CAT(OG_LENGTH_OF_, K)(ratio);
+#define OG_LENGTH_OF_IN(n)
+#define OG_LENGTH_OF_PAST(n) [(n) < 1 ? 1 : (n)]
+#define OG_LENGTH_OF_OUT(n)
+#define OG_LENGTH_OF_DEVR(n)
+#define OG_LENGTH_OF_DEVW(n)
+#define OG_LENGTH_OF_PARAM(n)
+#define OG_LENGTH_OF_STATE(n)
+#define OG_LENGTH_OF_COND(n)
+#define OG_LENGTH_OF_SIZE(n)
 
 // self: a field for each value and each report; the bit of a condition is the size of an array that nobody makes.
 #define OG_FIELDS(C, i, t) OG_EACH(C, i, t, OG_FIELDS_OF, OG_FIELDS_OF, OG_FIELDS_OF, OG_FIELDS_OF, OG_FIELDS_COND, OG_NOTHING, OG_FIELDS_OF, OG_NOTHING)
@@ -478,7 +492,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_AT(C, member) (uint32_t)__builtin_offsetof(struct opengpac_instance_##C, member)
 #define OG_ITEMS_OF(C, kind, mode, flags, ratio, T, name, doc, unit, address, report_offset) \
     {kind, mode, (flags) | (OG_IS_SIZED(#T) ? OG_SIZED : 0), ratio, #name, #T, unit, doc, OG_AT(C, self.name), (uint32_t)sizeof(opengpac_type_##C##_##name), \
-     address, report_offset, (uint32_t)(sizeof(opengpac_type_##C##_##name) / (OG_IS_SIZED(#T) ? OG_DIVISOR(opengpac_most_##C) : 1)), 0},
+     address, report_offset, (uint32_t)(sizeof(opengpac_type_##C##_##name) / (OG_IS_SIZED(#T) ? OG_DIVISOR(opengpac_most_##C) : (flags) & OG_HISTORY ? OG_DIVISOR(ratio) : 1)), 0},
 #define OG_ITEMS_BOUND(C, i, K, mode, flags, ratio, T, name, value, doc, unit, text) \
     OG_ITEMS_OF(C, OG_NUMBER_##K, mode, flags, ratio, T, name, doc, unit, OG_AT(C, at_##name), OG_NONE)
 #define OG_ITEMS_OWN(C, i, K, mode, flags, ratio, T, name, value, doc, unit, text) \
@@ -490,6 +504,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_ITEMS_SIZE(C, i, K, most, flags, least, T, name, value, doc, unit, text) \
     {OG_SIZE, 0, 0, least, #name, "uint32_t", "", doc, OG_AT(C, self.name), 4, OG_NONE, OG_NONE, most, 0},
 #define OG_NUMBER_IN OG_INPUT
+#define OG_NUMBER_PAST OG_INPUT
 #define OG_NUMBER_OUT OG_OUTPUT
 #define OG_NUMBER_DEVR OG_DEVICE_READ
 #define OG_NUMBER_DEVW OG_DEVICE_WRITE

@@ -96,6 +96,9 @@ pub mod flag {
     pub const KEEP: u16 = 4;
     /// An array of n elements, n being the block's `SIZE` item; `size` is that of the largest n, `element` of one element.
     pub const SIZED: u16 = 8;
+    /// An input that holds the last n values of what it is bound to, oldest first: `ratio` is n, `type_text` and `element` are those of one
+    /// value, `size` is that of all n.
+    pub const HISTORY: u16 = 16;
 }
 
 /// "Has none": no address (offset 0 is the header, so it could not be one, but say so), no report value.
@@ -111,7 +114,7 @@ pub struct Item {
     pub mode: u8,
     /// Bits of [`flag`].
     pub flags: u16,
-    /// n of a ratio port; the least n of a `SIZE`.
+    /// n of a ratio port; the least n of a `SIZE`; the number of values of a `HISTORY`.
     pub ratio: u32,
     pub name: *const c_char,
     /// The C type as declared (`"double[6]"`, `"pose"`); empty for a condition without a value.
@@ -128,7 +131,7 @@ pub struct Item {
     pub address: u32,
     /// Offset in the instance of the value that a condition reported last; `NONE` for the others.
     pub report: u32,
-    /// Bytes of one element of a `SIZED` item, else `size`; the greatest n of a `SIZE`.
+    /// Bytes of one element of a `SIZED` item, of one value of a `HISTORY`, else `size`; the greatest n of a `SIZE`.
     pub element: u32,
     /// 0, for a later version.
     pub reserved: u32,

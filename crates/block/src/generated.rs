@@ -20,6 +20,7 @@ pub struct ItemSpec {
     pub nonfinite: bool,
     pub keep: bool,
     pub sized: bool,
+    pub history: bool,
     pub value: ValueSpec,
     pub offset: Option<usize>,
     pub address: Option<usize>,
@@ -49,6 +50,9 @@ impl ValueSpec {
         let rest = whole[bracket..].find(']').expect("brackets close") + bracket;
         ValueSpec { text: format!("{}[{size_name}{}", &whole[..bracket], &whole[rest..]), size: size_of::<A>(), element: size_of::<A::Element>() }
     }
+    pub fn history<A: Array>() -> ValueSpec {
+        ValueSpec { text: <A::Element as Type>::text(), size: size_of::<A>(), element: size_of::<A::Element>() }
+    }
     pub fn size<N: SizeField>(most: u32) -> ValueSpec {
         ValueSpec { text: "uint32_t".to_string(), size: 4, element: most as usize }
     }
@@ -67,7 +71,7 @@ impl<T: Type> Reported for ConditionOf<T> {
 pub trait SizeField {}
 impl SizeField for u32 {}
 
-/// What a `sized` item may be.
+/// What an item that is `sized` or a `history` may be.
 pub trait Array: Type {
     type Element: Type;
     fn elements(&self) -> &[Self::Element];
@@ -157,12 +161,18 @@ pub fn describe_block<I>(name: &str, doc: &str, file: &str, line: u32, run: Run,
 }
 
 fn item(spec: &ItemSpec) -> Item {
-    let flags = [(spec.has_default, flag::DEFAULT), (spec.nonfinite, flag::NONFINITE), (spec.keep, flag::KEEP), (spec.sized, flag::SIZED)];
+    let flags = [
+        (spec.has_default, flag::DEFAULT),
+        (spec.nonfinite, flag::NONFINITE),
+        (spec.keep, flag::KEEP),
+        (spec.sized, flag::SIZED),
+        (spec.history, flag::HISTORY),
+    ];
     Item {
         kind: spec.kind,
         mode: spec.mode,
         flags: flags.iter().filter(|(is, _)| *is).map(|(_, flag)| flag).sum(),
-        ratio: spec.ratio,
+        ratio: if spec.history { offset(spec.value.size / spec.value.element.max(1)) } else { spec.ratio },
         name: text(spec.name),
         type_text: text(&spec.value.text),
         unit: text(spec.unit),

@@ -30,6 +30,7 @@
 //! | attribute | what the field is |
 //! |---|---|
 //! | `#[input]`, `#[input(asynchronous)]`, `#[input(ratio = n)]`, `#[input(default = v)]` | an input, latched; `default`: it may stay unbound |
+//! | `#[input(history)] u: [f64; 8]` | the last 8 values, oldest first |
 //! | `#[output]`, `#[output(ratio = n)]`, `#[output(nonfinite)]` | an output, stored after success |
 //! | `#[param(default = v)]` | a parameter |
 //! | `#[state]`, `#[state(initial = v)]`, `#[state(keep)]`, `#[state(opaque)]` | memory; `opaque`: any `Copy + Default` type |

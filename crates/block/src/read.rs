@@ -51,13 +51,15 @@ pub struct ItemFace {
     pub keep: bool,
     /// An array of as many elements as the block's size says.
     pub sized: bool,
+    /// The number of values of an input that is a history, else 0; `type_text` and `element` are of one value.
+    pub history: u32,
     /// Of a size: the least and the most number of elements.
     pub limits: Option<(u32, u32)>,
     /// Where the value (of a condition: its preset) lies in the instance, bytes.
     pub offset: Option<usize>,
     /// Bytes of the value.
     pub size: usize,
-    /// Bytes of one element of a sized item, else `size`.
+    /// Bytes of one element of a sized item, of one value of a history, else `size`.
     pub element: usize,
     /// Where the address of a port or device lies in the instance, bytes.
     pub address: Option<usize>,
@@ -332,6 +334,7 @@ fn read_item(block: &str, descriptor: &'static Descriptor, item: &Item) -> Resul
         nonfinite: item.flags & flag::NONFINITE != 0,
         keep: item.flags & flag::KEEP != 0,
         sized: item.flags & flag::SIZED != 0,
+        history: if item.flags & flag::HISTORY != 0 { item.ratio } else { 0 },
         limits: (kind == Kind::Size).then_some((item.ratio, item.element)),
         offset,
         size: item.size as usize,

@@ -99,6 +99,8 @@ pub struct Trial {
     instance: Memory,
     /// For each item: where it is bound, if it is.
     cells: Vec<Option<Memory>>,
+    /// For each item: it is a history that has had a value.
+    begun: Vec<bool>,
     /// Time from one invocation to the next; 1 ms unless set.
     pub period_ns: i64,
     time_ns: i64,
@@ -141,7 +143,8 @@ impl Trial {
                 cell
             }));
         }
-        Trial { face, instance, cells, period_ns: 1_000_000, time_ns: 0, reported: 0 }
+        let begun = vec![false; cells.len()];
+        Trial { face, instance, cells, begun, period_ns: 1_000_000, time_ns: 0, reported: 0 }
     }
 
     /// What is on trial.
@@ -150,7 +153,7 @@ impl Trial {
     }
 
     /// Sets an input, device channel, parameter, preset, state or size from the bytes of its type. A sized item takes all its
-    /// elements or as many as the size says.
+    /// elements or as many as the size says; a history takes one value, its newest, or all of them. The first one stands for those before.
     ///
     /// # Errors
     /// No such item, one that cannot be set, a wrong length, a size outside its limits.
@@ -158,7 +161,8 @@ impl Trial {
         let (index, item) = self.find(name)?;
         let wanted = self.present_size(&item);
         let Some(offset) = item.offset.filter(|_| item.kind != Kind::Output) else { return Err(TrialError::NotSettable { item: item.name }) };
-        if bytes.len() != wanted && bytes.len() != item.size {
+        let is_newest = item.history > 0 && bytes.len() == item.element;
+        if bytes.len() != wanted && bytes.len() != item.size && !is_newest {
             return Err(TrialError::WrongLength { given: bytes.len(), wanted, item: item.name, type_text: item.type_text });
         }
         if let (Some((least, most)), Ok(given)) = (item.limits, bytes.try_into().map(u32::from_ne_bytes))
@@ -166,7 +170,14 @@ impl Trial {
         {
             return Err(TrialError::SizeOutOfRange { item: item.name, given, least, most });
         }
+        let begun = std::mem::replace(&mut self.begun[index], true);
         match &mut self.cells[index] {
+            Some(cell) if is_newest && begun => {
+                let values = &mut cell.bytes_mut()[..item.size];
+                values.copy_within(item.element.., 0);
+                values[item.size - item.element..].copy_from_slice(bytes);
+            }
+            Some(cell) if is_newest => cell.bytes_mut()[..item.size].chunks_mut(item.element).for_each(|value| value.copy_from_slice(bytes)),
             Some(cell) => cell.bytes_mut()[..bytes.len()].copy_from_slice(bytes),
             None => self.instance.bytes_mut()[offset..offset + bytes.len()].copy_from_slice(bytes),
         }
@@ -187,7 +198,7 @@ impl Trial {
             }
         }
         let wanted = self.present_size(&item);
-        if bytes.len() != wanted && bytes.len() != item.size {
+        if bytes.len() != wanted && bytes.len() != item.size && (item.history == 0 || bytes.len() != item.element) {
             let each = bytes.len().checked_div(values.len()).unwrap_or(1);
             return Err(TrialError::WrongLength { given: values.len(), wanted: wanted / each.max(1), item: item.name, type_text: item.type_text });
         }

@@ -48,6 +48,7 @@ fn every_offset_is_the_same() {
         ("OG_MAY_BE_NONFINITE", u64::from(flag::NONFINITE)),
         ("OG_KEEP", u64::from(flag::KEEP)),
         ("OG_SIZED", u64::from(flag::SIZED)),
+        ("OG_HISTORY", u64::from(flag::HISTORY)),
     ];
     let mut program = String::from("#include <opengpac.h>\n#include <stdio.h>\nint main(void) {\n");
     let mut expected = String::new();

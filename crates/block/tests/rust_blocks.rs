@@ -252,3 +252,43 @@ fn mistakes_in_a_trial_name_what_there_is() {
     assert_eq!(trial.set_numbers("u", &[1.0, 2.0]).unwrap_err().to_string(), "item 'u' (double) takes 1 values, not 2");
     assert_eq!(trial.set_number("y", 1.0).unwrap_err(), TrialError::NotSettable { item: "y".into() });
 }
+
+/// Slope of the last values: y = (u[2] - u[0]) / 2.
+#[derive(FunctionBlock)]
+struct Slope {
+    /// values, oldest first
+    #[input(history, unit = "m")]
+    u: [f64; 3],
+    /// pairs
+    #[input(history)]
+    pairs: [[i32; 2]; 4],
+    /// slope
+    #[output]
+    y: f64,
+    /// the oldest pair
+    #[output]
+    oldest: [i32; 2],
+}
+impl Step for Slope {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = (self.u[2] - self.u[0]) / 2.0;
+        self.oldest = self.pairs[0];
+        Outcome::Done
+    }
+}
+
+#[test]
+fn a_history_holds_the_last_values() {
+    let mut trial = Trial::new(Slope::descriptor());
+    let face = |name| trial.face().item(name).unwrap().1.clone();
+    let (u, pairs) = (face("u"), face("pairs"));
+    assert_eq!((u.history, u.type_text.as_str(), u.element, u.size), (3, "double", 8, 24));
+    assert_eq!((pairs.history, pairs.type_text.as_str(), pairs.element, pairs.size), (4, "int32_t[2]", 8, 32));
+    for (u, y) in [(5.0, 0.0), (6.0, 0.5), (8.0, 1.5), (8.0, 1.0)] {
+        trial.set_number("u", u).unwrap();
+        trial.set_numbers("pairs", &[u, -u]).unwrap();
+        trial.run().unwrap();
+        assert_eq!(trial.number("y").unwrap(), y);
+    }
+    assert_eq!(trial.numbers("oldest").unwrap(), [5.0, -5.0]);
+}

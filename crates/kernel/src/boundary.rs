@@ -40,6 +40,8 @@ impl Kernel {
                         break;
                     }
                 }
+                // SAFETY: an activation of this source.
+                Op::Follow { activation, due, had } => unsafe { activation.swap(due, had) },
                 op => self.apply(op, now_ns, &mut captured),
             }
         }
@@ -78,9 +80,19 @@ impl Kernel {
     /// One operation, of a script or a reaction.
     pub(crate) fn apply(&mut self, op: &Op, now_ns: i64, captured: &mut Vec<u8>) {
         match op {
-            Op::Table(_) => unreachable!("a script's table is swapped by `carry_out`, and a process refuses reactions that swap"),
+            Op::Table(_) | Op::Follow { .. } => unreachable!("`carry_out` swaps what a script brings, and a process refuses reactions that swap"),
             Op::Store(cell, bytes) => {
                 cell.store(bytes);
+                self.stored = true;
+            }
+            Op::Append { value, window } => {
+                debug_assert!(window.takes(value));
+                window.append(value);
+                self.stored = true;
+            }
+            Op::Fill { value, window } => {
+                debug_assert!(window.takes(value));
+                window.fill_from(value);
                 self.stored = true;
             }
             Op::Copy(from, to) => {
@@ -91,6 +103,7 @@ impl Kernel {
             Op::Reset(block) => block.reset(),
             Op::Keep(to, from) => to.keep(from),
             Op::On(activation, every) => self.switch_on(activation, (*every).max(1)),
+            Op::Tune(activation, every) => self.tune(activation, *every),
             Op::Off(activation) => {
                 // SAFETY: an activation of this source.
                 let state = unsafe { &mut *activation.state() };
@@ -137,17 +150,27 @@ impl Kernel {
         }
     }
 
+    fn tune(&mut self, activation: &Arc<Activation>, every: u32) {
+        // SAFETY: an activation of this source.
+        let state = unsafe { &mut *activation.state() };
+        state.tuned = every;
+        if state.on && every != 0 && state.every != every {
+            state.every = every;
+            state.next = next_multiple(self.firing, every);
+        }
+    }
+
     fn switch_on(&mut self, activation: &Arc<Activation>, every: u32) {
         let slot = self.table.slot(activation);
         // SAFETY: an activation of this source.
         let state = unsafe { &mut *activation.state() };
+        let every = if state.tuned == 0 { every } else { state.tuned };
         if state.on && state.every == every {
             return;
         }
         state.on = true;
         state.every = every;
-        // The first multiple after the last firing; without the division where there is none to do.
-        state.next = if every == 1 { self.firing + 1 } else { (self.firing / u64::from(every) + 1) * u64::from(every) };
+        state.next = next_multiple(self.firing, every);
         let mut headers = slot.into_iter().flat_map(|slot| self.table.steps_of(slot)).filter_map(|step| self.table.header(step)).peekable();
         if let Some(&header) = headers.peek() {
             // SAFETY: the block is in the table, and no step runs.
@@ -158,13 +181,19 @@ impl Kernel {
             // SAFETY: as above.
             unsafe { (*header).activated = (*header).number };
         }
-        if let Due::Queued { members, .. } = activation.due() {
+        // SAFETY: an activation of this source.
+        if let Due::Queued { members, .. } = unsafe { activation.due() } {
             for ((inbound, member), had) in members.iter().zip(state.had.iter_mut()) {
                 // SAFETY: a connection to this source.
                 *had = unsafe { inbound.skip(*member) };
             }
         }
     }
+}
+
+/// The first multiple after the last firing; without the division where there is none to do.
+fn next_multiple(firing: u64, every: u32) -> u64 {
+    if every == 1 { firing + 1 } else { (firing / u64::from(every) + 1) * u64::from(every) }
 }
 
 /// Room was made when the script was submitted, or, for a reaction, when its process got its stages.

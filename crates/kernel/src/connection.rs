@@ -8,6 +8,7 @@ use crate::{Activation, Cell};
 use interconnect::{Full, Receiver, Sender};
 use std::cell::UnsafeCell;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
 
 /// A member of a connection's queue.
 pub struct QueueMember {
@@ -156,6 +157,10 @@ fn update_number(state: &crate::schedule::State, n: u32) -> u64 {
 /// The reading end: latched once, at the start of the reader's firing.
 pub struct Inbound {
     state: UnsafeCell<InboundState>,
+    /// Release time of the publication that was latched last.
+    brought_ns: AtomicI64,
+    /// Since when a ratio value is absent, plus one; 0 where none is.
+    late_ns: AtomicI64,
     spans: Vec<Span>,
     members: Vec<QueueMember>,
     _group: Vec<Cell>,
@@ -178,6 +183,12 @@ struct Waiting {
     taken: Option<u64>,
     /// The ratio value that was found to be late last, so that it is counted once.
     late: Option<u64>,
+    /// Of a ratio member: number of the newest value that arrived, since the reader was switched on.
+    newest: Option<u64>,
+    /// Of a ratio member n: (p, k) where invocation p of the reader, counted from its activation, takes number k, p + n number k + 1, ….
+    anchor: (u64, u64),
+    /// Of a ratio member: invocations of the reader since its activation, when it was looked at last.
+    phase: u64,
     /// True while an activation that is on has not had the present value.
     held: bool,
 }
@@ -194,8 +205,19 @@ impl Inbound {
     /// `group` and `queue` as the writing end has them, with cells of the reader's image.
     pub fn new(receiver: Box<dyn Receiver>, group: Vec<Cell>, queue: Vec<QueueMember>) -> Arc<Inbound> {
         let (spans, _) = spans(&group);
-        let waiting = queue.iter().map(|member| Waiting::new(member.cell.len())).collect();
-        Arc::new(Inbound { state: UnsafeCell::new(InboundState { receiver, waiting }), spans, members: queue, _group: group })
+        let waiting = queue.iter().map(|member| Waiting::new(member.cell.len(), member.ratio)).collect();
+        let state = UnsafeCell::new(InboundState { receiver, waiting });
+        Arc::new(Inbound { state, brought_ns: AtomicI64::new(i64::MIN), late_ns: AtomicI64::new(0), spans, members: queue, _group: group })
+    }
+
+    /// Release time of the firing whose publication was latched last, ns on the clock; none before the first.
+    pub fn brought_ns(&self) -> Option<i64> {
+        Some(self.brought_ns.load(Ordering::Relaxed)).filter(|ns| *ns != i64::MIN)
+    }
+
+    /// Since when a ratio value is absent that its reader has asked for, ns on the clock.
+    pub fn late_since_ns(&self) -> Option<i64> {
+        Some(self.late_ns.load(Ordering::Relaxed) - 1).filter(|ns| *ns >= 0)
     }
 
     /// Takes the newest group into its cells, if there is a new one. `midway` is called with half of it copied.
@@ -205,9 +227,8 @@ impl Inbound {
     pub(crate) unsafe fn latch(&self, now_ns: i64, midway: &mut dyn FnMut()) {
         // SAFETY: the caller is the one that touches it.
         let state = unsafe { &mut *self.state.get() };
-        if state.receiver.latch(now_ns).is_none() {
-            return;
-        }
+        let Some(header) = state.receiver.latch(now_ns) else { return };
+        self.brought_ns.store(header.time_ns, Ordering::Relaxed);
         let group = state.receiver.group();
         for span in &self.spans {
             let place = &group[span.at..span.at + span.len];
@@ -228,9 +249,8 @@ impl Inbound {
     pub(crate) unsafe fn latch_at_once(&self, now_ns: i64) {
         // SAFETY: the caller is the one that touches it.
         let state = unsafe { &mut *self.state.get() };
-        if state.receiver.latch(now_ns).is_none() {
-            return;
-        }
+        let Some(header) = state.receiver.latch(now_ns) else { return };
+        self.brought_ns.store(header.time_ns, Ordering::Relaxed);
         let group = state.receiver.group();
         for span in &self.spans {
             // SAFETY: a span lies within its cells, which are held, its place within the group.
@@ -277,12 +297,13 @@ impl Inbound {
         }
     }
 
-    /// Takes ratio members by number for the readers that are due: invocation j takes number ⌊j/n⌋ − 1. `late` is called with
+    /// Takes ratio members by number for the readers that are due: invocation j takes number ⌊j/n⌋ − 1, where both began together; where one
+    /// began later, the first number that came is taken from the next invocation on, and the next one n later. `late` is called with
     /// each member whose value is absent.
     ///
     /// # Safety
     /// As for `latch`.
-    pub(crate) unsafe fn take_ratios(&self, late: &mut dyn FnMut(u32)) {
+    pub(crate) unsafe fn take_ratios(&self, now_ns: i64, late: &mut dyn FnMut(u32)) {
         // SAFETY: the caller is the one that touches it.
         let state = unsafe { &mut *self.state.get() };
         self.distribute(state);
@@ -290,15 +311,23 @@ impl Inbound {
             let Some(activation) = member.activation.as_ref().filter(|_| member.ratio > 0) else { continue };
             // SAFETY: an activation of the reading source.
             let reader = unsafe { &*activation.state() };
-            let phase = reader.number.saturating_sub(reader.activated) / u64::from(member.ratio);
-            if !reader.due || phase == 0 {
+            let phase = waiting.attend(reader, member.ratio);
+            let (first, number) = waiting.anchor;
+            if !reader.due || phase < first {
                 continue;
             }
-            let wanted = phase - 1;
+            let wanted = number + (phase - first) / u64::from(member.ratio);
             while waiting.count > 0 && waiting.numbers[waiting.first] <= wanted {
                 waiting.pop_into(&member.cell);
             }
-            if waiting.taken != Some(wanted) && waiting.late != Some(wanted) {
+            if waiting.taken == Some(wanted) {
+                self.late_ns.store(0, Ordering::Relaxed);
+                continue;
+            }
+            if self.late_ns.load(Ordering::Relaxed) == 0 {
+                self.late_ns.store(now_ns + 1, Ordering::Relaxed);
+            }
+            if waiting.late != Some(wanted) {
                 waiting.late = Some(wanted);
                 late(index as u32);
             }
@@ -335,9 +364,15 @@ impl Inbound {
         }
         let waiting = &mut state.waiting[member];
         waiting.count = 0;
-        waiting.taken = None;
-        waiting.late = None;
+        waiting.begin(self.members[member].ratio);
         waiting.sequence
+    }
+
+    /// False for a ratio member whose reader is off: nothing waits for it.
+    fn is_read(&self, index: usize) -> bool {
+        let member = &self.members[index];
+        // SAFETY: an activation of the reading source, whose kernel asks.
+        member.ratio == 0 || member.activation.as_ref().is_none_or(|activation| unsafe { (*activation.state()).on })
     }
 
     /// Moves rows that arrived to their members, while all members of a row have room.
@@ -345,12 +380,16 @@ impl Inbound {
         let masks = self.members.len().div_ceil(64);
         while let Some((_, row)) = state.receiver.peek_row() {
             let present = |index: usize| row[index / 8] & (1 << (index % 8)) != 0;
-            if (0..self.members.len()).any(|index| present(index) && state.waiting[index].count == DEPTH) {
+            if (0..self.members.len()).any(|index| present(index) && state.waiting[index].count == DEPTH && self.is_read(index)) {
                 return;
             }
             for (index, member) in self.members.iter().enumerate().filter(|(index, _)| present(*index)) {
-                let number = row[(masks + index) * WORD..][..WORD].try_into().expect("eight bytes were cut out");
-                state.waiting[index].push(u64::from_ne_bytes(number), &row[member.offset..member.offset + member.cell.len()]);
+                let number = u64::from_ne_bytes(row[(masks + index) * WORD..][..WORD].try_into().expect("eight bytes were cut out"));
+                if let Some(activation) = member.activation.as_ref().filter(|_| member.ratio > 0) {
+                    // SAFETY: an activation of the reading source.
+                    state.waiting[index].relate(number, unsafe { &*activation.state() }, member.ratio);
+                }
+                state.waiting[index].push(number, &row[member.offset..member.offset + member.cell.len()]);
             }
             state.receiver.pop_row();
         }
@@ -358,8 +397,56 @@ impl Inbound {
 }
 
 impl Waiting {
-    fn new(len: usize) -> Waiting {
-        Waiting { bytes: vec![0; len * DEPTH].into(), numbers: [0; DEPTH], first: 0, count: 0, sequence: 0, taken: None, late: None, held: false }
+    fn new(len: usize, ratio: u32) -> Waiting {
+        Waiting {
+            bytes: vec![0; len * DEPTH].into(),
+            numbers: [0; DEPTH],
+            first: 0,
+            count: 0,
+            sequence: 0,
+            taken: None,
+            late: None,
+            newest: None,
+            anchor: (u64::from(ratio), 0),
+            phase: 0,
+            held: false,
+        }
+    }
+
+    /// Looks at the reader: invocations since its activation. Where it was switched on since the last look, all begins anew.
+    #[inline]
+    fn attend(&mut self, reader: &crate::schedule::State, ratio: u32) -> u64 {
+        let phase = reader.number.saturating_sub(reader.activated);
+        if phase < self.phase {
+            self.begin(ratio);
+        }
+        self.phase = phase;
+        phase
+    }
+
+    /// The reader is switched on.
+    #[cold]
+    fn begin(&mut self, ratio: u32) {
+        (self.taken, self.late, self.newest, self.anchor) = (None, None, None, (u64::from(ratio), 0));
+    }
+
+    /// Number `number` of a ratio member arrives. The first one since the reader or the writer was switched on says how their
+    /// invocations lie to each other: as if they had begun together, unless that is off by more than one update.
+    #[inline]
+    fn relate(&mut self, number: u64, reader: &crate::schedule::State, ratio: u32) {
+        if !reader.on {
+            // Nothing waits for it.
+            self.count = 0;
+            return;
+        }
+        let (phase, n) = (self.attend(reader, ratio), u64::from(ratio));
+        let begins = self.newest.is_none_or(|newest| number <= newest);
+        self.newest = Some(number);
+        if begins {
+            let together = phase.abs_diff((number + 1) * n) <= n;
+            self.anchor = if together { (n, 0) } else { (phase + 1, number) };
+            (self.count, self.taken, self.late) = (0, None, None);
+        }
     }
 
     fn push(&mut self, number: u64, bytes: &[u8]) {

@@ -133,7 +133,7 @@ impl Kernel {
     pub(crate) fn wake(&mut self) {
         if self.raised {
             self.raised = false;
-            self.table.wakes.iter().flatten().for_each(|source| source.bell.wake());
+            self.table.wakes.iter().chain(&self.table.edge_sources).flatten().for_each(|source| source.bell.wake());
         }
         if self.told {
             self.told = false;
@@ -210,10 +210,11 @@ impl Kernel {
         for inbound in table.inbound.iter().filter(|inbound| inbound.queues()) {
             let late = &mut |member| {
                 *told = true;
+                add(&source.counters.late, 1);
                 teller.tell(&shared.serials, Event::Late { source: source.id, member, time_ns: now_ns }, &[], &[]);
             };
             // SAFETY: this is the kernel of the reading source.
-            unsafe { inbound.take_ratios(late) };
+            unsafe { inbound.take_ratios(now_ns, late) };
         }
     }
 
@@ -228,6 +229,13 @@ impl Kernel {
             unsafe { device.read(now_ns) }
         });
         self.look(now_ns, false);
+        for (edge, source) in self.table.edges.iter().zip(&self.table.edge_sources) {
+            // SAFETY: this is the kernel of the edge's device.
+            if let (true, Some(source)) = (unsafe { edge.rises() }, source) {
+                source.request(now_ns);
+                self.raised = true;
+            }
+        }
         if let Some(ended) = steps::guarded(self, started_ns, now_ns, preempt) {
             self.stop(ended, now_ns);
             return false;
@@ -378,7 +386,7 @@ impl Kernel {
         // SAFETY: activations of this source.
         unsafe {
             (*activation.state()).on
-                && activation.drivers().iter().all(|(driver, n)| {
+                && activation.due().drivers().iter().all(|(driver, n)| {
                     let state = &*driver.state();
                     stores(state.number - state.activated.min(state.number), *n)
                 })

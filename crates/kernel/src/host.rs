@@ -212,6 +212,11 @@ impl Host {
         self.now_ns.fetch_max(now_ns, Ordering::Relaxed);
     }
 
+    /// The period of a timer; none of other sources.
+    pub fn period_ns(&self, source: SourceId) -> Option<i64> {
+        self.source(source).period_ns()
+    }
+
     /// Counters and histograms of a source.
     pub fn statistics(&self, source: SourceId) -> Statistics {
         self.source(source).statistics()

@@ -149,7 +149,10 @@ impl Process {
         for watch in stages.iter().flat_map(|stage| &stage.watches) {
             match &watch.response {
                 Response::React { script, .. } => {
-                    assert!(!script.ops.iter().any(|op| matches!(op, Op::Table(_))), "a reaction cannot swap a table; switch activations instead");
+                    assert!(
+                        !script.ops.iter().any(|op| matches!(op, Op::Table(_) | Op::Follow { .. })),
+                        "a reaction cannot swap a table; switch activations instead"
+                    );
                     assert!(script.captured_len() <= CAPTURED_MAX, "a reaction can capture {CAPTURED_MAX} bytes, not {}", script.captured_len());
                 }
                 Response::Remember => assert!(watch.condition < 64, "at most 64 conditions of a process can be remembered"),

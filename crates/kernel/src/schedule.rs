@@ -2,9 +2,10 @@
 //! Activations: when a set of steps is due.
 use crate::Cell;
 use std::cell::UnsafeCell;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// When the steps of an activation are due, while it is on.
+#[derive(Clone)]
 pub enum Due {
     /// At the firings of its source whose number is a multiple of `every` (set by `Op::On`): an execution interval on a timer
     /// (firing k releases at epoch + k · period), a trigger with `every` 1.
@@ -16,16 +17,35 @@ pub enum Due {
     Queued { members: Vec<(Arc<crate::Inbound>, usize)>, by: Vec<(Arc<Activation>, u32)> },
 }
 
+impl Due {
+    /// The activations that drive it.
+    pub(crate) fn drivers(&self) -> &[(Arc<Activation>, u32)] {
+        match self {
+            Due::Interval => &[],
+            Due::Driven { by } | Due::Queued { by, .. } => by,
+        }
+    }
+
+    /// Room for the sequence of the value that each member had last.
+    fn had(&self) -> Box<[u64]> {
+        let members = if let Due::Queued { members, .. } = self { members.len() } else { 0 };
+        vec![0; members].into()
+    }
+}
+
 /// The schedule of steps that are always active together at one rate. Shared by successive tables, so that a new table does
 /// not disturb what runs; changed only by the kernel of its source, between two firings.
 pub struct Activation {
-    due: Due,
+    /// As the kernel of its source goes by.
+    due: UnsafeCell<Due>,
+    /// The same as whoever builds tables knows it: what a `follow` under way will bring.
+    planned: Mutex<Due>,
     stamp: Option<Cell>,
     budget_ns: Option<u64>,
     state: UnsafeCell<State>,
 }
 
-// SAFETY: `state` is touched only by the kernel of the activation's source: its thread, or the one thread of the virtual clock.
+// SAFETY: `state` and `due` are touched only by the kernel of the activation's source: its thread, or the one thread of the virtual clock.
 unsafe impl Send for Activation {}
 // SAFETY: as for `Send`.
 unsafe impl Sync for Activation {}
@@ -36,6 +56,8 @@ pub(crate) struct State {
     pub(crate) on: bool,
     pub(crate) due: bool,
     pub(crate) every: u32,
+    /// The interval that was set while it ran; 0: it has the declared one.
+    pub(crate) tuned: u32,
     /// The next firing at which an interval is due.
     pub(crate) next: u64,
     /// Number of the next invocation, or of the present one in a firing in which it is due.
@@ -64,16 +86,34 @@ impl Activation {
         if let Some(stamp) = &stamp {
             assert!(stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number, a time, and the number at activation");
         }
-        let members = match &due {
-            Due::Queued { members, .. } => members.len(),
-            _ => 0,
-        };
-        let state = State { had: vec![0; members].into(), every: 1, ..State::default() };
-        Arc::new(Activation { due, stamp, budget_ns, state: UnsafeCell::new(state) })
+        let state = State { had: due.had(), every: 1, ..State::default() };
+        Arc::new(Activation { due: UnsafeCell::new(due.clone()), planned: Mutex::new(due), stamp, budget_ns, state: UnsafeCell::new(state) })
     }
 
-    pub(crate) fn due(&self) -> &Due {
-        &self.due
+    /// The operation that lets it be due by `due` from now on: others drive it. State, numbers and phase stay. It goes to its source in
+    /// one script with a table that was built after this call. Not for the real-time path.
+    pub fn follow(self: &Arc<Self>, due: Due) -> crate::Op {
+        *self.planned.lock().expect("nobody panics with the lock held") = due.clone();
+        crate::Op::Follow { activation: self.clone(), had: due.had(), due: Box::new(due) }
+    }
+
+    /// Puts `due` in force, with the sequences of what its members had; gives those before.
+    ///
+    /// # Safety
+    /// Called by the kernel of its source alone.
+    pub(crate) unsafe fn swap(&self, due: &mut Due, had: &mut Box<[u64]>) {
+        // SAFETY: the caller is the one that touches both.
+        unsafe {
+            std::mem::swap(&mut *self.due.get(), due);
+            std::mem::swap(&mut (*self.state.get()).had, had);
+        }
+    }
+
+    /// # Safety
+    /// Called by the kernel of its source alone.
+    pub(crate) unsafe fn due(&self) -> &Due {
+        // SAFETY: the caller is the one that changes it.
+        unsafe { &*self.due.get() }
     }
 
     pub(crate) fn budget_ns(&self) -> Option<u64> {
@@ -86,12 +126,9 @@ impl Activation {
         self.state.get()
     }
 
-    /// The activations that drive it.
-    pub(crate) fn drivers(&self) -> &[(Arc<Activation>, u32)] {
-        match &self.due {
-            Due::Interval => &[],
-            Due::Driven { by } | Due::Queued { by, .. } => by,
-        }
+    /// The activations that drive it, for who builds a table.
+    pub(crate) fn planned_drivers(&self) -> Vec<(Arc<Activation>, u32)> {
+        self.planned.lock().expect("nobody panics with the lock held").drivers().to_vec()
     }
 
     /// Decides whether it is due in firing `firing`; what drives it has been decided before, what it queues for was taken.
@@ -104,7 +141,8 @@ impl Activation {
         let state = unsafe { &mut *self.state.get() };
         state.missed = 0;
         state.due = state.on
-            && match &self.due {
+            // SAFETY: as for this one.
+            && match unsafe { self.due() } {
                 Due::Interval => firing >= state.next && interval_due(state, firing),
                 // SAFETY: as for this one.
                 Due::Driven { by } => unsafe { all_due(state, by) },

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scripts: what changes between two firings of a source, prepared off the real-time path.
-use crate::{Activation, Block, Cell, Process, Table};
+use crate::{Activation, Block, Cell, Process, Table, Window};
 use std::ptr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicPtr, Ordering};
@@ -12,6 +12,10 @@ pub enum Op {
     Table(Box<Table>),
     /// Stores bytes (ψ values, writes from the PS, safe values).
     Store(Cell, Box<[u8]>),
+    /// Appends the present value of a cell to a window of its last values: what a script stores is a value too.
+    Append { value: Cell, window: Window },
+    /// Every value of the window is the present one of the cell.
+    Fill { value: Cell, window: Window },
     /// Copies one cell to another (`initial="sensed"`).
     Copy(Cell, Cell),
     /// Initial state: the block's image as installed, but for states declared `keep` and for parameters, presets and sizes, which
@@ -22,6 +26,11 @@ pub enum Op {
     /// Switches an activation on, due at firings that are multiples of `every` (1 for a driven one). Nothing where it is on
     /// with the same `every` already: instance, state and phase stay.
     On(Arc<Activation>, u32),
+    /// Lets it be driven by others; made by [`Activation::follow`]. What drove it goes back with the acknowledgement. Not in a reaction.
+    Follow { activation: Arc<Activation>, due: Box<crate::Due>, had: Box<[u64]> },
+    /// From now on its interval is `every` firings, whatever `On` says, and at once where it is on: next due at the first multiple after
+    /// the last firing, so that no invocation is lost or doubled. 0: as `On` says, from the next on.
+    Tune(Arc<Activation>, u32),
     /// Switches it off.
     Off(Arc<Activation>),
     /// `execute`: one extra firing at once, in which exactly these blocks are due, and what they drive, where that is on.

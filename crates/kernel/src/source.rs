@@ -46,6 +46,8 @@ pub struct Statistics {
     pub firings: u64,
     /// Releases that were skipped because the firing before was not over.
     pub overruns: u64,
+    /// Ratio values that were absent when their reader asked for them.
+    pub late: u64,
     /// Invocations that faulted.
     pub faults: u64,
     /// Lateness of the start of firings behind their release: last, greatest, and counts in bins of powers of two from 2^0 ns to 2^31 ns.
@@ -135,6 +137,7 @@ impl Source {
         Statistics {
             firings: load(&counters.firings),
             overruns: load(&counters.overruns),
+            late: load(&counters.late),
             faults: load(&counters.faults),
             jitter_last_ns: load(&counters.jitter.last_ns),
             jitter_max_ns: load(&counters.jitter.max_ns),
@@ -153,6 +156,7 @@ impl Source {
 pub(crate) struct Counters {
     pub(crate) firings: AtomicU64,
     pub(crate) overruns: AtomicU64,
+    pub(crate) late: AtomicU64,
     pub(crate) faults: AtomicU64,
     pub(crate) stopped: AtomicBool,
     pub(crate) jitter: Histogram,

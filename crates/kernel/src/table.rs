@@ -3,7 +3,8 @@
 use crate::memory::{Span, spans};
 use crate::process::{RunningTime, TimeState};
 use crate::source::Source;
-use crate::{Activation, Block, Cell, Device, Inbound, Outbound, Process, SourceId};
+use crate::window::Window;
+use crate::{Activation, Block, Cell, Device, Edge, Inbound, Outbound, Process, SourceId};
 use opengpac::abi::{Header, Invocation, Run};
 use std::collections::HashMap;
 use std::ffi::c_void;
@@ -16,6 +17,21 @@ pub enum StepKind {
     Block(Arc<Block>),
     /// Copies cells: a gather or scatter of an array port, the delay of a ratio input inside a source.
     Copy(Vec<(Cell, Cell)>),
+    /// Appends to windows what the block of an earlier step has stored.
+    Append(Vec<Append>),
+}
+
+/// A value that a block stores, and a window of the last values of it: input items that ask for a history are bound to windows.
+#[derive(Clone)]
+pub struct Append {
+    /// The block that stores it.
+    pub block: Arc<Block>,
+    /// n where its output is a ratio output n, else 1: it stores on the nth, 2nth, … invocation.
+    pub ratio: u32,
+    /// The newest value.
+    pub value: Cell,
+    /// The last values, oldest first.
+    pub window: Window,
 }
 
 /// One step, with when it is due and whose it is.
@@ -75,12 +91,18 @@ pub struct Table {
     /// For each outbound connection: whom it raises; filled in when the table is submitted.
     pub(crate) wakes: Vec<Option<Arc<Source>>>,
     pub(crate) devices: Vec<Arc<Device>>,
+    pub(crate) edges: Vec<Arc<Edge>>,
+    /// Whom each edge raises; filled in when the table is submitted.
+    pub(crate) edge_sources: Vec<Option<Arc<Source>>>,
     pub(crate) rows: Option<(Vec<Span>, Rows)>,
     /// The greatest budget declared, and whether some activation declares none.
     pub(crate) budget_ns: (u64, bool),
     /// Copy steps, at addresses that stay.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
     _copies: Vec<Box<Copies>>,
+    /// Steps that append to windows, as above.
+    #[allow(clippy::vec_box, reason = "calls hold the address of each")]
+    _appends: Vec<Box<Appends>>,
 }
 
 // SAFETY: a table belongs to one thread at a time: whoever builds it, then the kernel of its source, then whoever frees it. Its
@@ -106,7 +128,7 @@ pub(crate) struct Strip {
 }
 
 pub(crate) struct ColdStep {
-    /// `None` for a copy.
+    /// `None` for a copy or an append.
     pub(crate) block: Option<Arc<Block>>,
     pub(crate) process: u32,
     pub(crate) slot: u32,
@@ -139,6 +161,8 @@ pub(crate) struct Candidate {
 }
 
 struct Copies(Vec<(Cell, Cell)>);
+
+struct Appends(Vec<Append>);
 
 impl Table {
     /// Builds the flat table: maximal runs of steps with one activation become strips. Panics where a step names a driver that
@@ -173,6 +197,14 @@ impl Table {
         Table { activations, inbound, outbound, devices, ..table }
     }
 
+    /// The same with channels of its devices that raise sources.
+    #[must_use]
+    pub fn with_edges(mut self, edges: Vec<Arc<Edge>>) -> Table {
+        self.edge_sources = edges.iter().map(|_| None).collect();
+        self.edges = edges;
+        self
+    }
+
     /// A table without anything.
     pub(crate) fn empty() -> Table {
         Table {
@@ -195,9 +227,12 @@ impl Table {
             writers: Vec::new(),
             wakes: Vec::new(),
             devices: Vec::new(),
+            edges: Vec::new(),
+            edge_sources: Vec::new(),
             rows: None,
             budget_ns: (0, true),
             _copies: Vec::new(),
+            _appends: Vec::new(),
         }
     }
 
@@ -212,6 +247,13 @@ impl Table {
                 let copies = Box::new(Copies(cells));
                 self.calls.push(Call { run: copy, instance: ptr::from_ref::<Copies>(&copies).cast_mut().cast(), invocation: ptr::null() });
                 self._copies.push(copies);
+                None
+            }
+            StepKind::Append(appends) => {
+                assert!(appends.iter().all(|append| append.window.takes(&append.value)), "a window takes values of one length");
+                let appends = Box::new(Appends(appends));
+                self.calls.push(Call { run: append, instance: ptr::from_ref::<Appends>(&appends).cast_mut().cast(), invocation: ptr::null() });
+                self._appends.push(appends);
                 None
             }
         };
@@ -258,6 +300,9 @@ impl Table {
         for (wake, outbound) in self.wakes.iter_mut().zip(&self.outbound) {
             *wake = outbound.wake.and_then(|wake| sources.get(wake.0 as usize).cloned());
         }
+        for (raised, edge) in self.edge_sources.iter_mut().zip(&self.edges) {
+            *raised = sources.get(edge.raises.0 as usize).cloned();
+        }
     }
 
     /// The step whose block stores to `cell`: the last one.
@@ -279,7 +324,7 @@ const CANDIDATES_A_STEP: usize = 4;
 fn in_driving_order(steps: &[Step]) -> Vec<Arc<Activation>> {
     fn visit(activation: &Arc<Activation>, seen: &mut HashMap<*const Activation, ()>, order: &mut Vec<Arc<Activation>>) {
         if seen.insert(Arc::as_ptr(activation), ()).is_none() {
-            activation.drivers().iter().for_each(|(driver, _)| visit(driver, seen, order));
+            activation.planned_drivers().iter().for_each(|(driver, _)| visit(driver, seen, order));
             order.push(activation.clone());
         }
     }
@@ -295,6 +340,20 @@ unsafe extern "C" fn copy(instance: *mut c_void, _: *const Invocation) -> u64 {
     for (from, to) in &copies.0 {
         // SAFETY: both cells are held and of one length (checked when the table was built).
         unsafe { ptr::copy(from.start(), to.start(), to.len()) };
+    }
+    0
+}
+
+/// The entry of a step that appends to windows.
+unsafe extern "C" fn append(instance: *mut c_void, _: *const Invocation) -> u64 {
+    // SAFETY: the table keeps its appends, and calls each with its own.
+    let appends = unsafe { &*instance.cast::<Appends>() };
+    for append in &appends.0 {
+        // SAFETY: the block is held, and its invocation has returned: its number is that of the next one.
+        let header = unsafe { &*append.block.header() };
+        if header.number.wrapping_sub(header.activated).is_multiple_of(u64::from(append.ratio.max(1))) {
+            append.window.append(&append.value);
+        }
     }
     0
 }

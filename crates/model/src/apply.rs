@@ -8,6 +8,7 @@ mod finish;
 mod place;
 mod ranges;
 mod relate;
+mod retune;
 mod sequence;
 mod sizes;
 
@@ -135,6 +136,7 @@ impl<'a> Draft<'a> {
         let type_text = self.layout(port).map_or_else(|| item.type_text.clone(), |layout| layout.text.clone());
         let unit = if item.unit.is_empty() { String::new() } else { format!(", {}", item.unit) };
         let what = crate::kind::kind_name(item.kind);
-        format!("{what} '{}.{}' ({type_text}{unit})", self.flat(port.0).label, item.name)
+        let last = if item.history > 0 { format!(", the last {}", item.history) } else { String::new() };
+        format!("{what} '{}.{}' ({type_text}{unit}{last})", self.flat(port.0).label, item.name)
     }
 }

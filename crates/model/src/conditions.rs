@@ -11,7 +11,7 @@ use std::collections::HashMap;
 /// Conditions that exist in every verb.
 pub const SYSTEM: [&str; 8] = ["completed", "halted", "fault", "processor_lost", "device_lost", "device_disabled", "aborted", "emergency_stop"];
 
-/// Conditions that come where a limit is declared.
+/// Conditions that come where a start declares a limit.
 pub const LIMITS: [&str; 4] = ["time_limit", "overrun", "late", "link_lost"];
 
 /// A termination condition with τ.
@@ -25,9 +25,7 @@ pub struct CheckedCondition {
 /// Resolves the table of conditions and τ. The system conditions that the verb does not name come after its own.
 pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedCondition> {
     let mut conditions: Vec<CheckedCondition> = verb.conditions.iter().map(|(name, termination)| check_one(flat, verb, name, termination)).collect();
-    let named_in_transitions = |name: &str| verb.transitions.iter().any(|t| t.condition == name);
-    let wanted = LIMITS.into_iter().filter(|name| *name == "time_limit" || named_in_transitions(name));
-    for name in SYSTEM.into_iter().chain(wanted) {
+    for name in SYSTEM.into_iter().chain(LIMITS) {
         if let Some(during) = lists_without(&conditions, name, verb.command_lists.len()) {
             let planned =
                 PlannedCondition { name: name.to_owned(), on: Vec::new(), returns: Vec::new(), normal: name == "completed", priority: 0, during, alarm: None };

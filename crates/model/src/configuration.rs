@@ -57,6 +57,9 @@ pub struct Svv {
     pub unit: String,
     #[serde(default)]
     pub types: IndexMap<String, String>,
+    /// How many of its values are kept.
+    #[serde(default)]
+    pub history: u32,
     /// The logical device it belongs to.
     #[serde(default)]
     pub device: Option<String>,

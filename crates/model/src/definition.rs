@@ -121,6 +121,9 @@ pub enum Command {
         block: String,
         #[serde(default)]
         every_ns: Option<u64>,
+        /// The interval may be changed while it runs.
+        #[serde(default)]
+        tunable: bool,
         #[serde(default)]
         budget_ns: Option<u64>,
     },

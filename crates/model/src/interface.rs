@@ -43,6 +43,10 @@ pub struct Item {
     /// Number of elements is the block's size.
     #[serde(default)]
     pub sized: bool,
+    /// Of an input: the number of last values that it reads, oldest first; 0 where it reads the present one. `type_text` is that of
+    /// one value.
+    #[serde(default)]
+    pub history: u32,
     /// Default of a parameter, preset, defaulted input, in bytes of the type (from the descriptor's image); size: unused.
     #[serde(default)]
     pub default: Vec<u8>,

@@ -18,6 +18,8 @@ pub enum CheckedCommand {
         label: String,
         blocks: Range<usize>,
         every_ns: Option<u64>,
+        /// The interval may be changed while it runs.
+        tunable: bool,
         budget_ns: Option<u64>,
         /// `divide` of the graphs around the label: what its blocks' own is relative to.
         divide: u32,
@@ -56,7 +58,7 @@ fn check_list(flat: &mut Flat<'_>, verb: &Verb, name: &str, list: &CommandList) 
                 Some(CheckedCommand::Install(blocks.iter().filter_map(|b| labelled(flat, b, &what, place)).map(|found| found.0).collect()))
             }
             Command::Execute { block } => labelled(flat, block, &what, place).map(|found| CheckedCommand::Execute(found.0)),
-            Command::Activate { block, every_ns, budget_ns } => {
+            Command::Activate { block, every_ns, tunable, budget_ns } => {
                 if *every_ns == Some(0) {
                     flat.refuse(
                         Class::SchedulingError,
@@ -69,6 +71,7 @@ fn check_list(flat: &mut Flat<'_>, verb: &Verb, name: &str, list: &CommandList) 
                     label: block.clone(),
                     blocks,
                     every_ns: *every_ns,
+                    tunable: *tunable,
                     budget_ns: *budget_ns,
                     divide,
                 })

@@ -58,6 +58,8 @@ pub struct Bound {
     pub binding: Binding,
     /// Mode in force.
     pub mode: Mode,
+    /// Of a history input: how many values it reads; else 0.
+    pub history: u32,
 }
 
 /// One subroutine instance.
@@ -105,6 +107,8 @@ pub struct PlannedActivation {
     pub due: Due,
     pub blocks: Vec<BlockIndex>,
     pub budget_ns: Option<u64>,
+    /// Its interval may be changed while it runs.
+    pub tunable: bool,
     /// Rate in each command list in which it is on (list index, rate), for the relations of later instances.
     pub rates: Vec<(usize, Rate)>,
 }

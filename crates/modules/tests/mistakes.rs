@@ -80,6 +80,12 @@ fn impossible_numbers() {
 }
 
 #[test]
+fn a_history_of_no_or_of_any_length() {
+    check("history", "in_history(double, v, 0, \"past\")", "a history holds 1 to 4096 values");
+    check("history", "size(n, 1, 4), in_history(double[n], v, 3, \"past\")", "a history is of values of one length");
+}
+
+#[test]
 fn more_than_32_items() {
     let items: Vec<String> = (0..40).map(|i| format!("in(double, v{i}, \"v\")")).collect();
     for language in ["c", "cpp"] {

@@ -17,6 +17,7 @@ FUNCTION_BLOCK(everything, "Uses every word.",
     in_async(bool, enable, "a flag"),
     in_ratio(float, slow, 4, "a slow input", "m"),
     in_async_default(pose, where, (1, 2, 3, 0.25f, true), "where it is"),
+    in_history(double[2], before, 3, "the last three pairs", "V"),
     out(double[n], shifted, "shifted positions", "rad"),
     out_ratio(double, sum, 3, "every third sum"),
     out_nonfinite(double, reciprocal, "may be infinite"),
@@ -40,6 +41,7 @@ FUNCTION_BLOCK(everything, "Uses every word.",
     self->again.both[1].yaw += self->slow;
     self->motor = self->gains[2] * self->encoder;
     self->count++;
+    self->memory[1] = self->before[0][1] + 10 * self->before[1][1] + 100 * self->before[2][1];
     self->memory[0] += self->sum;
     self->memory[3] = (double)invocation->time_ns;
     if (invocation->number == 2) report(enough);
@@ -78,6 +80,8 @@ fn the_interface_is_read_back() {
         assert_eq!(port("enable"), (Kind::Input, Mode::Asynchronous, "bool", ""));
         assert_eq!(port("slow"), (Kind::Input, Mode::Ratio(4), "float", "m"));
         assert_eq!(port("where"), (Kind::Input, Mode::Asynchronous, "pose", ""));
+        assert_eq!(port("before"), (Kind::Input, Mode::Asynchronous, "double[2]", "V"));
+        assert_eq!((item("before").history, item("before").element, item("before").size), (3, 16, 48));
         assert_eq!(port("sum"), (Kind::Output, Mode::Ratio(3), "double", ""));
         assert_eq!(port("motor"), (Kind::DeviceWrite, Mode::Synchronous, "double", "N.m"));
         assert_eq!(port("enough"), (Kind::Condition, Mode::Synchronous, "", ""));
@@ -105,6 +109,21 @@ fn sized_ratio_and_default_items() {
         assert_eq!(trial.numbers("shifted").unwrap(), [4.5, 2.5, 0.0], "elements beyond n are never touched");
         assert_eq!(trial.numbers("memory").unwrap()[3], 3e6, "running time of the fourth invocation");
         assert_eq!(trial.number("reciprocal").unwrap(), f64::INFINITY);
+    });
+}
+
+#[test]
+fn a_history_is_oldest_first_and_begins_with_its_first_value() {
+    each("history", |module| {
+        let mut trial = trial(module);
+        for (value, seen) in [(1.0, 111.0), (2.0, 211.0), (3.0, 321.0), (4.0, 432.0)] {
+            trial.set_numbers("before", &[0.0, value]).unwrap();
+            trial.run().unwrap();
+            assert_eq!(trial.numbers("memory").unwrap()[1], seen);
+        }
+        trial.set_numbers("before", &[0.0, 7.0, 0.0, 8.0, 0.0, 9.0]).unwrap();
+        trial.run().unwrap();
+        assert_eq!(trial.numbers("memory").unwrap()[1], 987.0);
     });
 }
 

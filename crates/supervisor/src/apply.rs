@@ -3,6 +3,7 @@
 use crate::configure::SvvRequest;
 use crate::core::{DeviceState, LogicalRecord};
 use crate::refuse::{invalid_state, refuse_at, unknown};
+use crate::retune::Origin;
 use crate::system::{Definitions, System, Waited};
 use indexmap::IndexMap;
 use model::CheckedVerb;
@@ -69,7 +70,8 @@ impl System {
     }
 
     pub(crate) fn create_in(&self, definitions: &mut Definitions, application: &Application) -> Result<u64, Refusals> {
-        let plan = Arc::new(definitions.plan(application)?);
+        let checked = definitions.checked(&application.verb)?;
+        let plan = Arc::new(checked.apply(application, &definitions.configuration)?);
         if let Some(name) = &application.name
             && self.shared.locked().instances.values().any(|i| i.name == *name)
         {
@@ -78,9 +80,19 @@ impl System {
         let catalog = &definitions.catalog;
         let (id, name) = self.shared.command(|core| {
             let id = core.create(catalog, plan.clone(), application.name.clone(), application.owner.clone())?;
-            Ok((id, core.instances[&id].name.clone()))
+            let instance = core.instances.get_mut(&id).expect("it has just been made");
+            instance.origin = Some(Origin { checked, application: application.clone() });
+            Ok((id, instance.name.clone()))
         })?;
         enter_writers(definitions, &plan, &name);
+        if let Err(refusals) = self.followers_hold(definitions, id) {
+            leave_writers(definitions, &plan, &name);
+            self.shared.command(|core| {
+                core.remove(id);
+                Ok(())
+            })?;
+            return Err(refusals.into_iter().map(|refusal| refusal.at(&application.place)).collect());
+        }
         Ok(id)
     }
 

@@ -7,14 +7,14 @@ use crate::svvs::SvvRecord;
 use crate::system::System;
 use crate::tables::SourceTable;
 use indexmap::IndexMap;
-use kernel::{Direction, SourceSpec};
+use kernel::{Direction, Number, SourceSpec};
 use model::configuration::{Channel, PhysicalDevice, Source, SourceKind, Svv, SvvId};
 use model::definition::{DeviceType, Graph, Initial, SvvSpecification, Verb};
 use model::plan::CellKind;
 use model::refusal::{Class, Place, Refusals};
 use model::types::Type;
 use model::{CheckedVerb, Composition, check_graph, compose};
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
 /// An SVV as it is asked for: its specification, and the struct types that its type needs.
@@ -127,6 +127,43 @@ impl System {
         }
     }
 
+    /// Lets a channel that a physical device reads raise a trigger or software source, of any processor, each time it goes from zero to
+    /// something else. It is looked at in each firing of the device's source.
+    pub fn raise(&self, device: &str, channel: &str, source: &str, place: Option<Place>) -> Result<(), Refusals> {
+        let definitions = self.shared.definitions();
+        let Some(of) = definitions.configuration.devices.get(device) else {
+            return Err(unknown("physical device", device, definitions.configuration.devices.keys().map(String::as_str)));
+        };
+        let Some((index, found)) = of.channels.iter().enumerate().find(|(_, known)| known.name == channel) else {
+            return Err(unknown(&format!("channel of '{device}' named"), channel, of.channels.iter().map(|known| known.name.as_str())));
+        };
+        let refused = |class, why: &str, remedy: &str| {
+            Err(refuse_at(class, format!("channel '{device}.{channel}' cannot raise source '{source}': {why}"), remedy, place.clone()))
+        };
+        match definitions.configuration.sources.get(source).map(|source| &source.kind) {
+            None => return Err(unknown("source", source, definitions.configuration.sources.keys().map(String::as_str))),
+            Some(SourceKind::Timer { .. }) => return refused(Class::InvalidState, "it is a timer", "name a trigger or software source"),
+            Some(SourceKind::Trigger | SourceKind::Software) => {}
+        }
+        let number = match found.type_text.as_str() {
+            _ if found.write => return refused(Class::TypeMismatch, "the channel is written", "name a channel that is read"),
+            "double" => Number::Double,
+            "float" => Number::Float,
+            text if text == "bool" || (text.ends_with("_t") && !text.contains('[')) => Number::Whole,
+            text => return refused(Class::TypeMismatch, &format!("it is a {text}"), "name a channel with one number"),
+        };
+        self.shared.command(|core| {
+            let Some(physical) = core.physical.get(device) else { return Err(unknown("physical device", device, core.physical.keys().map(String::as_str))) };
+            let edge = kernel::Edge::new(&physical.device, index, number, core.sources[source]);
+            let exchange = physical.source;
+            let table = core.tables.get_mut(&exchange).expect("a source has its table as long as the system lives");
+            table.edges.push((device.to_owned(), edge));
+            let op = core.table_op(exchange);
+            core.submit(exchange, vec![op], crate::core::Purpose::Nothing);
+            Ok(())
+        })
+    }
+
     /// Opens a physical device. Returns its channels and what the driver says of itself (JSON).
     pub fn physical_device(
         &self,
@@ -204,6 +241,7 @@ impl System {
             core.alarm_closed(name);
             let table = core.tables.get_mut(&source).expect("a source has its table as long as the system lives");
             table.devices.retain(|d| !Arc::ptr_eq(d, &device));
+            table.edges.retain(|(of, _)| of != name);
             let op = core.table_op(source);
             core.submit(source, vec![op], crate::core::Purpose::Nothing);
             Ok(())
@@ -333,6 +371,8 @@ impl System {
                     firings: 1,
                     past: Vec::new(),
                     rows: None,
+                    windows: Vec::new(),
+                    stores: VecDeque::new(),
                 },
             );
             Ok(id)
@@ -342,6 +382,7 @@ impl System {
             type_text: asked.type_text.clone(),
             unit: asked.unit.clone(),
             types: request.types.clone(),
+            history: asked.history,
             device: device.map(str::to_owned),
             shared: false,
             place,

@@ -5,6 +5,7 @@
 //! members change: the writer publishes into the new one first, then the reader turns to it. Queues belong to the instance that
 //! reads them and are never made anew, so no row is lost.
 use crate::core::Core;
+use crate::follow::Gate;
 use crate::install::Installed;
 use crate::sequence::{Inlet, Movement};
 use crate::tables::{InletRecord, Outlet};
@@ -12,7 +13,7 @@ use interconnect::{Carrier, ConnectionSpec, Memory, Receiver, Sender};
 use kernel::connection::QueueMember;
 use kernel::{Activation, Cell, Inbound, Outbound, SourceId};
 use model::interface::Mode;
-use model::plan::{Binding, CellKind, Plan};
+use model::plan::{Binding, CellKind, Plan, PlannedCell};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
@@ -25,7 +26,8 @@ pub(crate) type Pair = (SourceId, SourceId);
 /// Who writes a queue's member.
 enum Author {
     Planned(usize),
-    Installed(Arc<Activation>),
+    /// Of another instance, with n of its ratio output.
+    Installed(Arc<Activation>, u32),
 }
 
 /// One member of a queue.
@@ -45,15 +47,26 @@ struct Member {
 pub(crate) struct Queue {
     pair: Pair,
     members: Vec<Member>,
+    /// The SVV of another instance that it carries, where it does: that instance may be followed by another.
+    svv: Option<String>,
     ends: (Box<dyn Sender>, Box<dyn Receiver>),
 }
 
-/// Cells of ratio inputs by (block, item): the value that an input takes by number is not the newest, so it has a cell of its own.
+/// Cells of inputs by (block, item) whose values come one by one through a queue: that value is not always the newest, so it has a cell of its
+/// own.
 pub(crate) type Delays = HashMap<(usize, usize), Cell>;
 
-/// The queues that a plan needs. Ratio members travel in a queue of their own, inside a source too: so they go by number there.
-pub(crate) fn queues(core: &Core, plan: &Plan, block_source: &[SourceId], cells: &[HashMap<SourceId, Cell>], delays: &Delays) -> Vec<Queue> {
-    let mut members: BTreeMap<(Pair, bool), Vec<Member>> = BTreeMap::new();
+/// The queues that a plan needs, or, `only`, those for an SVV that another instance writes. Ratio members travel in a queue of their own,
+/// inside a source too: so they go by number there.
+pub(crate) fn queues(
+    core: &Core,
+    plan: &Plan,
+    block_source: &[SourceId],
+    cells: &[HashMap<SourceId, Cell>],
+    delays: &Delays,
+    only: Option<&str>,
+) -> Vec<Queue> {
+    let mut members: BTreeMap<(Pair, bool, Option<String>), Vec<Member>> = BTreeMap::new();
     for (index, block) in plan.blocks.iter().enumerate() {
         let reader = block_source[index];
         for bound in &block.bindings {
@@ -69,22 +82,25 @@ pub(crate) fn queues(core: &Core, plan: &Plan, block_source: &[SourceId], cells:
             let mut part = 0;
             for cell in list {
                 let planned = &plan.cells[*cell];
-                if !planned.readers.contains(&(index, bound.item)) {
+                let svv = external_svv(planned);
+                if !planned.readers.contains(&(index, bound.item)) || only.is_some_and(|only| svv != Some(only)) {
+                    part += planned.size;
                     continue;
                 }
                 let Some((writer, from, author)) = author_of(core, plan, block_source, cells, *cell) else { continue };
-                if writer == reader && ratio == 0 {
+                if writer == reader && !delays.contains_key(&(index, bound.item)) {
+                    part += planned.size;
                     continue;
                 }
                 let to = delays.get(&(index, bound.item)).map_or_else(|| cells[*cell][&reader].clone(), |whole| whole.part(part, planned.size));
                 part += planned.size;
-                let author_ratio = author_ratio(plan, *cell);
+                let author_ratio = if let Author::Installed(_, n) = author { if n > 1 { n } else { 0 } } else { author_ratio(plan, *cell) };
                 let member = Member { from, to, author, author_ratio, ratio, reader: block.activation };
-                members.entry(((writer, reader), ratio > 0)).or_default().push(member);
+                members.entry(((writer, reader), ratio > 0, svv.map(str::to_owned))).or_default().push(member);
             }
         }
     }
-    members.into_iter().map(|((pair, _), members)| queue(core, pair, members)).collect()
+    members.into_iter().map(|((pair, _, svv), members)| queue(core, pair, svv, members)).collect()
 }
 
 /// n of the planned output that writes a cell, where it is a ratio output.
@@ -103,9 +119,17 @@ fn author_of(core: &Core, plan: &Plan, block_source: &[SourceId], cells: &[HashM
         return Some((source, cells[cell][&source].clone(), Author::Planned(plan.blocks[*block].activation)));
     }
     let CellKind::Svv { name, .. } = &planned.kind else { return None };
-    let writer = core.svvs[name].writers.first()?;
+    let writer = core.driver_of(name)?;
     let from = core.svvs[name].cells.get(&writer.source)?.clone();
-    Some((writer.source, from, Author::Installed(writer.activation.clone())))
+    Some((writer.source, from, Author::Installed(writer.activation.clone(), writer.ratio)))
+}
+
+/// The SVV that a planned cell is, where another instance writes it.
+fn external_svv(cell: &PlannedCell) -> Option<&str> {
+    match &cell.kind {
+        CellKind::Svv { name, .. } if cell.writers.is_empty() => Some(name),
+        _ => None,
+    }
 }
 
 /// Offsets of members, behind the kernel's own bytes, and the length of a row.
@@ -122,11 +146,11 @@ fn lay_out(members: &[Member]) -> (Vec<usize>, usize) {
     (offsets, end)
 }
 
-fn queue(core: &Core, pair: Pair, members: Vec<Member>) -> Queue {
+fn queue(core: &Core, pair: Pair, svv: Option<String>, members: Vec<Member>) -> Queue {
     let spec = ConnectionSpec { writer: pair.0.0, reader: pair.1.0, asynchronous_len: 0, queue_row_len: lay_out(&members).1, queue_depth: QUEUE_DEPTH };
     // Within a source nothing is on a way.
     let ends = if pair.0 == pair.1 { Memory.connect(&spec) } else { core.host.connect(&spec) };
-    Queue { pair, members, ends }
+    Queue { pair, members, svv, ends }
 }
 
 impl Queue {
@@ -148,6 +172,7 @@ impl Queue {
 pub(crate) struct HalfQueue {
     pair: Pair,
     members: Vec<Member>,
+    svv: Option<String>,
     sender: Box<dyn Sender>,
     receiver: Option<Box<dyn Receiver>>,
     inbound: Option<Arc<Inbound>>,
@@ -157,22 +182,22 @@ pub(crate) struct HalfQueue {
 pub(crate) fn open(queues: Vec<Queue>) -> Vec<HalfQueue> {
     let half = |queue: Queue| {
         let ratio = queue.is_ratio();
-        let Queue { pair, members, ends: (sender, receiver) } = queue;
+        let Queue { pair, members, svv, ends: (sender, receiver) } = queue;
         if ratio {
-            HalfQueue { pair, members, sender, receiver: Some(receiver), inbound: None }
+            HalfQueue { pair, members, svv, sender, receiver: Some(receiver), inbound: None }
         } else {
             let inbound = Some(Queue::inbound(&members, receiver, &[]));
-            HalfQueue { pair, members, sender, receiver: None, inbound }
+            HalfQueue { pair, members, svv, sender, receiver: None, inbound }
         }
     };
     queues.into_iter().map(half).collect()
 }
 
 impl HalfQueue {
-    /// The members that gate an activation of the plan, for its `Due::Queued`.
-    pub fn gating(&self, activation: usize) -> impl Iterator<Item = (Arc<Inbound>, usize)> + '_ {
-        let members = self.members.iter().enumerate().filter(move |(_, m)| m.reader == activation);
-        self.inbound.iter().flat_map(move |inbound| members.clone().map(|(index, _)| (inbound.clone(), index)))
+    /// The members that gate activations of the plan, for their `Due::Queued`.
+    pub fn gates(&self) -> impl Iterator<Item = Gate> + '_ {
+        let gate = |inbound: &Arc<Inbound>, member: usize, of: &Member| Gate { svv: self.svv.clone(), activation: of.reader, inbound: inbound.clone(), member };
+        self.inbound.iter().flat_map(move |inbound| self.members.iter().enumerate().map(move |(member, of)| gate(inbound, member, of)))
     }
 
     /// Enters both ends in the tables of their sources.
@@ -181,7 +206,7 @@ impl HalfQueue {
         let member = |(m, offset): (&Member, usize)| {
             let activation = match &m.author {
                 Author::Planned(index) => installed.activations[*index].clone(),
-                Author::Installed(activation) => activation.clone(),
+                Author::Installed(activation, _) => activation.clone(),
             };
             QueueMember { cell: m.from.clone(), offset, activation: Some(activation), ratio: m.author_ratio }
         };
@@ -196,8 +221,8 @@ impl HalfQueue {
         let outbound = Outbound::new(self.sender, Vec::new(), outbound_members, wake);
         let tables = &mut core.tables;
         let of = "a source has its table as long as the system lives";
-        tables.get_mut(&writer).expect(of).outlets.push(Outlet { reader, instance: Some(instance), outbound });
-        tables.get_mut(&reader).expect(of).inlets.push(InletRecord { writer, instance: Some(instance), inbound });
+        tables.get_mut(&writer).expect(of).outlets.push(Outlet { reader, instance: Some(instance), svv: self.svv.clone(), outbound });
+        tables.get_mut(&reader).expect(of).inlets.push(InletRecord { writer, instance: Some(instance), svv: self.svv, inbound });
     }
 }
 
@@ -230,6 +255,7 @@ pub(crate) fn crossings(plan: &Plan, installed: &Installed) -> Vec<(Pair, Cell, 
         readers.dedup();
         for reader in readers {
             found.push(((from, reader), installed.cells[index][&from].clone(), installed.cells[index][&reader].clone()));
+            found.extend(installed.crossing_windows(index, from, reader).map(|(from_cell, to)| ((from, reader), from_cell, to)));
         }
     }
     found
@@ -255,7 +281,7 @@ impl Core {
                 let spec =
                     ConnectionSpec { writer: writer.0, reader: reader.0, asynchronous_len: from.iter().map(Cell::len).sum(), queue_row_len: 0, queue_depth: 0 };
                 let (sender, receiver) = self.host.connect(&spec);
-                outlets.push(Outlet { reader, instance: None, outbound: Outbound::new(sender, from, Vec::new(), None) });
+                outlets.push(Outlet { reader, instance: None, svv: None, outbound: Outbound::new(sender, from, Vec::new(), None) });
                 Inbound::new(receiver, to, Vec::new())
             });
             self.last_connection += 1;
@@ -274,7 +300,10 @@ impl Core {
     /// Members of the asynchronous group of a pair: (cell of the writer, cell of the reader).
     fn group(&self, writer: SourceId, reader: SourceId) -> Vec<(Cell, Cell)> {
         let svvs = self.svvs.values().filter(|s| s.home == Some(writer) && s.readers.get(&reader).is_some_and(|n| *n > 0));
-        let of_svvs = svvs.filter_map(|s| Some((s.cells.get(&writer)?.clone(), s.cells.get(&reader)?.clone())));
+        let of_svvs = svvs.flat_map(|s| {
+            let value = s.cells.get(&writer).zip(s.cells.get(&reader)).map(|(from, to)| (from.clone(), to.clone()));
+            value.into_iter().chain(s.crossing_windows(writer, reader))
+        });
         let of_instances = self.instances.values().flat_map(|i| &i.crossings).filter(|(pair, _, _)| *pair == (writer, reader));
         of_svvs.chain(of_instances.map(|(_, from, to)| (from.clone(), to.clone()))).collect()
     }

@@ -148,8 +148,7 @@ impl Core {
     pub fn store_everywhere(&mut self, svv: &str, bytes: &[u8]) -> Vec<(SourceId, Op)> {
         let now_ns = self.host.now_ns();
         let Some(record) = self.svvs.get_mut(svv) else { return Vec::new() };
-        record.stored = bytes.to_vec();
-        record.stored_ns = now_ns;
-        record.cells.iter().map(|(source, cell)| (*source, Op::Store(cell.clone(), bytes.into()))).collect()
+        record.keep(bytes, now_ns);
+        record.store_ops(bytes)
     }
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Making and deleting verb instances: a plan becomes memory and steps; deleting leaves nothing of them.
 use crate::catalog::Catalog;
-use crate::connect::{Pair, crossings, enter_queues};
+use crate::connect::{Pair, crossings, enter_queues, mode_of};
 use crate::core::Core;
+use crate::follow::{Drivers, step_drivers};
 use crate::install::{Installed, install};
 use crate::instance::{Instance, Limits, RunningTime, State};
 use crate::refuse::{invalid_state, refuse};
@@ -12,6 +13,7 @@ use crate::svvs::WriterRecord;
 use crate::tables::StepRecord;
 use indexmap::IndexMap;
 use kernel::{BlockId, SourceId};
+use model::interface::Mode;
 use model::order;
 use model::plan::{CellKind, Plan};
 use model::refusal::{Class, Refusals};
@@ -38,9 +40,13 @@ impl Core {
         let crossings = crossings(&plan, &installed);
         let mut pairs: Vec<Pair> = crossings.iter().map(|(pair, _, _)| *pair).collect();
         pairs.extend(self.enter_svvs(id, &plan, &installed));
-        self.instances.insert(id, instance(id, name, plan, installed, crossings, owner));
+        let followed = self.followed(&plan);
+        self.instances.insert(id, Instance { followed, ..instance(id, name, plan, installed, crossings, owner) });
+        let (fills, appending) = self.enter_histories(id);
+        sources.extend(appending);
         let connections = self.reconnect(pairs);
-        let mut movements = vec![Movement::Tables(sources)];
+        let mut movements = if fills.is_empty() { vec![] } else { vec![Movement::Scripts(fills)] };
+        movements.push(Movement::Tables(sources));
         movements.extend(connections);
         self.append_sequence(id, movements);
         Ok(id)
@@ -96,27 +102,29 @@ impl Core {
             for (writer, (reader, item)) in writers.flat_map(|w| cell.readers.iter().map(move |r| (w, r))) {
                 if installed.block_source[*reader] == source {
                     let edge = (writer.block, installed.blocks[*reader].id());
-                    match crate::connect::mode_of(plan, *reader, *item) {
-                        model::interface::Mode::Asynchronous => soft.push(edge),
+                    match mode_of(plan, *reader, *item) {
+                        Mode::Asynchronous => soft.push(edge),
                         _ => hard.push(edge),
                     }
                 }
             }
             for (writer, _) in cell.writers.iter().filter(|(b, _)| installed.block_source[*b] == source) {
-                soft.extend(self.readers_of(name, source).into_iter().map(|reader| (installed.blocks[*writer].id(), reader)));
+                let writer = installed.blocks[*writer].id();
+                for (reader, follows) in self.readers_of(name, source) {
+                    if follows { hard.push((writer, reader)) } else { soft.push((writer, reader)) }
+                }
             }
         }
         (hard, soft)
     }
 
-    /// Installed blocks of a source that read an SVV.
-    fn readers_of(&self, svv: &str, source: SourceId) -> Vec<BlockId> {
+    /// Installed blocks of a source that read an SVV, and whether synchronously.
+    fn readers_of(&self, svv: &str, source: SourceId) -> Vec<(BlockId, bool)> {
         let mut found = Vec::new();
         for instance in self.instances.values().filter(|i| i.installed.sources.contains(&source)) {
             for cell in instance.plan.cells.iter().filter(|c| matches!(&c.kind, CellKind::Svv { name, .. } if name == svv)) {
-                found.extend(
-                    cell.readers.iter().filter(|(b, _)| instance.installed.block_source[*b] == source).map(|(b, _)| instance.installed.blocks[*b].id()),
-                );
+                let here = cell.readers.iter().filter(|(block, _)| instance.installed.block_source[*block] == source);
+                found.extend(here.map(|(block, item)| (instance.installed.blocks[*block].id(), mode_of(&instance.plan, *block, *item) == Mode::Synchronous)));
             }
         }
         found
@@ -129,7 +137,7 @@ impl Core {
             let mut steps: HashMap<BlockId, StepRecord> = table.steps.drain(..).map(|s| (s.id, s)).collect();
             for index in (0..plan.blocks.len()).filter(|b| installed.block_source[*b] == source) {
                 let block = installed.blocks[index].clone();
-                steps.insert(block.id(), step(id, plan, installed, index, &self.svvs));
+                steps.insert(block.id(), step(id, plan, installed, index, (&self.svvs, &self.claims)));
             }
             table.steps = order.iter().filter_map(|id| steps.remove(id)).collect();
         }
@@ -138,7 +146,7 @@ impl Core {
     /// Tells the SVVs who reads and may write them. The pairs whose connections change.
     fn enter_svvs(&mut self, id: u64, plan: &Plan, installed: &Installed) -> Vec<Pair> {
         let mut pairs = Vec::new();
-        for cell in &plan.cells {
+        for (index, cell) in plan.cells.iter().enumerate() {
             let CellKind::Svv { name, .. } = &cell.kind else { continue };
             let svv = self.svvs.get_mut(name).expect("the plan was made from the SVVs that exist");
             svv.bound += 1;
@@ -150,13 +158,15 @@ impl Core {
                     pairs.push((home, source));
                 }
             }
-            for (block, _) in &cell.writers {
+            pairs.extend(svv.count_windows(plan, index, &installed.block_source));
+            for (block, item) in &cell.writers {
                 let activation = plan.blocks[*block].activation;
                 svv.writers.push(WriterRecord {
                     instance: id,
                     source: installed.block_source[*block],
                     activation: installed.activations[activation].clone(),
                     block: installed.blocks[*block].id(),
+                    ratio: if let Mode::Ratio(n) = mode_of(plan, *block, *item) { n } else { 1 },
                 });
             }
         }
@@ -181,7 +191,8 @@ impl Core {
         let Some(instance) = self.instances.remove(&id) else { return };
         let mut pairs: Vec<Pair> = instance.crossings.iter().map(|(pair, _, _)| *pair).collect();
         let mut sources = instance.installed.sources.clone();
-        for cell in &instance.plan.cells {
+        let mut windowed = Vec::new();
+        for (index, cell) in instance.plan.cells.iter().enumerate() {
             let CellKind::Svv { name, .. } = &cell.kind else { continue };
             let Some(svv) = self.svvs.get_mut(name) else { continue };
             svv.bound -= 1;
@@ -193,6 +204,10 @@ impl Core {
                 if let Some(home) = svv.home.filter(|home| *count == 0 && *home != source) {
                     pairs.push((home, source));
                 }
+            }
+            if !svv.windows.is_empty() {
+                windowed.push(name.clone());
+                pairs.extend(svv.discount_windows(&instance.plan, index, &instance.installed.block_source));
             }
         }
         for (source, table) in &mut self.tables {
@@ -206,6 +221,7 @@ impl Core {
                 sources.push(*source);
             }
         }
+        sources.extend(self.renew_appends(&windowed, &[]));
         let mut movements: Vec<Movement> = instance.sequence.into_iter().filter(Movement::is_structural).collect();
         movements.extend(self.reconnect(pairs));
         self.detached(movements, sources);
@@ -216,6 +232,11 @@ impl Core {
         for movement in movements {
             match movement {
                 Movement::Tables(writers) => sources.extend(writers),
+                Movement::Follow { sources, follows } => {
+                    for (source, ops) in self.follow_ops(sources, follows) {
+                        self.submit(source, ops, crate::core::Purpose::Nothing);
+                    }
+                }
                 Movement::Inbound(inlets) => {
                     for inlet in inlets {
                         sources.push(inlet.reader);
@@ -249,21 +270,19 @@ fn check_waits(plan: &Plan, installed: &Installed) -> Result<(), Refusals> {
 }
 
 /// The step of one planned block.
-fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, svvs: &indexmap::IndexMap<String, crate::svvs::SvvRecord>) -> StepRecord {
+fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, drivers: Drivers) -> StepRecord {
     let planned = &plan.blocks[index];
     let block = installed.blocks[index].clone();
-    let source = installed.block_source[index];
-    let inner = planned.drivers.iter().map(|b| installed.blocks[*b].id());
-    let outer = planned.external_drivers.iter().filter_map(|(_, svv)| svvs.get(svv)?.writers.iter().find(|w| w.source == source).map(|w| w.block));
     StepRecord {
         instance,
         id: block.id(),
         block,
         before: installed.before[index].clone(),
         after: installed.after[index].clone(),
+        appends: Vec::new(),
         activation: installed.activations[planned.activation].clone(),
         process: installed.process.clone(),
-        drivers: inner.chain(outer).collect(),
+        drivers: step_drivers(plan, installed, index, drivers),
     }
 }
 
@@ -283,6 +302,9 @@ fn instance(
         installed,
         crossings,
         owner,
+        origin: None,
+        tuned: IndexMap::new(),
+        followed: IndexMap::new(),
         state: State::Created,
         starts: 0,
         generation: 0,

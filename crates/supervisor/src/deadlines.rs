@@ -11,7 +11,7 @@ impl Core {
             let wait = i.wait_until_ns.filter(|_| !i.is_under_way()).and_then(|t| i.running.clock_at(t));
             let rest = i.resting_until_ns.and_then(|t| i.running.clock_at(t));
             let departure = i.departure.as_ref().and_then(|d| d.until_ns).and_then(|t| i.running.clock_at(t));
-            [limit.filter(|_| !i.is_in_ending()), wait, departure, rest].into_iter().flatten().min()
+            [limit.filter(|_| !i.is_in_ending()), wait, departure, rest, self.age_deadline(i)].into_iter().flatten().min()
         };
         self.instances.values().filter(|i| i.state == State::Running && i.ending.is_none()).filter_map(deadlines).min()
     }
@@ -34,6 +34,7 @@ impl Core {
             }
         }
         self.serve_overrun_limits();
+        self.serve_ages(now_ns);
     }
 
     /// A wait for a time is over: the next stage, unless a kernel was faster.

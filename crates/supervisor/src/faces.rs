@@ -32,6 +32,7 @@ fn item(face: &ItemFace) -> Item {
         has_default: face.has_default,
         nonfinite: face.nonfinite,
         sized: face.sized,
+        history: face.history,
         default: face.initial.clone(),
         least,
         most,

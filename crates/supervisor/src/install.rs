@@ -4,13 +4,15 @@
 use crate::catalog::Catalog;
 use crate::connect::{Delays, HalfQueue, open, queues};
 use crate::core::Core;
+use crate::follow::{Gate, due};
+use crate::histories::{Windows, make_windows};
 use crate::refuse::refuse;
 use crate::svvs::lay_side_by_side;
 use kernel::{Activation, Block, BlockId, Cell, Extent, Process, SourceId};
 use model::interface::{Interface, Kind, Mode};
-use model::plan::{Binding, Bound, CellKind, Due, Plan};
+use model::plan::{Binding, Bound, CellKind, Plan};
 use model::refusal::{Class, Refusals};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 /// A plan in memory.
@@ -32,8 +34,12 @@ pub(crate) struct Installed {
     /// Copies before and behind each block.
     pub before: Vec<Vec<(Cell, Cell)>>,
     pub after: Vec<Vec<(Cell, Cell)>>,
-    /// Cells of ratio inputs: (source, block, item, cell).
+    /// Cells of inputs that take values one by one: (source, block, item, cell).
     pub delays: Vec<(SourceId, usize, usize, Cell)>,
+    /// Windows that its blocks read.
+    pub windows: Windows,
+    /// What its data-driven activations wait for.
+    pub gates: Vec<Gate>,
 }
 
 impl Installed {
@@ -81,6 +87,8 @@ struct Site<'a> {
     catalog: &'a Catalog,
     block_source: Vec<SourceId>,
     activation_source: Vec<SourceId>,
+    /// Inputs that take values one by one through a queue: (block, item).
+    queued: HashSet<(usize, usize)>,
 }
 
 /// Puts a plan into memory, with the queues that its synchronous inputs from other sources need (not yet entered in any table).
@@ -89,7 +97,8 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
         |core: &Core, name: &str| core.sources.get(name).copied().ok_or_else(|| refuse(Class::UnknownName, format!("there is no source '{name}'"), ""));
     let block_source = plan.blocks.iter().map(|b| source_of(core, &b.source)).collect::<Result<Vec<_>, _>>()?;
     let activation_source = plan.activations.iter().map(|a| source_of(core, &a.source)).collect::<Result<Vec<_>, _>>()?;
-    let site = Site { plan, catalog, block_source, activation_source };
+    let queued = queued(core, plan, &block_source);
+    let site = Site { plan, catalog, block_source, activation_source, queued };
     for block in &plan.blocks {
         if !catalog.blocks.contains_key(&block.block) {
             return Err(refuse(Class::UnknownName, format!("block '{}' is not downloaded any more", block.block), "download its module again"));
@@ -105,12 +114,14 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
     }
     let places = lay_out(&site);
     let cells = make_cells(core, &site, &places);
+    let windows = make_windows(core, plan, &site.block_source, &cells);
     let stamps: Vec<Cell> = (0..plan.activations.len()).map(|i| places.extents[&site.activation_source[i]].cell(places.stamps[i], kernel::STAMP_LEN)).collect();
     let delays = delays(&site, &places);
-    let queues = open(queues(core, plan, &site.block_source, &cells, &delays));
-    let activations = make_activations(core, &site, &stamps, &queues);
+    let queues = open(queues(core, plan, &site.block_source, &cells, &delays, None));
+    let gates: Vec<Gate> = queues.iter().flat_map(HalfQueue::gates).collect();
+    let activations = make_activations(core, &site, &stamps, &gates);
     let mut copies = Copying { before: vec![Vec::new(); plan.blocks.len()], after: vec![Vec::new(); plan.blocks.len()] };
-    let blocks = make_blocks(core, &site, &places, &cells, name, &mut copies);
+    let blocks = make_blocks(core, &site, &places, (&cells, &windows), name, &mut copies);
     let mut sources = site.block_source.clone();
     sources.sort();
     sources.dedup();
@@ -130,44 +141,20 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
         before: copies.before,
         after: copies.after,
         delays,
+        windows,
+        gates,
     };
     Ok((installed, queues))
 }
 
 /// The activations, each with what makes it due. Those that drive others come first in a plan.
-fn make_activations(core: &Core, site: &Site, stamps: &[Cell], queues: &[HalfQueue]) -> Vec<Arc<Activation>> {
+fn make_activations(core: &Core, site: &Site, stamps: &[Cell], gates: &[Gate]) -> Vec<Arc<Activation>> {
     let mut activations: Vec<Arc<Activation>> = Vec::with_capacity(stamps.len());
     for (index, planned) in site.plan.activations.iter().enumerate() {
-        let own = |by: &[(usize, u32)]| -> Vec<(Arc<Activation>, u32)> { by.iter().map(|(a, n)| (activations[*a].clone(), *n)).collect() };
-        let due = match &planned.due {
-            Due::Interval => kernel::Due::Interval,
-            Due::Driven { by } => kernel::Due::Driven { by: own(by) },
-            Due::Queued { by } => {
-                let members: Vec<_> = queues.iter().flat_map(|q| q.gating(index)).collect();
-                let mut by = own(by);
-                by.extend(outside(core, site, index));
-                if members.is_empty() { kernel::Due::Driven { by } } else { kernel::Due::Queued { members, by } }
-            }
-        };
+        let due = due(core, site.plan, &activations, gates, (index, site.activation_source[index]));
         activations.push(Activation::with_budget(due, Some(stamps[index].clone()), planned.budget_ns));
     }
     activations
-}
-
-/// Activations of other instances in the same source that drive this one.
-fn outside(core: &Core, site: &Site, activation: usize) -> Vec<(Arc<Activation>, u32)> {
-    let source = site.activation_source[activation];
-    let blocks = site.plan.activations[activation].blocks.iter().map(|b| &site.plan.blocks[*b]);
-    let mut found: Vec<(Arc<Activation>, u32)> = Vec::new();
-    for (_, svv) in blocks.flat_map(|b| &b.external_drivers) {
-        if let Some(writer) = core.svvs.get(svv).and_then(|s| s.writers.first())
-            && writer.source == source
-            && !found.iter().any(|(a, _)| Arc::ptr_eq(a, &writer.activation))
-        {
-            found.push((writer.activation.clone(), 1));
-        }
-    }
-    found
 }
 
 /// Sources in whose image a planned cell lies.
@@ -201,7 +188,7 @@ fn lay_out(site: &Site) -> Places {
             for bound in &block.bindings {
                 match &bound.binding {
                     Binding::Cells(list) => own[index].push((bound.item, layout.take(list.iter().map(|c| plan.cells[*c].size).sum(), 8))),
-                    Binding::Cell(cell) if is_delayed(site, index, bound) => {
+                    Binding::Cell(cell) if site.queued.contains(&(index, bound.item)) => {
                         own[index].push((bound.item, layout.take(plan.cells[*cell].size, plan.cells[*cell].align)));
                     }
                     Binding::Cell(_) => {}
@@ -215,16 +202,48 @@ fn lay_out(site: &Site) -> Places {
     Places { stamps, cells, own, blocks, extents }
 }
 
-/// True for a ratio input.
-fn is_delayed(site: &Site, block: usize, bound: &Bound) -> bool {
-    matches!(bound.mode, Mode::Ratio(_)) && site.catalog.blocks[&site.plan.blocks[block].block].interface.items[bound.item].kind == Kind::Input
+/// Inputs that take values one by one through a queue: those with a ratio, and synchronous ones whose writer runs in another source.
+fn queued(core: &Core, plan: &Plan, block_source: &[SourceId]) -> HashSet<(usize, usize)> {
+    let mut queued = HashSet::new();
+    for (index, block) in plan.blocks.iter().enumerate() {
+        let is_input = |bound: &&Bound| cells_of(&bound.binding).iter().any(|cell| plan.cells[*cell].readers.contains(&(index, bound.item)));
+        for bound in block.bindings.iter().filter(is_input) {
+            let elsewhere = |cell: &usize| writer_source(core, plan, block_source, *cell).is_some_and(|source| source != block_source[index]);
+            let by_queue = match bound.mode {
+                Mode::Ratio(_) => true,
+                Mode::Synchronous => cells_of(&bound.binding).iter().all(elsewhere),
+                Mode::Asynchronous => false,
+            };
+            if by_queue {
+                queued.insert((index, bound.item));
+            }
+        }
+    }
+    queued
 }
 
-/// The cells of ratio inputs.
+/// The cells of a binding.
+pub(crate) fn cells_of(binding: &Binding) -> &[usize] {
+    match binding {
+        Binding::Cell(cell) => std::slice::from_ref(cell),
+        Binding::Cells(list) => list,
+    }
+}
+
+/// Where who writes a cell runs.
+fn writer_source(core: &Core, plan: &Plan, block_source: &[SourceId], cell: usize) -> Option<SourceId> {
+    match (plan.cells[cell].writers.first(), &plan.cells[cell].kind) {
+        (Some((block, _)), _) => Some(block_source[*block]),
+        (None, CellKind::Svv { name, .. }) => core.driver_of(name).map(|writer| writer.source),
+        _ => None,
+    }
+}
+
+/// The cells of inputs that take values one by one.
 fn delays(site: &Site, places: &Places) -> Delays {
     let mut delays = Delays::new();
     for (index, block) in site.plan.blocks.iter().enumerate() {
-        for bound in block.bindings.iter().filter(|bound| is_delayed(site, index, bound)) {
+        for bound in block.bindings.iter().filter(|bound| site.queued.contains(&(index, bound.item))) {
             let cells = match &bound.binding {
                 Binding::Cell(cell) => std::slice::from_ref(cell),
                 Binding::Cells(list) => list,
@@ -299,7 +318,14 @@ struct Copying {
 }
 
 /// The blocks, bound; and the copies around them.
-fn make_blocks(core: &mut Core, site: &Site, places: &Places, cells: &[HashMap<SourceId, Cell>], name: &str, copies: &mut Copying) -> Vec<Arc<Block>> {
+fn make_blocks(
+    core: &mut Core,
+    site: &Site,
+    places: &Places,
+    (cells, windows): (&[HashMap<SourceId, Cell>], &Windows),
+    name: &str,
+    copies: &mut Copying,
+) -> Vec<Arc<Block>> {
     let mut blocks = Vec::with_capacity(site.plan.blocks.len());
     for (index, planned) in site.plan.blocks.iter().enumerate() {
         let source = site.block_source[index];
@@ -312,10 +338,11 @@ fn make_blocks(core: &mut Core, site: &Site, places: &Places, cells: &[HashMap<S
         }
         for bound in &planned.bindings {
             match &bound.binding {
-                Binding::Cell(cell) if is_delayed(site, index, bound) => {
+                Binding::Cell(cell) if bound.history > 0 => block.bind(bound.item, windows[&(*cell, bound.history)][&source].cell()),
+                Binding::Cell(cell) if site.queued.contains(&(index, bound.item)) => {
                     block.bind(bound.item, &places.own(site, index, bound.item, site.plan.cells[*cell].size))
                 }
-                Binding::Cells(list) if is_delayed(site, index, bound) => {
+                Binding::Cells(list) if site.queued.contains(&(index, bound.item)) => {
                     block.bind(bound.item, &places.own(site, index, bound.item, list.iter().map(|c| site.plan.cells[*c].size).sum()));
                 }
                 Binding::Cell(cell) => block.bind(bound.item, &cells[*cell][&source]),

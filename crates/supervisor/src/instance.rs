@@ -56,6 +56,9 @@ pub struct Limits {
     pub time_limit_ns: Option<i64>,
     /// Overruns of its sources after which `overrun` comes.
     pub overruns: Option<u64>,
+    /// Age of a value from another source beyond which `late` (of a ratio input) or `link_lost` (of what a timer publishes in each
+    /// firing) comes, ns.
+    pub age_max_ns: Option<i64>,
 }
 
 /// Running time: it stands still while the instance is suspended.
@@ -106,6 +109,12 @@ pub(crate) struct Instance {
     pub crossings: Vec<(Pair, Cell, Cell)>,
     /// The logical device that it keeps going.
     pub owner: Option<String>,
+    /// What it was made from.
+    pub origin: Option<crate::retune::Origin>,
+    /// Intervals that were set while it ran, until the next start: label → ns.
+    pub tuned: crate::retune::Intervals,
+    /// Whom it follows: SVV → instance that writes it.
+    pub followed: indexmap::IndexMap<String, u64>,
     pub state: State,
     /// Number of its starts.
     pub starts: u64,

@@ -4,6 +4,7 @@
 //! A call of the PS takes the [`System`]'s lock, plans or commands, and hands scripts to the kernels; what kernels tell is taken
 //! by the supervisor's thread (under the virtual clock: by whoever advances time). Nothing here is on a real-time path: a
 //! transition that lies in one source is a reaction, prepared here when the instance is made and carried out by its kernel.
+mod ages;
 mod alarms;
 mod apply;
 mod catalog;
@@ -21,6 +22,8 @@ mod ending;
 mod events;
 mod exchange;
 mod faces;
+mod follow;
+mod histories;
 mod install;
 mod instance;
 mod life;
@@ -35,6 +38,7 @@ mod psi;
 mod refuse;
 mod report;
 mod requirements;
+mod retune;
 mod sequence;
 mod stages;
 mod start;

@@ -4,8 +4,10 @@ use crate::core::Core;
 use crate::instance::{Instance, State};
 pub(crate) use crate::psi::{encode, named};
 use crate::refuse::{invalid_state, refuse};
+use crate::retune::Intervals;
 use crate::sequence::Builder;
 use indexmap::IndexMap;
+use model::plan::Plan;
 use model::refusal::{Class, Refusals};
 use model::value::Value;
 
@@ -27,12 +29,11 @@ impl Core {
         Ok(())
     }
 
-    /// New values of tunable input parameters of a running instance, as one publication between two firings.
-    pub fn set(&mut self, id: u64, values: &IndexMap<String, Value>) -> Result<(), Refusals> {
+    /// New values of tunable input parameters of a running instance, as one publication between two firings; with new intervals, and the
+    /// plan that has them.
+    pub fn set(&mut self, id: u64, values: &IndexMap<String, Value>, tuned: Option<(Intervals, &Plan)>) -> Result<(), Refusals> {
         let instance = self.instance(id)?;
-        if !matches!(instance.state, State::Running | State::Suspended) || instance.ending.is_some() {
-            return Err(invalid_state(&format!("'{}'", instance.name), instance.state.name(), "set a parameter of", "give the value at the next start"));
-        }
+        instance.check_settable()?;
         let mut refusals = Vec::new();
         let mut stores = Vec::new();
         for (name, value) in values {
@@ -55,6 +56,9 @@ impl Core {
         let mut builder = Builder::default();
         for (target, bytes) in &stores {
             self.store_target(&mut builder, instance, target, bytes);
+        }
+        if let Some((tuned, plan)) = tuned {
+            self.tune_intervals(id, tuned, plan, &mut builder);
         }
         self.append_sequence(id, builder.finish());
         Ok(())

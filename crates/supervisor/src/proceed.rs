@@ -48,6 +48,10 @@ impl Core {
         match movement {
             Movement::Scripts(scripts) => self.send(id, scripts),
             Movement::Tables(sources) => self.swap_tables(id, sources),
+            Movement::Follow { sources, follows } => {
+                let scripts = self.follow_ops(sources, follows);
+                self.send(id, scripts);
+            }
             Movement::Inbound(inlets) => self.turn_to(id, inlets),
             Movement::Carry(carried) => self.carry(id, &carried),
             Movement::Arrive(carried) => self.arrive(id, &carried),
@@ -255,8 +259,11 @@ impl Core {
 
     /// Captures the values that go to another source.
     fn carry(&mut self, id: u64, carried: &[Carried]) {
-        let cell = |c: &Carried| self.svvs.get(&c.svv).and_then(|s| s.cells.get(&c.from)).cloned();
-        let captures = by_source(carried.iter().filter_map(|c| Some((c.from, Op::Capture(vec![cell(c)?])))));
+        let cells = |c: &Carried| -> Option<Vec<kernel::Cell>> {
+            let svv = self.svvs.get(&c.svv)?;
+            Some(std::iter::once(svv.cells.get(&c.from)?.clone()).chain(svv.carried_windows(c).map(|(from, _)| from)).collect())
+        };
+        let captures = by_source(carried.iter().filter_map(|c| Some((c.from, Op::Capture(cells(c)?)))));
         self.send(id, captures);
     }
 
@@ -265,12 +272,19 @@ impl Core {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let mut captured = std::mem::take(&mut instance.captured);
         let mut stores = Vec::new();
-        for Carried { svv, from, to } in carried {
+        for c @ Carried { svv, from, to } in carried {
             let Some(record) = self.svvs.get(svv) else { continue };
             let Some((_, bytes)) = captured.iter_mut().find(|(source, _)| source == from) else { continue };
-            let value: Box<[u8]> = bytes.drain(..record.size.min(bytes.len())).collect();
             let Some(cell) = record.cells.get(to).cloned() else { continue };
-            stores.push((*to, Op::Store(cell, value)));
+            let mut take = |cell: kernel::Cell| {
+                let value: Box<[u8]> = bytes.drain(..cell.len().min(bytes.len())).collect();
+                // What came to be between the two scripts was not captured.
+                if value.len() == cell.len() {
+                    stores.push((*to, Op::Store(cell, value)));
+                }
+            };
+            take(cell);
+            record.carried_windows(c).for_each(|(_, to)| take(to));
         }
         self.send(id, by_source(stores));
     }

@@ -14,6 +14,11 @@ pub(crate) enum Movement {
     Scripts(Vec<(SourceId, Vec<Op>)>),
     /// New tables for these sources, as the system is at that moment.
     Tables(Vec<SourceId>),
+    /// The same for instances that follow another writer of an SVV from now on: with what makes their activations due.
+    Follow {
+        sources: Vec<SourceId>,
+        follows: Vec<(SourceId, Op)>,
+    },
     /// These inbound ends take the place of those of the same writer; then new tables for their sources.
     Inbound(Vec<Inlet>),
     /// SVVs get a home in another source: their values are captured in the one before …
@@ -38,7 +43,7 @@ pub(crate) enum Movement {
 impl Movement {
     /// True for what the system needs whatever becomes of the instance: tables, connections, values of SVVs.
     pub fn is_structural(&self) -> bool {
-        matches!(self, Movement::Tables(_) | Movement::Inbound(_) | Movement::Carry(_) | Movement::Arrive(_))
+        matches!(self, Movement::Tables(_) | Movement::Follow { .. } | Movement::Inbound(_) | Movement::Carry(_) | Movement::Arrive(_))
     }
 }
 

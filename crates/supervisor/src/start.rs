@@ -28,6 +28,7 @@ impl Core {
         self.check_mode(instance)?;
         self.check_enabled(instance)?;
         self.check_sources(instance)?;
+        self.check_age(instance, limits.age_max_ns)?;
         let request = Request { id, stores: psi(&instance.plan, values, configuration)?, limits };
         let admission = self.arbitrate(&request)?;
         let instance = self.instances.get_mut(&id).expect("found above");
@@ -117,8 +118,7 @@ impl Core {
         let now_ns = self.host.now_ns();
         for (_, name, bytes) in stored_svvs(plan, stores) {
             if let Some(record) = self.svvs.get_mut(name) {
-                record.stored = bytes.to_vec();
-                record.stored_ns = now_ns;
+                record.keep(bytes, now_ns);
             }
         }
     }
@@ -150,6 +150,7 @@ impl Core {
             movements.extend([Movement::Carry(carried.clone()), Movement::Arrive(carried)]);
         }
         movements.extend(self.reconnect(pairs));
+        movements.extend(self.turn_followers(id));
         if !rows.is_empty() {
             movements.push(Movement::Tables(rows));
         }
@@ -195,6 +196,9 @@ impl Core {
         }
         for (target, bytes) in stores {
             self.store_target(builder, instance, target, bytes);
+        }
+        for (source, op) in instance.fill_ops().into_iter().chain(instance.tune_ops(None)) {
+            builder.add(source, op);
         }
     }
 
@@ -257,12 +261,15 @@ impl Core {
 
     fn store_cell(&self, builder: &mut Builder, instance: &Instance, cell: usize, bytes: &[u8]) {
         if let CellKind::Svv { name, .. } = &instance.plan.cells[cell].kind {
-            for (source, at) in &self.svvs[name].cells {
-                builder.add(*source, Op::Store(at.clone(), bytes.into()));
+            for (source, op) in self.svvs[name].store_ops(bytes) {
+                builder.add(source, op);
             }
         } else {
             for (source, at) in &instance.installed.cells[cell] {
                 builder.add(*source, Op::Store(at.clone(), bytes.into()));
+            }
+            for (source, op) in instance.append_ops(cell) {
+                builder.add(source, op);
             }
         }
     }
@@ -270,7 +277,7 @@ impl Core {
 
 /// The most firings from one invocation to the next that any interval of the verb asks for; of one that other instances drive,
 /// what a slow one would.
-fn slowest(plan: &Plan) -> usize {
+pub(crate) fn slowest(plan: &Plan) -> usize {
     let driven = plan.activations.iter().any(|a| matches!(a.due, model::plan::Due::Queued { .. }));
     let active = plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.active);
     active.map(|(_, every)| *every as usize).max().unwrap_or(1).max(if driven { DRIVEN_FIRINGS } else { 1 })

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! State vector variables: one cell in the image of each source that reads or writes it, and who writes it now.
-use kernel::{Activation, Cell, Extent, SourceId};
+use crate::histories::WindowRecord;
+use kernel::{Activation, Cell, Extent, Op, SourceId};
 use model::configuration::SvvId;
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
 
 /// An SVV of the system. Its value belongs to it, not to a writer.
@@ -39,6 +40,10 @@ pub(crate) struct SvvRecord {
     pub past: Vec<(u64, i64, Vec<u8>)>,
     /// Where its history comes from: the reader of its home's rows, and its offset in a row.
     pub rows: Option<(interconnect::RowsReader, usize)>,
+    /// The windows of its last values that blocks read.
+    pub windows: Vec<WindowRecord>,
+    /// What the PS and ψ stored last, oldest first, as far as its history reaches: (time, bytes).
+    pub stores: VecDeque<(i64, Vec<u8>)>,
 }
 
 /// A port that may write an SVV.
@@ -48,6 +53,8 @@ pub(crate) struct WriterRecord {
     pub source: SourceId,
     pub activation: Arc<Activation>,
     pub block: kernel::BlockId,
+    /// n of a ratio output n, else 1.
+    pub ratio: u32,
 }
 
 impl SvvRecord {
@@ -60,6 +67,23 @@ impl SvvRecord {
         cell.store(&self.stored);
         self.cells.insert(source, cell.clone());
         cell
+    }
+
+    /// A value that no block wrote: it is the present one for images that get the SVV later, and part of its history.
+    pub fn keep(&mut self, bytes: &[u8], now_ns: i64) {
+        self.stored = bytes.to_vec();
+        self.stored_ns = now_ns;
+        if self.history > 0 {
+            self.stores.push_back((now_ns, bytes.to_vec()));
+            let excess = self.stores.len().saturating_sub(self.history as usize);
+            self.stores.drain(..excess);
+        }
+    }
+
+    /// Operations that store a value in every image that has the SVV, and in its windows.
+    pub fn store_ops(&self, bytes: &[u8]) -> Vec<(SourceId, Op)> {
+        let stores = self.cells.iter().map(|(source, cell)| (*source, Op::Store(cell.clone(), bytes.into())));
+        stores.chain(self.append_ops()).collect()
     }
 }
 

@@ -110,7 +110,8 @@ impl System {
 
     /// Starts a verb instance.
     pub fn start(&self, instance: u64, values: &IndexMap<String, Value>, limits: Limits) -> Result<(), Refusals> {
-        let definitions = self.shared.definitions();
+        let mut definitions = self.shared.definitions();
+        self.untune(&mut definitions, instance)?;
         let plan = self.shared.locked().instance(instance)?.plan.clone();
         let values = self.settled(&plan, values, &definitions.configuration)?;
         self.shared.command(|core| core.start(instance, &values, limits, &definitions.configuration))
@@ -145,14 +146,6 @@ impl System {
     /// Begins a halt: τ on `halted`, or the end. See [`System::wait`] for when it is over.
     pub fn halt(&self, instance: u64) -> Result<(), Refusals> {
         self.shared.command(|core| core.halt(instance))
-    }
-
-    /// New values of tunable input parameters.
-    pub fn set(&self, instance: u64, values: &IndexMap<String, Value>) -> Result<(), Refusals> {
-        let definitions = self.shared.definitions();
-        let plan = self.shared.locked().instance(instance)?.plan.clone();
-        let values = self.settled_set(&plan, values, &definitions.configuration)?;
-        self.shared.command(|core| core.set(instance, &values))
     }
 
     /// The end report of the latest start, waiting at most `slice` of real time. `until_ns`: when to give up, on the system's clock.

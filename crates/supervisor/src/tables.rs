@@ -2,7 +2,7 @@
 //! What each source runs, as the supervisor keeps it, and the tables made from that.
 use crate::core::Core;
 use crate::sequence::Inlet;
-use kernel::{Activation, Block, BlockId, Cell, Device, Inbound, Op, Outbound, Process, SourceId, Step, StepKind, Table};
+use kernel::{Activation, Append, Block, BlockId, Cell, Device, Edge, Inbound, Op, Outbound, Process, SourceId, Step, StepKind, Table};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -14,6 +14,8 @@ pub(crate) struct StepRecord {
     /// Copies before and behind the invocation: gathers; scatters.
     pub before: Vec<(Cell, Cell)>,
     pub after: Vec<(Cell, Cell)>,
+    /// Windows that what it stores is appended to.
+    pub appends: Vec<Append>,
     pub activation: Arc<Activation>,
     pub process: Arc<Process>,
     /// Blocks of the same source that it takes values from synchronously.
@@ -25,6 +27,8 @@ pub(crate) struct Outlet {
     pub reader: SourceId,
     /// The instance whose synchronous members it carries; `None`: the asynchronous group of the pair.
     pub instance: Option<u64>,
+    /// The SVV of another instance that it carries, where it does.
+    pub svv: Option<String>,
     pub outbound: Arc<Outbound>,
 }
 
@@ -32,6 +36,7 @@ pub(crate) struct Outlet {
 pub(crate) struct InletRecord {
     pub writer: SourceId,
     pub instance: Option<u64>,
+    pub svv: Option<String>,
     pub inbound: Arc<Inbound>,
 }
 
@@ -42,6 +47,8 @@ pub(crate) struct SourceTable {
     pub outlets: Vec<Outlet>,
     pub inlets: Vec<InletRecord>,
     pub devices: Vec<Arc<Device>>,
+    /// Channels of its devices that raise sources.
+    pub edges: Vec<(String, Arc<Edge>)>,
     pub rows: Option<(Vec<Cell>, Arc<kernel::connection::RowsEnd>)>,
 }
 
@@ -62,11 +69,14 @@ impl SourceTable {
             if !record.after.is_empty() {
                 steps.push(step(StepKind::Copy(record.after.clone()), vec![block_index]));
             }
+            if !record.appends.is_empty() {
+                steps.push(step(StepKind::Append(record.appends.clone()), vec![block_index]));
+            }
         }
         let outbound = self.outlets.iter().map(|o| o.outbound.clone()).collect();
         let inbound = self.inlets.iter().map(|i| i.inbound.clone()).collect();
         let rows = self.rows.as_ref().map(|(cells, writer)| kernel::table::Rows { cells: cells.clone(), writer: writer.clone() });
-        Table::new(steps, inbound, outbound, self.devices.clone(), rows)
+        Table::new(steps, inbound, outbound, self.devices.clone(), rows).with_edges(self.edges.iter().map(|(_, edge)| edge.clone()).collect())
     }
 }
 
@@ -85,7 +95,7 @@ impl Core {
         let table = self.tables.get_mut(&inlet.reader).expect("a source has its table as long as the system lives");
         table.inlets.retain(|i| i.instance.is_some() || i.writer != inlet.writer);
         if let Some(inbound) = inlet.inbound {
-            table.inlets.push(InletRecord { writer: inlet.writer, instance: None, inbound });
+            table.inlets.push(InletRecord { writer: inlet.writer, instance: None, svv: None, inbound });
         }
     }
 }

@@ -2,6 +2,8 @@
 //! Values of SVVs: snapshots, stores, histories.
 use crate::core::{Core, Purpose};
 use crate::refuse::{refuse, unknown};
+use crate::sequence::by_source;
+use crate::svvs::SvvRecord;
 use kernel::connection::RowsEnd;
 use kernel::{Cell, Op, SourceId};
 use model::refusal::{Class, Refusals};
@@ -104,8 +106,8 @@ impl Core {
                 most,
             )?;
         }
-        for (source, op) in self.store_everywhere(name, &bytes) {
-            self.submit(source, vec![op], Purpose::Nothing);
+        for (source, ops) in by_source(self.store_everywhere(name, &bytes)) {
+            self.submit(source, ops, Purpose::Nothing);
         }
         Ok(())
     }
@@ -127,6 +129,21 @@ impl Core {
         for &source in &sources {
             self.remake_rows_of(source);
         }
+        sources
+    }
+
+    /// Makes the rows deeper where these SVVs come less often than before: (SVV, firings from one value to the next). The sources whose
+    /// tables change.
+    pub fn deepen_rows(&mut self, written: &[(String, usize)]) -> Vec<SourceId> {
+        let mut sources = Vec::new();
+        for (name, firings) in written {
+            let Some(svv) = self.svvs.get_mut(name).filter(|svv| svv.history > 0 && svv.firings < *firings) else { continue };
+            svv.firings = *firings;
+            sources.extend(svv.home.filter(|_| svv.rows.is_some()));
+        }
+        sources.sort();
+        sources.dedup();
+        sources.iter().for_each(|source| self.remake_rows_of(*source));
         sources
     }
 
@@ -153,7 +170,7 @@ impl Core {
         }
         for (name, offset) in offsets {
             // What the rows before held is history all the same.
-            let past = self.history(&name, usize::MAX).unwrap_or_default();
+            let past = self.svvs.get(&name).map(written).unwrap_or_default();
             if let Some(svv) = self.svvs.get_mut(&name) {
                 svv.past = past;
                 svv.rows = Some((reader.clone(), offset));
@@ -167,20 +184,45 @@ impl Core {
         if svv.history == 0 {
             return Err(refuse(Class::ValueRefused, format!("SVV '{name}' has no history"), "declare one: cell.svv(…, history=100)"));
         }
-        let Some((reader, offset)) = &svv.rows else { return Ok(Vec::new()) };
-        let mut values = svv.past.clone();
-        for row in reader.last(usize::MAX) {
-            let mut rest = &row.bytes[*offset..];
-            let stamp = Stamp::of(take(&mut rest, kernel::STAMP_LEN));
-            let (number, time_ns) = (stamp.number, stamp.time_ns);
-            let same = values.last().is_some_and(|(n, t, _)| (*n, *t) == (number, time_ns));
-            if time_ns > 0 && !same && stamp.stored(svv.ratio) == Some(number) {
-                values.push((number, time_ns, take(&mut rest, svv.size).to_vec()));
-            }
-        }
+        let mut values = with_stores(written(svv), svv);
         let keep = count.min(svv.history as usize);
         Ok(values.split_off(values.len().saturating_sub(keep)))
     }
+}
+
+/// A value with its number and time.
+type Past = (u64, i64, Vec<u8>);
+
+/// What blocks wrote of an SVV, as far as it is kept, oldest first.
+fn written(svv: &SvvRecord) -> Vec<Past> {
+    let mut values = svv.past.clone();
+    let Some((reader, offset)) = &svv.rows else { return values };
+    for row in reader.last(usize::MAX) {
+        let mut rest = &row.bytes[*offset..];
+        let stamp = Stamp::of(take(&mut rest, kernel::STAMP_LEN));
+        let (number, time_ns) = (stamp.number, stamp.time_ns);
+        let same = values.last().is_some_and(|(n, t, _)| (*n, *t) == (number, time_ns));
+        if time_ns > 0 && !same && stamp.stored(svv.ratio) == Some(number) {
+            values.push((number, time_ns, take(&mut rest, svv.size).to_vec()));
+        }
+    }
+    values
+}
+
+/// The same with what the PS and ψ stored between: such a value has the number of the invocation before it.
+fn with_stores(written: Vec<Past>, svv: &SvvRecord) -> Vec<Past> {
+    let mut values: Vec<Past> = Vec::with_capacity(written.len() + svv.stores.len());
+    let mut stores = svv.stores.iter().peekable();
+    for value in written {
+        while let Some((time_ns, bytes)) = stores.next_if(|(time_ns, _)| *time_ns < value.1) {
+            values.push((values.last().map_or(0, |(number, _, _)| *number), *time_ns, bytes.clone()));
+        }
+        values.push(value);
+    }
+    for (time_ns, bytes) in stores {
+        values.push((values.last().map_or(0, |(number, _, _)| *number), *time_ns, bytes.clone()));
+    }
+    values
 }
 
 fn take<'a>(rest: &mut &'a [u8], len: usize) -> &'a [u8] {

@@ -96,7 +96,7 @@ fn a_tunable_parameter_changes_while_it_runs_and_only_then() {
         rig.svv("a");
         rig.define(counter("v"));
         let id = rig.instance("v", &["a=a", "*@rtp0.fast"]);
-        let set = |name: &str, value: f64| rig.system.set(id, &[(name.to_owned(), Value::Number(value))].into_iter().collect());
+        let set = |name: &str, value: f64| rig.system.set(id, &[(name.to_owned(), Value::Number(value))].into_iter().collect(), &Default::default());
         assert_eq!(class(set("start", 10.0)), Class::InvalidState);
         rig.start(id);
         rig.advance(2);
@@ -170,7 +170,7 @@ fn running_time_stands_still_while_suspended() {
         ));
         let id = rig.instance("v", &["*@rtp0.fast"]);
         let start = rig.system.now_ns();
-        rig.try_start(id, json!({}), Limits { time_limit_ns: Some(12 * MS), overruns: None }).unwrap();
+        rig.try_start(id, json!({}), Limits { time_limit_ns: Some(12 * MS), overruns: None, ..Limits::default() }).unwrap();
         rig.advance(3);
         rig.system.suspend(id).unwrap();
         rig.advance(50);
@@ -198,7 +198,7 @@ fn a_time_limit_ends_it_or_leads_on() {
         rig.define(of);
         for (verb, condition, list) in [("v", "time_limit", "start"), ("w", "completed", "late")] {
             let id = rig.instance(verb, &["a=a", "*@rtp0.fast"]);
-            rig.try_start(id, json!({}), Limits { time_limit_ns: Some(5 * MS), overruns: None }).unwrap();
+            rig.try_start(id, json!({}), Limits { time_limit_ns: Some(5 * MS), overruns: None, ..Limits::default() }).unwrap();
             let report = rig.wait(id);
             assert_eq!((report.condition.as_str(), report.command_list.as_str()), (condition, list));
             assert_eq!(rig.read("a"), 5.0);

@@ -146,7 +146,7 @@ impl Model<'_> {
             Call::Start { which, limit, time_limit_ms } => {
                 let Some(which) = pick(&self.made, which) else { return };
                 let before = system.state(self.made[which].0);
-                let limits = Limits { time_limit_ns: time_limit_ms.map(|ms| i64::from(ms) * MS), overruns: None };
+                let limits = Limits { time_limit_ns: time_limit_ms.map(|ms| i64::from(ms) * MS), overruns: None, ..Limits::default() };
                 match self.rig.try_start(self.made[which].0, json!({"limit": f64::from(limit)}), limits) {
                     Ok(()) => {
                         assert!(before == "created" || before == "ended", "started while {before}");
@@ -192,7 +192,7 @@ impl Model<'_> {
                 let Some(which) = pick(&self.made, which) else { return };
                 let busy = matches!(system.state(self.made[which].0), "running" | "suspended");
                 let values = [("at".to_owned(), Value::Integer(i64::from(value)))].into_iter().collect();
-                assert_eq!(system.set(self.made[which].0, &values).is_ok(), busy);
+                assert_eq!(system.set(self.made[which].0, &values, &Default::default()).is_ok(), busy);
             }
             Call::Advance { us } => system.advance(i64::from(us) * 1_000).unwrap(),
             Call::EmergencyStop => {
@@ -281,7 +281,7 @@ fn the_programs_of_these_properties_are_in_order_and_end_in_many_ways() {
             let given: Vec<&str> = place.iter().copied().chain(["s=x"]).collect();
             let id = rig.instance(verb, &given);
             for (limit, time_limit_ms) in [(3.0, 1_000), (0.0, 3), (0.0, 1_000), (2.0, 7)] {
-                rig.try_start(id, json!({"limit": limit}), Limits { time_limit_ns: Some(time_limit_ms * MS), overruns: None }).unwrap();
+                rig.try_start(id, json!({"limit": limit}), Limits { time_limit_ns: Some(time_limit_ms * MS), overruns: None, ..Limits::default() }).unwrap();
                 rig.advance(30);
                 while rig.wait_for(id, 5).is_none() {
                     rig.system.halt(id).unwrap();

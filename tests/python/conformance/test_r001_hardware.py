@@ -106,6 +106,48 @@ def test_r009_another_processor_raises_a_source(rig: Rig) -> None:
     assert b.value >= 40
 
 
+@pytest.mark.parametrize("processor", ["rtp0", "rtp1"])
+@pytest.mark.parametrize("kind", ["bool", "int32_t", "double"])
+def test_r009_a_device_raises_a_source(rig: Rig, processor: str, kind: str) -> None:
+    button = gpac.drivers.scripted(
+        [{"name": "pressed", "direction": "read", "type": kind}, {"name": "level", "direction": "read", "type": "double"}],
+        [
+            {"at_ns": at * 1_000_000, "values": {"pressed": bool(pressed) if kind == "bool" else pressed}}
+            for at, pressed in ((0, 1), (5, 0), (10, 1), (15, 1), (20, 0), (30, 1))
+        ],
+    )
+    panel = rig.rtp.physical_device("panel", button, exchange=rig.fast)
+    rtp = rig.rtp if processor == "rtp0" else rig.cell.processor(processor)
+    door = rtp.trigger("door", priority=50)
+    a = rig.cell.svv("a", history=10)
+    panel["pressed"].raises(door)
+    rig.counting(command_lists={"start": [activate("count")]}).on(door).asynch(a)
+    rig.cell.advance("50 ms")
+    assert [round(time, 6) for time in a.history[:]["time"]] == [0.010, 0.030], "it raises when it is pressed, not while it is"
+    panel["pressed"].raises(other := rtp.software("other", priority=40))
+    assert other.name.endswith("other")
+
+
+def test_r009_what_cannot_raise_a_source_is_refused(memory_rig: Rig) -> None:
+    rig = memory_rig
+    channels = [
+        {"name": n, "direction": d, "type": t}
+        for n, d, t in (("u", "read", "double"), ("v", "read", "double[2]"), ("w", "write", "double"))
+    ]
+    panel = rig.rtp.physical_device("panel", gpac.drivers.scripted(channels), exchange=rig.fast)
+    door = rig.rtp.trigger("door", priority=50)
+    with pytest.raises(
+        gpac.InvalidState, match=r"channel 'panel\.u' cannot raise source 'rtp0\.fast': it is a timer; name a trigger .* at "
+    ):
+        panel["u"].raises(rig.fast)
+    with pytest.raises(gpac.TypeMismatch, match=r"it is a double\[2\]"):
+        panel["v"].raises(door)
+    with pytest.raises(gpac.TypeMismatch, match="the channel is written"):
+        panel["w"].raises(door)
+    with pytest.raises(gpac.CallError, match="give a source"):
+        panel["u"].raises("door")  # type: ignore[arg-type]
+
+
 def test_r010_the_same_program_on_other_priorities_gives_the_same_values(built: dict[str, str]) -> None:
     found = []
     for fast, slow in ((80, 60), (20, 90)):

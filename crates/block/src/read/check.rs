@@ -38,6 +38,11 @@ pub(super) fn check_item(block: &str, name: &str, descriptor: &Descriptor, item:
         if item.size != 4 || item.ratio == 0 || item.ratio > item.element {
             return bad("its limits are impossible");
         }
+    } else if item.flags & abi::flag::HISTORY != 0 {
+        let asynchronous_input = kind == Kind::Input && item.mode == abi::mode::ASYNCHRONOUS && item.flags & abi::flag::SIZED == 0;
+        if !asynchronous_input || item.ratio == 0 || item.ratio.checked_mul(item.element) != Some(item.size) {
+            return bad("it is no history of a number of values");
+        }
     } else if item.flags & abi::flag::SIZED == 0 && item.element != item.size {
         return bad("its size and that of its element differ");
     } else if item.flags & abi::flag::SIZED != 0 && (item.element == 0 || !item.size.is_multiple_of(item.element)) {
@@ -76,7 +81,7 @@ pub(super) fn check_block(block: &BlockFace, types: &[TypeFace]) -> Result<(), R
             (true, Some(size)) if text.size_name() == Some(&size.name) => text.count_of(size.limits.map_or(0, |limits| limits.1 as usize)),
             _ => return bad(&item.name, "the length in its type is not a number, nor the name of the block's size"),
         };
-        if element * count != item.size {
+        if element * count * (item.history as usize).max(1) != item.size {
             return bad(&item.name, &format!("its type '{}' has {} bytes, its value {}", item.type_text, element * count, item.size));
         }
     }

@@ -50,6 +50,7 @@ impl<'a> Draft<'a> {
                         due,
                         blocks: Vec::new(),
                         budget_ns: None,
+                        tunable: !drive.is_driven && activity.on[block].iter().any(|on| on.tunable != 0),
                         rates: self.rates(block, activity, beats),
                     });
                     activations.len() - 1

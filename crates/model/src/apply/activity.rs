@@ -13,6 +13,8 @@ pub(crate) struct On {
     /// Its own interval; absent: it is driven, or takes its trigger.
     pub every_ns: Option<u64>,
     pub budget_ns: Option<u64>,
+    /// Which tunable interval, from 1; 0: it has none. Blocks of different ones are not activated as one.
+    pub tunable: u32,
 }
 
 /// What the command lists do to the blocks.
@@ -33,6 +35,8 @@ impl Draft<'_> {
         let count = checked.blocks.len();
         let mut activity = Activity { on: vec![Vec::new(); count], executed: vec![Vec::new(); count], list_of: Vec::new() };
         self.check_every();
+        let tunable = self.checked.tunable_labels();
+        let number_of = |label: &str| tunable.iter().zip(1..).find(|(known, _)| **known == label).map_or(0, |(_, number)| number);
         for (index, list) in checked.lists.iter().enumerate() {
             let mut now: Vec<Option<On>> = vec![None; count];
             for stage in &list.stages {
@@ -40,10 +44,11 @@ impl Draft<'_> {
                 activity.list_of.push(index);
                 for command in &stage.commands {
                     match command {
-                        CheckedCommand::Activate { label, blocks, every_ns, budget_ns, divide } => {
+                        CheckedCommand::Activate { label, blocks, every_ns, budget_ns, divide, .. } => {
+                            let tunable = number_of(label);
                             for block in blocks.clone() {
                                 let every_ns = self.every(label, block, *every_ns, *divide);
-                                now[block] = Some(On { stage: number, every_ns, budget_ns: *budget_ns });
+                                now[block] = Some(On { stage: number, every_ns, budget_ns: *budget_ns, tunable });
                             }
                         }
                         CheckedCommand::Deactivate(blocks) => now[blocks.clone()].fill(None),

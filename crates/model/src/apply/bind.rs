@@ -187,7 +187,31 @@ impl<'a> Draft<'a> {
             let what = format!("SVV '{name}' ({}{})", layouts[0].text, comma(&svv.unit));
             self.refuse_units(what, &svv.place.clone(), port, place);
         }
+        self.check_history(port, svvs, whole, place);
         Some(if whole { Binding::Cell(cells[0]) } else { Binding::Cells(cells.to_vec()) })
+    }
+
+    /// An input that reads the last values is bound to one SVV that keeps as many.
+    fn check_history(&mut self, port: Port, svvs: &[(&str, &Svv)], whole: bool, place: &Option<Place>) {
+        let history = self.flat(port.0).kind.item(port.1).history;
+        let Some((name, svv)) = svvs.first().filter(|_| history > 0) else { return };
+        let described = self.described(port);
+        let (class, why, remedy) = if !whole {
+            (Class::TypeMismatch, "its values are those of one SVV".to_owned(), format!("bind it to one SVV of type {}", self.type_of(port)))
+        } else if svv.history < history {
+            let kept = if svv.history == 0 { "keeps none".to_owned() } else { format!("keeps {}", svv.history) };
+            (Class::TypeMismatch, format!("the SVV {kept}"), format!("make the SVV with history={history}"))
+        } else {
+            return;
+        };
+        let what = format!("SVV '{name}'");
+        let refusal = Refusal::new(class, format!("cannot bind {what} to {described}: {why}")).remedy(remedy);
+        let refusal = refusal.end(what, &svv.place).end(described, &self.flat(port.0).place);
+        self.refusals.push(refusal.at(&self.application.place).at(place));
+    }
+
+    fn type_of(&self, port: Port) -> String {
+        self.layout(port).map_or_else(String::new, |layout| layout.text.clone())
     }
 
     fn bind_channel(&mut self, group: &'a Group, device: &'a str, channel: usize, declared: &crate::configuration::Channel) {
@@ -285,7 +309,8 @@ impl<'a> Draft<'a> {
         // What does not vary is never new: it cannot make an invocation due.
         let varies = cells_of(&binding).iter().any(|cell| self.varies[*cell]);
         let mode = if kind == Kind::Input && !varies { Mode::Asynchronous } else { declared };
-        self.blocks[port.0].bindings.push(Bound { item: port.1, binding, mode });
+        let history = self.flat(port.0).kind.item(port.1).history;
+        self.blocks[port.0].bindings.push(Bound { item: port.1, binding, mode, history });
     }
 
     pub fn kind(&self, port: Port) -> Kind {

@@ -95,7 +95,9 @@ impl PartOf<'_> {
         match command {
             Command::Install { blocks } => Command::Install { blocks: blocks.iter().map(|block| self.label(block)).collect() },
             Command::Execute { block } => Command::Execute { block: self.label(block) },
-            Command::Activate { block, every_ns, budget_ns } => Command::Activate { block: self.label(block), every_ns: *every_ns, budget_ns: *budget_ns },
+            Command::Activate { block, every_ns, tunable, budget_ns } => {
+                Command::Activate { block: self.label(block), every_ns: *every_ns, tunable: *tunable, budget_ns: *budget_ns }
+            }
             Command::Deactivate { block } => Command::Deactivate { block: self.label(block) },
             Command::Wait { conditions, time_ns } => {
                 let stands_for = |name: &String| match self.verb.conditions.get(name) {

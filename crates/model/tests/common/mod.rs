@@ -8,7 +8,7 @@ use model::plan::Plan;
 use model::refusal::Refusals;
 use serde_json::{Value, json};
 
-/// An interface from lines `kind type name [unit] [default] [sized] [ratio=n] [async]`.
+/// An interface from lines `kind type name [unit] [default] [sized] [ratio=n] [history=n] [async]`.
 pub fn interface(name: &str, lines: &[&str]) -> Interface {
     let items = lines.iter().map(|line| item(line)).collect();
     Interface { name: name.into(), doc: String::new(), items, types: Default::default(), file: String::new(), line: 0 }
@@ -29,7 +29,8 @@ fn item(line: &str) -> Item {
     let rest = &words[3.min(words.len())..];
     let has = |flag: &str| rest.contains(&flag);
     let ratio = rest.iter().find_map(|word| word.strip_prefix("ratio=")?.parse().ok());
-    let is_flag = |word: &&&str| ["default", "sized", "async"].contains(*word) || word.starts_with("ratio=");
+    let history = rest.iter().find_map(|word| word.strip_prefix("history=")?.parse().ok()).unwrap_or(0);
+    let is_flag = |word: &&&str| ["default", "sized", "async"].contains(*word) || word.starts_with("ratio=") || word.starts_with("history=");
     Item {
         name: words[2].into(),
         kind,
@@ -40,6 +41,7 @@ fn item(line: &str) -> Item {
         has_default: has("default"),
         nonfinite: false,
         sized: has("sized"),
+        history,
         default: if has("default") { 2.5_f64.to_le_bytes().to_vec() } else { Vec::new() },
         least: 1,
         most: 8,

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Edges: a read channel of a device that raises an interrupt source whenever it goes from zero to something else.
+use crate::{Device, SourceId};
+use std::cell::Cell as Remembered;
+use std::sync::Arc;
+
+/// How the bytes of a channel are a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Number {
+    Float,
+    Double,
+    /// A whole number or `bool`.
+    Whole,
+}
+
+/// A channel that is watched, and whom it raises. Shared by successive tables of the device's source.
+pub struct Edge {
+    device: Arc<Device>,
+    channel: crate::Cell,
+    number: Number,
+    pub(crate) raises: SourceId,
+    /// Whether it was above zero when it was read last; what the first reading finds is no edge.
+    was_set: Remembered<Option<bool>>,
+}
+
+// SAFETY: `was_set` is touched only by the kernel of the device's source.
+unsafe impl Send for Edge {}
+// SAFETY: as for `Send`.
+unsafe impl Sync for Edge {}
+
+impl Edge {
+    /// Watches read channel `channel` of `device`, a scalar. Panics where it is none that is read.
+    pub fn new(device: &Arc<Device>, channel: usize, number: Number, raises: SourceId) -> Arc<Edge> {
+        assert!(device.channels()[channel].direction == crate::Direction::Read, "only a channel that is read has edges");
+        let cell = device.cell(channel);
+        assert!(cell.len() <= size_of::<u64>(), "only a scalar has edges");
+        Arc::new(Edge { device: device.clone(), channel: cell, number, raises, was_set: Remembered::new(None) })
+    }
+
+    /// True where the channel has just gone from zero to something else. After each read of the device.
+    ///
+    /// # Safety
+    /// Called by the kernel of the device's source alone.
+    pub(crate) unsafe fn rises(&self) -> bool {
+        if self.device.is_lost() {
+            return false;
+        }
+        let mut bytes = [0; size_of::<u64>()];
+        // SAFETY: the cell is held and has at most eight bytes (checked when the edge was made); nobody writes it now.
+        unsafe { self.channel.start().copy_to_nonoverlapping(bytes.as_mut_ptr(), self.channel.len()) };
+        let word = u64::from_le_bytes(bytes);
+        let is_set = match self.number {
+            Number::Float => f32::from_bits(word as u32) != 0.0,
+            Number::Double => f64::from_bits(word) != 0.0,
+            Number::Whole => word != 0,
+        };
+        self.was_set.replace(Some(is_set)) == Some(false) && is_set
+    }
+}

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Windows: the last n values of an SVV or private cell, side by side, oldest first, for the blocks that ask for a history.
+//!
+//! A window is memory of an image like any other cell. The kernel of the source that stores the value appends to it, in the same
+//! firing, and it travels to other sources in the asynchronous group with the value: so nobody reads one that is half written.
+use crate::Cell;
+use std::ptr;
+
+/// The last values of a cell.
+#[derive(Clone)]
+pub struct Window {
+    cell: Cell,
+    /// Bytes of one value.
+    len: usize,
+}
+
+impl Window {
+    /// A window in `cell`, whose length is that of a value, `len`, times the number of values. Panics where it is not.
+    pub fn new(cell: Cell, len: usize) -> Window {
+        assert!(len > 0 && cell.len() > 0 && cell.len().is_multiple_of(len), "a window of {} bytes does not hold values of {len}", cell.len());
+        Window { cell, len }
+    }
+
+    /// Its memory, for binding and for connections.
+    pub fn cell(&self) -> &Cell {
+        &self.cell
+    }
+
+    /// True for a cell of one value.
+    pub(crate) fn takes(&self, value: &Cell) -> bool {
+        value.len() == self.len
+    }
+
+    /// Every value is `bytes`. Before anything that runs is bound to it, or by the kernel of its source.
+    pub fn fill(&self, bytes: &[u8]) {
+        assert_eq!(bytes.len(), self.len, "a window takes values of its own length");
+        for at in (0..self.cell.len()).step_by(self.len) {
+            // SAFETY: the window lies within its cell, and a value fits at `at`; the caller keeps to the condition above.
+            unsafe { self.cell.start().add(at).copy_from_nonoverlapping(bytes.as_ptr(), self.len) };
+        }
+    }
+
+    /// Every value is the present one of `value`. By the kernel of its source.
+    pub(crate) fn fill_from(&self, value: &Cell) {
+        for at in (0..self.cell.len()).step_by(self.len) {
+            // SAFETY: both cells are held, of this length (checked when the script was made); this source's own image.
+            unsafe { ptr::copy(value.start(), self.cell.start().add(at), self.len) };
+        }
+    }
+
+    /// The oldest value goes, the present one of `value` comes. Wait-free: one move of the window. By the kernel of its source.
+    #[inline]
+    pub(crate) fn append(&self, value: &Cell) {
+        let kept = self.cell.len() - self.len;
+        // SAFETY: as in `fill_from`; `kept` and one value are the whole window.
+        unsafe {
+            ptr::copy(self.cell.start().add(self.len), self.cell.start(), kept);
+            ptr::copy(value.start(), self.cell.start().add(kept), self.len);
+        }
+    }
+}
