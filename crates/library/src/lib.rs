@@ -5,6 +5,8 @@
 //! To add one, write its file: `build.rs` lists the folder. What several blocks share is beside the folder.
 //! share is beside `blocks`.
 pub mod kinematics;
+pub mod pace;
+pub mod path;
 pub mod profile;
 pub mod reference;
 pub mod section;

@@ -4,6 +4,7 @@
 //! Everything here is plain numbers of a fixed size: nothing allocates, so blocks on the real-time path call it.
 pub mod chain;
 pub mod inverse;
+pub mod line;
 pub mod matrix;
 pub mod pose;
 
@@ -15,3 +16,5 @@ pub const BAD_CHAIN: u32 = 1;
 pub const BAD_POSE: u32 = 2;
 /// A speed, acceleration or jerk limit is not above 0.
 pub const BAD_LIMIT: u32 = 3;
+/// There is no planned line: the planner has not run, or found none.
+pub const NO_PLAN: u32 = 4;
