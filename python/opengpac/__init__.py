@@ -37,8 +37,10 @@ from .errors import (
     TypeMismatch,
     UnitMismatch,
     UnknownName,
+    Unreachable,
     ValueRefused,
 )
+from .frames import Frame, Pose
 from .graphs import Graph, ratio
 from .groups import Group
 from .instances import VerbInstance
@@ -55,24 +57,25 @@ from .verbs import Verb
 from .decorated import verb  # isort: skip
 
 if TYPE_CHECKING:
-    from . import robots
+    from . import motion, robots
 
 __version__ = _version()
 
 
 def __getattr__(name: str) -> ModuleType:
     # Its definitions are checked by a real-time system: importing the package makes none.
-    if name == "robots":
-        return importlib.import_module(".robots", __name__)
+    if name in ("motion", "robots"):
+        return importlib.import_module(f".{name}", __name__)
     raise AttributeError(f"module 'opengpac' has no attribute '{name}'")
 
 
 __all__ = [
     "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "CoverError",
-    "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "Graph", "Group", "InUse", "InstallationErrors",
+    "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "Frame", "Graph", "Group", "InUse", "InstallationErrors",
     "InvalidState", "LogicalDevice", "Module", "ModuleError", "NotEnabled", "Occurrence", "Part", "PhysicalDevice",
-    "PlacementError", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "Snapshot",
-    "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch",
-    "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "compose", "deactivate", "deg", "drivers", "each",
-    "execute", "input", "install", "library", "on", "parameter", "ratio", "ready", "robots", "svv", "together", "verb", "wait",
+    "PlacementError", "Pose", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter",
+    "Snapshot", "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch",
+    "UnitMismatch", "UnknownName", "Unreachable", "ValueRefused", "Verb", "VerbInstance", "activate", "compose", "deactivate",
+    "deg", "drivers", "each", "execute", "input", "install", "library", "motion", "on", "parameter", "ratio", "ready",
+    "robots", "svv", "together", "verb", "wait",
 ]  # fmt: skip

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import operator
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from .blocks import Names, names_of
-from .errors import DefinitionError, refuse
+from .errors import CallError, DefinitionError, refuse
 from .places import Place, here
 from .values import plain
 
@@ -28,6 +29,8 @@ class InputParameter:
     tunable: bool
     unit: str
     place: Place
+    member: str = ""
+    form: Callable[[Any, Mapping[str, Any]], Any] | None = None
 
     @property
     def has_default(self) -> bool:
@@ -37,14 +40,42 @@ class InputParameter:
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
         return {
-            "targets": list(self.targets), "default": plain(self.default) if self.has_default else None, "tunable": self.tunable,
+            "targets": list(self.targets), "default": self.value(self.default, {}) if self.has_default else None, "tunable": self.tunable,
             "unit": self.unit, "place": self.place.json(),
         }  # fmt: skip
 
+    def value(self, given: Any, objects: Mapping[str, Any]) -> Any:
+        """What a call gives, as the model takes it."""
+        return plain(self.form(given, objects) if self.form is not None else given)
 
-def input(targets: Names, *, default: Any = absent, tunable: bool = False, unit: str = "") -> Any:
-    """An input parameter: where its value is stored at each start, its default, and whether `vi.set(...)` may change it."""
-    return InputParameter(tuple(names_of(targets)), default, tunable, unit, here())
+    def of_object(self, name: str, objects: Mapping[str, Any]) -> Any:
+        """The value of the object's attribute that stands for one that a call leaves out."""
+        root, _, rest = self.member.partition(".")
+        try:
+            return plain(operator.attrgetter(rest)(objects[root]))
+        except (AttributeError, KeyError):
+            refuse(
+                CallError,
+                f"'{name}' is not given, and {objects.get(root, root)!r} has no '{rest}'",
+                f"give {name}=, or an object that has it: an arm made by gpac.robots.load has a chain",
+            )
+
+
+def input(
+    targets: Names,
+    *,
+    default: Any = absent,
+    tunable: bool = False,
+    unit: str = "",
+    member: str = "",
+    form: Callable[[Any, Mapping[str, Any]], Any] | None = None,
+) -> Any:
+    """An input parameter: where its value is stored at each start, its default, and whether `vi.set(...)` may change it.
+
+    `member="arm.chain"`: where a call leaves it out, its value is that attribute of the object `arm`, at each start. `form(given,
+    objects)` turns what people write into the value that the ports take: a short list into a table of fixed size.
+    """
+    return InputParameter(tuple(names_of(targets)), default, tunable, unit, here(), member, form)
 
 
 def input_of(given: Any) -> InputParameter:

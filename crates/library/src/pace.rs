@@ -33,6 +33,12 @@ pub fn next(pace: f64, wanted: f64, span_s: f64, fits: impl Fn(f64, f64) -> bool
     pace
 }
 
+/// The pace that overrides allow: the least of the joints' own times the least of the cell's, each within 0 to 1; `None` where one is not.
+pub fn allowed(own: &[f64], cell: &[f64]) -> Option<f64> {
+    let least = |shares: &[f64]| shares.iter().try_fold(1.0f64, |least, share| (0.0..=1.0).contains(share).then(|| least.min(*share)));
+    Some(least(own)? * least(cell)?)
+}
+
 /// Whether an acceleration is within ± `limit`.
 pub fn within(acceleration: f64, limit: f64) -> bool {
     acceleration.abs() <= limit * (1.0 + ROUNDING)
@@ -55,6 +61,12 @@ mod tests {
             assert!(steps < 60, "it comes to rest");
         }
         assert!(steps >= 25);
+    }
+
+    #[test]
+    fn the_least_override_counts() {
+        assert_eq!(allowed(&[1.0, 0.5], &[0.5, 1.0]), Some(0.25));
+        assert_eq!((allowed(&[1.1], &[1.0]), allowed(&[1.0], &[f64::NAN]), allowed(&[-0.1], &[1.0])), (None, None, None));
     }
 
     #[test]

@@ -76,9 +76,9 @@ fn the_names_of_the_interface_stay() {
             "n start goal speed angular_speed speed_max acceleration_max position_min position_max line target duration chain acceleration jerk \
              angular_acceleration angular_jerk slowest unreachable limit singular",
         ),
-        ("line_generator", "n line override holding speed_max setpoint pose progress complete chain finished held singular"),
+        ("line_generator", "n line override cell_override holding speed_max setpoint pose progress complete chain finished held singular"),
         ("path_planner", "n start points blend speed speed_max acceleration_max position_min position_max path target duration refused limit"),
-        ("path_generator", "n path override holding acceleration_max setpoint velocity progress complete finished held"),
+        ("path_generator", "n path override cell_override holding acceleration_max setpoint velocity progress complete finished held"),
     ];
     for (name, items) in expected {
         let face = faces().into_iter().find(|face| face.name == name).expect(name);

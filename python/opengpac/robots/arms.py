@@ -8,11 +8,12 @@ from pathlib import Path
 
 from .. import drivers
 from ..errors import PlacementError, UnknownName, did_you_mean, refuse
-from ..groups import Group
 from ..physical import Part
 from ..sources import Processor, Source
 from ..system import System
+from .arm import Arm
 from .joints import Joint
+from .kinematics import Kinematics
 
 _ARMS = Path(__file__).parent
 
@@ -24,8 +25,8 @@ def load(
     on: Source | None = None,
     name: str | None = None,
     clock: str = "monotonic",
-) -> Group[Joint]:
-    """An arm as a group of joints, simulated by MuJoCo, at its keyframe `home` if it has one.
+) -> Arm:
+    """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
     `path` is an MJCF file, or the name of an arm that comes with the package. `on` is the timer that exchanges with it and runs
     the servos, else the fastest of `rtp`. Without `rtp` it makes a system of its own, of the arm's name, with `clock`. The
@@ -44,7 +45,7 @@ def load(
     try:
         for part in device:
             joints.append(_joint(name, part, device.source))
-        return Group(name, *joints)
+        return Arm(name, *joints, kinematics=lambda: Kinematics.of_mjcf(file, device.parts))
     except BaseException:
         for joint in joints:
             joint.delete()

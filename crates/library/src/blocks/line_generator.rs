@@ -3,7 +3,7 @@ use crate::kinematics::chain::{Arm, Chain};
 use crate::kinematics::inverse::{Ranges, inverse};
 use crate::kinematics::line::{Line, ON_THE_LINE};
 use crate::kinematics::pose::Pose;
-use crate::kinematics::{BAD_CHAIN, BAD_POSE, NO_PLAN};
+use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE, NO_PLAN};
 use crate::pace;
 use crate::profile::{duration_s, evaluate};
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
@@ -18,7 +18,7 @@ const ANYWHERE: Ranges = Ranges { least: &[f64::NEG_INFINITY; 16], greatest: &[f
 /// above its greatest speed: where it would be, the pace goes down, and where that does not help, `singular` comes and the set-point
 /// stays. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
 /// than the line's acceleration allows. The last set-point is the planned end exactly.
-/// Faults: 1 the chain is not one for n joints, or the line is for others; 2 the line has no poses; 4 there is no line.
+/// Faults: 1 the chain is not one for n joints, or the line is for others; 2 the line has no poses; 3 an override is not within 0 and 1; 4 there is no line.
 #[derive(FunctionBlock)]
 pub struct LineGenerator {
     /// number of joints
@@ -27,9 +27,12 @@ pub struct LineGenerator {
     /// the planned line
     #[input(asynchronous)]
     line: Line,
-    /// scale of the speed, 0 to 1
-    #[input(asynchronous, default = 1.0)]
-    r#override: f64,
+    /// share of the speed that is allowed now, 0 to 1; the least of the joints counts for all
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    r#override: [f64; 16],
+    /// the same for the whole cell; both are multiplied
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    cell_override: [f64; 16],
     /// whether it is to come to rest and wait
     #[input(asynchronous, default = false)]
     holding: bool,
@@ -89,11 +92,12 @@ impl Step for LineGenerator {
             return Outcome::Fault(BAD_CHAIN);
         }
         let (Some(start), Some(goal)) = (Pose::of(&self.line.start), Pose::of(&self.line.goal)) else { return Outcome::Fault(BAD_POSE) };
-        let wanted = if self.holding { 0.0 } else { self.r#override };
+        let Some(allowed) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
+        let wanted = if self.holding { 0.0 } else { allowed };
         if self.line.plan != self.plan {
             // At the beginning the planned speed is 0: any pace will do.
             (self.plan, self.time_s, self.before_ns, self.q) = (self.line.plan, 0.0, invocation.time_ns, self.line.from);
-            self.pace = wanted.clamp(0.0, 1.0);
+            self.pace = wanted;
         }
         let span_s = (invocation.time_ns - self.before_ns) as f64 * 1e-9;
         self.before_ns = invocation.time_ns;
@@ -172,7 +176,7 @@ mod tests {
 
     fn generator(line: Line) -> LineGenerator {
         LineGenerator {
-            n: 6, line, r#override: 1.0, holding: false, speed_max: [3.14; 16], setpoint: [0.0; 16], pose: [0.0; 7], progress: 0.0, complete: false,
+            n: 6, line, r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, speed_max: [3.14; 16], setpoint: [0.0; 16], pose: [0.0; 7], progress: 0.0, complete: false,
             chain: six_joints(), finished: Condition::new(), held: Condition::new(), singular: ConditionOf::new(0.0), plan: 0.0, time_s: 0.0,
             pace: 0.0, before_ns: 0, q: [0.0; 16],
         }
@@ -231,7 +235,7 @@ mod tests {
             let mut number = numbers(seed);
             run(line, |k, block| {
                 if k % 9 == 0 {
-                    (block.r#override, block.holding) = (number(0.0, 1.0), number(0.0, 1.0) < 0.3);
+                    (block.r#override, block.holding) = ([number(0.0, 1.0); 16], number(0.0, 1.0) < 0.3);
                 }
             });
         }

@@ -7,6 +7,8 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 const NO_PLAN: u32 = 1;
 /// The path is planned for another number of joints.
 const OTHER_SIZE: u32 = 2;
+/// An override is not within 0 and 1.
+const BAD_OVERRIDE: u32 = 3;
 /// Places within a period at which a change of the pace is checked: a short line or blend may lie between two set-points.
 const PLACES: u32 = 6;
 
@@ -15,7 +17,7 @@ const PLACES: u32 = 6;
 /// `override` scales the speed (0 holds), `holding` ramps down to rest on the path and reports `held`; both change the pace no
 /// faster than the acceleration limit of each joint allows. The output `complete` and the condition `finished` come with the last
 /// set-point, exactly the last way-point.
-/// Faults: 1 there is no path; 2 it is planned for another number of joints.
+/// Faults: 1 there is no path; 2 it is planned for another number of joints; 3 an override is not within 0 and 1.
 #[derive(FunctionBlock)]
 pub struct PathGenerator {
     /// number of joints
@@ -24,9 +26,12 @@ pub struct PathGenerator {
     /// the planned path
     #[input(asynchronous)]
     path: Path,
-    /// scale of the speed, 0 to 1
-    #[input(asynchronous, default = 1.0)]
-    r#override: f64,
+    /// share of the speed that is allowed now, 0 to 1; the least of the joints counts for all
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    r#override: [f64; 16],
+    /// the same for the whole cell; both are multiplied
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    cell_override: [f64; 16],
     /// whether it is to come to rest and wait
     #[input(asynchronous, default = false)]
     holding: bool,
@@ -80,11 +85,12 @@ impl Step for PathGenerator {
         if self.path.joints != n as i32 {
             return Outcome::Fault(OTHER_SIZE);
         }
-        let wanted = if self.holding { 0.0 } else { self.r#override };
+        let Some(allowed) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_OVERRIDE) };
+        let wanted = if self.holding { 0.0 } else { allowed };
         if self.path.plan != self.plan {
             // At the beginning the planned speed is 0: any pace will do.
             (self.plan, self.time_s, self.before_ns) = (self.path.plan, 0.0, invocation.time_ns);
-            self.pace = wanted.clamp(0.0, 1.0);
+            self.pace = wanted;
         }
         let span_s = (invocation.time_ns - self.before_ns) as f64 * 1e-9;
         self.before_ns = invocation.time_ns;
@@ -141,7 +147,7 @@ mod tests {
 
     fn generator(case: &Case) -> PathGenerator {
         PathGenerator {
-            n: case.n as u32, path: plan(1.0, &case.start, &case.points, &case.passing, &case.limits), r#override: 1.0, holding: false,
+            n: case.n as u32, path: plan(1.0, &case.start, &case.points, &case.passing, &case.limits), r#override: [1.0; 16], cell_override: [1.0; 16], holding: false,
             acceleration_max: std::array::from_fn(|i| case.limits.get(i).map_or(1.0, |l| l.acceleration)), setpoint: [0.0; 16], velocity: [0.0; 16],
             progress: 0.0, complete: false, finished: Condition::new(), held: Condition::new(), plan: 0.0, time_s: 0.0, pace: 0.0, before_ns: 0,
         }
@@ -183,11 +189,11 @@ mod tests {
             let mut number = numbers(seed + 1000);
             let block = run(seed, &case, |k, block| {
                 if k % 7 == 0 {
-                    block.r#override = number(-0.3, 1.5).clamp(0.0, 1.0);
+                    block.r#override = [number(-0.3, 1.5).clamp(0.0, 1.0); 16];
                     block.holding = number(0.0, 1.0) < 0.3;
                 }
                 if k > 3000 {
-                    (block.r#override, block.holding) = (1.0, false);
+                    (block.r#override, block.holding) = ([1.0; 16], false);
                 }
             });
             assert_eq!(block.setpoint[..case.n], case.points.last().expect("a point")[..case.n]);

@@ -14,7 +14,7 @@ pub const JOINTS_MAX: usize = 16;
 pub const BAD_CHAIN: u32 = 1;
 /// A position is not a finite number, or a pose has no unit quaternion.
 pub const BAD_POSE: u32 = 2;
-/// A speed, acceleration or jerk limit is not above 0.
+/// A speed, acceleration or jerk limit is not above 0, or an override is not within 0 and 1.
 pub const BAD_LIMIT: u32 = 3;
 /// There is no planned line: the planner has not run, or found none.
 pub const NO_PLAN: u32 = 4;

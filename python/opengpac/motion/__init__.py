@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Motion of joints and arms: `gpac.motion.move_linear(arm, pose)`, `gpac.motion.follow(arm, points, blend=0.05)`."""
+
+from .line import LineRefused, move_linear
+from .path import PathRefused, follow
+
+__all__ = ["LineRefused", "PathRefused", "follow", "move_linear"]
