@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -12,17 +11,12 @@ from .. import library as lib
 from ..commands import activate, execute
 from ..conditions import on
 from ..decorated import verb
-from ..errors import CallError, Terminated, Unreachable, refuse
+from ..errors import Terminated, Unreachable
 from ..groups import Group
 from ..parameters import each, input
 from ..robots.joints import Joint
 from ..robots.motion import MotionTimeout, Moved
-
-POINTS_MAX = 64
-"""The most way-points of one path."""
-
-JOINTS_MAX = 16
-"""The most joints of one path."""
+from .tables import each_point, way_points
 
 
 class PathRefused(Terminated, Unreachable):
@@ -40,33 +34,6 @@ class PathRefused(Terminated, Unreachable):
         return f"way-point {self.point} is outside the range of joint '{self.joint}', {range_text}; are degrees meant? gpac.deg(points)"
 
 
-def _way_points(given: Any, objects: Mapping[str, Any]) -> Any:
-    """A list of way-points as the planner's table: short lists are filled up with their last point, rows with zeros."""
-    try:
-        points = np.array([list(point) for point in given], dtype=float)
-    except (TypeError, ValueError):
-        refuse(CallError, f"the way-points are {given!r}", "give a list of joint positions, each a list of numbers in rad")
-    joints = len(objects["arm"]) if "arm" in objects else JOINTS_MAX
-    if points.ndim != 2 or not 1 <= len(points) <= POINTS_MAX or points.shape[1] != joints:
-        refuse(
-            CallError, f"the way-points have the shape {points.shape}", f"give 1 to {POINTS_MAX} points of {joints} joint positions each"
-        )
-    table = np.zeros((POINTS_MAX, JOINTS_MAX))
-    table[: len(points), :joints] = points
-    table[len(points) :, :joints] = points[-1]
-    return table
-
-
-def _each_point(given: Any, objects: Mapping[str, Any]) -> Any:
-    """One value for all way-points, or one for each: filled up with the last."""
-    if isinstance(given, int | float | np.number):
-        return [float(given)] * POINTS_MAX
-    values = list(given)
-    if not 1 <= len(values) <= POINTS_MAX:
-        refuse(CallError, f"{len(values)} values are given for the way-points", f"give one for all, or 1 to {POINTS_MAX}")
-    return values + [values[-1]] * (POINTS_MAX - len(values))
-
-
 @verb(
     name="follow",
     blocks={
@@ -82,9 +49,9 @@ def _each_point(given: Any, objects: Mapping[str, Any]) -> Any:
     },
     cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"]},
     input_parameters={
-        "points": input("planner.points", form=_way_points),
-        "blend": input("planner.blend", form=_each_point),
-        "speed": input("planner.speed", form=_each_point),
+        "points": input("planner.points", form=way_points),
+        "blend": input("planner.blend", form=each_point),
+        "speed": input("planner.speed", form=each_point),
         "tolerance": "near.tolerance",
         "arm.max_speed": "planner.speed_max",
         "arm.max_acceleration": ["planner.acceleration_max", "generator.acceleration_max"],

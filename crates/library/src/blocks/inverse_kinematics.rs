@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::kinematics::chain::Chain;
-use crate::kinematics::inverse::{Ranges, Tolerance, inverse_anywhere};
+use crate::kinematics::inverse::{Ranges, Tolerance, in_the_way, inverse_anywhere};
 use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_POSE};
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
@@ -78,10 +78,11 @@ impl Step for InverseKinematics {
         let found = inverse_anywhere(&arm, &goal, &self.near[..n], ranges, tolerance, self.attempts);
         (self.q, self.reached) = (found.q, found.reached);
         (self.position_error, self.angle_error) = (found.position_error, found.angle_error);
-        match (found.reached, found.stopped_by) {
-            (true, _) => {}
-            (false, Some(joint)) => self.limit.report(joint as i32),
-            (false, None) => self.unreachable.report(found.position_error),
+        if !found.reached {
+            match in_the_way(&arm, &goal, &self.near[..n], &found, tolerance, self.attempts) {
+                Some(joint) => self.limit.report(joint as i32),
+                None => self.unreachable.report(found.position_error),
+            }
         }
         let least = arm.least_singular_value(&arm.jacobian(&arm.posture(&found.q[..n])));
         if least < self.singular.preset {

@@ -81,6 +81,15 @@ pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, to
     best
 }
 
+/// The joint whose range keeps an arm from a goal that was not reached: that at its end, if the goal can be had without ranges.
+pub fn in_the_way(arm: &Arm, goal: &Pose, near: &[f64], found: &Found, tolerance: Tolerance, attempts: u32) -> Option<usize> {
+    let joint = found.stopped_by?;
+    let turn = |sign: f64| -> [f64; JOINTS_MAX] { std::array::from_fn(|i| near.get(i).map_or(0.0, |q| q + sign * 2.0 * std::f64::consts::PI)) };
+    let (least, greatest) = (turn(-1.0), turn(1.0));
+    let free = inverse_anywhere(arm, goal, near, Ranges { least: &least, greatest: &greatest }, tolerance, attempts);
+    free.reached.then_some(joint)
+}
+
 /// The i-th number of Halton's sequence for a prime base: spread evenly over 0 to 1.
 fn halton(index: u32, dimension: usize) -> f64 {
     const PRIMES: [u32; JOINTS_MAX] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
@@ -249,5 +258,10 @@ mod tests {
         let found = inverse(&arm, &goal, &[0.2, 0.3], Ranges { least: &[-1.0; 2], greatest: &[1.0, 3.0] }, tolerance);
         assert_eq!((found.reached, found.stopped_by), (false, Some(0)));
         assert!(found.q[0] <= 1.0);
+        assert_eq!(in_the_way(&arm, &goal, &[0.2, 0.3], &found, tolerance, 1), Some(0));
+        // A goal that no range would make reachable is nobody's fault.
+        let far = Pose { position: [0.0, 2.0, 0.0], ..goal };
+        let found = inverse(&arm, &far, &[0.2, 0.3], Ranges { least: &[-1.0; 2], greatest: &[1.0, 3.0] }, tolerance);
+        assert_eq!((found.stopped_by, in_the_way(&arm, &far, &[0.2, 0.3], &found, tolerance, 1)), (Some(0), None));
     }
 }

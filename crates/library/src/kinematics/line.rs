@@ -7,7 +7,7 @@
 //! q'' = d²q/ds² there, ṡ ≤ v/|q'|, ṡ² ≤ a/(2 |q''|), s̈ ≤ a/(2 |q'|) keep every joint within its speed v and acceleration a.
 use super::JOINTS_MAX;
 use super::chain::Arm;
-use super::inverse::{Found, Ranges, Tolerance, inverse};
+use super::inverse::{Found, Ranges, Tolerance, in_the_way, inverse, inverse_anywhere};
 use super::pose::{Numbers, Pose, length};
 use crate::profile::{Coefficients, Limits, plan};
 use opengpac::Type;
@@ -18,6 +18,8 @@ pub const SAMPLES: usize = 128;
 pub const ON_THE_LINE: Tolerance = Tolerance { position: 1e-7, angle: 1e-7, orientation: true };
 /// A joint that moves further than this from one place to the next has gone to another posture.
 const LEAP: f64 = 0.5;
+/// Places from which the goal of a line that cannot be gone is tried, to say why.
+const ATTEMPTS: u32 = 4;
 
 /// A planned line. Poses are x y z (m), then the quaternion w x y z.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
@@ -120,18 +122,21 @@ fn next(arm: &Arm, goal: &Pose, here: &[f64; JOINTS_MAX], wish: &Wish) -> Result
     if found.reached && !leap {
         return Ok(found.q);
     }
-    Err(obstacle(arm, &found, wish))
+    Err(obstacle(arm, goal, here, &found, wish))
 }
 
 /// What is in the way: the end of a range; else, where the goal itself can be had, a singularity on the way there.
-fn obstacle(arm: &Arm, found: &Found, wish: &Wish) -> Obstacle {
-    if let Some(joint) = found.stopped_by {
+fn obstacle(arm: &Arm, place: &Pose, here: &[f64; JOINTS_MAX], found: &Found, wish: &Wish) -> Obstacle {
+    let n = arm.joints();
+    if let Some(joint) = in_the_way(arm, place, &here[..n], found, ON_THE_LINE, 1) {
         return Obstacle::Limit(joint);
     }
-    let end = inverse(arm, &wish.goal, &found.q[..arm.joints()], wish.ranges, ON_THE_LINE);
-    match (end.reached, end.stopped_by) {
-        (true, _) => Obstacle::Singular(0.0),
-        (false, Some(joint)) => Obstacle::Limit(joint),
-        (false, None) => Obstacle::Unreachable(end.position_error),
+    let end = inverse_anywhere(arm, &wish.goal, &found.q[..n], wish.ranges, ON_THE_LINE, ATTEMPTS);
+    if end.reached {
+        return Obstacle::Singular(0.0);
+    }
+    match in_the_way(arm, &wish.goal, &found.q[..n], &end, ON_THE_LINE, 1) {
+        Some(joint) => Obstacle::Limit(joint),
+        None => Obstacle::Unreachable(end.position_error),
     }
 }
