@@ -17,7 +17,9 @@ PLACES = st.tuples(*[st.floats(-10, 10)] * 3)
 
 
 @given(PLACES, ANGLES, PLACES, ANGLES)
-def test_composition_is_that_of_the_matrices(p: tuple[float, ...], a: tuple[float, ...], q: tuple[float, ...], b: tuple[float, ...]) -> None:
+def test_composition_is_that_of_the_matrices(
+    p: tuple[float, ...], a: tuple[float, ...], q: tuple[float, ...], b: tuple[float, ...]
+) -> None:
     first, second = gpac.Pose(p, rpy=a), gpac.Pose(q, rpy=b)
     assert np.allclose((first @ second).matrix, first.matrix @ second.matrix, atol=1e-12)
     assert np.allclose(first @ q, (first.matrix @ [*q, 1])[:3], atol=1e-12)

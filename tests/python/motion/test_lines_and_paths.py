@@ -48,7 +48,7 @@ def check_speeds(arm: gpac.robots.Arm, since: float) -> None:
 
 def test_the_tool_goes_straight_and_turns_evenly(arm: gpac.robots.Arm) -> None:
     start, since = arm.pose(), arm.system.now
-    goal = gpac.Pose(start.position + (0.15, -0.2, -0.15), rpy=start.rpy + (0.3, 0, 0.4))
+    goal = gpac.Pose((0.15, -0.2, -0.15)) @ start @ gpac.Pose(rpy=(0.3, 0.1, 0.4))
     moved = move_linear(arm, goal, speed=0.2)
     assert arm.pose().distance(goal) < 1e-4
     assert arm.pose().angle(goal) < 1e-3
@@ -90,7 +90,7 @@ def test_the_speed_is_what_the_joints_can_do(arm: gpac.robots.Arm) -> None:
 )
 def test_a_line_that_cannot_be_gone_moves_nothing(arm: gpac.robots.Arm, way: tuple[float, ...], condition: str) -> None:
     before, start = arm.values("commanded"), arm.pose()
-    goal = gpac.Pose(start.position + way, quaternion=start.quaternion)
+    goal = gpac.Pose(way) @ start
     with pytest.raises(LineRefused) as refused:
         move_linear(arm, goal)
     assert refused.value.condition == condition
@@ -103,7 +103,7 @@ def test_the_joint_whose_range_ends_is_named(arm: gpac.robots.Arm) -> None:
     arm.elbow.position_max = 1.6
     before, start = arm.values("commanded"), arm.pose()
     with pytest.raises(LineRefused, match=r"joint 'elbow' would have to leave its range, -3\.14159 to 1\.6") as refused:
-        move_linear(arm, gpac.Pose(start.position + (0.25, 0, -0.25), quaternion=start.quaternion))
+        move_linear(arm, gpac.Pose((0.25, 0, -0.25)) @ start)
     assert (refused.value.joint, refused.value.condition) == ("elbow", "limit")
     assert arm.values("commanded") == before
 
@@ -128,7 +128,7 @@ def test_tool_and_base_are_taken_at_each_start(arm: gpac.robots.Arm) -> None:
 
 def test_a_suspended_line_stands_still_and_goes_on_straight(arm: gpac.robots.Arm) -> None:
     start, since = arm.pose(), arm.system.now
-    goal = gpac.Pose(start.position + (0.1, -0.2, 0), quaternion=start.quaternion)
+    goal = gpac.Pose((0.1, -0.2, 0)) @ start
     moving = move_linear.asynch(arm, goal, speed=0.1)
     arm.system.advance("0.8 s")
     moving.suspend()
@@ -171,7 +171,7 @@ def test_speed_and_blend_may_differ_from_point_to_point(arm: gpac.robots.Arm) ->
 
 def test_a_path_out_of_range_names_the_point_and_the_joint(arm: gpac.robots.Arm) -> None:
     before = arm.values("commanded")
-    with pytest.raises(PathRefused, match="way-point 1 is outside the range of joint 'shoulder_lift'.*are degrees meant") as refused:
+    with pytest.raises(PathRefused, match=r"way-point 1 is outside the range of joint 'shoulder_lift'.*are degrees meant") as refused:
         follow(arm, [before, [0, -90, 90, -90, -90, 0]])
     assert (refused.value.joint, refused.value.point) == ("shoulder_lift", 1)
     arm.system.advance("0.1 s")
@@ -197,7 +197,7 @@ def test_points_of_the_wrong_form_are_refused_at_the_call(arm: gpac.robots.Arm, 
 
 def test_a_group_without_geometry_is_told_what_it_lacks(arm: gpac.robots.Arm) -> None:
     part = gpac.Group("part", *arm)
-    with pytest.raises(gpac.CallError, match="'chain' is not given, and group part.* has no 'chain'"):
+    with pytest.raises(gpac.CallError, match=r"'chain' is not given, and group part.* has no 'chain'"):
         move_linear(part, arm.pose())
     with pytest.raises(gpac.Terminated):
         move_linear(arm, [0, 0, 0, 0, 0, 0, 0])
@@ -205,7 +205,7 @@ def test_a_group_without_geometry_is_told_what_it_lacks(arm: gpac.robots.Arm) ->
 
 def test_halting_and_a_time_limit_end_a_line_where_it_is(arm: gpac.robots.Arm) -> None:
     start = arm.pose()
-    goal = gpac.Pose(start.position + (0.1, -0.2, 0), quaternion=start.quaternion)
+    goal = gpac.Pose((0.1, -0.2, 0)) @ start
     with pytest.raises(gpac.robots.MotionTimeout):
         move_linear(arm, goal, speed=0.1, time_limit="0.5 s")
     between = arm.pose()
