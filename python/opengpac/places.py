@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
 _DEFINING = tuple(
     os.path.join(_PACKAGE, *file)
-    for file in (("robots", "joints.py"), ("robots", "motion.py"), ("motion", "line.py"), ("motion", "path.py"))
+    for file in (("robots", "joints.py"), ("robots", "motion.py"), ("motion", "line.py"), ("motion", "path.py"), ("motion", "payload.py"))
 )
 
 

@@ -26,6 +26,8 @@ pub struct Path {
     pub joints: i32,
     /// Number of way-points with the start; of those that were one, one is left.
     pub points: i32,
+    /// How many coordinates, the first ones, are a place in space and are measured together; 0: each is a joint.
+    pub space: i32,
     /// How long it takes, s.
     pub duration: f64,
     /// Joint positions.
@@ -51,6 +53,15 @@ pub struct Passing {
     pub speed: f64,
 }
 
+/// A part of a path, and how much of it is done, 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part {
+    /// On the line after a way-point; the share is of the whole line, blends included.
+    Line { after: usize, share: f64 },
+    /// In the blend of a way-point, which begins at the share `before` of the line before it and ends at `behind` of that after it.
+    Blend { at: usize, share: f64, before: f64, behind: f64 },
+}
+
 /// One line between two way-points.
 struct Line {
     direction: [f64; JOINTS_MAX],
@@ -66,9 +77,15 @@ struct Line {
 /// [`JOINTS_MAX`]; there are at most [`POINTS_MAX`] points; every number is finite, blends are not below 0, every limit is positive:
 /// the caller has checked. The jerk of `limits` is not used: the acceleration is constant in each part.
 pub fn plan(plan: f64, start: &[f64], points: &[[f64; JOINTS_MAX]], passing: &[Passing], limits: &[Limits]) -> Path {
+    plan_in(0, plan, start, points, passing, limits)
+}
+
+/// As [`plan`], where the first `space` coordinates are a place: their speed, acceleration and blend are those of the point, the limits the
+/// first ones; a way-point's speed and blend are the place's only.
+pub fn plan_in(space: usize, plan: f64, start: &[f64], points: &[[f64; JOINTS_MAX]], passing: &[Passing], limits: &[Limits]) -> Path {
     let n = start.len();
     let mut path = <Path as Type>::zero();
-    (path.plan, path.joints) = (plan, n as i32);
+    (path.plan, path.joints, path.space) = (plan, n as i32, space as i32);
     path.q[0][..n].copy_from_slice(start);
     let mut blends = [0.0; ALL];
     let mut speeds = [0.0; ALL];
@@ -86,7 +103,7 @@ pub fn plan(plan: f64, start: &[f64], points: &[[f64; JOINTS_MAX]], passing: &[P
     cut_corners(&mut path, &blends, limits);
     match_rates(&mut path);
     for k in 0..last {
-        let blend_s = if path.through[k + 1] > 0.0 { 2.0 * path.reach[k + 1] / path.through[k + 1] } else { 0.0 };
+        let blend_s = if path.reach[k + 1] > 0.0 { 2.0 * path.reach[k + 1] / path.through[k + 1] } else { 0.0 };
         path.begin[k + 1] = path.begin[k] + path.line(k).times.iter().sum::<f64>() + blend_s;
     }
     path.duration = path.begin[last];
@@ -96,13 +113,12 @@ pub fn plan(plan: f64, start: &[f64], points: &[[f64; JOINTS_MAX]], passing: &[P
 /// The greatest rate and acceleration of each line.
 fn limit_lines(path: &mut Path, speeds: &[f64; ALL], limits: &[Limits]) {
     for k in 0..path.points as usize - 1 {
-        let (u, _) = path.direction(k);
-        let fastest = u.iter().fold(0.0, |most: f64, u| most.max(u.abs()));
-        path.top[k] = speeds[k + 1] / fastest;
+        let u = path.measures(&path.direction(k).0);
+        path.top[k] = speeds[k + 1] / path.greatest(&u);
         path.slope[k] = f64::INFINITY;
-        for (u, limit) in u.iter().zip(limits).filter(|(u, _)| u.abs() > 0.0) {
-            path.top[k] = path.top[k].min(limit.speed / u.abs());
-            path.slope[k] = path.slope[k].min(limit.acceleration / u.abs());
+        for (u, limit) in u.iter().zip(limits).filter(|(u, _)| **u > 0.0) {
+            path.top[k] = path.top[k].min(limit.speed / u);
+            path.slope[k] = path.slope[k].min(limit.acceleration / u);
         }
     }
 }
@@ -111,15 +127,17 @@ fn limit_lines(path: &mut Path, speeds: &[f64; ALL], limits: &[Limits]) {
 fn cut_corners(path: &mut Path, blends: &[f64; ALL], limits: &[Limits]) {
     for k in 1..path.points as usize - 1 {
         let ((before, long), (after, short)) = (path.direction(k - 1), path.direction(k));
-        let turn = |i: usize| (after[i] - before[i]).abs();
-        let most = (0..limits.len()).fold(0.0, |most: f64, i| most.max(turn(i)));
+        let turn = path.measures(&std::array::from_fn(|i| after[i] - before[i]));
+        let most = path.greatest(&turn);
         let wished = if most > 0.0 { 4.0 * blends[k] / most } else { f64::INFINITY };
-        path.reach[k] = if blends[k] > 0.0 { wished.min(long / 2.0).min(short / 2.0) } else { 0.0 };
         path.through[k] = path.top[k - 1].min(path.top[k]);
-        for (i, limit) in limits.iter().enumerate().filter(|(i, _)| turn(*i) > 0.0) {
-            path.through[k] = path.through[k].min((2.0 * path.reach[k] * limit.acceleration / turn(i)).sqrt());
+        // A longer blend than the greatest rate needs would only take longer.
+        let enough = turn.iter().zip(limits).fold(0.0, |most: f64, (turn, limit)| most.max(path.through[k].powi(2) * turn / (2.0 * limit.acceleration)));
+        path.reach[k] = if blends[k] > 0.0 { wished.min(enough).min(long / 2.0).min(short / 2.0) } else { 0.0 };
+        for (turn, limit) in turn.iter().zip(limits).filter(|(turn, _)| **turn > 0.0) {
+            path.through[k] = path.through[k].min((2.0 * path.reach[k] * limit.acceleration / turn).sqrt());
         }
-        if path.reach[k] == 0.0 {
+        if blends[k] == 0.0 {
             path.through[k] = 0.0;
         }
     }
@@ -140,6 +158,47 @@ fn match_rates(path: &mut Path) {
 }
 
 impl Path {
+    /// How much each limit sees of a vector: of a place its length, of each other coordinate the amount.
+    pub fn measures(&self, vector: &[f64; JOINTS_MAX]) -> [f64; JOINTS_MAX] {
+        let space = self.space as usize;
+        let mut found = vector.map(f64::abs);
+        if space > 0 {
+            found[0] = vector[..space].iter().map(|x| x * x).sum::<f64>().sqrt();
+            found[1..space].fill(0.0);
+        }
+        found
+    }
+
+    /// What a way-point's speed and blend are about: the place, or the joint with the most.
+    fn greatest(&self, measures: &[f64; JOINTS_MAX]) -> f64 {
+        if self.space > 0 { measures[0] } else { measures.iter().fold(0.0, |most: f64, x| most.max(*x)) }
+    }
+
+    /// Which part of the path it is in at a time within it.
+    pub fn part(&self, time_s: f64) -> Part {
+        let last = (self.points as usize).saturating_sub(1);
+        if last == 0 || time_s >= self.duration {
+            return Part::Line { after: last.saturating_sub(1), share: 1.0 };
+        }
+        let k = (1..last).rev().find(|k| self.begin[*k] <= time_s).unwrap_or(0);
+        let line = self.line(k);
+        let (t, on_line) = ((time_s - self.begin[k]).max(0.0), line.times.iter().sum::<f64>());
+        if t <= on_line || k + 1 == last || self.reach[k + 1] <= 0.0 {
+            let (way, ..) = line.at(t.min(on_line), self.slope[k]);
+            return Part::Line { after: k, share: (self.reach[k] + way) / line.whole };
+        }
+        let share = (self.through[k + 1] * (t - on_line) / (2.0 * self.reach[k + 1])).min(1.0);
+        Part::Blend { at: k + 1, share, before: 1.0 - self.reach[k + 1] / line.whole, behind: self.reach[k + 1] / self.direction(k + 1).1 }
+    }
+
+    /// The same path, `factor` times slower.
+    pub fn slow_down(&mut self, factor: f64) {
+        self.duration *= factor;
+        self.begin.iter_mut().for_each(|t| *t *= factor);
+        self.through.iter_mut().chain(&mut self.top).for_each(|rate| *rate /= factor);
+        self.slope.iter_mut().for_each(|slope| *slope /= factor * factor);
+    }
+
     /// The direction (of length 1) and the length of the line after way-point k.
     fn direction(&self, k: usize) -> ([f64; JOINTS_MAX], f64) {
         let n = self.joints as usize;
@@ -178,7 +237,7 @@ impl Path {
         let line = self.line(k);
         let t = time_s - self.begin[k];
         let on_line: f64 = line.times.iter().sum();
-        if t <= on_line || k + 1 == last || self.through[k + 1] <= 0.0 {
+        if t <= on_line || k + 1 == last || self.reach[k + 1] <= 0.0 {
             let (way, rate, change) = line.at(t.min(on_line), self.slope[k]);
             // The distance to the nearer end is the more exact one.
             let from_start = self.reach[k] + way;
@@ -331,6 +390,13 @@ mod tests {
         assert!((time(0.0) - 3.0).abs() < 1e-12);
         // Half the way of each line in the blend: passed at its greatest rate, sqrt(2 * 0.5 * 2), which the limit makes 1.
         assert!((time(0.2) - 2.5).abs() < 0.2 && time(0.2) < time(0.05) && time(0.05) < time(0.0), "{} {}", time(0.2), time(0.05));
+    }
+
+    #[test]
+    fn a_way_point_on_the_line_is_passed_at_full_speed_where_it_may_be() {
+        let points = [[1.0; JOINTS_MAX], [2.0; JOINTS_MAX]];
+        let time = |blend| plan(1.0, &[0.0], &points, &[Passing { blend, speed: 1.0 }; 2], &[Limits { speed: 1.0, acceleration: 2.0, jerk: 1.0 }]).duration;
+        assert!((time(0.1) - 2.5).abs() < 1e-12 && (time(0.0) - 3.0).abs() < 1e-12, "{} {}", time(0.1), time(0.0));
     }
 
     #[test]

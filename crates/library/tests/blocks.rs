@@ -77,6 +77,12 @@ fn the_names_of_the_interface_stay() {
              angular_acceleration angular_jerk slowest unreachable limit singular",
         ),
         ("line_generator", "n line override cell_override holding speed_max setpoint pose progress complete chain finished held singular"),
+        (
+            "polyline_planner",
+            "n start poses blend speed angular_speed speed_max acceleration_max position_min position_max path target duration refused chain acceleration \
+             angular_acceleration slowest unreachable limit singular",
+        ),
+        ("polyline_generator", "n path override cell_override holding speed_max setpoint pose progress complete chain finished held singular"),
         ("payload_effort", "n q effort held chain mass centre gravity rate"),
         ("channel_sum", "channel u y"),
         ("path_planner", "n start points blend speed speed_max acceleration_max position_min position_max path target duration refused limit"),

@@ -17,18 +17,26 @@ from ..groups import Group
 from ..parameters import each, input
 from ..robots.joints import Joint
 from ..robots.motion import MotionTimeout, Moved
+from .tables import each_point, poses
 
 
 class LineRefused(Terminated, Unreachable):
     """A straight line that the arm cannot go: `condition` is `unreachable`, `limit` or `singular`; nothing has moved.
 
-    `joint` names the joint whose range ends on the way.
+    `joint` names the joint whose range ends on the way, `point` the pose (from 0) of several that it was on the way to.
     """
 
     joint: str | None = None
+    point: int | None = None
 
     def explanation(self) -> str:
-        """Why, with the joint by name."""
+        """Why, with the joint by name and the pose by number."""
+        if self.outputs.get("refused", -1) < 0:
+            return self._why()
+        self.point = int(self.outputs["refused"])
+        return f"on the way to pose {self.point}: {self._why()}"
+
+    def _why(self) -> str:
         if self.condition == "unreachable":
             return f"the goal is {self.value:.4g} m out of reach"
         if self.condition == "limit":
@@ -93,5 +101,66 @@ def move_linear(
 
     pose: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration: m/s²; tolerance of each
     joint at the end: rad. Slower where the joints ask for it. A line that the arm cannot go raises `LineRefused` before it moves.
+    """
+    ...
+
+
+@verb(
+    name="follow_linear",
+    blocks={
+        "planner": lib.block("polyline_planner"),
+        "generator": lib.block("polyline_generator"),
+        "near": lib.block("in_position"),
+    },
+    objects={"arm": each(Joint)},
+    instantiation_parameters={
+        "arm.commanded": ["planner.start", "generator.setpoint"],
+        "arm.goal": ["planner.target", "near.goal"],
+        "arm.sensed": "near.sensed",
+    },
+    cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"]},
+    input_parameters={
+        "poses": input("planner.poses", form=poses),
+        "blend": input("planner.blend", form=each_point),
+        "speed": input("planner.speed", form=each_point),
+        "angular_speed": "planner.angular_speed",
+        "acceleration": "planner.acceleration",
+        "tolerance": "near.tolerance",
+        "chain": input(["planner.chain", "generator.chain"], member="arm.chain"),
+        "arm.max_speed": ["planner.speed_max", "generator.speed_max"],
+        "arm.max_acceleration": "planner.acceleration_max",
+        "arm.position_min": "planner.position_min",
+        "arm.position_max": "planner.position_max",
+    },
+    output_values={
+        "position": "near.sensed",
+        "error": "near.error",
+        "duration": "planner.duration",
+        "refused": "planner.refused",
+    },
+    command_lists={"start": [execute("planner"), activate("generator", every="20 ms"), activate("near", every="20 ms")]},
+    conditions={
+        "arrived": on("near.done", returns=["position", "error", "duration"]),
+        "unreachable": on("planner.unreachable", returns=["refused"], raises=LineRefused),
+        "limit": on("planner.limit", returns=["refused"], raises=LineRefused),
+        "singular": on(["planner.singular", "generator.singular"], returns=["refused"], raises=LineRefused),
+        "time_limit": on(raises=MotionTimeout),
+    },
+)
+def follow_linear(
+    arm: Group[Joint],
+    /,
+    poses: Sequence[Pose | Sequence[float]],
+    blend: float | Sequence[float] = 0.01,
+    speed: float | Sequence[float] = 0.25,
+    angular_speed: float = 1.0,
+    acceleration: float = 1.0,
+    tolerance: float = 0.002,
+) -> Moved:
+    """Moves the tool of an arm through poses on straight lines, cutting the corners by no more than `blend`; from rest to rest.
+
+    poses: 1 to 64; blend: by how much the tool may pass a pose, m, one number or one for each, 0 to stop there; speed: m/s, one number
+    or one for the way to each pose; angular_speed: rad/s; acceleration: m/s²; tolerance of each joint at the end: rad. Slower where
+    the joints ask for it. A path that the arm cannot go raises `LineRefused` before it moves; its `point` says where.
     """
     ...

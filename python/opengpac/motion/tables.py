@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import CallError, refuse
+from ..frames import Pose
 
 POINTS_MAX = 64
 """The most way-points of one path."""
@@ -42,3 +43,13 @@ def each_point(given: Any, objects: Mapping[str, Any]) -> Any:
     if not 1 <= len(values) <= POINTS_MAX:
         refuse(CallError, f"{len(values)} values are given for the way-points", f"give one for all, or 1 to {POINTS_MAX}")
     return values + [values[-1]] * (POINTS_MAX - len(values))
+
+
+def poses(given: Any, objects: Mapping[str, Any]) -> Any:
+    """A list of poses as the planner's table: a short list is filled up with its last."""
+    if isinstance(given, Pose) or isinstance(given, str) or not hasattr(given, "__iter__"):
+        refuse(CallError, f"the poses are {given!r}", "give a list of poses; for one there is move_linear")
+    found = [list(Pose.of(pose)) for pose in given]
+    if not 1 <= len(found) <= POINTS_MAX:
+        refuse(CallError, f"{len(found)} poses are given", f"give 1 to {POINTS_MAX}")
+    return found + [found[-1]] * (POINTS_MAX - len(found))

@@ -5,14 +5,25 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Self
 
 import numpy as np
 
 from ..frames import Pose
 from ..groups import Group
+from ..instances import VerbInstance
+from ..quantities import Quantity
 from .joints import Joint
 from .kinematics import Kinematics
+
+
+@dataclass(frozen=True)
+class Payload:
+    """What an arm carries: its mass (kg) and where its centre of mass is in the flange's frame (m)."""
+
+    mass: float
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 class Arm(Group[Joint]):
@@ -25,6 +36,8 @@ class Arm(Group[Joint]):
     def __init__(self, name: str, *joints: Joint, kinematics: Callable[[], Kinematics]) -> None:
         super().__init__(name, *joints)
         self._read = kinematics
+        self._payload = Payload(0.0)
+        self._carrying: VerbInstance[Any] | None = None
 
     @functools.cached_property
     def kinematics(self) -> Kinematics:
@@ -35,6 +48,11 @@ class Arm(Group[Joint]):
     def chain(self) -> dict[str, Any]:
         """Its geometry as the value of the parameter `chain` of the kinematic blocks."""
         return self.kinematics.chain
+
+    @property
+    def standing(self) -> dict[str, Any]:
+        """`chain` in the frame of the model's world, whatever `base` is: for weights, which go down there."""
+        return {**self.chain, "base": list(Pose())}
 
     @property
     def tool(self) -> Pose:
@@ -53,6 +71,38 @@ class Arm(Group[Joint]):
     @base.setter
     def base(self, frame: Pose | Sequence[float]) -> None:
         self.kinematics.base = Pose.of(frame)
+
+    @property
+    def payload(self) -> Payload:
+        """What it carries, whose weight its joints hold while it is enabled; settable at any time, `Payload(0)` puts it down.
+
+        Only for what the physical device does not know: the effort that a MuJoCo arm or a drive says that it needs includes the
+        bodies of its model, a tool that is in it too.
+        """
+        return self._payload
+
+    @payload.setter
+    def payload(self, payload: Payload) -> None:
+        if self._carrying is not None and self._carrying.state == "running":
+            self._carrying.set(mass=payload.mass, centre=list(payload.centre))
+        elif payload.mass != 0 and all(joint.state in ("standstill", "moving") for joint in self):
+            self._carry(payload)
+        self._payload = payload
+
+    def enable(self, timeout: Quantity | None = "10 s") -> Self:
+        """Enables all joints, and holds the payload, if there is one; returns when all are ready."""
+        super().enable(timeout)
+        if self._payload.mass != 0 and not (self._carrying is not None and self._carrying.state == "running"):
+            self._carry(self._payload)
+        return self
+
+    def _carry(self, payload: Payload) -> None:
+        from ..motion.payload import carry
+
+        if self._carrying is not None and self._carrying.state != "deleted":
+            self._carrying.delete()
+        self._carrying = carry.new_instance(self)
+        self._carrying.start(payload.mass, payload.centre)
 
     def pose(self) -> Pose:
         """Where the tool is now, by one consistent snapshot of the sensed joint positions."""

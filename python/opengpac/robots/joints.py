@@ -29,7 +29,7 @@ joint_servo = Verb(
     blocks={
         "position": lib.block("read_channel"),
         "speed": lib.block("read_channel"),
-        "load": lib.block("read_channel"),
+        "load": lib.block("channel_sum"),
         "servo": lib.block("joint_servo"),
         "write": lib.block("write_channel"),
     },
@@ -37,6 +37,7 @@ joint_servo = Verb(
         "drive.position": "position.channel",
         "drive.velocity": "speed.channel",
         "drive.bias": "load.channel",
+        "load_effort": "load.u",
         "drive.effort": "write.channel",
         "sensed": ["position.y", "servo.position"],
         "velocity": ["speed.y", "servo.velocity"],
@@ -72,6 +73,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     velocity: SVV[float] = svv(unit="rad/s")
     commanded: SVV[float] = svv(unit="rad", initial="sensed", history=HISTORY)
     goal: SVV[float] = svv(unit="rad", initial="sensed")
+    load_effort: SVV[float] = svv(initial=0.0)
     home: float = parameter(0.0, unit="rad")
     position_min: float = parameter(-1e6, unit="rad")
     position_max: float = parameter(1e6, unit="rad")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import opengpac as gpac
-from opengpac.motion import LineRefused, PathRefused, follow, move_linear
+from opengpac.motion import LineRefused, PathRefused, follow, follow_linear, move_linear
 
 
 @pytest.fixture
@@ -142,6 +142,38 @@ def test_a_suspended_line_stands_still_and_goes_on_straight(arm: gpac.robots.Arm
     places = np.array([arm.forward(q).position for q in sensed(arm, since)[::10]])
     assert off_the_line(places, start.position, goal.position) < 1e-3
     check_speeds(arm, since)
+
+
+def test_the_tool_follows_poses_within_the_blend(arm: gpac.robots.Arm) -> None:
+    start, since = arm.pose(), arm.system.now
+    shifts = [(0.1, 0, 0), (0.1, -0.2, 0), (0.1, -0.2, -0.15), (0, 0, 0)]
+    poses = [gpac.Pose(shift) @ start @ gpac.Pose(rpy=(0, 0, turn)) for shift, turn in zip(shifts, (0, 0.4, 0.4, 0), strict=True)]
+    smooth = follow_linear(arm, poses, blend=0.015, speed=0.2)
+    places = np.array([arm.forward(q).position for q in sensed(arm, since)[::5]])
+    for pose in poses:
+        assert np.linalg.norm(places - pose.position, axis=1).min() < 0.016
+    corners = [start, *poses]
+    away = [
+        min(off_the_line(place[None], one.position, other.position) for one, other in zip(corners, corners[1:], strict=False))
+        for place in places[::10]
+    ]
+    assert max(away) < 0.016
+    assert (np.linalg.norm(np.diff(places, axis=0), axis=1) <= 0.2 * 5e-3 * 1.05).all()
+    assert arm.pose().distance(start) < 1e-4
+    assert arm.pose().angle(start) < 1e-3
+    check_speeds(arm, since)
+    assert smooth.duration < follow_linear(arm, poses, blend=0, speed=0.2).duration - 0.2
+
+
+def test_of_several_poses_the_one_that_cannot_be_had_is_named(arm: gpac.robots.Arm) -> None:
+    before, start = arm.values("commanded"), arm.pose()
+    with pytest.raises(LineRefused, match=r"on the way to pose 1: the goal is .* m out of reach") as refused:
+        follow_linear(arm, [gpac.Pose((0.1, 0, 0)) @ start, gpac.Pose((2, 0, 0)) @ start])
+    assert refused.value.point == 1
+    arm.system.advance("0.1 s")
+    assert arm.values("commanded") == before
+    with pytest.raises(gpac.CallError, match="give a list of poses"):
+        follow_linear(arm, start)  # type: ignore[arg-type]
 
 
 def test_a_path_passes_its_points_within_the_blend_and_ends_exactly(arm: gpac.robots.Arm) -> None:

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-use crate::kinematics::chain::{Arm, Chain};
-use crate::kinematics::inverse::{Ranges, inverse};
-use crate::kinematics::line::{Line, ON_THE_LINE};
+use crate::kinematics::chain::Chain;
+use crate::kinematics::follower::{Follower, Stretch};
+use crate::kinematics::line::Line;
 use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE, NO_PLAN};
 use crate::pace;
 use crate::profile::{duration_s, evaluate};
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
-
-/// How often a step that a joint cannot make is halved before the line ends.
-const HALVINGS: u32 = 6;
-const ANYWHERE: Ranges = Ranges { least: &[f64::NEG_INFINITY; 16], greatest: &[f64::INFINITY; 16] };
 
 /// Line generator: setpoint = q with forward(q) = pose(s(τ)) of a planned line, τ being running time at the pace of the override.
 ///
@@ -63,101 +59,66 @@ pub struct LineGenerator {
     /// the arm cannot follow the line from here; the value is how much of it is done, 0 to 1
     #[condition]
     singular: ConditionOf<f64>,
-    /// line that is under way
-    #[state]
-    plan: f64,
-    /// time of the line, s
-    #[state]
-    time_s: f64,
-    /// how fast that passes
-    #[state]
-    pace: f64,
-    /// running time of the invocation before, ns
-    #[state]
-    before_ns: i64,
-    /// joint positions of the invocation before
-    #[state]
-    q: [f64; 16],
+    /// how far it is
+    #[state(opaque)]
+    follower: Follower,
 }
 
 impl Step for LineGenerator {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         let n = self.n as usize;
-        let chain = self.chain;
+        let (chain, line) = (self.chain, self.line);
         let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
-        if self.line.plan < 1.0 {
+        if line.plan < 1.0 {
             return Outcome::Fault(NO_PLAN);
         }
-        if self.line.joints != n as i32 {
+        if line.joints != n as i32 {
             return Outcome::Fault(BAD_CHAIN);
         }
-        let (Some(start), Some(goal)) = (Pose::of(&self.line.start), Pose::of(&self.line.goal)) else { return Outcome::Fault(BAD_POSE) };
+        let (Some(start), Some(goal)) = (Pose::of(&line.start), Pose::of(&line.goal)) else { return Outcome::Fault(BAD_POSE) };
         let Some(allowed) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
         let wanted = if self.holding { 0.0 } else { allowed };
-        if self.line.plan != self.plan {
-            // At the beginning the planned speed is 0: any pace will do.
-            (self.plan, self.time_s, self.before_ns, self.q) = (self.line.plan, 0.0, invocation.time_ns, self.line.from);
-            self.pace = wanted;
+        let span_s = self.follower.begin(line.plan, &line.from, wanted, invocation.time_ns);
+        let way = start.to(&goal);
+        let pose = |time_s| start.along(way, along(&line, time_s).0);
+        if !self.follower.go_on(&arm, span_s, wanted, &self.speed_max[..n], pose, |stretch| allows(&line, stretch)) {
+            self.singular.report(along(&line, self.follower.time_s).0);
         }
-        let span_s = (invocation.time_ns - self.before_ns) as f64 * 1e-9;
-        self.before_ns = invocation.time_ns;
-        self.go_on(&arm, &start, &goal, wanted, span_s);
-        self.complete = self.time_s >= duration_s(&self.line.profile);
+        self.complete = self.follower.time_s >= duration_s(&line.profile);
         if self.complete {
-            self.q = self.line.to;
+            self.follower.q = line.to;
             self.finished.report();
         }
-        if self.holding && (self.pace == 0.0 || self.complete) {
+        if self.holding && (self.follower.pace == 0.0 || self.complete) {
             self.held.report();
         }
-        self.setpoint = self.q;
-        self.progress = self.along(self.time_s).0;
-        self.pose = start.along(start.to(&goal), self.progress).numbers();
+        self.setpoint = self.follower.q;
+        self.progress = along(&line, self.follower.time_s).0;
+        self.pose = start.along(way, self.progress).numbers();
         Outcome::Done
     }
 }
 
-impl LineGenerator {
-    /// s and its rate.
-    fn along(&self, time_s: f64) -> (f64, f64) {
-        let (mut s, mut rate) = ([0.0], [0.0]);
-        evaluate(&self.line.profile, time_s, &mut s, &mut rate);
-        (s[0], rate[0])
-    }
+/// s and its rate.
+fn along(line: &Line, time_s: f64) -> (f64, f64) {
+    let (mut s, mut rate) = ([0.0], [0.0]);
+    evaluate(&line.profile, time_s, &mut s, &mut rate);
+    (s[0], rate[0])
+}
 
-    /// Advances the time of the line as far as the pace and the joints allow.
-    fn go_on(&mut self, arm: &Arm, start: &Pose, goal: &Pose, wanted: f64, span_s: f64) {
-        if span_s <= 0.0 {
-            return;
-        }
-        let (pace, begin) = (self.pace, self.along(self.time_s).1);
-        let mut after = pace::next(pace, wanted, span_s, |after, slope| {
-            let way_s = span_s * (pace + after) / 2.0;
-            let end = self.along(self.time_s + way_s).1;
-            let planned = if way_s > 0.0 { (end - begin) / way_s } else { 0.0 };
-            let fits = |rate, at| pace::within(pace::acceleration(rate, planned, at, slope), self.line.slope);
-            fits(begin, pace) && fits(end, after)
-        });
-        let mut way_s = span_s * (pace + after) / 2.0;
-        for _ in 0..HALVINGS {
-            let s = self.along(self.time_s + way_s).0;
-            let found = inverse(arm, &start.along(start.to(goal), s), &self.q[..arm.joints()], ANYWHERE, ON_THE_LINE);
-            let possible = |i: usize| (found.q[i] - self.q[i]).abs() <= self.speed_max[i] * span_s * (1.0 + 1e-9);
-            if found.reached && (0..arm.joints()).all(possible) {
-                (self.q, self.time_s, self.pace) = (found.q, self.time_s + way_s, after);
-                return;
-            }
-            (way_s, after) = (way_s / 2.0, after / 2.0);
-        }
-        self.pace = 0.0;
-        self.singular.report(self.along(self.time_s).0);
-    }
+/// Whether the line's acceleration allows a stretch of it to be gone at a pace that changes so.
+fn allows(line: &Line, stretch: Stretch) -> bool {
+    let (begin, end) = (along(line, stretch.time_s).1, along(line, stretch.time_s + stretch.way_s).1);
+    let planned = if stretch.way_s > 0.0 { (end - begin) / stretch.way_s } else { 0.0 };
+    let fits = |rate, at| pace::within(pace::acceleration(rate, planned, at, stretch.slope), line.slope);
+    fits(begin, stretch.pace) && fits(end, stretch.after)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::kinematics::chain::samples::six_joints;
+    use crate::kinematics::inverse::Ranges;
     use crate::kinematics::line::{Obstacle, Wish, plan_line};
     use crate::kinematics::pose::{length, product, turn};
     use crate::path::samples::numbers;
@@ -177,8 +138,8 @@ mod tests {
     fn generator(line: Line) -> LineGenerator {
         LineGenerator {
             n: 6, line, r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, speed_max: [3.14; 16], setpoint: [0.0; 16], pose: [0.0; 7], progress: 0.0, complete: false,
-            chain: six_joints(), finished: Condition::new(), held: Condition::new(), singular: ConditionOf::new(0.0), plan: 0.0, time_s: 0.0,
-            pace: 0.0, before_ns: 0, q: [0.0; 16],
+            chain: six_joints(), finished: Condition::new(), held: Condition::new(), singular: ConditionOf::new(0.0),
+            follower: Follower::default(),
         }
     }
 

@@ -114,8 +114,8 @@ fn part_of(limits: &Limits, way: f64, most: &Limits) -> Limits {
     Limits { speed: most.speed.min(limits.speed / way), acceleration: most.acceleration.min(limits.acceleration / way), jerk: most.jerk.min(limits.jerk / way) }
 }
 
-/// The joint positions at the next place of a line, from those at the one before.
-fn next(arm: &Arm, goal: &Pose, here: &[f64; JOINTS_MAX], wish: &Wish) -> Result<[f64; JOINTS_MAX], Obstacle> {
+/// The joint positions at the next place of a line, from those at the one before; `wish.goal` tells why not.
+pub fn next(arm: &Arm, goal: &Pose, here: &[f64; JOINTS_MAX], wish: &Wish) -> Result<[f64; JOINTS_MAX], Obstacle> {
     let n = arm.joints();
     let found = inverse(arm, goal, &here[..n], wish.ranges, ON_THE_LINE);
     let leap = (0..n).any(|i| (found.q[i] - here[i]).abs() > LEAP);

@@ -3,9 +3,11 @@
 //!
 //! Everything here is plain numbers of a fixed size: nothing allocates, so blocks on the real-time path call it.
 pub mod chain;
+pub mod follower;
 pub mod inverse;
 pub mod line;
 pub mod matrix;
+pub mod polyline;
 pub mod pose;
 
 /// The most joints of a chain.
