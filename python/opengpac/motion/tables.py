@@ -47,7 +47,7 @@ def each_point(given: Any, objects: Mapping[str, Any]) -> Any:
 
 def poses(given: Any, objects: Mapping[str, Any]) -> Any:
     """A list of poses as the planner's table: a short list is filled up with its last."""
-    if isinstance(given, Pose) or isinstance(given, str) or not hasattr(given, "__iter__"):
+    if isinstance(given, Pose | str) or not hasattr(given, "__iter__"):
         refuse(CallError, f"the poses are {given!r}", "give a list of poses; for one there is move_linear")
     found = [list(Pose.of(pose)) for pose in given]
     if not 1 <= len(found) <= POINTS_MAX:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -154,8 +155,7 @@ def test_the_tool_follows_poses_within_the_blend(arm: gpac.robots.Arm) -> None:
         assert np.linalg.norm(places - pose.position, axis=1).min() < 0.016
     corners = [start, *poses]
     away = [
-        min(off_the_line(place[None], one.position, other.position) for one, other in zip(corners, corners[1:], strict=False))
-        for place in places[::10]
+        min(off_the_line(place[None], one.position, other.position) for one, other in itertools.pairwise(corners)) for place in places[::10]
     ]
     assert max(away) < 0.016
     assert (np.linalg.norm(np.diff(places, axis=0), axis=1) <= 0.2 * 5e-3 * 1.05).all()

@@ -50,8 +50,8 @@ def test_the_payload_is_held(arm: gpac.robots.Arm) -> None:
         without = sag(arm)
         arm.payload = gpac.robots.Payload(MASS)
         assert sag(arm) < without / 20
-        home = np.array([joint.home for joint in arm])
-        gpac.robots.move(arm, goal=home + [0.5, -0.3, 0.4, 0.2, 0.3, 0])
+        away = np.array([0.5, -0.3, 0.4, 0.2, 0.3, 0])
+        gpac.robots.move(arm, goal=away + arm.values("home"))
         assert sag(arm) < without / 20
         arm.payload = gpac.robots.Payload(0)
         assert sag(arm) > without / 2
