@@ -383,7 +383,11 @@ mod tests {
 
     #[test]
     fn blends_save_time() {
-        let corner = [[1.0; JOINTS_MAX], { let mut q = [1.0; JOINTS_MAX]; q[1] = 2.0; q }];
+        let corner = [[1.0; JOINTS_MAX], {
+            let mut q = [1.0; JOINTS_MAX];
+            q[1] = 2.0;
+            q
+        }];
         let limits = [Limits { speed: 1.0, acceleration: 2.0, jerk: 1.0 }; 2];
         let time = |blend| plan(1.0, &[0.0, 1.0], &corner, &[Passing { blend, speed: 1.0 }; 2], &limits).duration;
         // Two lines of 1 from rest to rest: 1/1 + 1/2 s each.

@@ -12,8 +12,8 @@ use std::f64::consts::PI;
 ///
 /// Execute it once; a `line_generator` bound to its line makes the motion. The whole line is followed by inverse kinematics before
 /// anything moves, at 128 places: where it leaves a joint's range, the reach of the arm or comes too near to a singularity, there is
-/// no line, only a condition. The speed is the one asked for, or what the joints can do at their worst place. It takes some hundred
-/// microseconds, and allocates nothing. From rest to rest.
+/// no line, only a condition. The speed is the one asked for, or what the joints can do at their worst place. It takes about
+/// a millisecond, and allocates nothing. From rest to rest.
 /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or the goal has no unit quaternion; 3 a limit is not above 0.
 #[derive(FunctionBlock)]
 pub struct LinePlanner {

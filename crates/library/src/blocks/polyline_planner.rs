@@ -16,8 +16,8 @@ use std::f64::consts::PI;
 /// 0: it stops there) and how fast it may go on the way there; the orientation turns evenly between poses. The whole path is followed
 /// by inverse kinematics before anything moves, at 512 places: where it leaves a joint's range, the reach of the arm or comes too near
 /// to a singularity, there is no path, only a condition, and `refused` is the pose it was on the way to. The path is slowed down as a
-/// whole until no joint exceeds its limits. Poses that are one count once, so a list is filled up by repeating its last. It takes a
-/// few milliseconds, and allocates nothing. From rest to rest.
+/// whole until no joint exceeds its limits. Poses that are one count once, so a list is filled up by repeating its last. It takes
+/// some milliseconds: give it a slow source. It allocates nothing. From rest to rest.
 /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or a pose has no unit quaternion; 3 a limit is not
 /// above 0 or a blend is below 0.
 #[derive(FunctionBlock)]

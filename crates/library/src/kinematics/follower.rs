@@ -52,8 +52,7 @@ impl Follower {
             return true;
         }
         let (pace, time_s) = (self.pace, self.time_s);
-        let mut after =
-            pace::next(pace, wanted, span_s, |after, slope| fits(Stretch { time_s, way_s: span_s * (pace + after) / 2.0, pace, after, slope }));
+        let mut after = pace::next(pace, wanted, span_s, |after, slope| fits(Stretch { time_s, way_s: span_s * (pace + after) / 2.0, pace, after, slope }));
         let mut way_s = span_s * (pace + after) / 2.0;
         for _ in 0..HALVINGS {
             let found = inverse(arm, &pose(time_s + way_s), &self.q[..arm.joints()], ANYWHERE, ON_THE_LINE);

@@ -5,14 +5,14 @@
 //! short one near a singularity (Sugihara, *Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method*, IEEE
 //! Transactions on Robotics, 2011). A joint at an end of its range that would go further is left out of the step.
 use super::JOINTS_MAX;
-use super::chain::{Arm, gram};
+use super::chain::{Arm, Posture, gram};
 use super::matrix::solve;
 use super::pose::{Pose, length};
 
 /// No joint goes further than this in one iteration, rad or m: a linear model does not hold further away.
 const STEP_MAX: f64 = 0.4;
-/// Below this error (m and rad) more iterations change nothing but the last bits.
-const EXACT: f64 = 1e-13;
+/// An error of this part of the tolerance is left as it is: one more iteration would change nothing that matters.
+const EXACT: f64 = 1e-4;
 /// Least damping: what keeps the equations solvable where joints are fewer than six.
 const DAMPING_MIN: f64 = 1e-14;
 /// Iterations of one attempt: enough from half a turn away.
@@ -51,7 +51,7 @@ pub struct Found {
 
 /// The joint positions for `goal` that are found from `near`.
 pub fn inverse(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: Tolerance) -> Found {
-    let mut search = Search::new(arm, goal, near, ranges, tolerance.orientation);
+    let mut search = Search::new(arm, goal, near, ranges, tolerance);
     for _ in 0..ITERATIONS {
         if !search.improve() {
             break;
@@ -107,8 +107,10 @@ struct Search<'a> {
     arm: &'a Arm<'a>,
     goal: &'a Pose,
     ranges: Ranges<'a>,
-    orientation: bool,
+    tolerance: Tolerance,
     q: [f64; JOINTS_MAX],
+    /// Where everything is at q, and what is missing to the goal.
+    posture: Posture,
     error: [f64; 6],
     /// Factor of the damping: grows where a step made it worse.
     caution: f64,
@@ -116,20 +118,20 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(arm: &'a Arm<'a>, goal: &'a Pose, near: &[f64], ranges: Ranges<'a>, orientation: bool) -> Search<'a> {
+    fn new(arm: &'a Arm<'a>, goal: &'a Pose, near: &[f64], ranges: Ranges<'a>, tolerance: Tolerance) -> Search<'a> {
         let mut q = [0.0; JOINTS_MAX];
         for (i, q) in q.iter_mut().enumerate().take(near.len()) {
             *q = near[i].max(ranges.least[i]).min(ranges.greatest[i]);
         }
-        let mut search = Search { arm, goal, ranges, orientation, q, error: [0.0; 6], caution: 1.0, stopped_by: None };
-        search.error = search.error_at(&q);
+        let posture = arm.posture(&q[..arm.joints()]);
+        let mut search = Search { arm, goal, ranges, tolerance, q, posture, error: [0.0; 6], caution: 1.0, stopped_by: None };
+        search.error = search.error_at(&posture);
         search
     }
 
-    fn error_at(&self, q: &[f64; JOINTS_MAX]) -> [f64; 6] {
-        let tool = self.arm.posture(&q[..self.arm.joints()]).tool;
-        let (way, turn) = tool.to(self.goal);
-        let turn = if self.orientation { turn } else { [0.0; 3] };
+    fn error_at(&self, posture: &Posture) -> [f64; 6] {
+        let (way, turn) = posture.tool.to(self.goal);
+        let turn = if self.tolerance.orientation { turn } else { [0.0; 3] };
         [way[0], way[1], way[2], turn[0], turn[1], turn[2]]
     }
 
@@ -137,12 +139,12 @@ impl<'a> Search<'a> {
     fn improve(&mut self) -> bool {
         const CAUTION_MAX: f64 = 1e8;
         let now = square(&self.error);
-        if now.sqrt() < EXACT {
+        if now.sqrt() < EXACT * self.tolerance.position.min(self.tolerance.angle) {
             return false;
         }
         let n = self.arm.joints();
-        let mut rows = self.arm.jacobian(&self.arm.posture(&self.q[..n]));
-        if !self.orientation {
+        let mut rows = self.arm.jacobian(&self.posture);
+        if !self.tolerance.orientation {
             rows.iter_mut().for_each(|row| row[3..].fill(0.0));
         }
         while self.caution < CAUTION_MAX {
@@ -151,9 +153,10 @@ impl<'a> Search<'a> {
             for i in 0..n {
                 q[i] = (q[i] + step[i]).max(self.ranges.least[i]).min(self.ranges.greatest[i]);
             }
-            let error = self.error_at(&q);
+            let posture = self.arm.posture(&q[..n]);
+            let error = self.error_at(&posture);
             if square(&error) < now {
-                (self.q, self.error) = (q, error);
+                (self.q, self.posture, self.error) = (q, posture, error);
                 self.caution = (self.caution * 0.25).max(1e-3);
                 return true;
             }
@@ -171,7 +174,8 @@ impl<'a> Search<'a> {
             let step = damped(&rows[..n], &self.error, DAMPING_MIN + self.caution * 0.1 * error_square);
             let outward = |i: &usize| {
                 let further = self.q[*i] + step[*i];
-                (self.q[*i] <= self.ranges.least[*i] && further < self.ranges.least[*i]) || (self.q[*i] >= self.ranges.greatest[*i] && further > self.ranges.greatest[*i])
+                (self.q[*i] <= self.ranges.least[*i] && further < self.ranges.least[*i])
+                    || (self.q[*i] >= self.ranges.greatest[*i] && further > self.ranges.greatest[*i])
             };
             match (0..n).find(outward) {
                 Some(joint) => {
