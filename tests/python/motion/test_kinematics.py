@@ -121,6 +121,17 @@ def test_out_of_reach_and_out_of_range_are_told_apart(arm: gpac.robots.Arm) -> N
         arm.kinematics.inverse(folded, [0, -1, 1.0, 0, -1, 0], position_min=[-6, -6, 0, -6, -6, -6], position_max=[6, 6, 1.5, 6, 6, 6])
 
 
+def test_near_a_singularity_the_block_says_so(arm: gpac.robots.Arm) -> None:
+    run = lib.inverse_kinematics.run
+    bent, straight = [0, -1, 1.5, -1, -1.5, 0], [0, -1, 0.001, -1, -1.5, 0]
+    for q, conditions in ((bent, []), (straight, ["singular"])):
+        found = run(n=6, chain=arm.chain, goal=list(arm.forward(q)), near=q)
+        assert [name for _, name, _ in found.conditions] == conditions
+        assert found.reached[0]
+    place = run(n=6, chain=arm.chain, goal=[*arm.forward(bent).position, 1, 0, 0, 0], near=straight, orientation=False)
+    assert arm.forward(place.q[0]).distance(arm.forward(bent)) < 1e-6
+
+
 def test_the_arm_knows_where_its_tool_is(arm: gpac.robots.Arm) -> None:
     home = arm.forward([joint.home for joint in arm])
     with arm.enabled():

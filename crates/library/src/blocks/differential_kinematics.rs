@@ -97,3 +97,85 @@ impl Step for DifferentialKinematics {
         Outcome::Done
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kinematics::chain::samples::six_joints;
+
+    const HOME: [f64; 6] = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0];
+
+    fn block(speed: f64) -> DifferentialKinematics {
+        let mut start = [0.0; 16];
+        start[..6].copy_from_slice(&HOME);
+        let pose = six_joints().read(6).expect("a chain").posture(&HOME).tool.numbers();
+        DifferentialKinematics {
+            n: 6, pose, start, speed_max: [speed; 16], position_min: [-6.3; 16], position_max: [6.3; 16], setpoint: [0.0; 16], behind: 0.0, turned: 0.0,
+            chain: six_joints(), slowed: Condition::new(), lost: ConditionOf::new(0.0), begun: false, before_ns: 0, q: [0.0; 16],
+        }
+    }
+
+    fn at(k: i64) -> Invocation {
+        Invocation { number: k as u64, time_ns: k * 20_000_000, now_ns: 0 }
+    }
+
+    #[test]
+    fn it_begins_where_the_joints_are_and_follows_a_pose_that_moves() {
+        let mut block = block(3.14);
+        for k in 0..100 {
+            // A circle of 5 cm in two seconds.
+            let angle = k as f64 * 0.02 * std::f64::consts::PI;
+            let centre = block.pose;
+            if k > 0 {
+                (block.pose[0], block.pose[2]) = (centre[0] + 0.00314 * angle.cos(), centre[2] + 0.00314 * angle.sin());
+            }
+            block.slowed = Condition::new();
+            assert_eq!(block.step(&at(k)), Outcome::Done);
+            assert!(block.behind < 1e-6 && block.turned < 1e-6 && !block.slowed.is_reported(), "{k}: {}", block.behind);
+            if k == 0 {
+                assert!(block.setpoint[..6].iter().zip(&HOME).all(|(q, home)| (q - home).abs() < 1e-6));
+            }
+        }
+    }
+
+    #[test]
+    fn a_pose_that_jumps_is_caught_up_with_at_the_speed_of_the_joints() {
+        let mut block = block(0.5);
+        assert_eq!(block.step(&at(0)), Outcome::Done);
+        block.pose[2] += 0.1;
+        block.lost = ConditionOf::new(0.05);
+        let mut before = block.setpoint;
+        let mut slow = 0;
+        for k in 1..100 {
+            (block.slowed, block.lost) = (Condition::new(), ConditionOf::new(0.05));
+            assert_eq!(block.step(&at(k)), Outcome::Done);
+            assert!((0..6).all(|i| (block.setpoint[i] - before[i]).abs() <= 0.5 * 0.02 * (1.0 + 1e-9)), "{k}");
+            assert_eq!(block.lost.is_reported(), block.behind > 0.05);
+            slow += i32::from(block.slowed.is_reported());
+            before = block.setpoint;
+        }
+        assert!(slow > 5 && block.behind < 1e-6, "{slow} {}", block.behind);
+    }
+
+    #[test]
+    fn a_range_is_not_left() {
+        let mut block = block(3.14);
+        block.position_max[2] = 1.6;
+        assert_eq!(block.step(&at(0)), Outcome::Done);
+        (block.pose[0], block.pose[2]) = (block.pose[0] + 0.2, block.pose[2] - 0.2);
+        for k in 1..100 {
+            assert_eq!(block.step(&at(k)), Outcome::Done);
+            assert!(block.setpoint[2] <= 1.6);
+        }
+        assert!(block.slowed.is_reported() && block.behind > 0.01);
+    }
+
+    #[test]
+    fn what_is_no_pose_is_a_fault() {
+        let mut block = block(1.0);
+        block.pose = [0.0; 7];
+        assert_eq!(block.step(&at(0)), Outcome::Fault(BAD_POSE));
+        block.n = 5;
+        assert_eq!(block.step(&at(0)), Outcome::Fault(BAD_CHAIN));
+    }
+}
