@@ -125,19 +125,19 @@ fn limit_lines(path: &mut Path, speeds: &[f64; ALL], limits: &[Limits]) {
 
 /// How far each blend reaches, and the greatest rate that the joints' accelerations allow there.
 fn cut_corners(path: &mut Path, blends: &[f64; ALL], limits: &[Limits]) {
-    for k in 1..path.points as usize - 1 {
+    for (k, blend) in blends.iter().enumerate().take(path.points as usize - 1).skip(1) {
         let ((before, long), (after, short)) = (path.direction(k - 1), path.direction(k));
         let turn = path.measures(&std::array::from_fn(|i| after[i] - before[i]));
         let most = path.greatest(&turn);
-        let wished = if most > 0.0 { 4.0 * blends[k] / most } else { f64::INFINITY };
+        let wished = if most > 0.0 { 4.0 * blend / most } else { f64::INFINITY };
         path.through[k] = path.top[k - 1].min(path.top[k]);
         // A longer blend than the greatest rate needs would only take longer.
         let enough = turn.iter().zip(limits).fold(0.0, |most: f64, (turn, limit)| most.max(path.through[k].powi(2) * turn / (2.0 * limit.acceleration)));
-        path.reach[k] = if blends[k] > 0.0 { wished.min(enough).min(long / 2.0).min(short / 2.0) } else { 0.0 };
+        path.reach[k] = if *blend > 0.0 { wished.min(enough).min(long / 2.0).min(short / 2.0) } else { 0.0 };
         for (turn, limit) in turn.iter().zip(limits).filter(|(turn, _)| **turn > 0.0) {
             path.through[k] = path.through[k].min((2.0 * path.reach[k] * limit.acceleration / turn).sqrt());
         }
-        if blends[k] == 0.0 {
+        if *blend == 0.0 {
             path.through[k] = 0.0;
         }
     }

@@ -101,9 +101,8 @@ impl Step for DifferentialKinematics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kinematics::chain::samples::six_joints;
+    use crate::kinematics::chain::samples::{HOME, six_joints};
 
-    const HOME: [f64; 6] = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0];
 
     fn block(speed: f64) -> DifferentialKinematics {
         let mut start = [0.0; 16];
@@ -121,13 +120,13 @@ mod tests {
 
     #[test]
     fn it_begins_where_the_joints_are_and_follows_a_pose_that_moves() {
-        let mut block = block(3.14);
+        let mut block = block(3.0);
         for k in 0..100 {
             // A circle of 5 cm in two seconds.
             let angle = k as f64 * 0.02 * std::f64::consts::PI;
             let centre = block.pose;
             if k > 0 {
-                (block.pose[0], block.pose[2]) = (centre[0] + 0.00314 * angle.cos(), centre[2] + 0.00314 * angle.sin());
+                (block.pose[0], block.pose[2]) = (centre[0] + 0.003 * angle.cos(), centre[2] + 0.003 * angle.sin());
             }
             block.slowed = Condition::new();
             assert_eq!(block.step(&at(k)), Outcome::Done);
@@ -159,7 +158,7 @@ mod tests {
 
     #[test]
     fn a_range_is_not_left() {
-        let mut block = block(3.14);
+        let mut block = block(3.0);
         block.position_max[2] = 1.6;
         assert_eq!(block.step(&at(0)), Outcome::Done);
         (block.pose[0], block.pose[2]) = (block.pose[0] + 0.2, block.pose[2] - 0.2);

@@ -117,17 +117,17 @@ fn allows(line: &Line, stretch: Stretch) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kinematics::chain::samples::six_joints;
+    use crate::kinematics::chain::samples::{HOME, six_joints};
     use crate::kinematics::inverse::Ranges;
     use crate::kinematics::line::{Obstacle, Wish, plan_line};
     use crate::kinematics::pose::{length, product, turn};
     use crate::path::samples::numbers;
     use crate::profile::Limits;
+    use std::f64::consts::FRAC_PI_2;
 
-    const HOME: [f64; 6] = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0];
     const LINEAR: Limits = Limits { speed: 0.25, acceleration: 1.0, jerk: 10.0 };
     const ANGULAR: Limits = Limits { speed: 1.0, acceleration: 5.0, jerk: 50.0 };
-    const JOINT: Limits = Limits { speed: 3.14, acceleration: 5.0, jerk: 1.0 };
+    const JOINT: Limits = Limits { speed: 3.0, acceleration: 5.0, jerk: 1.0 };
 
     fn planned(chain: &Chain, from: &[f64; 6], goal: Pose, greatest: f64) -> Result<Line, Obstacle> {
         let arm = chain.read(6).expect("a chain");
@@ -137,7 +137,7 @@ mod tests {
 
     fn generator(line: Line) -> LineGenerator {
         LineGenerator {
-            n: 6, line, r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, speed_max: [3.14; 16], setpoint: [0.0; 16], pose: [0.0; 7], progress: 0.0, complete: false,
+            n: 6, line, r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, speed_max: [3.0; 16], setpoint: [0.0; 16], pose: [0.0; 7], progress: 0.0, complete: false,
             chain: six_joints(), finished: Condition::new(), held: Condition::new(), singular: ConditionOf::new(0.0),
             follower: Follower::default(),
         }
@@ -207,14 +207,14 @@ mod tests {
         let far = goal_from([1.5, 0.0, 0.0], 0.0);
         let beyond = planned(&six_joints(), &HOME, far, 6.3);
         assert!(matches!(beyond, Err(Obstacle::Unreachable(distance)) if (0.1..0.4).contains(&distance)), "{beyond:?}");
-        assert_eq!(planned(&six_joints(), &HOME, goal_from([0.0, -0.1, 0.2], 0.0), 1.5708).err(), None);
+        assert_eq!(planned(&six_joints(), &HOME, goal_from([0.0, -0.1, 0.2], 0.0), FRAC_PI_2).err(), None);
         let limited = planned(&six_joints(), &HOME, goal_from([0.25, 0.0, -0.25], 0.0), 1.58);
         assert!(matches!(limited, Err(Obstacle::Limit(2))), "{limited:?}");
         // Through the axis of the first joint: the arm would have to turn round at once.
         let through = planned(&six_joints(), &HOME, goal_from([0.98, 0.27, 0.0], 0.0), 6.3);
         assert!(matches!(through, Err(Obstacle::Singular(_))), "{through:?}");
         // The wrist straight: the fourth and the sixth joint have one axis.
-        let straight = [0.0, -1.5708, 1.5708, -1.5708, 1e-9, 0.0];
+        let straight = [0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, 1e-9, 0.0];
         let here = six_joints().read(6).expect("a chain").posture(&straight).tool;
         let goal = Pose { quaternion: product(turn([0.0, 0.0, 1.0], 0.5), here.quaternion), ..here };
         let slow = planned(&six_joints(), &straight, goal, 6.3);

@@ -101,7 +101,7 @@ impl Step for PolylineGenerator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kinematics::chain::samples::six_joints;
+    use crate::kinematics::chain::samples::{HOME, six_joints};
     use crate::kinematics::inverse::Ranges;
     use crate::kinematics::line::{Obstacle, Wish};
     use crate::kinematics::polyline::plan_polyline;
@@ -110,7 +110,6 @@ mod tests {
     use crate::path::samples::numbers;
     use crate::profile::Limits;
 
-    const HOME: [f64; 6] = [0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0];
     const LINEAR: Limits = Limits { speed: 0.3, acceleration: 1.0, jerk: 1.0 };
     const ANGULAR: Limits = Limits { speed: 1.0, acceleration: 5.0, jerk: 1.0 };
     const JOINT: Limits = Limits { speed: 2.0, acceleration: 6.0, jerk: 1.0 };

@@ -149,6 +149,10 @@ pub fn gram(rows: &[[f64; 6]]) -> Square {
 #[cfg(test)]
 pub mod samples {
     use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    /// Where `six_joints` is well away from all singularities: upper arm up, forearm level, tool down.
+    pub const HOME: [f64; 6] = [0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, -FRAC_PI_2, 0.0];
 
     /// Two links of 1 m and 0.5 m in the plane.
     pub fn planar() -> Chain {
