@@ -85,6 +85,7 @@ fn the_names_of_the_interface_stay() {
         ("polyline_generator", "n path override cell_override holding speed_max setpoint pose progress complete chain finished held singular"),
         ("payload_effort", "n q effort held chain mass centre gravity rate"),
         ("channel_sum", "channel u y"),
+        ("flag", "y value"),
         ("path_planner", "n start points blend speed speed_max acceleration_max position_min position_max path target duration refused limit"),
         ("path_generator", "n path override cell_override holding acceleration_max setpoint velocity progress complete finished held"),
     ];

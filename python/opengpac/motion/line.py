@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import library as lib
-from ..commands import activate, execute
 from ..conditions import on
 from ..decorated import verb
 from ..errors import Terminated, Unreachable
@@ -16,7 +15,8 @@ from ..frames import Pose
 from ..groups import Group
 from ..parameters import each, input
 from ..robots.joints import Joint
-from ..robots.motion import MotionTimeout, Moved
+from ..robots.motion import Moved
+from .resting import HOLD, HOLDING, LISTS, RESTED, TRANSITIONS
 from .tables import each_point, poses
 
 
@@ -58,6 +58,7 @@ class LineRefused(Terminated, Unreachable):
         "planner": lib.block("line_planner"),
         "generator": lib.block("line_generator"),
         "near": lib.block("in_position"),
+        **HOLD,
     },
     objects={"arm": each(Joint)},
     instantiation_parameters={
@@ -65,7 +66,7 @@ class LineRefused(Terminated, Unreachable):
         "arm.goal": ["planner.target", "near.goal"],
         "arm.sensed": "near.sensed",
     },
-    cells={"line": ["planner.line", "generator.line"], "complete": ["generator.complete", "near.complete"]},
+    cells={"line": ["planner.line", "generator.line"], "complete": ["generator.complete", "near.complete"], **HOLDING},
     input_parameters={
         "pose": "planner.goal",
         "speed": "planner.speed",
@@ -79,13 +80,15 @@ class LineRefused(Terminated, Unreachable):
         "arm.position_max": "planner.position_max",
     },
     output_values={"position": "near.sensed", "error": "near.error", "duration": "planner.duration"},
-    command_lists={"start": [execute("planner"), activate("generator", every="20 ms"), activate("near", every="20 ms")]},
+    command_lists=LISTS,
+    initial="start",
+    transitions=TRANSITIONS,
     conditions={
-        "arrived": on("near.done", returns=["position", "error", "duration"]),
+        "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
         "unreachable": on("planner.unreachable", raises=LineRefused),
         "limit": on("planner.limit", raises=LineRefused),
         "singular": on(["planner.singular", "generator.singular"], raises=LineRefused),
-        "time_limit": on(raises=MotionTimeout),
+        **RESTED,
     },
 )
 def move_linear(
@@ -111,6 +114,7 @@ def move_linear(
         "planner": lib.block("polyline_planner"),
         "generator": lib.block("polyline_generator"),
         "near": lib.block("in_position"),
+        **HOLD,
     },
     objects={"arm": each(Joint)},
     instantiation_parameters={
@@ -118,7 +122,7 @@ def move_linear(
         "arm.goal": ["planner.target", "near.goal"],
         "arm.sensed": "near.sensed",
     },
-    cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"]},
+    cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
     input_parameters={
         "poses": input("planner.poses", form=poses),
         "blend": input("planner.blend", form=each_point),
@@ -138,13 +142,15 @@ def move_linear(
         "duration": "planner.duration",
         "refused": "planner.refused",
     },
-    command_lists={"start": [execute("planner"), activate("generator", every="20 ms"), activate("near", every="20 ms")]},
+    command_lists=LISTS,
+    initial="start",
+    transitions=TRANSITIONS,
     conditions={
-        "arrived": on("near.done", returns=["position", "error", "duration"]),
+        "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
         "unreachable": on("planner.unreachable", returns=["refused"], raises=LineRefused),
         "limit": on("planner.limit", returns=["refused"], raises=LineRefused),
         "singular": on(["planner.singular", "generator.singular"], returns=["refused"], raises=LineRefused),
-        "time_limit": on(raises=MotionTimeout),
+        **RESTED,
     },
 )
 def follow_linear(

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from .. import library as lib
-from ..commands import activate, execute
 from ..conditions import on
 from ..decorated import verb
 from ..errors import Terminated, Unreachable
 from ..groups import Group
 from ..parameters import each, input
 from ..robots.joints import Joint
-from ..robots.motion import MotionTimeout, Moved
+from ..robots.motion import Moved
+from .resting import HOLD, HOLDING, LISTS, RESTED, TRANSITIONS
 from .tables import each_point, way_points
 
 
@@ -40,6 +40,7 @@ class PathRefused(Terminated, Unreachable):
         "planner": lib.block("path_planner"),
         "generator": lib.block("path_generator"),
         "near": lib.block("in_position"),
+        **HOLD,
     },
     objects={"arm": each(Joint)},
     instantiation_parameters={
@@ -47,7 +48,7 @@ class PathRefused(Terminated, Unreachable):
         "arm.goal": ["planner.target", "near.goal"],
         "arm.sensed": "near.sensed",
     },
-    cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"]},
+    cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
     input_parameters={
         "points": input("planner.points", form=way_points),
         "blend": input("planner.blend", form=each_point),
@@ -64,11 +65,13 @@ class PathRefused(Terminated, Unreachable):
         "duration": "planner.duration",
         "refused": "planner.refused",
     },
-    command_lists={"start": [execute("planner"), activate("generator", every="20 ms"), activate("near", every="20 ms")]},
+    command_lists=LISTS,
+    initial="start",
+    transitions=TRANSITIONS,
     conditions={
-        "arrived": on("near.done", returns=["position", "error", "duration"]),
+        "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
         "limit": on("planner.limit", returns=["refused"], raises=PathRefused),
-        "time_limit": on(raises=MotionTimeout),
+        **RESTED,
     },
 )
 def follow(

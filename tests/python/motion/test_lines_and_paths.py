@@ -235,14 +235,32 @@ def test_a_group_without_geometry_is_told_what_it_lacks(arm: gpac.robots.Arm) ->
         move_linear(arm, [0, 0, 0, 0, 0, 0, 0])
 
 
-def test_halting_and_a_time_limit_end_a_line_where_it_is(arm: gpac.robots.Arm) -> None:
-    start = arm.pose()
+@pytest.mark.parametrize("how", ["halt", "time_limit"])
+@pytest.mark.parametrize("verb", ["move_linear", "follow_linear", "follow"])
+def test_a_halt_and_a_time_limit_bring_it_to_rest_on_its_way(arm: gpac.robots.Arm, verb: str, how: str) -> None:
+    start, since = arm.pose(), arm.system.now
     goal = gpac.Pose((0.1, -0.2, 0)) @ start
-    with pytest.raises(gpac.robots.MotionTimeout):
-        move_linear(arm, goal, speed=0.1, time_limit="0.5 s")
-    between = arm.pose()
-    assert 0 < start.distance(between) < start.distance(goal)
-    with move_linear.asynch(arm, goal, speed=0.1) as moving:
+    away = [*np.array(arm.values("sensed")) + 0.5]
+    calls = {"move_linear": (move_linear, goal), "follow_linear": (follow_linear, [goal]), "follow": (follow, [away])}
+    called, argument = calls[verb]
+    if how == "halt":
+        moving = called.asynch(arm, argument)
         arm.system.advance("0.5 s")
         moving.halt()
-    assert arm.pose().distance(goal) > 0.05
+        assert moving.report is not None
+        assert moving.report.condition in ("halted", "stopped")
+    else:
+        with pytest.raises(gpac.robots.MotionTimeout):
+            called(arm, argument, time_limit="0.5 s")
+    arm.system.advance("0.2 s")
+    assert 0.02 < start.distance(arm.pose())
+    if verb == "follow":
+        assert np.abs(np.array(arm.values("sensed")) - away).min() > 0.1
+    else:
+        assert start.distance(arm.pose()) < start.distance(goal) - 0.02
+        places = np.array([arm.forward(q).position for q in sensed(arm, since)[::10]])
+        assert off_the_line(places, start.position, goal.position) < 1e-3
+    speeds = np.diff(commanded(arm, since), axis=0) / 0.02
+    assert np.abs(speeds[-1]).max() < 0.15
+    limits = np.array(arm.values("max_acceleration"))
+    assert (np.abs(np.diff(speeds, axis=0)) / 0.02 <= limits * 1.02).all()
