@@ -2,7 +2,6 @@
 //! The block library: one file of `src/blocks` is one function block, and its declaration is its documentation.
 //!
 //! To add one, write its file: `build.rs` lists the folder. The folder within `blocks` is its category. What several blocks
-//! To add one, write its file: `build.rs` lists the folder. What several blocks share is beside the folder.
 //! share is beside `blocks`.
 pub mod kinematics;
 pub mod pace;
