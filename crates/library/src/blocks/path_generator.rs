@@ -10,7 +10,7 @@ const OTHER_SIZE: u32 = 2;
 /// An override is not within 0 and 1.
 const BAD_OVERRIDE: u32 = 3;
 /// Places within a period at which a change of the pace is checked: a short line or blend may lie between two set-points.
-const PLACES: u32 = 6;
+const PLACES: u16 = 6;
 
 /// Path generator: setpoint = q(τ) of a planned path, τ being running time at the pace of the override.
 ///
