@@ -46,6 +46,8 @@ class LineRefused(Terminated, Unreachable):
         return f"near a singularity on the line only {self.value:.2%} of the speed would be possible; turn the tool, or go another way"
 
     def _limit(self) -> str:
+        if "arm" not in self.objects:
+            return f"joint {self.value} (from 0) would have to leave its range; start from another posture"
         joint = self.objects["arm"][int(self.value)]
         self.joint = joint.short_name
         low, high = joint.position_min, joint.position_max

@@ -27,6 +27,8 @@ class PathRefused(Terminated, Unreachable):
 
     def explanation(self) -> str:
         """Which way-point and which joint."""
+        if "arm" not in self.objects:
+            return f"a way-point is outside the range of joint {self.value} (from 0)"
         joint = self.objects["arm"][int(self.value)]
         self.joint, self.point = joint.short_name, int(self.outputs["refused"])
         low, high = joint.position_min, joint.position_max

@@ -24,8 +24,8 @@ def way_points(given: Any, objects: Mapping[str, Any]) -> Any:
         points = np.array([list(point) for point in given], dtype=float)
     except (TypeError, ValueError):
         refuse(CallError, f"the way-points are {given!r}", "give a list of joint positions, each a list of numbers in rad")
-    joints = len(objects["arm"]) if "arm" in objects else JOINTS_MAX
-    if points.ndim != 2 or not 1 <= len(points) <= POINTS_MAX or points.shape[1] != joints:
+    joints = len(objects["arm"]) if "arm" in objects else points.shape[-1]
+    if points.ndim != 2 or not 1 <= len(points) <= POINTS_MAX or points.shape[1] != joints or joints > JOINTS_MAX:
         refuse(
             CallError, f"the way-points have the shape {points.shape}", f"give 1 to {POINTS_MAX} points of {joints} joint positions each"
         )

@@ -264,3 +264,12 @@ def test_a_halt_and_a_time_limit_bring_it_to_rest_on_its_way(arm: gpac.robots.Ar
     assert np.abs(speeds[-1]).max() < 0.15
     limits = np.array(arm.values("max_acceleration"))
     assert (np.abs(np.diff(speeds, axis=0)) / 0.02 <= limits * 1.02).all()
+
+
+def test_lines_and_paths_can_be_composed(arm: gpac.robots.Arm) -> None:
+    parts = {"move_linear": move_linear, "follow": follow}
+    steps = {("move_linear", "arrived"): "follow"}
+    both = gpac.compose("both", parts, transitions=steps, initial="move_linear", rename={"follow.speed": "joint_speed"})
+    home = np.array(arm.values("sensed"))
+    both(arm, pose=gpac.Pose((0, 0, 0.05)) @ arm.pose(), points=[home, home + 0.1])
+    assert np.abs(np.array(arm.values("sensed")) - home - 0.1).max() < 0.002
