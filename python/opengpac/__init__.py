@@ -40,8 +40,10 @@ from .errors import (
     TypeMismatch,
     UnitMismatch,
     UnknownName,
+    Unreachable,
     ValueRefused,
 )
+from .frames import Frame, Pose
 from .graphs import Graph, ratio
 from .groups import Group
 from .instances import VerbInstance
@@ -77,11 +79,11 @@ def __getattr__(name: str) -> ModuleType:
 
 __all__ = [
     "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "CoverError", "DefinitionError",
-    "DeviceFailed", "EmergencyStopped", "Error", "FileFailed", "Graph", "Group", "Holding", "InUse", "InstallationErrors", "Interval",
-    "InvalidState", "LogicalDevice", "Module", "ModuleError", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part",
-    "PhysicalDevice", "PlacementError", "Point", "Points", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError",
-    "SecondWriter", "Snapshot", "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch",
-    "UnitMismatch", "UnknownName", "ValueRefused", "Verb", "VerbInstance", "activate", "cell", "compose", "deactivate", "deg", "drivers",
-    "each", "execute", "holding", "input", "install", "interval", "library", "motion", "on", "parameter", "ratio", "ready", "required",
-    "robots", "svv", "together", "verb", "wait",
+    "DeviceFailed", "EmergencyStopped", "Error", "FileFailed", "Frame", "Graph", "Group", "Holding", "InUse", "InstallationErrors",
+    "Interval", "InvalidState", "LogicalDevice", "Module", "ModuleError", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part",
+    "PhysicalDevice", "PlacementError", "Point", "Points", "Pose", "Predicate", "Processor", "Quantity", "Reference", "Report",
+    "SchedulingError", "SecondWriter", "Snapshot", "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination",
+    "TypeMismatch", "UnitMismatch", "UnknownName", "Unreachable", "ValueRefused", "Verb", "VerbInstance", "activate", "cell", "compose",
+    "deactivate", "deg", "drivers", "each", "execute", "holding", "input", "install", "interval", "library", "motion", "on", "parameter",
+    "ratio", "ready", "required", "robots", "svv", "together", "verb", "wait",
 ]  # fmt: skip

@@ -29,6 +29,9 @@ def trial(module: str, block: str, values_json: str, inputs_json: str, times: in
 def type_json(type_text: str, types_json: str) -> str:
     """Normalised type as a tree: {"scalar": "double"} | {"array": [tree, n]} | {"struct": [[name, tree, offset], …], "size": n}, with "text", "size", "align"."""
 
+def number_in(text: str, unit: str) -> float:
+    """The number that a quantity, `"90 deg"`, is in a unit, `"rad"`. Refused: ValueRefused, UnitMismatch."""
+
 class System:
     """One real-time system, embedded in this process."""
 

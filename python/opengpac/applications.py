@@ -14,7 +14,6 @@ from .physical import Channel, Part
 from .places import here
 from .quantities import duration_ns
 from .svvs import SVV
-from .values import plain
 
 if TYPE_CHECKING:
     from .system import System
@@ -90,7 +89,10 @@ def values_json(verb: Verb[..., Any], bound: BoundArguments, objects: Mapping[st
             continue
         if isinstance(given, Mapping) and len(groups) == 1:
             given = _over_present(name, given, groups[0])
-        values[name] = plain(given)
+        values[name] = verb.input_parameters[name].value(given, objects)
+    for name, parameter in verb.input_parameters.items():
+        if parameter.member and name not in values:
+            values[name] = parameter.of_object(name, objects)
     return values
 
 

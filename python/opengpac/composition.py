@@ -86,7 +86,7 @@ class ComposedVerb(Verb[..., Report]):
         types = {obj.device_type.definition_name(): obj for part in self._parts.values() for obj in part.objects.values()}
         self.objects = {n: dataclasses.replace(types[obj["device_type"]], each=obj["each"]) for n, obj in made["objects"].items()}
         self.instantiation_parameters, self.cells = made["instantiation_parameters"], made["cells"]
-        self.input_parameters = {n: _input(given) for n, given in made["input_parameters"].items() if not given["preset"]}
+        self.input_parameters = {n: self._written(n, _input(given)) for n, given in made["input_parameters"].items() if not given["preset"]}
         self.output_values = {n: [target] for n, target in made["output_values"].items()}
         self.command_lists = {n: given["commands"] for n, given in made["command_lists"].items()}
         self.transitions = {(t["from"], t["condition"]): t["to"] for t in made["transitions"]}
@@ -121,6 +121,15 @@ class ComposedVerb(Verb[..., Report]):
 
     def _renamed(self, label: str, name: str) -> str:
         return self.composition.rename.get(f"{label}.{name}", name)
+
+    def _written(self, name: str, parameter: InputParameter) -> InputParameter:
+        """An input parameter that is written, or left out, as in the part that it comes from."""
+        for label, part in self._parts.items():
+            for own, given in part.input_parameters.items():
+                if (given.member or given.form) and self._renamed(label, own) == name:
+                    root, dot, rest = given.member.partition(".")
+                    return dataclasses.replace(parameter, member=f"{self._renamed(label, root)}{dot}{rest}", form=given.form)
+        return parameter
 
     def _termination(self, key: str, line: Mapping[str, Any]) -> Termination:
         """A line of the table, with the exception classes that its parts give it."""

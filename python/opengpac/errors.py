@@ -141,10 +141,15 @@ class FileFailed(Error):
     """A file of taught points or of a restart that cannot be read, written or used. The file is as it was."""
 
 
+class Unreachable(Error):
+    """A pose that an arm cannot have, or a way that it cannot go: out of reach, out of a joint's range, or through a singularity."""
+
+
 class Terminated(Error):
     """A verb instance ended by a condition that is not normal. Derive from it to give a condition an exception of its own.
 
-    `verb`, `instance`, `condition`, `command_list`, `block`, `time` (s), `value`, `outputs`, `others` and `report` say how.
+    `verb`, `instance`, `condition`, `command_list`, `block`, `time` (s), `value`, `outputs`, `others` and `report` say how;
+    `objects` are the logical devices that the verb was applied to, by name.
     """
 
     verb: str = ""
@@ -157,6 +162,11 @@ class Terminated(Error):
     outputs: Mapping[str, Any] = {}
     others: Sequence[Any] = ()
     report: Any = None
+    objects: Mapping[str, Any] = {}
+
+    def explanation(self) -> str:
+        """What the condition means here, for the end of the message; a class of its own may say it."""
+        return ""
 
 
 _CLASSES: dict[str, type[Error]] = {

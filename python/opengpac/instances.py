@@ -172,7 +172,7 @@ class VerbInstance(Generic[R]):
             self.delete()
         asked = report.condition == "halted" and self._halt_asked
         if not (report.normal or asked):
-            raise terminated(report, self.verb)
+            raise terminated(report, self.verb, self._objects)
         return report
 
     def _about(self) -> dict[str, Any]:

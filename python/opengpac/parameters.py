@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import operator
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .blocks import Names, names_of
-from .errors import REFUSALS, DefinitionError, Error, refuse
+from .errors import REFUSALS, CallError, DefinitionError, Error, refuse
 from .places import Place, here
 from .values import plain
 
@@ -33,6 +34,8 @@ class InputParameter:
     place: Place
     within: tuple[Bound, Bound] | None = None
     counted_from: str | None = None
+    member: str = ""
+    form: Callable[[Any, Mapping[str, Any]], Any] | None = None
 
     @property
     def has_default(self) -> bool:
@@ -42,10 +45,26 @@ class InputParameter:
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
         return {
-            "targets": list(self.targets), "default": plain(self.default) if self.has_default else None, "tunable": self.tunable,
+            "targets": list(self.targets), "default": self.value(self.default, {}) if self.has_default else None, "tunable": self.tunable,
             "unit": self.unit, "within": None if self.within is None else list(self.within), "counted_from": self.counted_from,
             "place": self.place.json(),
         }  # fmt: skip
+
+    def value(self, given: Any, objects: Mapping[str, Any]) -> Any:
+        """What a call gives, as the model takes it."""
+        return plain(self.form(given, objects) if self.form is not None else given)
+
+    def of_object(self, name: str, objects: Mapping[str, Any]) -> Any:
+        """The value of the object's attribute that stands for one that a call leaves out."""
+        root, _, rest = self.member.partition(".")
+        try:
+            return plain(operator.attrgetter(rest)(objects[root]))
+        except (AttributeError, KeyError):
+            refuse(
+                CallError,
+                f"'{name}' is not given, and {objects.get(root, root)!r} has no '{rest}'",
+                f"give {name}=, or an object that has it: an arm made by gpac.robots.load has a chain",
+            )
 
 
 def input(
@@ -56,14 +75,19 @@ def input(
     unit: str = "",
     within: tuple[Bound, Bound] | None = None,
     counted_from: str | None = None,
+    member: str = "",
+    form: Callable[[Any, Mapping[str, Any]], Any] | None = None,
 ) -> Any:
     """An input parameter: where its value is stored at each start, its default, and whether `vi.set(...)` may change it.
 
     `within` is its range, checked before a start: numbers, or parameters of an object, `("arm.position_min", "arm.position_max")`,
     `("-arm.max_speed", "arm.max_speed")`; a value outside raises `OutOfRange`. With a range, `"30 %"` means that share of the greatest
     value, and one number for an array is that number for each device. `counted_from="arm.commanded"` checks that SVV plus the value.
+
+    `member="arm.chain"`: where a call leaves it out, its value is that attribute of the object `arm`, at each start. `form(given,
+    objects)` turns what people write into the value that the ports take: a short list into a table of fixed size.
     """
-    return InputParameter(tuple(names_of(targets)), default, tunable, unit, here(), within, counted_from)
+    return InputParameter(tuple(names_of(targets)), default, tunable, unit, here(), within, counted_from, member, form)
 
 
 @dataclass(frozen=True)

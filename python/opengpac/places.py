@@ -8,7 +8,10 @@ import sys
 from typing import Any, NamedTuple
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
-_DEFINING = tuple(os.path.join(_PACKAGE, "robots", file) for file in ("joints.py", "motion.py"))
+_DEFINING = tuple(
+    os.path.join(_PACKAGE, *file)
+    for file in (("robots", "joints.py"), ("robots", "motion.py"), ("motion", "line.py"), ("motion", "path.py"), ("motion", "payload.py"))
+)
 
 
 class Place(NamedTuple):

@@ -81,8 +81,8 @@ class Report:
 R = TypeVar("R")
 
 
-def terminated(report: Report, verb: Verb[..., Any]) -> Terminated:
-    """The exception for an end that is not normal: the class that the verb gives this condition."""
+def terminated(report: Report, verb: Verb[..., Any], objects: Mapping[str, Any] | None = None) -> Terminated:
+    """The exception for an end that is not normal: the class that the verb gives this condition. `objects`: what it was applied to."""
     termination = verb.termination(report.condition, report.command_list)
     kind = (termination.raises if termination else None) or Terminated
     where = f" in command list '{report.command_list}'" if report.command_list else ""
@@ -96,4 +96,6 @@ def terminated(report: Report, verb: Verb[..., Any]) -> Terminated:
     error.verb, error.instance, error.condition = report.verb, report.instance, report.condition
     error.command_list, error.block, error.time = report.command_list, report.block, report.time
     error.value, error.outputs, error.others, error.report = report.value, report.outputs, report.others, report
+    error.objects = objects or {}
+    error.remedy = error.explanation()
     return error

@@ -48,6 +48,11 @@ fn type_json(type_text: &str, types_json: &str) -> PyResult<String> {
     to_json(&supervisor::type_tree(&of))
 }
 
+#[pyfunction]
+fn number_in(text: &str, unit: &str) -> PyResult<f64> {
+    model::quantity::number_in(text, unit).map_err(|refusal| refused(vec![refusal]))
+}
+
 #[pymodule]
 fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("Refused", m.py().get_type::<Refused>())?;
@@ -58,5 +63,6 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(build, m)?)?;
     m.add_function(wrap_pyfunction!(trial, m)?)?;
     m.add_function(wrap_pyfunction!(type_json, m)?)?;
+    m.add_function(wrap_pyfunction!(number_in, m)?)?;
     Ok(())
 }

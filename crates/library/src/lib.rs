@@ -3,8 +3,11 @@
 //!
 //! To add one, write its file: `build.rs` lists the folder. The folder within `blocks` is its category. What several blocks
 //! share is beside `blocks`.
+pub mod kinematics;
 pub mod motion;
 pub mod online;
+pub mod pace;
+pub mod path;
 pub mod profile;
 pub mod reference;
 pub mod section;

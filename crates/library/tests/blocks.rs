@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The library as a module: what is registered, and a motion made by its blocks through the ABI.
-use opengpac::read::{BlockFace, Kind};
+use opengpac::read::{BlockFace, Kind, TypeFace};
 use opengpac::trial::{Fault, Trial};
 use std::path::Path;
 
 fn faces() -> Vec<BlockFace> {
-    library::blocks().into_iter().map(|descriptor| BlockFace::read(descriptor, &[]).expect("a descriptor of the derive")).collect()
+    let types: Vec<TypeFace> = library::types().into_iter().map(|ty| TypeFace::read(ty).expect("a type of the derive")).collect();
+    library::blocks().into_iter().map(|descriptor| BlockFace::read(descriptor, &types).expect("a descriptor of the derive")).collect()
 }
 
 fn block(name: &str) -> Trial {
@@ -82,6 +83,30 @@ fn the_names_of_the_interface_stay() {
         ("gain", "u y k"),
         ("limit", "u y low high limited"),
         ("sum", "n u y w"),
+        ("forward_kinematics", "n q pose chain"),
+        ("jacobian", "n q jacobian least chain"),
+        (
+            "inverse_kinematics",
+            "n goal near position_min position_max q reached position_error angle_error chain tolerance angle_tolerance orientation attempts unreachable limit singular",
+        ),
+        ("differential_kinematics", "n pose start speed_max position_min position_max setpoint behind turned chain slowed lost"),
+        (
+            "line_planner",
+            "n start goal speed angular_speed speed_max acceleration_max position_min position_max line target duration chain acceleration jerk \
+             angular_acceleration angular_jerk slowest unreachable limit singular",
+        ),
+        ("line_generator", "n line override cell_override holding speed_max setpoint pose progress complete chain finished held singular"),
+        (
+            "polyline_planner",
+            "n start poses blend speed angular_speed speed_max acceleration_max position_min position_max path target duration refused chain acceleration \
+             angular_acceleration slowest unreachable limit singular",
+        ),
+        ("polyline_generator", "n path override cell_override holding speed_max setpoint pose progress complete chain finished held singular"),
+        ("payload_effort", "n q effort held chain mass centre gravity rate"),
+        ("channel_sum", "channel u y"),
+        ("flag", "y value"),
+        ("path_planner", "n start points blend speed speed_max acceleration_max position_min position_max path target duration refused limit"),
+        ("path_generator", "n path override cell_override holding acceleration_max setpoint velocity progress complete finished held"),
     ];
     for (name, items) in expected {
         let face = faces().into_iter().find(|face| face.name == name).expect(name);

@@ -98,12 +98,13 @@ def example(component: Component) -> str:
     block: Block = component.value
     given: dict[str, Any] = {}
     for item in items_of(block).values():
-        if item.kind in ("input", "device_read") and not item.has_default:
+        # A struct is what another block has made, too long to be written.
+        if item.kind in ("input", "device_read") and not item.has_default and item.type not in block.types:
             given[item.name] = _one(block, item)
     parameters = [i for i in items_of(block).values() if i.kind == "parameter"]
     for item in parameters if any(i.sized for i in parameters) else parameters[:2]:
         value = default_of(block, item)
-        if np.all(np.isfinite(np.asarray(value, dtype=float))) and item.type not in block.types:
+        if item.type not in block.types and np.all(np.isfinite(np.asarray(value, dtype=float))):
             given[item.name] = value.tolist() if isinstance(value, np.ndarray) else value
     arguments = ", ".join(f"{name}={value!r}" for name, value in given.items())
     return f"lib.{component.short_name}.run({arguments})"

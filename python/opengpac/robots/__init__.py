@@ -4,8 +4,10 @@
 Any MJCF file of an arm can be loaded; each actuated joint becomes a logical device.
 """
 
+from .arm import Arm, Payload
 from .arms import load
 from .joints import FollowingError, Joint, joint_servo
+from .kinematics import Axis, Kinematics
 from .motion import MotionTimeout, Moved, move
 
-__all__ = ["FollowingError", "Joint", "MotionTimeout", "Moved", "joint_servo", "load", "move"]
+__all__ = ["Arm", "Axis", "FollowingError", "Joint", "Kinematics", "MotionTimeout", "Moved", "Payload", "joint_servo", "load", "move"]

@@ -9,11 +9,12 @@ from pathlib import Path
 
 from .. import drivers
 from ..errors import PlacementError, UnknownName, did_you_mean, refuse
-from ..groups import Group
 from ..physical import Part
 from ..sources import Processor, Source
 from ..system import System
+from .arm import Arm
 from .joints import Joint
+from .kinematics import Kinematics
 
 _ARMS = Path(__file__).parent
 
@@ -25,8 +26,8 @@ def load(
     on: Source | None = None,
     name: str | None = None,
     clock: str = "monotonic",
-) -> Group[Joint]:
-    """An arm as a group of joints, simulated by MuJoCo, at its keyframe `home` if it has one.
+) -> Arm:
+    """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
     `path` is an MJCF file, or the name of an arm that comes with the package. `on` is the timer that exchanges with it and runs
     the servos, else the fastest of `rtp`. Without `rtp` it makes a system of its own, of the arm's name, with `clock`. The
@@ -45,7 +46,7 @@ def load(
     try:
         for part in device:
             joints.append(_joint(name, part, device.source))
-        arm = Group(name, *joints)
+        arm = Arm(name, *joints, kinematics=lambda: Kinematics.of_mjcf(file, device.parts))
         arm.model = "file:" + hashlib.sha256(file.read_bytes()).hexdigest()[:32]
         return arm
     except BaseException:

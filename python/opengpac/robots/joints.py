@@ -30,7 +30,7 @@ joint_servo = Verb(
         "position": lib.block("read_channel"),
         "zero": lib.block("offset"),
         "speed": lib.block("read_channel"),
-        "load": lib.block("read_channel"),
+        "load": lib.block("channel_sum"),
         "servo": lib.block("joint_servo"),
         "write": lib.block("write_channel"),
     },
@@ -38,6 +38,7 @@ joint_servo = Verb(
         "drive.position": "position.channel",
         "drive.velocity": "speed.channel",
         "drive.bias": "load.channel",
+        "load_effort": "load.u",
         "drive.effort": "write.channel",
         "offset": ["zero.offset", "servo.offset"],
         "sensed": ["zero.y", "servo.position"],
@@ -98,6 +99,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     override: SVV[float] = svv(initial=1.0, within=(0.0, 1.0))
     cell_override: SVV[float] = svv(initial=1.0, within=(0.0, 1.0), shared="override")
     needs_home: bool = parameter(False)
+    load_effort: SVV[float] = svv(initial=0.0)
     home: float = parameter(0.0, unit="rad")
     position_min: float = parameter(-1e6, unit="rad")
     position_max: float = parameter(1e6, unit="rad")

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// Channel sum: y = channel + u, a value of a device with something added that the device does not know.
+///
+/// For example the effort that holds an arm, as its plant or drive tells it, and what its payload adds.
+#[derive(FunctionBlock)]
+pub struct ChannelSum {
+    /// channel of the device
+    #[device(read)]
+    channel: f64,
+    /// what is added
+    #[input(asynchronous, default = 0.0)]
+    u: f64,
+    /// the sum
+    #[output]
+    y: f64,
+}
+
+impl Step for ChannelSum {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = self.channel + self.u;
+        Outcome::Done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_adds() {
+        let mut block = ChannelSum { channel: 2.0, u: 0.5, y: 0.0 };
+        assert_eq!((block.step(&Invocation::default()), block.y), (Outcome::Done, 2.5));
+    }
+}

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::kinematics::chain::Chain;
+use crate::kinematics::inverse::{Ranges, Tolerance, in_the_way, inverse_anywhere};
+use crate::kinematics::pose::Pose;
+use crate::kinematics::{BAD_CHAIN, BAD_POSE};
+use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
+
+/// Inverse kinematics: q with forward(q) = goal, by damped least squares dq = Jᵀ (J Jᵀ + λ)⁻¹ e from the joint positions `near`.
+///
+/// The ranges of the joints are respected. Where `goal` is not reached, q is the nearest that was found: then `limit` says which
+/// joint's range is in the way (0: the first), else `unreachable` says how far the tool is from it (m). `singular` comes too
+/// where the least singular value of the Jacobian at q is below its preset: small motions of the tool ask for large ones of a joint. Bounded: 80
+/// iterations an attempt, each some 10 µs; one attempt starts from `near`, the others elsewhere in the ranges.
+/// Source: Sugihara, IEEE Transactions on Robotics 27(5), 2011.
+/// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or the goal has no unit quaternion.
+#[derive(FunctionBlock)]
+pub struct InverseKinematics {
+    /// number of joints
+    #[size(1, 16)]
+    n: u32,
+    /// pose for the tool: x y z in m, quaternion w x y z
+    #[input(asynchronous)]
+    goal: [f64; 7],
+    /// joint positions to start from, rad or m
+    #[input(asynchronous, sized)]
+    near: [f64; 16],
+    /// least position of each joint
+    #[input(asynchronous, default = [-1e6; 16], sized)]
+    position_min: [f64; 16],
+    /// greatest position of each joint
+    #[input(asynchronous, default = [1e6; 16], sized)]
+    position_max: [f64; 16],
+    /// joint positions found, rad or m
+    #[output(sized)]
+    q: [f64; 16],
+    /// whether the tool is at the goal there
+    #[output]
+    reached: bool,
+    /// how far it is from the goal
+    #[output(unit = "m")]
+    position_error: f64,
+    /// how far it is turned from it
+    #[output(unit = "rad")]
+    angle_error: f64,
+    /// the arm
+    #[param(default = Chain::NOTHING)]
+    chain: Chain,
+    /// greatest distance that counts as reached
+    #[param(default = 1e-6, unit = "m")]
+    tolerance: f64,
+    /// greatest angle that counts as reached
+    #[param(default = 1e-6, unit = "rad")]
+    angle_tolerance: f64,
+    /// whether the orientation of the goal matters
+    #[param(default = true)]
+    orientation: bool,
+    /// places from which it tries, `near` the first
+    #[param(default = 1)]
+    attempts: u32,
+    /// the goal is out of reach; the value is how far, m
+    #[condition]
+    unreachable: ConditionOf<f64>,
+    /// the range of a joint is in the way; the value is which, from 0
+    #[condition]
+    limit: ConditionOf<i32>,
+    /// the least singular value is below the preset; the value is it
+    #[condition(preset = 0.02)]
+    singular: ConditionOf<f64>,
+}
+
+impl Step for InverseKinematics {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        let Some(arm) = self.chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
+        let (Some(goal), true) = (Pose::of(&self.goal), self.near[..n].iter().all(|q| q.is_finite())) else { return Outcome::Fault(BAD_POSE) };
+        let ranges = Ranges { least: &self.position_min[..n], greatest: &self.position_max[..n] };
+        let tolerance = Tolerance { position: self.tolerance, angle: self.angle_tolerance, orientation: self.orientation };
+        let found = inverse_anywhere(&arm, &goal, &self.near[..n], ranges, tolerance, self.attempts);
+        (self.q, self.reached) = (found.q, found.reached);
+        (self.position_error, self.angle_error) = (found.position_error, found.angle_error);
+        if !found.reached {
+            match in_the_way(&arm, &goal, &self.near[..n], &found, tolerance, self.attempts) {
+                Some(joint) => self.limit.report(joint as i32),
+                None => self.unreachable.report(found.position_error),
+            }
+        }
+        let least = arm.least_singular_value(&arm.jacobian(&arm.posture(&found.q[..n])));
+        if least < self.singular.preset {
+            self.singular.report(least);
+        }
+        Outcome::Done
+    }
+}

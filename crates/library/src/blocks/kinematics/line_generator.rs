@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::kinematics::chain::Chain;
+use crate::kinematics::follower::{Follower, Stretch};
+use crate::kinematics::line::Line;
+use crate::kinematics::pose::Pose;
+use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE, NO_PLAN};
+use crate::pace;
+use crate::profile::{duration_s, evaluate};
+use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
+
+/// Line generator: setpoint = q with forward(q) = pose(s(τ)) of a planned line, τ being running time at the pace of the override.
+///
+/// The joint positions are followed from those of the invocation before, so the arm keeps its posture. No joint is given a step
+/// above its greatest speed: where it would be, the pace goes down, and where that does not help, `singular` comes and the set-point
+/// stays. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
+/// than the line's acceleration allows. The last set-point is the planned end exactly.
+/// Faults: 1 the chain is not one for n joints, or the line is for others; 2 the line has no poses; 3 an override is not within 0 and 1; 4 there is no line.
+#[derive(FunctionBlock)]
+pub struct LineGenerator {
+    /// number of joints
+    #[size(1, 16)]
+    n: u32,
+    /// the planned line
+    #[input(asynchronous)]
+    line: Line,
+    /// share of the speed that is allowed now, 0 to 1; the least of the joints counts for all
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    r#override: [f64; 16],
+    /// the same for the whole cell; both are multiplied
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    cell_override: [f64; 16],
+    /// whether it is to come to rest and wait
+    #[input(asynchronous, default = false)]
+    holding: bool,
+    /// greatest speed of each joint
+    #[input(asynchronous, default = [1e6; 16], sized)]
+    speed_max: [f64; 16],
+    /// where the joints are to be, rad or m
+    #[output(sized)]
+    setpoint: [f64; 16],
+    /// where the tool is to be: x y z in m, quaternion w x y z
+    #[output]
+    pose: [f64; 7],
+    /// part of the line that is done, 0 to 1
+    #[output]
+    progress: f64,
+    /// whether the last set-point is stored
+    #[output]
+    complete: bool,
+    /// the arm
+    #[param(default = Chain::NOTHING)]
+    chain: Chain,
+    /// the last set-point is stored
+    #[condition]
+    finished: Condition,
+    /// it rests, as `holding` asks
+    #[condition]
+    held: Condition,
+    /// the arm cannot follow the line from here; the value is how much of it is done, 0 to 1
+    #[condition]
+    singular: ConditionOf<f64>,
+    /// how far it is
+    #[state(opaque)]
+    follower: Follower,
+}
+
+impl Step for LineGenerator {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        let (chain, line) = (self.chain, self.line);
+        let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
+        if line.plan < 1.0 {
+            return Outcome::Fault(NO_PLAN);
+        }
+        if line.joints != n as i32 {
+            return Outcome::Fault(BAD_CHAIN);
+        }
+        let (Some(start), Some(goal)) = (Pose::of(&line.start), Pose::of(&line.goal)) else { return Outcome::Fault(BAD_POSE) };
+        let Some(allowed) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
+        let wanted = if self.holding { 0.0 } else { allowed };
+        let span_s = self.follower.begin(line.plan, &line.from, wanted, invocation.time_ns);
+        let way = start.to(&goal);
+        let pose = |time_s| start.along(way, along(&line, time_s).0);
+        if !self.follower.go_on(&arm, span_s, wanted, &self.speed_max[..n], pose, |stretch| allows(&line, stretch)) {
+            self.singular.report(along(&line, self.follower.time_s).0);
+        }
+        self.complete = self.follower.time_s >= duration_s(&line.profile);
+        if self.complete {
+            self.follower.q = line.to;
+            self.finished.report();
+        }
+        if self.holding && (self.follower.pace == 0.0 || self.complete) {
+            self.held.report();
+        }
+        self.setpoint = self.follower.q;
+        self.progress = along(&line, self.follower.time_s).0;
+        self.pose = start.along(way, self.progress).numbers();
+        Outcome::Done
+    }
+}
+
+/// s and its rate.
+fn along(line: &Line, time_s: f64) -> (f64, f64) {
+    let (mut s, mut rate) = ([0.0], [0.0]);
+    evaluate(&line.profile, time_s, &mut s, &mut rate);
+    (s[0], rate[0])
+}
+
+/// Whether the line's acceleration allows a stretch of it to be gone at a pace that changes so.
+fn allows(line: &Line, stretch: Stretch) -> bool {
+    let (begin, end) = (along(line, stretch.time_s).1, along(line, stretch.time_s + stretch.way_s).1);
+    let planned = if stretch.way_s > 0.0 { (end - begin) / stretch.way_s } else { 0.0 };
+    let fits = |rate, at| pace::within(pace::acceleration(rate, planned, at, stretch.slope), line.slope);
+    fits(begin, stretch.pace) && fits(end, stretch.after)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kinematics::chain::samples::{HOME, six_joints};
+    use crate::kinematics::inverse::Ranges;
+    use crate::kinematics::line::{Obstacle, Wish, plan_line};
+    use crate::kinematics::pose::{length, product, turn};
+    use crate::path::samples::numbers;
+    use crate::profile::Limits;
+    use std::f64::consts::FRAC_PI_2;
+
+    const LINEAR: Limits = Limits { speed: 0.25, acceleration: 1.0, jerk: 10.0 };
+    const ANGULAR: Limits = Limits { speed: 1.0, acceleration: 5.0, jerk: 50.0 };
+    const JOINT: Limits = Limits { speed: 3.0, acceleration: 5.0, jerk: 1.0 };
+
+    fn planned(chain: &Chain, from: &[f64; 6], goal: Pose, greatest: f64) -> Result<Line, Obstacle> {
+        let arm = chain.read(6).expect("a chain");
+        let ranges = Ranges { least: &[-6.3; 6], greatest: &[greatest; 6] };
+        plan_line(1.0, &arm, &Wish { from, goal, linear: LINEAR, angular: ANGULAR, joints: &[JOINT; 6], ranges, slowest: 0.02 })
+    }
+
+    fn generator(line: Line) -> LineGenerator {
+        LineGenerator {
+            n: 6, line, r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, speed_max: [3.0; 16], setpoint: [0.0; 16], pose: [0.0; 7], progress: 0.0, complete: false,
+            chain: six_joints(), finished: Condition::new(), held: Condition::new(), singular: ConditionOf::new(0.0),
+            follower: Follower::default(),
+        }
+    }
+
+    /// Runs a line to its end, checking that the tool is on it and that no joint is too fast. How many invocations it took.
+    fn run(line: Line, mut change: impl FnMut(i64, &mut LineGenerator)) -> i64 {
+        let chain = six_joints();
+        let arm = chain.read(6).expect("a chain");
+        let (start, goal) = (Pose::of(&line.start).expect("a pose"), Pose::of(&line.goal).expect("a pose"));
+        let mut block = generator(line);
+        let (mut before, mut speed) = ([0.0; 16], [0.0; 16]);
+        for k in 0..5000 {
+            change(k, &mut block);
+            (block.finished, block.held) = (Condition::new(), Condition::new());
+            assert_eq!(block.step(&Invocation { number: k as u64, time_ns: k * 20_000_000, now_ns: 0 }), Outcome::Done);
+            let on_line = start.along(start.to(&goal), block.progress);
+            let (off, turned) = arm.posture(&block.setpoint[..6]).tool.to(&on_line);
+            assert!(length(off) < 1e-6 && length(turned) < 1e-6, "{k}: {off:?} {turned:?}");
+            for i in 0..6 {
+                let rate = if k == 0 { 0.0 } else { (block.setpoint[i] - before[i]) / 0.02 };
+                assert!(rate.abs() <= JOINT.speed && (rate - speed[i]).abs() / 0.02 <= JOINT.acceleration * 1.02, "joint {i} at {k}: {rate}");
+                speed[i] = rate;
+            }
+            before = block.setpoint;
+            assert!(!block.singular.is_reported());
+            if block.complete {
+                assert!(block.finished.is_reported() && block.setpoint == block.line.to);
+                return k;
+            }
+        }
+        panic!("it does not end");
+    }
+
+    fn goal_from(way: [f64; 3], angle: f64) -> Pose {
+        let chain = six_joints();
+        let here = chain.read(6).expect("a chain").posture(&HOME).tool;
+        let position = std::array::from_fn(|i| here.position[i] + way[i]);
+        Pose { position, quaternion: product(turn([0.0, 0.6, 0.8], angle), here.quaternion) }
+    }
+
+    #[test]
+    fn the_tool_stays_on_the_line_and_takes_the_time_of_the_speed() {
+        let line = planned(&six_joints(), &HOME, goal_from([0.1, -0.2, 0.1], 0.3), 6.3).expect("a line");
+        let way = length([0.1, -0.2, 0.1]);
+        // way/v + v/a + a/j: the textbook's motion that reaches its speed and acceleration.
+        let time = way / 0.25 + 0.25 / 1.0 + 1.0 / 10.0;
+        assert!((duration_s(&line.profile) - time).abs() < 1e-9);
+        assert_eq!(run(line, |_, _| ()), (time / 0.02).ceil() as i64);
+    }
+
+    #[test]
+    fn override_and_hold_keep_it_on_the_line_and_within_the_limits() {
+        let line = planned(&six_joints(), &HOME, goal_from([0.1, -0.25, -0.2], -1.0), 6.3).expect("a line");
+        for seed in 1..20 {
+            let mut number = numbers(seed);
+            run(line, |k, block| {
+                if k % 9 == 0 {
+                    (block.r#override, block.holding) = ([number(0.0, 1.0); 16], number(0.0, 1.0) < 0.3);
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn what_is_in_the_way_is_known_before_it_moves() {
+        let far = goal_from([1.5, 0.0, 0.0], 0.0);
+        let beyond = planned(&six_joints(), &HOME, far, 6.3);
+        assert!(matches!(beyond, Err(Obstacle::Unreachable(distance)) if (0.1..0.4).contains(&distance)), "{beyond:?}");
+        assert_eq!(planned(&six_joints(), &HOME, goal_from([0.0, -0.1, 0.2], 0.0), FRAC_PI_2).err(), None);
+        let limited = planned(&six_joints(), &HOME, goal_from([0.25, 0.0, -0.25], 0.0), 1.58);
+        assert!(matches!(limited, Err(Obstacle::Limit(2))), "{limited:?}");
+        // Through the axis of the first joint: the arm would have to turn round at once.
+        let through = planned(&six_joints(), &HOME, goal_from([0.98, 0.27, 0.0], 0.0), 6.3);
+        assert!(matches!(through, Err(Obstacle::Singular(_))), "{through:?}");
+        // The wrist straight: the fourth and the sixth joint have one axis.
+        let straight = [0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, 1e-9, 0.0];
+        let here = six_joints().read(6).expect("a chain").posture(&straight).tool;
+        let goal = Pose { quaternion: product(turn([0.0, 0.0, 1.0], 0.5), here.quaternion), ..here };
+        let slow = planned(&six_joints(), &straight, goal, 6.3);
+        assert!(matches!(slow, Err(Obstacle::Singular(_))), "{slow:?}");
+    }
+
+    #[test]
+    fn a_joint_that_cannot_follow_slows_the_line_and_never_jumps() {
+        let line = planned(&six_joints(), &HOME, goal_from([0.1, -0.2, 0.1], 0.0), 6.3).expect("a line");
+        let mut block = LineGenerator { speed_max: [0.1; 16], ..generator(line) };
+        let mut before = line.from;
+        for k in 0..200 {
+            assert_eq!(block.step(&Invocation { number: k, time_ns: k as i64 * 20_000_000, now_ns: 0 }), Outcome::Done);
+            assert!((0..6).all(|i| (block.setpoint[i] - before[i]).abs() <= 0.1 * 0.02 * (1.0 + 1e-6)), "{k}");
+            before = block.setpoint;
+        }
+    }
+
+    #[test]
+    fn without_a_line_nothing_is_stored() {
+        let line = planned(&six_joints(), &HOME, goal_from([0.1, 0.0, 0.0], 0.0), 6.3).expect("a line");
+        assert_eq!(generator(Line { plan: 0.0, ..line }).step(&Invocation::default()), Outcome::Fault(NO_PLAN));
+        assert_eq!(generator(Line { joints: 5, ..line }).step(&Invocation::default()), Outcome::Fault(BAD_CHAIN));
+    }
+}

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::kinematics::chain::Chain;
+use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// Payload effort: effort = -J_c(q)ᵀ m g, what the joints need in order to hold a mass m with its centre at c of the flange.
+///
+/// Its weight only: what it takes to speed it up is left to the servo. The mass is taken on and put down at `rate`, so that the
+/// efforts do not jump. Source: Lynch and Park, *Modern Robotics*, 2017, section 5.2 (statics).
+/// Faults: 1 the chain is not one for n joints; 2 a joint position, the centre or gravity is not finite; 3 the mass is negative or
+/// the rate is not above 0.
+#[derive(FunctionBlock)]
+pub struct PayloadEffort {
+    /// number of joints
+    #[size(1, 16)]
+    n: u32,
+    /// joint positions, rad or m
+    #[input(asynchronous, sized)]
+    q: [f64; 16],
+    /// efforts that hold the payload, N.m or N
+    #[output(sized)]
+    effort: [f64; 16],
+    /// mass that is held now
+    #[output(unit = "kg")]
+    held: f64,
+    /// the arm
+    #[param(default = Chain::NOTHING)]
+    chain: Chain,
+    /// mass of the payload
+    #[param(default = 0.0, unit = "kg")]
+    mass: f64,
+    /// its centre of mass in the flange's frame, m
+    #[param(default = [0.0; 3])]
+    centre: [f64; 3],
+    /// gravity in the frame in which poses are given, m/s^2
+    #[param(default = [0.0, 0.0, -9.81])]
+    gravity: [f64; 3],
+    /// how fast the mass is taken on, kg/s
+    #[param(default = 10.0)]
+    rate: f64,
+    /// running time of the invocation before, ns; -1: there was none
+    #[state(initial = -1)]
+    before_ns: i64,
+}
+
+impl Step for PayloadEffort {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        // The centre takes the tool's place: the efforts are those of a force there.
+        let [x, y, z] = self.centre;
+        let chain = Chain { tool: [x, y, z, 1.0, 0.0, 0.0, 0.0], ..self.chain };
+        if !self.q[..n].iter().chain(&self.centre).chain(&self.gravity).all(|x| x.is_finite()) {
+            return Outcome::Fault(BAD_POSE);
+        }
+        let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
+        if !(self.mass >= 0.0 && self.mass.is_finite() && self.rate > 0.0) {
+            return Outcome::Fault(BAD_LIMIT);
+        }
+        let span_s = if self.before_ns < 0 { 0.0 } else { (invocation.time_ns - self.before_ns) as f64 * 1e-9 };
+        self.before_ns = invocation.time_ns;
+        let most = self.rate * span_s;
+        self.held += (self.mass - self.held).clamp(-most, most);
+        let rows = arm.jacobian(&arm.posture(&self.q[..n]));
+        for (effort, row) in self.effort.iter_mut().zip(&rows) {
+            let lift: f64 = row.iter().zip(&self.gravity).map(|(j, g)| j * g).sum();
+            *effort = -lift * self.held;
+        }
+        Outcome::Done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kinematics::chain::samples::planar;
+
+    fn block() -> PayloadEffort {
+        PayloadEffort {
+            n: 2, q: [0.0; 16], effort: [0.0; 16], held: 0.0, chain: planar(), mass: 2.0, centre: [0.1, 0.0, 0.0], gravity: [0.0, -10.0, 0.0],
+            rate: 10.0, before_ns: -1,
+        }
+    }
+
+    fn at(ms: i64) -> Invocation {
+        Invocation { number: 0, time_ns: ms * 1_000_000, now_ns: 0 }
+    }
+
+    #[test]
+    fn a_stretched_arm_holds_weight_times_distance() {
+        let mut block = block();
+        assert_eq!((block.step(&at(0)), block.effort[0]), (Outcome::Done, 0.0));
+        assert_eq!(block.step(&at(100)), Outcome::Done);
+        assert!((block.held - 1.0).abs() < 1e-12, "taken on at its rate");
+        assert_eq!(block.step(&at(900)), Outcome::Done);
+        // 20 N at 1.6 m and at 0.6 m.
+        assert!((block.effort[0] - 32.0).abs() < 1e-9 && (block.effort[1] - 12.0).abs() < 1e-9 && block.held == 2.0);
+        block.q[0] = std::f64::consts::FRAC_PI_2;
+        assert_eq!(block.step(&at(920)), Outcome::Done);
+        assert!(block.effort[0].abs() < 1e-9, "upright nothing is lifted");
+    }
+
+    #[test]
+    fn what_is_no_payload_is_a_fault() {
+        assert_eq!(PayloadEffort { mass: -1.0, ..block() }.step(&at(0)), Outcome::Fault(BAD_LIMIT));
+        assert_eq!(PayloadEffort { chain: Chain::NOTHING, ..block() }.step(&at(0)), Outcome::Fault(BAD_CHAIN));
+        assert_eq!(PayloadEffort { centre: [f64::NAN; 3], ..block() }.step(&at(0)), Outcome::Fault(BAD_POSE));
+    }
+}

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::kinematics::chain::Chain;
+use crate::kinematics::follower::Follower;
+use crate::kinematics::polyline::Polyline;
+use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, NO_PLAN};
+use crate::pace;
+use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
+
+/// Polyline generator: setpoint = q with forward(q) = pose(τ) of a planned path of the tool, τ being running time at the pace of the override.
+///
+/// The joint positions are followed from those of the invocation before, so the arm keeps its posture. No joint is given a step
+/// above its greatest speed: where it would be, the pace goes down, and where that does not help, `singular` comes and the set-point
+/// stays. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
+/// than the path's accelerations allow. The last set-point is the planned end exactly.
+/// Faults: 1 the chain is not one for n joints, or the path is for others; 3 an override is not within 0 and 1; 4 there is no path.
+#[derive(FunctionBlock)]
+pub struct PolylineGenerator {
+    /// number of joints
+    #[size(1, 16)]
+    n: u32,
+    /// the planned path
+    #[input(asynchronous)]
+    path: Polyline,
+    /// share of the speed that is allowed now, 0 to 1; the least of the joints counts for all
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    r#override: [f64; 16],
+    /// the same for the whole cell; both are multiplied
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    cell_override: [f64; 16],
+    /// whether it is to come to rest and wait
+    #[input(asynchronous, default = false)]
+    holding: bool,
+    /// greatest speed of each joint
+    #[input(asynchronous, default = [1e6; 16], sized)]
+    speed_max: [f64; 16],
+    /// where the joints are to be, rad or m
+    #[output(sized)]
+    setpoint: [f64; 16],
+    /// where the tool is to be: x y z in m, quaternion w x y z
+    #[output]
+    pose: [f64; 7],
+    /// part of the path's time that is done, 0 to 1
+    #[output]
+    progress: f64,
+    /// whether the last set-point is stored
+    #[output]
+    complete: bool,
+    /// the arm
+    #[param(default = Chain::NOTHING)]
+    chain: Chain,
+    /// the last set-point is stored
+    #[condition]
+    finished: Condition,
+    /// it rests, as `holding` asks
+    #[condition]
+    held: Condition,
+    /// the arm cannot follow the path from here; the value is how much of it is done, 0 to 1
+    #[condition]
+    singular: ConditionOf<f64>,
+    /// how far it is
+    #[state(opaque)]
+    follower: Follower,
+}
+
+impl Step for PolylineGenerator {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        let chain = self.chain;
+        let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
+        let line = &self.path;
+        if line.path.plan < 1.0 {
+            return Outcome::Fault(NO_PLAN);
+        }
+        if line.joints != n as i32 {
+            return Outcome::Fault(BAD_CHAIN);
+        }
+        let Some(allowed) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
+        let wanted = if self.holding { 0.0 } else { allowed };
+        let duration = line.path.duration;
+        let done = |time_s: f64| if time_s >= duration { 1.0 } else { time_s / duration };
+        let span_s = self.follower.begin(line.path.plan, &line.from, wanted, invocation.time_ns);
+        let followed = self.follower.go_on(&arm, span_s, wanted, &self.speed_max[..n], |time_s| line.pose(time_s), |stretch| line.allows(stretch));
+        if !followed {
+            self.singular.report(done(self.follower.time_s));
+        }
+        self.complete = self.follower.time_s >= duration;
+        if self.complete {
+            self.follower.q = line.to;
+            self.finished.report();
+        }
+        if self.holding && (self.follower.pace == 0.0 || self.complete) {
+            self.held.report();
+        }
+        self.setpoint = self.follower.q;
+        self.progress = done(self.follower.time_s);
+        self.pose = line.pose(self.follower.time_s).numbers();
+        Outcome::Done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kinematics::chain::samples::{HOME, six_joints};
+    use crate::kinematics::inverse::Ranges;
+    use crate::kinematics::line::{Obstacle, Wish};
+    use crate::kinematics::polyline::plan_polyline;
+    use crate::kinematics::pose::{Pose, length, product, subtract, turn};
+    use crate::path::Passing;
+    use crate::path::samples::numbers;
+    use crate::profile::Limits;
+
+    const LINEAR: Limits = Limits { speed: 0.3, acceleration: 1.0, jerk: 1.0 };
+    const ANGULAR: Limits = Limits { speed: 1.0, acceleration: 5.0, jerk: 1.0 };
+    const JOINT: Limits = Limits { speed: 2.0, acceleration: 6.0, jerk: 1.0 };
+
+    fn way_points(shifts: &[([f64; 3], f64)]) -> Vec<Pose> {
+        let chain = six_joints();
+        let here = chain.read(6).expect("a chain").posture(&HOME).tool;
+        let pose = |(shift, angle): &([f64; 3], f64)| Pose {
+            position: std::array::from_fn(|i| here.position[i] + shift[i]),
+            quaternion: product(turn([0.0, 0.6, 0.8], *angle), here.quaternion),
+        };
+        shifts.iter().map(pose).collect()
+    }
+
+    const SQUARE: [([f64; 3], f64); 6] = [
+        ([0.1, 0.0, 0.0], 0.0),
+        ([0.1, -0.2, 0.0], 0.5),
+        ([0.1, -0.2, 0.0], 0.5),
+        ([0.1, -0.2, -0.1], 0.5),
+        ([0.1, -0.2, -0.1], 0.0),
+        ([0.0, 0.0, 0.0], -0.2),
+    ];
+
+    fn planned(poses: &[Pose], blend: f64) -> Result<Polyline, (usize, Obstacle)> {
+        let chain = six_joints();
+        let ranges = Ranges { least: &[-6.3; 6], greatest: &[6.3; 6] };
+        let wish = Wish { from: &HOME, goal: Pose::IDENTITY, linear: LINEAR, angular: ANGULAR, joints: &[JOINT; 6], ranges, slowest: 0.02 };
+        plan_polyline(1.0, &chain.read(6).expect("a chain"), poses, &vec![Passing { blend, speed: 0.3 }; poses.len()], &wish)
+    }
+
+    /// Runs a path to its end; checks tool and joints at every step, and gives the tool's poses.
+    fn run(path: Polyline, mut change: impl FnMut(i64, &mut PolylineGenerator)) -> Vec<Pose> {
+        let chain = six_joints();
+        let arm = chain.read(6).expect("a chain");
+        let mut block = PolylineGenerator {
+            n: 6, path, r#override: [1.0; 16], cell_override: [1.0; 16], holding: false, speed_max: [2.0; 16], setpoint: [0.0; 16], pose: [0.0; 7],
+            progress: 0.0, complete: false, chain, finished: Condition::new(), held: Condition::new(), singular: ConditionOf::new(0.0),
+            follower: Follower::default(),
+        };
+        let mut poses: Vec<Pose> = Vec::new();
+        let (mut joints, mut rate, mut velocity) = (path.from, [0.0; 16], [0.0; 3]);
+        for k in 0..5000 {
+            change(k, &mut block);
+            (block.finished, block.held) = (Condition::new(), Condition::new());
+            assert_eq!(block.step(&Invocation { number: k as u64, time_ns: k * 20_000_000, now_ns: 0 }), Outcome::Done);
+            assert!(!block.singular.is_reported());
+            let tool = arm.posture(&block.setpoint[..6]).tool;
+            let (off, turned) = tool.to(&Pose::of(&block.pose).expect("a pose"));
+            assert!(length(off) < 1e-6 && length(turned) < 1e-6, "{k}");
+            if let Some(before) = poses.last() {
+                let speed = subtract(tool.position, before.position).map(|x| x / 0.02);
+                assert!(length(speed) <= 0.3 * (1.0 + 1e-6), "{k}: {} m/s", length(speed));
+                assert!(length(subtract(speed, velocity)) / 0.02 <= 1.0 * 1.02, "{k}: {} m/s2", length(subtract(speed, velocity)) / 0.02);
+                assert!(length(before.to(&tool).1) / 0.02 <= 1.0 + 0.3, "{k}: the blends of two turns add little");
+                velocity = speed;
+            }
+            for i in 0..6 {
+                let speed = (block.setpoint[i] - joints[i]) / 0.02;
+                assert!(speed.abs() <= 2.0 && (speed - rate[i]).abs() / 0.02 <= 6.0 * 1.05, "{k}: joint {i}");
+                rate[i] = speed;
+            }
+            joints = block.setpoint;
+            poses.push(tool);
+            if block.complete {
+                assert!(block.finished.is_reported() && block.setpoint == path.to);
+                return poses;
+            }
+        }
+        panic!("it does not end");
+    }
+
+    #[test]
+    fn the_tool_passes_its_poses_within_the_blend() {
+        let wanted = way_points(&SQUARE);
+        for blend in [0.0, 0.01, 0.03] {
+            let poses = run(planned(&wanted, blend).expect("a path"), |_, _| ());
+            for goal in &wanted {
+                let nearest = poses.iter().map(|p| length(subtract(p.position, goal.position))).fold(f64::INFINITY, f64::min);
+                assert!(nearest <= blend + 0.003, "{nearest} for {blend}");
+            }
+            let (rest, turn) = poses.last().expect("an end").to(wanted.last().expect("an end"));
+            assert!(length(rest) < 1e-6 && length(turn) < 1e-6);
+        }
+        let time = |blend| planned(&wanted, blend).expect("a path").path.duration;
+        assert!(time(0.03) < time(0.0) && time(0.01) < time(0.0), "{} {} {}", time(0.03), time(0.01), time(0.0));
+    }
+
+    #[test]
+    fn override_and_hold_keep_it_on_its_way_and_within_the_limits() {
+        let path = planned(&way_points(&SQUARE), 0.02).expect("a path");
+        for seed in 1..10 {
+            let mut number = numbers(seed);
+            run(path, |k, block| {
+                if k % 9 == 0 {
+                    (block.r#override, block.holding) = ([number(0.0, 1.0); 16], number(0.0, 1.0) < 0.3);
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn the_pose_that_cannot_be_had_is_named() {
+        let refused = planned(&way_points(&[([0.1, 0.0, 0.0], 0.0), ([0.1, -0.1, 0.0], 0.0), ([2.0, 0.0, 0.0], 0.0)]), 0.01);
+        assert!(matches!(refused, Err((2, Obstacle::Unreachable(_)))), "{:?}", refused.err());
+    }
+}

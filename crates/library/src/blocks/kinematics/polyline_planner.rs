@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::kinematics::chain::Chain;
+use crate::kinematics::inverse::Ranges;
+use crate::kinematics::line::{Obstacle, Wish};
+use crate::kinematics::polyline::{Polyline, plan_polyline, read_poses};
+use crate::kinematics::pose::Pose;
+use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
+use crate::path::{POINTS_MAX, Passing};
+use crate::profile::Limits;
+use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
+use std::f64::consts::PI;
+
+/// Polyline planner: straight lines of the tool through poses, place = pₖ + u (…), joined by parabolic blends of acceleration (u₂ - u₁) w²/(2 d).
+///
+/// Execute it once; a `polyline_generator` bound to its path makes the motion. Each pose says by how much the tool may pass it (`blend`,
+/// 0: it stops there) and how fast it may go on the way there; the orientation turns evenly between poses. The whole path is followed
+/// by inverse kinematics before anything moves, at 512 places: where it leaves a joint's range, the reach of the arm or comes too near
+/// to a singularity, there is no path, only a condition, and `refused` is the pose it was on the way to. The path is slowed down as a
+/// whole until no joint exceeds its limits. Poses that are one count once, so a list is filled up by repeating its last. It takes
+/// some milliseconds: give it a slow source. It allocates nothing. From rest to rest.
+/// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or a pose has no unit quaternion; 3 a limit is not
+/// above 0 or a blend is below 0.
+#[derive(FunctionBlock)]
+pub struct PolylinePlanner {
+    /// number of joints
+    #[size(1, 16)]
+    n: u32,
+    /// where the joints are commanded to be now, rad or m
+    #[input(asynchronous, sized)]
+    start: [f64; 16],
+    /// poses for the tool, one row each: x y z in m, quaternion w x y z
+    #[input(asynchronous)]
+    poses: [[f64; 7]; POINTS_MAX],
+    /// for each pose: by how much the tool may pass it, m
+    #[input(asynchronous, default = [0.0; POINTS_MAX])]
+    blend: [f64; POINTS_MAX],
+    /// for each pose: greatest speed of the tool on the way there, m/s
+    #[input(asynchronous, default = [0.25; POINTS_MAX])]
+    speed: [f64; POINTS_MAX],
+    /// greatest speed of its orientation
+    #[input(asynchronous, default = 1.0, unit = "rad/s")]
+    angular_speed: f64,
+    /// greatest speed of each joint
+    #[input(asynchronous, default = [PI; 16], sized)]
+    speed_max: [f64; 16],
+    /// greatest acceleration of each joint
+    #[input(asynchronous, default = [5.0; 16], sized)]
+    acceleration_max: [f64; 16],
+    /// least position of each joint
+    #[input(asynchronous, default = [-1e6; 16], sized)]
+    position_min: [f64; 16],
+    /// greatest position of each joint
+    #[input(asynchronous, default = [1e6; 16], sized)]
+    position_max: [f64; 16],
+    /// the planned path
+    #[output]
+    path: Polyline,
+    /// joint positions at its end, for those that compare
+    #[output(sized)]
+    target: [f64; 16],
+    /// how long it takes
+    #[output(unit = "s")]
+    duration: f64,
+    /// pose that a condition is about, from 0
+    #[output]
+    refused: i32,
+    /// the arm
+    #[param(default = Chain::NOTHING)]
+    chain: Chain,
+    /// greatest acceleration of the tool
+    #[param(default = 1.0, unit = "m/s^2")]
+    acceleration: f64,
+    /// greatest acceleration of its orientation
+    #[param(default = 5.0, unit = "rad/s^2")]
+    angular_acceleration: f64,
+    /// least part of the speed asked for that is worth going, 0 to 1
+    #[param(default = 0.02)]
+    slowest: f64,
+    /// a pose is out of reach; the value is how far, m
+    #[condition]
+    unreachable: ConditionOf<f64>,
+    /// the range of a joint ends on the way; the value is which, from 0
+    #[condition]
+    limit: ConditionOf<i32>,
+    /// a singularity is on the way; the value is the part of the speed that would be possible
+    #[condition]
+    singular: ConditionOf<f64>,
+}
+
+impl PolylinePlanner {
+    fn limits(&self, joints: &mut [Limits]) -> Option<(Limits, Limits)> {
+        let positive = |limit: &Limits| [limit.speed, limit.acceleration].iter().all(|x| x.is_finite() && *x > 0.0);
+        for (i, limit) in joints.iter_mut().enumerate() {
+            *limit = Limits { speed: self.speed_max[i], acceleration: self.acceleration_max[i], jerk: 1.0 };
+        }
+        let fastest = self.speed.iter().fold(0.0, |most: f64, s| most.max(*s));
+        let linear = Limits { speed: fastest, acceleration: self.acceleration, jerk: 1.0 };
+        let angular = Limits { speed: self.angular_speed, acceleration: self.angular_acceleration, jerk: 1.0 };
+        let ways = self.speed.iter().all(|s| s.is_finite() && *s > 0.0) && self.blend.iter().all(|b| b.is_finite() && *b >= 0.0);
+        (ways && joints.iter().all(positive) && positive(&linear) && positive(&angular)).then_some((linear, angular))
+    }
+}
+
+impl Step for PolylinePlanner {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        let chain = self.chain;
+        let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
+        let (Ok(poses), true) = (read_poses(&self.poses), self.start[..n].iter().all(|q| q.is_finite())) else { return Outcome::Fault(BAD_POSE) };
+        let mut joints = [Limits { speed: 0.0, acceleration: 0.0, jerk: 1.0 }; 16];
+        let Some((linear, angular)) = self.limits(&mut joints[..n]) else { return Outcome::Fault(BAD_LIMIT) };
+        let passing: [Passing; POINTS_MAX] = std::array::from_fn(|k| Passing { blend: self.blend[k], speed: self.speed[k] });
+        let ranges = Ranges { least: &self.position_min[..n], greatest: &self.position_max[..n] };
+        let wish = Wish { from: &self.start[..n], goal: Pose::IDENTITY, linear, angular, joints: &joints[..n], ranges, slowest: self.slowest };
+        match plan_polyline((invocation.number + 1) as f64, &arm, &poses, &passing, &wish) {
+            Ok(path) => {
+                (self.path, self.target, self.duration, self.refused) = (path, path.to, path.path.duration, -1);
+                return Outcome::Done;
+            }
+            Err((at, obstacle)) => {
+                self.refused = at as i32;
+                match obstacle {
+                    Obstacle::Unreachable(distance) => self.unreachable.report(distance),
+                    Obstacle::Limit(joint) => self.limit.report(joint as i32),
+                    Obstacle::Singular(part) => self.singular.report(part),
+                }
+            }
+        }
+        // No path: a generator bound to this one does not move.
+        (self.path.path.plan, self.target, self.duration) = (0.0, self.start, 0.0);
+        Outcome::Done
+    }
+}

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+use opengpac::{FunctionBlock, Invocation, Outcome, Step};
+
+/// Flag: y = value, for a command list that sets a `bool` by executing it, for example the input `holding` of a generator.
+///
+/// Until it is executed, and after each start, what it is bound to is false.
+#[derive(FunctionBlock)]
+pub struct Flag {
+    /// the flag
+    #[output(asynchronous)]
+    y: bool,
+    /// what it is set to
+    #[param(default = true)]
+    value: bool,
+}
+
+impl Step for Flag {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = self.value;
+        Outcome::Done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_is_set() {
+        let mut block = Flag { y: false, value: true };
+        assert_eq!((block.step(&Invocation::default()), block.y), (Outcome::Done, true));
+    }
+}

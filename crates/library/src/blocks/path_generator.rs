@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::pace;
+use crate::path::Path;
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// There is no planned path: the planner has not run, or found none.
+const NO_PLAN: u32 = 1;
+/// The path is planned for another number of joints.
+const OTHER_SIZE: u32 = 2;
+/// An override is not within 0 and 1.
+const BAD_OVERRIDE: u32 = 3;
+/// Places within a period at which a change of the pace is checked: a short line or blend may lie between two set-points.
+const PLACES: u16 = 6;
+
+/// Path generator: setpoint = q(τ) of a planned path, τ being running time at the pace of the override.
+///
+/// `override` scales the speed (0 holds), `holding` ramps down to rest on the path and reports `held`; both change the pace no
+/// faster than the acceleration limit of each joint allows. The output `complete` and the condition `finished` come with the last
+/// set-point, exactly the last way-point.
+/// Faults: 1 there is no path; 2 it is planned for another number of joints; 3 an override is not within 0 and 1.
+#[derive(FunctionBlock)]
+pub struct PathGenerator {
+    /// number of joints
+    #[size(1, 16)]
+    n: u32,
+    /// the planned path
+    #[input(asynchronous)]
+    path: Path,
+    /// share of the speed that is allowed now, 0 to 1; the least of the joints counts for all
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    r#override: [f64; 16],
+    /// the same for the whole cell; both are multiplied
+    #[input(asynchronous, default = [1.0; 16], sized)]
+    cell_override: [f64; 16],
+    /// whether it is to come to rest and wait
+    #[input(asynchronous, default = false)]
+    holding: bool,
+    /// greatest acceleration of each joint
+    #[input(asynchronous, default = [5.0; 16], sized)]
+    acceleration_max: [f64; 16],
+    /// where the joints are to be, rad or m
+    #[output(sized)]
+    setpoint: [f64; 16],
+    /// how fast they are to be there, rad/s or m/s
+    #[output(sized)]
+    velocity: [f64; 16],
+    /// part of the path's time that is done, 0 to 1
+    #[output]
+    progress: f64,
+    /// whether the last set-point is stored
+    #[output]
+    complete: bool,
+    /// the last set-point is stored
+    #[condition]
+    finished: Condition,
+    /// it rests, as `holding` asks
+    #[condition]
+    held: Condition,
+    /// path that is under way
+    #[state]
+    plan: f64,
+    /// time of the path, s
+    #[state]
+    time_s: f64,
+    /// how fast that passes
+    #[state]
+    pace: f64,
+    /// running time of the invocation before, ns
+    #[state]
+    before_ns: i64,
+}
+
+/// Velocities and accelerations of all joints at one time of the path.
+struct Motion {
+    velocity: [f64; 16],
+    acceleration: [f64; 16],
+}
+
+impl Step for PathGenerator {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        if self.path.plan < 1.0 {
+            return Outcome::Fault(NO_PLAN);
+        }
+        if self.path.joints != n as i32 {
+            return Outcome::Fault(OTHER_SIZE);
+        }
+        let Some(allowed) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_OVERRIDE) };
+        let wanted = if self.holding { 0.0 } else { allowed };
+        if self.path.plan != self.plan {
+            // At the beginning the planned speed is 0: any pace will do.
+            (self.plan, self.time_s, self.before_ns) = (self.path.plan, 0.0, invocation.time_ns);
+            self.pace = wanted;
+        }
+        let span_s = (invocation.time_ns - self.before_ns) as f64 * 1e-9;
+        self.before_ns = invocation.time_ns;
+        let pace = self.pace;
+        let after = pace::next(pace, wanted, span_s, |_, slope| {
+            (0..=PLACES).all(|k| {
+                let t = span_s * f64::from(k) / f64::from(PLACES);
+                let (at, motion) = (pace + slope * t, self.motion(self.time_s + t * (pace + slope * t / 2.0)));
+                (0..n).all(|i| self.fits(&motion, i, at, slope))
+            })
+        });
+        self.time_s += span_s * (pace + after) / 2.0;
+        self.pace = after;
+        self.store(n);
+        Outcome::Done
+    }
+}
+
+impl PathGenerator {
+    fn motion(&self, time_s: f64) -> Motion {
+        let n = self.n as usize;
+        let mut motion = Motion { velocity: [0.0; 16], acceleration: [0.0; 16] };
+        self.path.evaluate(time_s, &mut [0.0; 16][..n], &mut motion.velocity[..n], &mut motion.acceleration[..n]);
+        motion
+    }
+
+    fn fits(&self, motion: &Motion, joint: usize, pace: f64, slope: f64) -> bool {
+        let acceleration = pace::acceleration(motion.velocity[joint], motion.acceleration[joint], pace, slope);
+        pace::within(acceleration, self.acceleration_max[joint])
+    }
+
+    fn store(&mut self, n: usize) {
+        let mut planned = [0.0; 16];
+        self.path.evaluate(self.time_s, &mut self.setpoint[..n], &mut planned[..n], &mut [0.0; 16][..n]);
+        for (velocity, planned) in self.velocity.iter_mut().zip(planned) {
+            *velocity = planned * self.pace;
+        }
+        self.complete = self.time_s >= self.path.duration;
+        self.progress = if self.complete { 1.0 } else { self.time_s / self.path.duration };
+        if self.complete {
+            self.finished.report();
+        }
+        if self.holding && (self.pace == 0.0 || self.complete) {
+            self.held.report();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::path::plan;
+    use crate::path::samples::{Case, case, numbers};
+
+    fn generator(case: &Case) -> PathGenerator {
+        PathGenerator {
+            n: case.n as u32, path: plan(1.0, &case.start, &case.points, &case.passing, &case.limits), r#override: [1.0; 16], cell_override: [1.0; 16], holding: false,
+            acceleration_max: std::array::from_fn(|i| case.limits.get(i).map_or(1.0, |l| l.acceleration)), setpoint: [0.0; 16], velocity: [0.0; 16],
+            progress: 0.0, complete: false, finished: Condition::new(), held: Condition::new(), plan: 0.0, time_s: 0.0, pace: 0.0, before_ns: 0,
+        }
+    }
+
+    fn at(k: i64) -> Invocation {
+        Invocation { number: k as u64, time_ns: k * 20_000_000, now_ns: 0 }
+    }
+
+    /// Steps it to its end, changing override and hold as `change` says; checks every step of every joint against the limits.
+    fn run(seed: u64, case: &Case, mut change: impl FnMut(i64, &mut PathGenerator)) -> PathGenerator {
+        const SPAN: f64 = 0.02;
+        let mut block = generator(case);
+        let (mut before, mut slower): ([f64; 16], [f64; 16]) = ([0.0; 16], [0.0; 16]);
+        for k in 0..40_000 {
+            change(k, &mut block);
+            (block.finished, block.held) = (Condition::new(), Condition::new());
+            assert_eq!(block.step(&at(k)), Outcome::Done);
+            for i in 0..case.n {
+                let limit = case.limits[i];
+                let speed = if k == 0 { 0.0 } else { (block.setpoint[i] - before[i]) / SPAN };
+                let acceleration = (speed - slower[i]) / SPAN;
+                assert!(speed.abs() <= limit.speed * (1.0 + 1e-6), "seed {seed}: speed {speed} of joint {i} at {k}");
+                assert!(acceleration.abs() <= limit.acceleration * 1.02 + 1e-6, "seed {seed}: acceleration {acceleration} of joint {i} at {k}, limit {}", limit.acceleration);
+                (before[i], slower[i]) = (block.setpoint[i], speed);
+            }
+            if block.complete {
+                assert!(block.finished.is_reported());
+                return block;
+            }
+        }
+        panic!("seed {seed}: it does not end");
+    }
+
+    #[test]
+    fn limits_hold_under_any_override_and_hold_and_it_arrives_exactly() {
+        for seed in 1..150 {
+            let case = case(seed);
+            let mut number = numbers(seed + 1000);
+            let block = run(seed, &case, |k, block| {
+                if k % 7 == 0 {
+                    block.r#override = [number(-0.3, 1.5).clamp(0.0, 1.0); 16];
+                    block.holding = number(0.0, 1.0) < 0.3;
+                }
+                if k > 3000 {
+                    (block.r#override, block.holding) = ([1.0; 16], false);
+                }
+            });
+            assert_eq!(block.setpoint[..case.n], case.points.last().expect("a point")[..case.n]);
+        }
+    }
+
+    #[test]
+    fn it_holds_where_it_is_and_goes_on() {
+        let case = case(7);
+        let (mut held_at, mut place) = (None, [0.0; 16]);
+        run(7, &case, |k, block| {
+            block.holding = (40..200).contains(&k);
+            if block.held.is_reported() {
+                held_at = held_at.or(Some(k));
+                assert_eq!(block.velocity, [0.0; 16]);
+                if k < 200 && held_at != Some(k) {
+                    assert_eq!(block.setpoint, place, "it stands still");
+                }
+            }
+            place = block.setpoint;
+        });
+        assert!(held_at.is_some_and(|k| k < 150), "{held_at:?}");
+    }
+
+    #[test]
+    fn without_a_path_nothing_is_stored() {
+        let case = case(1);
+        let mut block = generator(&case);
+        block.path.plan = 0.0;
+        assert_eq!(block.step(&at(0)), Outcome::Fault(NO_PLAN));
+        let mut block = PathGenerator { n: 9, ..generator(&case) };
+        assert_eq!(block.step(&at(0)), Outcome::Fault(OTHER_SIZE));
+    }
+}

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::path::{POINTS_MAX, Passing, Path, plan};
+use crate::profile::Limits;
+use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
+use std::f64::consts::PI;
+
+/// A start, way-point or blend is not a finite number, or a blend is below 0.
+const NOT_FINITE: u32 = 1;
+/// A speed or acceleration limit is not above 0.
+const BAD_LIMIT: u32 = 2;
+
+/// Path planner: straight lines in joint space through way-points, q(τ) = qₖ + u (…), joined by parabolic blends of acceleration (u₂ - u₁) w²/(2 d).
+///
+/// Execute it once; a `path_generator` bound to its path makes the motion. Each way-point says by how much a joint may pass it
+/// (`blend`, 0: the arm stops there) and how fast its fastest joint may go on the way there. Every joint keeps its speed and
+/// acceleration limits everywhere; the last way-point is reached exactly. Way-points that are one count once, so a list is filled up
+/// by repeating its last. Source: Craig, *Introduction to Robotics*, section 7.4. From rest to rest; it allocates nothing.
+/// Faults: 1 a number is not finite or a blend is below 0; 2 a limit is not above 0.
+#[derive(FunctionBlock)]
+pub struct PathPlanner {
+    /// number of joints
+    #[size(1, 16)]
+    n: u32,
+    /// where the joints are commanded to be now, rad or m
+    #[input(asynchronous, sized)]
+    start: [f64; 16],
+    /// way-points, one row each; columns beyond n are not used
+    #[input(asynchronous)]
+    points: [[f64; 16]; POINTS_MAX],
+    /// for each way-point: by how much a joint may pass it, rad or m
+    #[input(asynchronous, default = [0.0; POINTS_MAX])]
+    blend: [f64; POINTS_MAX],
+    /// for each way-point: greatest speed of a joint on the way there, rad/s or m/s
+    #[input(asynchronous, default = [0.5; POINTS_MAX])]
+    speed: [f64; POINTS_MAX],
+    /// greatest speed of each joint
+    #[input(asynchronous, default = [PI; 16], sized)]
+    speed_max: [f64; 16],
+    /// greatest acceleration of each joint
+    #[input(asynchronous, default = [5.0; 16], sized)]
+    acceleration_max: [f64; 16],
+    /// least position of each joint
+    #[input(asynchronous, default = [-1e6; 16], sized)]
+    position_min: [f64; 16],
+    /// greatest position of each joint
+    #[input(asynchronous, default = [1e6; 16], sized)]
+    position_max: [f64; 16],
+    /// the planned path
+    #[output]
+    path: Path,
+    /// the last way-point, for those that compare
+    #[output(sized)]
+    target: [f64; 16],
+    /// how long it takes
+    #[output(unit = "s")]
+    duration: f64,
+    /// way-point that `limit` is about, from 0
+    #[output]
+    refused: i32,
+    /// a way-point is outside the range of a joint; the value is which, from 0
+    #[condition]
+    limit: ConditionOf<i32>,
+}
+
+impl Step for PathPlanner {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        let n = self.n as usize;
+        let mut limits = [Limits { speed: 0.0, acceleration: 0.0, jerk: 1.0 }; 16];
+        for (i, limit) in limits[..n].iter_mut().enumerate() {
+            (limit.speed, limit.acceleration) = (self.speed_max[i], self.acceleration_max[i]);
+        }
+        let positive = |x: &f64| x.is_finite() && *x > 0.0;
+        if !limits[..n].iter().all(|l| positive(&l.speed) && positive(&l.acceleration)) || !self.speed.iter().all(positive) {
+            return Outcome::Fault(BAD_LIMIT);
+        }
+        let finite = |q: &[f64; 16]| q[..n].iter().all(|x| x.is_finite());
+        if !finite(&self.start) || !self.points.iter().all(finite) || !self.blend.iter().all(|b| b.is_finite() && *b >= 0.0) {
+            return Outcome::Fault(NOT_FINITE);
+        }
+        for (k, point) in self.points.iter().enumerate() {
+            let outside = |i: &usize| !(self.position_min[*i]..=self.position_max[*i]).contains(&point[*i]);
+            if let Some(joint) = (0..n).find(outside) {
+                // No path: a generator bound to this one does not move.
+                (self.path.plan, self.target, self.duration, self.refused) = (0.0, self.start, 0.0, k as i32);
+                self.limit.report(joint as i32);
+                return Outcome::Done;
+            }
+        }
+        let passing: [Passing; POINTS_MAX] = std::array::from_fn(|k| Passing { blend: self.blend[k], speed: self.speed[k] });
+        self.path = plan((invocation.number + 1) as f64, &self.start[..n], &self.points, &passing, &limits[..n]);
+        (self.target, self.duration, self.refused) = (self.points[POINTS_MAX - 1], self.path.duration, -1);
+        Outcome::Done
+    }
+}

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A straight line of the tool, planned whole before anything moves.
+//!
+//! The tool goes from its pose at `from` to a goal along a straight line and turns evenly about one axis, a jerk-limited profile s(t)
+//! along both. The plan follows the line by inverse kinematics at [`SAMPLES`] places. So a line that leaves a joint's range or the
+//! reach of the arm is known before it begins, and its speed is what the joints can do at their worst place: with q' = dq/ds and
+//! q'' = d²q/ds² there, ṡ ≤ v/|q'|, ṡ² ≤ a/(2 |q''|), s̈ ≤ a/(2 |q'|) keep every joint within its speed v and acceleration a.
+use super::JOINTS_MAX;
+use super::chain::Arm;
+use super::inverse::{Found, Ranges, Tolerance, in_the_way, inverse, inverse_anywhere};
+use super::pose::{Numbers, Pose, length};
+use crate::profile::{Coefficients, Limits, plan};
+use opengpac::Type;
+
+/// Places of a line at which a plan looks.
+pub const SAMPLES: usize = 128;
+/// How near to the line the tool must be able to come, m and rad.
+pub const ON_THE_LINE: Tolerance = Tolerance { position: 1e-7, angle: 1e-7, orientation: true };
+/// A joint that moves further than this from one place to the next has gone to another posture.
+const LEAP: f64 = 0.5;
+/// Places from which the goal of a line that cannot be gone is tried, to say why.
+const ATTEMPTS: u32 = 4;
+
+/// A planned line. Poses are x y z (m), then the quaternion w x y z.
+#[derive(Clone, Copy, Debug, PartialEq, Type)]
+#[repr(C)]
+pub struct Line {
+    /// Which plan it is: 1, 2, …; 0: none yet.
+    pub plan: f64,
+    /// Number of joints.
+    pub joints: i32,
+    /// Joint positions at its beginning.
+    pub from: [f64; JOINTS_MAX],
+    /// Joint positions at its end.
+    pub to: [f64; JOINTS_MAX],
+    /// Pose of the tool at its beginning.
+    pub start: Numbers,
+    /// Pose of the tool at its end.
+    pub goal: Numbers,
+    /// Greatest acceleration of s, 1/s².
+    pub slope: f64,
+    /// The profile of s, from 0 to 1.
+    pub profile: Coefficients,
+}
+
+/// What a line is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Wish<'a> {
+    pub from: &'a [f64],
+    pub goal: Pose,
+    /// Of the tool's position, m/s, m/s², m/s³.
+    pub linear: Limits,
+    /// Of its orientation, rad/s, rad/s², rad/s³.
+    pub angular: Limits,
+    /// Of each joint; the jerk is not used.
+    pub joints: &'a [Limits],
+    pub ranges: Ranges<'a>,
+    /// The least part of the speed asked for that is worth going.
+    pub slowest: f64,
+}
+
+/// Why a line cannot be gone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Obstacle {
+    /// The goal is out of reach by so much, m.
+    Unreachable(f64),
+    /// The range of this joint ends on the way.
+    Limit(usize),
+    /// The arm comes so near to a singularity that only this part of the speed is possible.
+    Singular(f64),
+}
+
+/// Plans line number `number` (from 1). The caller has checked that numbers are finite and limits positive.
+pub fn plan_line(number: f64, arm: &Arm, wish: &Wish) -> Result<Line, Obstacle> {
+    let n = arm.joints();
+    let start = arm.posture(wish.from).tool;
+    let way = start.to(&wish.goal);
+    let (distance, angle) = (length(way.0), length(way.1));
+    let mut line = Line { plan: number, joints: n as i32, start: start.numbers(), goal: wish.goal.numbers(), slope: 1.0, ..<Line as Type>::zero() };
+    line.from[..n].copy_from_slice(wish.from);
+    line.to = line.from;
+    // Below what the arm can tell, there is nothing to go.
+    if distance < ON_THE_LINE.position / 10.0 && angle < ON_THE_LINE.angle / 10.0 {
+        line.profile = plan(number, &[1.0], &[1.0], &[wish.linear]);
+        return Ok(line);
+    }
+    let asked = part_of(&wish.linear, distance, &part_of(&wish.angular, angle, &UNBOUNDED));
+    let mut most = asked;
+    let (mut before, mut here) = (line.from, line.from);
+    let pace = 1.0 / SAMPLES as f64;
+    for k in 1..=SAMPLES {
+        let goal = start.along(way, k as f64 * pace);
+        let ahead = next(arm, &goal, &here, wish)?;
+        for (i, limit) in wish.joints.iter().enumerate() {
+            let rate = (ahead[i] - here[i]).abs() / pace;
+            let bend = if k == 1 { 0.0 } else { (ahead[i] - 2.0 * here[i] + before[i]).abs() / (pace * pace) };
+            most.speed = most.speed.min(limit.speed / rate).min((0.5 * limit.acceleration / bend).sqrt());
+            most.acceleration = most.acceleration.min(0.5 * limit.acceleration / rate);
+        }
+        (before, here) = (here, ahead);
+    }
+    if most.speed < wish.slowest * asked.speed {
+        return Err(Obstacle::Singular(most.speed / asked.speed));
+    }
+    (line.to, line.slope) = (here, most.acceleration);
+    line.profile = plan(number, &[0.0], &[1.0], &[most]);
+    Ok(line)
+}
+
+const UNBOUNDED: Limits = Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };
+
+/// Limits of s for a way of this length, and not above `most`.
+fn part_of(limits: &Limits, way: f64, most: &Limits) -> Limits {
+    Limits { speed: most.speed.min(limits.speed / way), acceleration: most.acceleration.min(limits.acceleration / way), jerk: most.jerk.min(limits.jerk / way) }
+}
+
+/// The joint positions at the next place of a line, from those at the one before; `wish.goal` tells why not.
+pub fn next(arm: &Arm, goal: &Pose, here: &[f64; JOINTS_MAX], wish: &Wish) -> Result<[f64; JOINTS_MAX], Obstacle> {
+    let n = arm.joints();
+    let found = inverse(arm, goal, &here[..n], wish.ranges, ON_THE_LINE);
+    let leap = (0..n).any(|i| (found.q[i] - here[i]).abs() > LEAP);
+    if found.reached && !leap {
+        return Ok(found.q);
+    }
+    Err(obstacle(arm, goal, here, &found, wish))
+}
+
+/// What is in the way: the end of a range; else, where the goal itself can be had, a singularity on the way there.
+fn obstacle(arm: &Arm, place: &Pose, here: &[f64; JOINTS_MAX], found: &Found, wish: &Wish) -> Obstacle {
+    let n = arm.joints();
+    if let Some(joint) = in_the_way(arm, place, &here[..n], found, ON_THE_LINE, 1) {
+        return Obstacle::Limit(joint);
+    }
+    let end = inverse_anywhere(arm, &wish.goal, &found.q[..n], wish.ranges, ON_THE_LINE, ATTEMPTS);
+    if end.reached {
+        return Obstacle::Singular(0.0);
+    }
+    match in_the_way(arm, &wish.goal, &found.q[..n], &end, ON_THE_LINE, 1) {
+        Some(joint) => Obstacle::Limit(joint),
+        None => Obstacle::Unreachable(end.position_error),
+    }
+}

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where the tool of an arm is, how it moves, and which joint positions bring it to a pose.
+//!
+//! Everything here is plain numbers of a fixed size: nothing allocates, so blocks on the real-time path call it.
+pub mod chain;
+pub mod follower;
+pub mod inverse;
+pub mod line;
+pub mod matrix;
+pub mod polyline;
+pub mod pose;
+
+/// The most joints of a chain.
+pub const JOINTS_MAX: usize = 16;
+/// A chain is made for another number of joints, or one of its axes or frames is no unit vector or quaternion.
+pub const BAD_CHAIN: u32 = 1;
+/// A position is not a finite number, or a pose has no unit quaternion.
+pub const BAD_POSE: u32 = 2;
+/// A speed, acceleration or jerk limit is not above 0, or an override is not within 0 and 1.
+pub const BAD_LIMIT: u32 = 3;
+/// There is no planned line: the planner has not run, or found none.
+pub const NO_PLAN: u32 = 4;

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The pace of a planned motion: how fast its own time passes, 1 as planned, 0 standing still.
+//!
+//! With the path time τ and the pace r = dτ/dt, a joint planned at velocity v(τ) and acceleration a(τ) moves at v r and accelerates
+//! at a r² + v r'. So a motion planned within its limits keeps them at every pace up to 1, as long as r' is small enough: that is
+//! what an override and a hold are ramped with.
+
+/// The share of the way to the wanted pace that a step goes is halved at most so often.
+const HALVINGS: u32 = 48;
+/// Rounding may exceed a limit by this part.
+const ROUNDING: f64 = 1e-9;
+
+/// Acceleration of one coordinate at a pace: planned velocity and acceleration, the pace and its slope (1/s).
+pub fn acceleration(velocity: f64, acceleration: f64, pace: f64, slope: f64) -> f64 {
+    acceleration * pace * pace + velocity * slope
+}
+
+/// The next pace after `pace`, on the way to `wanted` (held within 0 to 1), over `span_s`: the nearest that `fits`, which is asked
+/// with the pace and its slope at the beginning and at the end of the span.
+pub fn next(pace: f64, wanted: f64, span_s: f64, fits: impl Fn(f64, f64) -> bool) -> f64 {
+    let wanted = if wanted > 0.0 { wanted.min(1.0) } else { 0.0 };
+    if span_s <= 0.0 || pace == wanted {
+        return pace;
+    }
+    let mut share = 1.0;
+    for _ in 0..HALVINGS {
+        let after = if share == 1.0 { wanted } else { pace + (wanted - pace) * share };
+        if fits(after, (after - pace) / span_s) {
+            return after;
+        }
+        share *= 0.5;
+    }
+    pace
+}
+
+/// The pace that overrides allow: the least of the joints' own times the least of the cell's, each within 0 to 1; `None` where one is not.
+pub fn allowed(own: &[f64], cell: &[f64]) -> Option<f64> {
+    let least = |shares: &[f64]| shares.iter().try_fold(1.0f64, |least, share| (0.0..=1.0).contains(share).then(|| least.min(*share)));
+    Some(least(own)? * least(cell)?)
+}
+
+/// Whether an acceleration is within ± `limit`.
+pub fn within(acceleration: f64, limit: f64) -> bool {
+    acceleration.abs() <= limit * (1.0 + ROUNDING)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_cruise_it_ramps_no_faster_than_the_acceleration_allows() {
+        // Planned at 2 m/s, 4 m/s^2 allowed: half a second from 1 to 0.
+        let fits = |_, slope| within(acceleration(2.0, 0.0, 1.0, slope), 4.0);
+        let (mut pace, mut steps) = (1.0, 0);
+        while pace > 0.0 {
+            let before = pace;
+            pace = next(pace, 0.0, 0.02, fits);
+            assert!(before - pace <= 0.04 + 1e-9);
+            steps += 1;
+            assert!(steps < 60, "it comes to rest");
+        }
+        assert!(steps >= 25);
+    }
+
+    #[test]
+    fn the_least_override_counts() {
+        assert_eq!(allowed(&[1.0, 0.5], &[0.5, 1.0]), Some(0.25));
+        assert_eq!((allowed(&[1.1], &[1.0]), allowed(&[1.0], &[f64::NAN]), allowed(&[-0.1], &[1.0])), (None, None, None));
+    }
+
+    #[test]
+    fn what_no_pace_fits_leaves_it_as_it_is() {
+        assert_eq!(next(0.5, 0.0, 0.02, |_, _| false), 0.5);
+        assert_eq!(next(0.5, f64::NAN, 0.02, |_, _| true), 0.0, "no number is no permission to move");
+        assert_eq!(next(0.5, 7.0, 0.02, |_, _| true), 1.0);
+    }
+}

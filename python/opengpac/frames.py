@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Poses and frames: where something is and how it is turned."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from . import _native
+from .errors import ValueRefused, refusals, refuse
+
+_LENGTH_TOLERANCE = 1e-3
+
+
+def _number(given: Any, unit: str, what: str) -> float:
+    if isinstance(given, str):
+        with refusals:
+            return _native.number_in(given, unit)
+    if isinstance(given, bool) or not isinstance(given, int | float | np.number) or not math.isfinite(given):
+        refuse(ValueRefused, f"{what} is {given!r}", f"give a finite number in {unit}, or text with a unit")
+    return float(given)
+
+
+def _numbers(given: Any, unit: str, what: str, count: int) -> tuple[float, ...]:
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        refuse(ValueRefused, f"{what} is {given!r}", f"give {count} numbers")
+    found = tuple(_number(x, unit, f"a number of {what}") for x in given)
+    if len(found) != count:
+        refuse(ValueRefused, f"{what} has {len(found)} numbers", f"give {count}")
+    return found
+
+
+class Pose:
+    """A position (m) and an orientation: of a tool, a workpiece, or a frame in another.
+
+    `Pose((0.4, 0, 0.3), rpy=("180 deg", 0, 0))` turns about the fixed x, then y, then z axis (roll, pitch, yaw; rad or text with a
+    unit); `Pose((0.4, 0, 0.3), quaternion=(1, 0, 0, 0))` takes a unit quaternion, w first; neither is no turn. `a @ b` is what is `b`
+    in frame `a`, seen from where `a` is seen from; `a @ point` a point of it; `a.inverse()` the way back. It cannot be changed, and
+    is a value of seven numbers: x, y, z, then the quaternion w, x, y, z.
+
+    >>> Pose((0.4, "20 mm", 0.3), rpy=(0, 0, "90 deg")) @ Pose((0.1, 0, 0))
+    Pose(0.4, 0.12, 0.3 m; rpy 0, 0, 90 deg)
+    """
+
+    __slots__ = ("_numbers",)
+    _numbers: tuple[float, ...]
+
+    def __init__(
+        self,
+        position: Iterable[Any] = (0.0, 0.0, 0.0),
+        *,
+        rpy: Iterable[Any] | None = None,
+        quaternion: Iterable[float] | None = None,
+    ) -> None:
+        if rpy is not None and quaternion is not None:
+            refuse(ValueRefused, "a pose is given both rpy and a quaternion", "give one of them")
+        place = _numbers(position, "m", "the position", 3)
+        if quaternion is not None:
+            turn = _numbers(quaternion, "", "the quaternion", 4)
+        else:
+            turn = _of_rpy(*_numbers(rpy if rpy is not None else (0, 0, 0), "rad", "rpy", 3))
+        length = math.sqrt(sum(x * x for x in turn))
+        if abs(length - 1) > _LENGTH_TOLERANCE:
+            refuse(ValueRefused, f"the quaternion {turn} has length {length:.6g}", "give one of length 1, w first")
+        self._numbers = (*place, *(x / length for x in turn))
+
+    @classmethod
+    def of(cls, given: Pose | Sequence[float] | np.ndarray) -> Pose:
+        """The pose of seven numbers, x y z in m and the quaternion w x y z, or a pose as it is."""
+        if isinstance(given, Pose):
+            return given
+        numbers = _numbers(given, "", "a pose", 7)
+        return cls(numbers[:3], quaternion=numbers[3:])
+
+    @property
+    def position(self) -> np.ndarray:
+        """x, y, z in m."""
+        return np.array(self._numbers[:3])
+
+    @property
+    def quaternion(self) -> np.ndarray:
+        """The unit quaternion w, x, y, z."""
+        return np.array(self._numbers[3:])
+
+    @property
+    def rpy(self) -> np.ndarray:
+        """Roll, pitch and yaw in rad: turns about the fixed x, then y, then z axis. Pitch is within ± 90 degrees."""
+        m = self.matrix
+        pitch = math.atan2(-m[2, 0], math.hypot(m[0, 0], m[1, 0]))
+        if math.hypot(m[0, 0], m[1, 0]) < 1e-9:
+            # Only the difference of roll and yaw is known; roll takes it all.
+            return np.array([math.atan2(-m[1, 2], m[1, 1]), pitch, 0.0])
+        return np.array([math.atan2(m[2, 1], m[2, 2]), pitch, math.atan2(m[1, 0], m[0, 0])])
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """The 4 x 4 matrix that brings points of this frame to where it is seen from."""
+        x, y, z, *turn = self._numbers
+        w, i, j, k = turn
+        return np.array(
+            [
+                [1 - 2 * (j * j + k * k), 2 * (i * j - k * w), 2 * (i * k + j * w), x],
+                [2 * (i * j + k * w), 1 - 2 * (i * i + k * k), 2 * (j * k - i * w), y],
+                [2 * (i * k - j * w), 2 * (j * k + i * w), 1 - 2 * (i * i + j * j), z],
+                [0.0, 0.0, 0.0, 1.0],
+            ]
+        )
+
+    def inverse(self) -> Pose:
+        """What it is seen from, seen from it."""
+        w, i, j, k = self._numbers[3:]
+        place = -self.matrix[:3, :3].T @ self.position
+        return Pose(place, quaternion=(w, -i, -j, -k))
+
+    def distance(self, other: Pose) -> float:
+        """How far the other is, m."""
+        return float(np.linalg.norm(self.position - other.position))
+
+    def angle(self, other: Pose) -> float:
+        """By how much the other is turned against it, rad, 0 to pi."""
+        difference = _product((self._numbers[3], *(-x for x in self._numbers[4:])), other._numbers[3:])
+        return 2 * math.atan2(math.sqrt(sum(x * x for x in difference[1:])), abs(difference[0]))
+
+    def __matmul__(self, other: Any) -> Any:
+        if isinstance(other, Pose):
+            place = self.matrix[:3, :3] @ other.position + self.position
+            return Pose(place, quaternion=_product(self._numbers[3:], other._numbers[3:]))
+        return self.matrix[:3, :3] @ np.array(_numbers(other, "m", "a point", 3)) + self.position
+
+    def __iter__(self) -> Iterator[float]:
+        return iter(self._numbers)
+
+    def __len__(self) -> int:
+        return 7
+
+    def __getitem__(self, index: int) -> float:
+        return self._numbers[index]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Pose) and self._numbers == other._numbers
+
+    def __hash__(self) -> int:
+        return hash(self._numbers)
+
+    def __repr__(self) -> str:
+        place = ", ".join(_short(x) for x in self._numbers[:3])
+        turn = ", ".join(_short(math.degrees(x)) for x in self.rpy)
+        return f"Pose({place} m; rpy {turn} deg)"
+
+
+Frame = Pose
+"""A frame is given by the pose that it has: `arm.tool = gpac.Frame((0, 0, "120 mm"))`."""
+
+
+def _short(x: float) -> str:
+    return f"{round(x, 6) + 0.0:.6g}"
+
+
+def _of_rpy(roll: float, pitch: float, yaw: float) -> tuple[float, ...]:
+    def about(axis: int, angle: float) -> tuple[float, ...]:
+        turn = [math.cos(angle / 2), 0.0, 0.0, 0.0]
+        turn[1 + axis] = math.sin(angle / 2)
+        return tuple(turn)
+
+    return _product(_product(about(2, yaw), about(1, pitch)), about(0, roll))
+
+
+def _product(a: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    )

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tool of an arm moves along a straight line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .. import library as lib
+from ..conditions import on
+from ..decorated import verb
+from ..errors import Terminated, Unreachable
+from ..frames import Pose
+from ..groups import Group
+from ..parameters import each, input
+from ..robots.joints import Joint
+from ..robots.motion import Moved
+from .resting import HOLD, HOLDING, LISTS, RESTED, TRANSITIONS
+from .tables import each_point, poses
+
+
+class LineRefused(Terminated, Unreachable):
+    """A straight line that the arm cannot go: `condition` is `unreachable`, `limit` or `singular`; nothing has moved.
+
+    `joint` names the joint whose range ends on the way, `point` the pose (from 0) of several that it was on the way to.
+    """
+
+    joint: str | None = None
+    point: int | None = None
+
+    def explanation(self) -> str:
+        """Why, with the joint by name and the pose by number."""
+        if self.outputs.get("refused", -1) < 0:
+            return self._why()
+        self.point = int(self.outputs["refused"])
+        return f"on the way to pose {self.point}: {self._why()}"
+
+    def _why(self) -> str:
+        if self.condition == "unreachable":
+            return f"the goal is {self.value:.4g} m out of reach"
+        if self.condition == "limit":
+            return self._limit()
+        if self.block == "generator":
+            return f"the arm came to a singularity after {self.value:.0%} of the line"
+        return f"near a singularity on the line only {self.value:.2%} of the speed would be possible; turn the tool, or go another way"
+
+    def _limit(self) -> str:
+        if "arm" not in self.objects:
+            return f"joint {self.value} (from 0) would have to leave its range; start from another posture"
+        joint = self.objects["arm"][int(self.value)]
+        self.joint = joint.short_name
+        low, high = joint.position_min, joint.position_max
+        return f"joint '{self.joint}' would have to leave its range, {low:.6g} to {high:.6g}; start from another posture"
+
+
+@verb(
+    name="move_linear",
+    blocks={
+        "planner": lib.block("line_planner"),
+        "generator": lib.block("line_generator"),
+        "near": lib.block("in_position"),
+        **HOLD,
+    },
+    objects={"arm": each(Joint)},
+    instantiation_parameters={
+        "arm.commanded": ["planner.start", "generator.setpoint"],
+        "arm.goal": ["planner.target", "near.goal"],
+        "arm.sensed": "near.sensed",
+    },
+    cells={"line": ["planner.line", "generator.line"], "complete": ["generator.complete", "near.complete"], **HOLDING},
+    input_parameters={
+        "pose": "planner.goal",
+        "speed": "planner.speed",
+        "angular_speed": "planner.angular_speed",
+        "acceleration": "planner.acceleration",
+        "tolerance": "near.tolerance",
+        "chain": input(["planner.chain", "generator.chain"], member="arm.chain"),
+        "arm.max_speed": ["planner.speed_max", "generator.speed_max"],
+        "arm.max_acceleration": "planner.acceleration_max",
+        "arm.position_min": "planner.position_min",
+        "arm.position_max": "planner.position_max",
+    },
+    output_values={"position": "near.sensed", "error": "near.error", "duration": "planner.duration"},
+    command_lists=LISTS,
+    initial="start",
+    transitions=TRANSITIONS,
+    conditions={
+        "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
+        "unreachable": on("planner.unreachable", raises=LineRefused),
+        "limit": on("planner.limit", raises=LineRefused),
+        "singular": on(["planner.singular", "generator.singular"], raises=LineRefused),
+        **RESTED,
+    },
+)
+def move_linear(
+    arm: Group[Joint],
+    /,
+    pose: Pose | Sequence[float] | np.ndarray,
+    speed: float = 0.25,
+    angular_speed: float = 1.0,
+    acceleration: float = 1.0,
+    tolerance: float = 0.002,
+) -> Moved:
+    """Moves the tool of an arm along a straight line to a pose, turning it evenly about one axis; from rest to rest.
+
+    pose: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration: m/s²; tolerance of each
+    joint at the end: rad. Slower where the joints ask for it. A line that the arm cannot go raises `LineRefused` before it moves.
+    """
+    ...
+
+
+@verb(
+    name="follow_linear",
+    blocks={
+        "planner": lib.block("polyline_planner"),
+        "generator": lib.block("polyline_generator"),
+        "near": lib.block("in_position"),
+        **HOLD,
+    },
+    objects={"arm": each(Joint)},
+    instantiation_parameters={
+        "arm.commanded": ["planner.start", "generator.setpoint"],
+        "arm.goal": ["planner.target", "near.goal"],
+        "arm.sensed": "near.sensed",
+    },
+    cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
+    input_parameters={
+        "poses": input("planner.poses", form=poses),
+        "blend": input("planner.blend", form=each_point),
+        "speed": input("planner.speed", form=each_point),
+        "angular_speed": "planner.angular_speed",
+        "acceleration": "planner.acceleration",
+        "tolerance": "near.tolerance",
+        "chain": input(["planner.chain", "generator.chain"], member="arm.chain"),
+        "arm.max_speed": ["planner.speed_max", "generator.speed_max"],
+        "arm.max_acceleration": "planner.acceleration_max",
+        "arm.position_min": "planner.position_min",
+        "arm.position_max": "planner.position_max",
+    },
+    output_values={
+        "position": "near.sensed",
+        "error": "near.error",
+        "duration": "planner.duration",
+        "refused": "planner.refused",
+    },
+    command_lists=LISTS,
+    initial="start",
+    transitions=TRANSITIONS,
+    conditions={
+        "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
+        "unreachable": on("planner.unreachable", returns=["refused"], raises=LineRefused),
+        "limit": on("planner.limit", returns=["refused"], raises=LineRefused),
+        "singular": on(["planner.singular", "generator.singular"], returns=["refused"], raises=LineRefused),
+        **RESTED,
+    },
+)
+def follow_linear(
+    arm: Group[Joint],
+    /,
+    poses: Sequence[Pose | Sequence[float]],
+    blend: float | Sequence[float] = 0.01,
+    speed: float | Sequence[float] = 0.25,
+    angular_speed: float = 1.0,
+    acceleration: float = 1.0,
+    tolerance: float = 0.002,
+) -> Moved:
+    """Moves the tool of an arm through poses on straight lines, cutting the corners by no more than `blend`; from rest to rest.
+
+    poses: 1 to 64; blend: by how much the tool may pass a pose, m, one number or one for each, 0 to stop there; speed: m/s, one number
+    or one for the way to each pose; angular_speed: rad/s; acceleration: m/s²; tolerance of each joint at the end: rad. Slower where
+    the joints ask for it. A path that the arm cannot go raises `LineRefused` before it moves; its `point` says where.
+    """
+    ...

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The joints of an arm move through way-points without stopping at them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .. import library as lib
+from ..conditions import on
+from ..decorated import verb
+from ..errors import Terminated, Unreachable
+from ..groups import Group
+from ..parameters import each, input
+from ..robots.joints import Joint
+from ..robots.motion import Moved
+from .resting import HOLD, HOLDING, LISTS, RESTED, TRANSITIONS
+from .tables import each_point, way_points
+
+
+class PathRefused(Terminated, Unreachable):
+    """A way-point outside the range of a joint; nothing has moved. `joint` and `point` (from 0) say which."""
+
+    joint: str | None = None
+    point: int | None = None
+
+    def explanation(self) -> str:
+        """Which way-point and which joint."""
+        if "arm" not in self.objects:
+            return f"a way-point is outside the range of joint {self.value} (from 0)"
+        joint = self.objects["arm"][int(self.value)]
+        self.joint, self.point = joint.short_name, int(self.outputs["refused"])
+        low, high = joint.position_min, joint.position_max
+        range_text = f"{low:.6g} to {high:.6g}"
+        return f"way-point {self.point} is outside the range of joint '{self.joint}', {range_text}; are degrees meant? gpac.deg(points)"
+
+
+@verb(
+    name="follow",
+    blocks={
+        "planner": lib.block("path_planner"),
+        "generator": lib.block("path_generator"),
+        "near": lib.block("in_position"),
+        **HOLD,
+    },
+    objects={"arm": each(Joint)},
+    instantiation_parameters={
+        "arm.commanded": ["planner.start", "generator.setpoint"],
+        "arm.goal": ["planner.target", "near.goal"],
+        "arm.sensed": "near.sensed",
+    },
+    cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
+    input_parameters={
+        "points": input("planner.points", form=way_points),
+        "blend": input("planner.blend", form=each_point),
+        "speed": input("planner.speed", form=each_point),
+        "tolerance": "near.tolerance",
+        "arm.max_speed": "planner.speed_max",
+        "arm.max_acceleration": ["planner.acceleration_max", "generator.acceleration_max"],
+        "arm.position_min": "planner.position_min",
+        "arm.position_max": "planner.position_max",
+    },
+    output_values={
+        "position": "near.sensed",
+        "error": "near.error",
+        "duration": "planner.duration",
+        "refused": "planner.refused",
+    },
+    command_lists=LISTS,
+    initial="start",
+    transitions=TRANSITIONS,
+    conditions={
+        "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
+        "limit": on("planner.limit", returns=["refused"], raises=PathRefused),
+        **RESTED,
+    },
+)
+def follow(
+    arm: Group[Joint],
+    /,
+    points: Sequence[Sequence[float]] | np.ndarray,
+    blend: float | Sequence[float] = 0.05,
+    speed: float | Sequence[float] = 0.5,
+    tolerance: float = 0.002,
+) -> Moved:
+    """Moves the joints of an arm through way-points on straight lines in joint space, cutting the corners by no more than `blend`.
+
+    points: 1 to 64 rows of joint positions, rad (m for a sliding joint); blend: by how much a joint may pass a way-point, rad, one
+    number or one for each point, 0 to stop there; speed of the fastest joint: rad/s, one number or one for the way to each point;
+    tolerance at the last: rad. A point outside a joint's range raises `PathRefused` before it moves.
+    """
+    ...

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The weight of what an arm carries, held by its joints besides its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .. import library as lib
+from ..commands import activate
+from ..decorated import verb
+from ..groups import Group
+from ..parameters import each, input
+from ..reports import Report
+from ..robots.joints import Joint
+
+
+@verb(
+    name="carry",
+    blocks={"payload": lib.block("payload_effort")},
+    objects={"arm": each(Joint)},
+    instantiation_parameters={"arm.sensed": "payload.q", "arm.load_effort": "payload.effort"},
+    input_parameters={
+        "mass": input("payload.mass", tunable=True),
+        "centre": input("payload.centre", tunable=True),
+        "chain": input("payload.chain", member="arm.standing"),
+    },
+    output_values={"held": "payload.held"},
+    command_lists={"start": [activate("payload", every="20 ms")]},
+)
+def carry(arm: Group[Joint], /, mass: float, centre: Sequence[float] = (0.0, 0.0, 0.0)) -> Report:
+    """Holds the weight of a payload until it is halted; `arm.payload = gpac.robots.Payload(mass, centre)` starts and changes it.
+
+    mass: kg, from 0; centre: of mass in the flange's frame, m. It is the weight only, along -z of the model's world.
+    """
+    ...

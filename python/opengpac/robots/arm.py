@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An arm: its joints as a group, with the geometry that joins them."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from ..frames import Pose
+from ..groups import Group
+from ..instances import VerbInstance
+from ..quantities import Quantity
+from .joints import Joint
+from .kinematics import Kinematics
+
+
+@dataclass(frozen=True)
+class Payload:
+    """What an arm carries: its mass (kg) and where its centre of mass is in the flange's frame (m)."""
+
+    mass: float
+    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+class Arm(Group[Joint]):
+    """The joints of an arm, `arm.elbow`, and its tool: `arm.pose()` is where it is, `arm.inverse(pose)` how to bring it somewhere.
+
+    Poses are in the frame of the model's world, or where `arm.base` says that the arm stands in another; they are of the flange (a
+    site `tool` of the model), or of the frame that `arm.tool` says in it. Both are read at each start of a verb.
+    """
+
+    def __init__(self, name: str, *joints: Joint, kinematics: Callable[[], Kinematics]) -> None:
+        super().__init__(name, *joints)
+        self._read = kinematics
+        self._payload = Payload(0.0)
+        self._carrying: VerbInstance[Any] | None = None
+
+    @functools.cached_property
+    def kinematics(self) -> Kinematics:
+        """Its geometry, read from its model when it is first asked for."""
+        return self._read()
+
+    @property
+    def chain(self) -> dict[str, Any]:
+        """Its geometry as the value of the parameter `chain` of the kinematic blocks."""
+        return self.kinematics.chain
+
+    @property
+    def standing(self) -> dict[str, Any]:
+        """`chain` in the frame of the model's world, whatever `base` is: for weights, which go down there."""
+        return {**self.chain, "base": list(Pose())}
+
+    @property
+    def tool(self) -> Pose:
+        """The tool's frame in the flange's; settable, also by seven numbers."""
+        return self.kinematics.tool
+
+    @tool.setter
+    def tool(self, frame: Pose | Sequence[float]) -> None:
+        self.kinematics.tool = Pose.of(frame)
+
+    @property
+    def base(self) -> Pose:
+        """The frame of the model's world in the frame in which poses are given; settable, also by seven numbers."""
+        return self.kinematics.base
+
+    @base.setter
+    def base(self, frame: Pose | Sequence[float]) -> None:
+        self.kinematics.base = Pose.of(frame)
+
+    @property
+    def payload(self) -> Payload:
+        """What it carries, whose weight its joints hold while it is enabled; settable at any time, `Payload(0)` puts it down.
+
+        Only for what the physical device does not know: the effort that a MuJoCo arm or a drive says that it needs includes the
+        bodies of its model, a tool that is in it too.
+        """
+        return self._payload
+
+    @payload.setter
+    def payload(self, payload: Payload) -> None:
+        if self._carrying is not None and self._carrying.state == "running":
+            self._carrying.set(mass=payload.mass, centre=list(payload.centre))
+        elif payload.mass != 0 and all(joint.state in ("standstill", "moving") for joint in self):
+            self._carry(payload)
+        self._payload = payload
+
+    def enable(self, timeout: Quantity | None = "10 s") -> Self:
+        """Enables all joints, and holds the payload, if there is one; returns when all are ready."""
+        super().enable(timeout)
+        if self._payload.mass != 0 and not (self._carrying is not None and self._carrying.state == "running"):
+            self._carry(self._payload)
+        return self
+
+    def _carry(self, payload: Payload) -> None:
+        from ..motion.payload import carry
+
+        if self._carrying is not None and self._carrying.state != "deleted":
+            self._carrying.delete()
+        self._carrying = carry.new_instance(self)
+        self._carrying.start(payload.mass, payload.centre)
+
+    def pose(self) -> Pose:
+        """Where the tool is now, by one consistent snapshot of the sensed joint positions."""
+        return self.forward(self.values("sensed"))
+
+    def forward(self, q: Iterable[float]) -> Pose:
+        """Where the tool is at these joint positions (rad or m, one for each joint)."""
+        return self.kinematics.forward(q)
+
+    def inverse(self, pose: Pose | Sequence[float], near: Iterable[float] | None = None, *, attempts: int = 20) -> np.ndarray:
+        """Joint positions that bring the tool to `pose`, within the joints' ranges, nearest to `near` (the present) where it can be.
+
+        `Unreachable` says how far it is from the nearest that was found, and which joint's range is in the way.
+        """
+        return self.kinematics.inverse(
+            pose, self.values("sensed") if near is None else near,
+            position_min=self.values("position_min"), position_max=self.values("position_max"), attempts=attempts,
+        )  # fmt: skip
+
+    def jacobian(self, q: Iterable[float] | None = None) -> np.ndarray:
+        """The geometric Jacobian, 6 x n, at these joint positions; at the present without."""
+        return self.kinematics.jacobian(self.values("sensed") if q is None else q)

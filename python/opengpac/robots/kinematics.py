@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The geometry of an arm: where its tool is, how it moves, and which joint positions bring it to a pose.
+
+The numbers are computed by the library's blocks `forward_kinematics`, `jacobian` and `inverse_kinematics`, here as on the real-time
+system; this module reads the geometry and hands it to them.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .. import library as lib
+from ..errors import CallError, DefinitionError, DeviceFailed, Unreachable, refuse
+from ..frames import Pose
+
+JOINTS_MAX = 16
+"""The most joints of a chain."""
+
+NONE, HINGE, SLIDE = 0, 1, 2
+"""The kinds of joints: one that does not move the tool, one that turns, one that slides."""
+
+_TOOL_SITES = ("tool", "attachment_site")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A joint of a chain: its name, its kind, and the line it turns about or slides along where every joint is at 0 (m, in the base)."""
+
+    name: str
+    kind: int
+    direction: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass
+class Kinematics:
+    """A chain of joints, as a product of exponentials: their axes and the flange's pose where every joint is at 0.
+
+    `base` is where the arm stands in the frame in which poses are given, `tool` the tool's frame in the flange's; both may be set.
+    `chain` is the value for the parameter of that name of the kinematic blocks.
+    """
+
+    axes: Sequence[Axis]
+    home: Pose
+    base: Pose = field(default_factory=Pose)
+    tool: Pose = field(default_factory=Pose)
+
+    @property
+    def joints(self) -> list[str]:
+        """The names of the joints, those that do not move the tool among them."""
+        return [axis.name for axis in self.axes]
+
+    @property
+    def chain(self) -> dict[str, Any]:
+        """It as a value of the blocks' parameter `chain`."""
+        unused = JOINTS_MAX - len(self.axes)
+        nothing = [[0.0] * 3] * unused
+        return {
+            "joints": len(self.axes), "kind": [a.kind for a in self.axes] + [NONE] * unused,
+            "base": list(self.base), "home": list(self.home), "tool": list(self.tool),
+            "axis": [list(a.direction) for a in self.axes] + nothing, "anchor": [list(a.point) for a in self.axes] + nothing,
+        }  # fmt: skip
+
+    def forward(self, q: Iterable[float]) -> Pose:
+        """The pose of the tool at joint positions (rad or m, one for each joint)."""
+        found = lib.block("forward_kinematics").run(n=len(self.axes), chain=self.chain, q=self._positions(q))
+        self._check(found.fault)
+        return Pose.of(found.pose[0])
+
+    def jacobian(self, q: Iterable[float]) -> np.ndarray:
+        """The geometric Jacobian, 6 x n: linear (m/s) and angular (rad/s) velocity of the tool for joint speeds of 1."""
+        found = lib.block("jacobian").run(n=len(self.axes), chain=self.chain, q=self._positions(q))
+        self._check(found.fault)
+        return found.jacobian[0].T
+
+    def inverse(
+        self,
+        pose: Pose | Sequence[float],
+        near: Iterable[float],
+        *,
+        position_min: Iterable[float] | None = None,
+        position_max: Iterable[float] | None = None,
+        attempts: int = 20,
+    ) -> np.ndarray:
+        """Joint positions with the tool at `pose`, from `near`; within the ranges, where given. `Unreachable` where none is found.
+
+        It tries from `near` first and keeps the arm's posture where it can, then from `attempts` - 1 other places.
+        """
+        ranges: dict[str, Any] = {}
+        if position_min is not None:
+            ranges["position_min"] = self._positions(position_min)
+        if position_max is not None:
+            ranges["position_max"] = self._positions(position_max)
+        found = lib.block("inverse_kinematics").run(
+            n=len(self.axes), chain=self.chain, goal=list(Pose.of(pose)), near=self._positions(near), attempts=attempts, **ranges
+        )
+        self._check(found.fault)
+        if not found.reached[0]:
+            limit = next((int(value) for _, name, value in found.conditions if name == "limit"), None)
+            self._unreachable(Pose.of(pose), float(found.position_error[0]), float(found.angle_error[0]), limit, ranges)
+        return found.q[0]
+
+    def _unreachable(self, pose: Pose, position: float, angle: float, limit: int | None, ranges: Mapping[str, Any]) -> None:
+        far = f"the nearest that was found is {position:.4g} m away and turned by {np.degrees(angle):.4g} degrees"
+        if limit is None:
+            refuse(Unreachable, f"{pose} is out of reach: {far}", "give a pose nearer to the arm, or start from another posture: near=")
+        low, high = (ranges.get(name, [float("nan")] * len(self.axes))[limit] for name in ("position_min", "position_max"))
+        range_text = f"the range of joint '{self.axes[limit].name}', {low:.6g} to {high:.6g}"
+        refuse(Unreachable, f"{pose} is out of {range_text}: {far}", "start from another posture: near=")
+
+    def _positions(self, given: Iterable[float]) -> list[float]:
+        found = [float(x) for x in given]
+        if len(found) != len(self.axes):
+            refuse(CallError, f"{len(found)} joint positions are given for {len(self.axes)} joints", f"give one for each: {self.joints}")
+        return found
+
+    def _check(self, fault: Any) -> None:
+        if fault is not None:
+            refuse(DefinitionError, f"the chain of {self.joints} cannot be used: {fault}", "its axes are unit vectors and its frames poses")
+
+    @classmethod
+    def of_mjcf(cls, path: str | os.PathLike[str], joints: Sequence[str]) -> Kinematics:
+        """The geometry of an MJCF arm from its world to its tool, read through MuJoCo. `joints`: those that are driven, in order.
+
+        The tool is a site `tool` or `attachment_site`, else that of the first force sensor, else the body of the last joint.
+        """
+        try:
+            mujoco = importlib.import_module("mujoco")
+        except ImportError:
+            refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
+        return _read(mujoco, mujoco.MjModel.from_xml_path(os.fspath(path)), list(joints))
+
+    def __repr__(self) -> str:
+        kinds = {NONE: "does not move the tool", HINGE: "turns", SLIDE: "slides"}
+        lines = [f"\n  {a.name} {kinds[a.kind]}" for a in self.axes]
+        return f"kinematics: base {self.base!r}, flange at zero {self.home!r}, tool {self.tool!r}{''.join(lines)}"
+
+
+def _read(mujoco: Any, model: Any, names: list[str]) -> Kinematics:
+    data = mujoco.MjData(model)
+    known = {model.joint(j).name or f"joint_{j}": j for j in range(model.njnt)}
+    ids = [known[name] for name in names]
+    for j in ids:
+        data.qpos[model.jnt_qposadr[j]] = 0.0
+    mujoco.mj_kinematics(model, data)
+    body, home = _flange(mujoco, model, data, ids[-1])
+    on_the_way = set()
+    while body:
+        first = model.body_jntadr[body]
+        on_the_way.update(range(first, first + model.body_jntnum[body]))
+        body = model.body_parentid[body]
+    for j in on_the_way - set(ids):
+        name = model.joint(j).name or f"joint_{j}"
+        refuse(DefinitionError, f"joint '{name}' moves the tool but is not driven", "drive it, or weld it in the model")
+    slide = int(mujoco.mjtJoint.mjJNT_SLIDE)
+    axes = [
+        Axis(name, SLIDE if model.jnt_type[j] == slide else HINGE, tuple(data.xaxis[j].tolist()), tuple(data.xanchor[j].tolist()))
+        if j in on_the_way
+        else Axis(name, NONE)
+        for name, j in zip(names, ids, strict=True)
+    ]
+    return Kinematics(axes, home)
+
+
+def _flange(mujoco: Any, model: Any, data: Any, last: int) -> tuple[int, Pose]:
+    """The body of the tool, and the pose of its flange."""
+    sites = {model.site(s).name: s for s in range(model.nsite)}
+    forces = [int(model.sensor_objid[s]) for s in range(model.nsensor) if model.sensor_type[s] == int(mujoco.mjtSensor.mjSENS_FORCE)]
+    site = next((sites[name] for name in _TOOL_SITES if name in sites), forces[0] if forces else None)
+    turn = np.zeros(4)
+    if site is not None:
+        mujoco.mju_mat2Quat(turn, data.site_xmat[site])
+        return int(model.site_bodyid[site]), Pose(data.site_xpos[site], quaternion=turn)
+    body = int(model.jnt_bodyid[last])
+    return body, Pose(data.xpos[body], quaternion=data.xquat[body])
