@@ -5,7 +5,8 @@ Any MJCF file of an arm can be loaded; each actuated joint becomes a logical dev
 """
 
 from .arms import load
+from .gripper import Finger, finger_servo, gripper
 from .joints import FollowingError, Joint, joint_servo
 from .motion import MotionTimeout, Moved, move
 
-__all__ = ["FollowingError", "Joint", "MotionTimeout", "Moved", "joint_servo", "load", "move"]
+__all__ = ["Finger", "FollowingError", "Joint", "MotionTimeout", "Moved", "finger_servo", "gripper", "joint_servo", "load", "move"]

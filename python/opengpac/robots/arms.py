@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 import os
+import tempfile
 from pathlib import Path
 
 from .. import drivers
 from ..errors import PlacementError, UnknownName, did_you_mean, refuse
 from ..groups import Group
-from ..physical import Part
+from ..physical import Part, PhysicalDevice
 from ..sources import Processor, Source
 from ..system import System
+from .assembly import assemble, joint_names
 from .joints import Joint
 
 _ARMS = Path(__file__).parent
@@ -23,11 +25,14 @@ def load(
     *,
     on: Source | None = None,
     name: str | None = None,
+    tool: str | os.PathLike[str] | None = None,
+    scene: str | os.PathLike[str] | None = None,
     clock: str = "monotonic",
 ) -> Group[Joint]:
     """An arm as a group of joints, simulated by MuJoCo, at its keyframe `home` if it has one.
 
-    `path` is an MJCF file, or the name of an arm that comes with the package. `on` is the timer that exchanges with it and runs
+    `path` is an MJCF file, or the name of an arm that comes with the package; `tool` is one that is screwed to its flange (`"two_finger"`: see
+    `robots.gripper`), `scene` one of what stands around it. The group has the arm's own joints only. `on` is the timer that exchanges with it and runs
     the servos, else the fastest of `rtp`. Without `rtp` it makes a system of its own, of the arm's name, with `clock`. The
     physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
@@ -39,17 +44,29 @@ def load(
         rtp = System(name, clock=clock).processor("rtp0")
         rtp.timer("slow", period="20 ms", priority=60)
         on = rtp.timer("fast", period="1 ms", priority=80)
-    device = rtp.physical_device(name, drivers.mujoco(file), exchange=on or _fastest(rtp))
+    device = _device(rtp, name, file, tool and _file(tool), scene and _file(scene), on or _fastest(rtp))
+    own = device.parts if tool is None and scene is None else joint_names(file)
     joints: list[Joint] = []
     try:
         for part in device:
-            joints.append(_joint(name, part, device.source))
+            if part.name in own:
+                joints.append(_joint(name, part, device.source))
         return Group(name, *joints)
     except BaseException:
         for joint in joints:
             joint.delete()
         device.delete()
         raise
+
+
+def _device(rtp: Processor, name: str, arm: Path, tool: Path | None, scene: Path | None, on: Source) -> PhysicalDevice:
+    """The machine, from one file or from one that is put together."""
+    if tool is None and scene is None:
+        return rtp.physical_device(name, drivers.mujoco(arm), exchange=on)
+    with tempfile.TemporaryDirectory() as folder:
+        whole = Path(folder) / f"{arm.stem}.xml"
+        whole.write_text(assemble(arm, tool, scene))
+        return rtp.physical_device(name, drivers.mujoco(whole), exchange=on)
 
 
 def _joint(arm: str, part: Part, source: Source) -> Joint:
