@@ -62,28 +62,3 @@ FUNCTION_BLOCK(yielding, "Gives way to the finger that feels more: along' = gain
     self->along += fmin(fmax(speed, -self->speed_max), self->speed_max) * dt;
     return OK;
 }
-
-FUNCTION_BLOCK(glide, "Goes to a distance and stops there: along'' within ± acceleration, |along'| within speed.",
-    out      (double, along,       "how far it has come", "m"),
-    param    (double, distance, 0.0, "how far it goes", "m"),
-    param    (double, speed, 0.05, "greatest speed", "m/s"),
-    param    (double, acceleration, 0.2, "greatest acceleration", "m/s^2"),
-    state    (int64_t, before, 0,  "running time of the invocation before, ns"),
-    state    (double, rate, 0.0,   "its speed", "m/s"),
-    condition(there,               "it is where it goes to"))
-{
-    double dt = invocation->number == 0 ? 0.0 : (double)(invocation->time_ns - self->before) * 1e-9;
-    double left = self->distance - self->along;
-    // The speed from which it can still stop, less what it covers in this invocation.
-    double reach = self->acceleration * dt, most = sqrt(2.0 * self->acceleration * fabs(left) + 0.25 * reach * reach) - 0.5 * reach;
-    double wanted = copysign(fmin(fmax(most, 0.0), self->speed), left);
-    self->before = invocation->time_ns;
-    self->rate += fmin(fmax(wanted - self->rate, -reach), reach);
-    self->along += self->rate * dt;
-    if (fabs(self->distance - self->along) < 1e-6 && fabs(self->rate) <= 2.0 * reach) {
-        self->along = self->distance;
-        self->rate = 0.0;
-        report(there);
-    }
-    return OK;
-}

@@ -18,6 +18,8 @@ from .joints import Joint
 
 _ARMS = Path(__file__).parent
 
+_Model = str | os.PathLike[str] | None
+
 
 def load(
     path: str | os.PathLike[str],
@@ -31,10 +33,10 @@ def load(
 ) -> Group[Joint]:
     """An arm as a group of joints, simulated by MuJoCo, at its keyframe `home` if it has one.
 
-    `path` is an MJCF file, or the name of an arm that comes with the package; `tool` is one that is screwed to its flange (`"two_finger"`: see
-    `robots.gripper`), `scene` one of what stands around it. The group has the arm's own joints only. `on` is the timer that exchanges with it and runs
-    the servos, else the fastest of `rtp`. Without `rtp` it makes a system of its own, of the arm's name, with `clock`. The
-    physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
+    `path` is an MJCF file, or the name of an arm that comes with the package. `tool` is one that is screwed to its flange
+    (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints only. `on` is the
+    timer that exchanges with it and runs the servos, else the fastest of `rtp`. Without `rtp` it makes a system of its own, of the
+    arm's name, with `clock`. The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     file = _file(path)
     name = name or file.stem
@@ -44,7 +46,7 @@ def load(
         rtp = System(name, clock=clock).processor("rtp0")
         rtp.timer("slow", period="20 ms", priority=60)
         on = rtp.timer("fast", period="1 ms", priority=80)
-    device = _device(rtp, name, file, tool and _file(tool), scene and _file(scene), on or _fastest(rtp))
+    device = _device(rtp, name, file, tool, scene, on or _fastest(rtp))
     own = device.parts if tool is None and scene is None else joint_names(file)
     joints: list[Joint] = []
     try:
@@ -59,13 +61,13 @@ def load(
         raise
 
 
-def _device(rtp: Processor, name: str, arm: Path, tool: Path | None, scene: Path | None, on: Source) -> PhysicalDevice:
+def _device(rtp: Processor, name: str, arm: Path, tool: _Model, scene: _Model, on: Source) -> PhysicalDevice:
     """The machine, from one file or from one that is put together."""
     if tool is None and scene is None:
         return rtp.physical_device(name, drivers.mujoco(arm), exchange=on)
     with tempfile.TemporaryDirectory() as folder:
         whole = Path(folder) / f"{arm.stem}.xml"
-        whole.write_text(assemble(arm, tool, scene))
+        whole.write_text(assemble(arm, None if tool is None else _file(tool), None if scene is None else _file(scene)))
         return rtp.physical_device(name, drivers.mujoco(whole), exchange=on)
 
 

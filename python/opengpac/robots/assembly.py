@@ -21,14 +21,17 @@ FLANGE_SITES = ("tool", "attachment_site")
 def assemble(arm: Path, tool: Path | None, scene: Path | None) -> str:
     """The text of the model of an arm with a tool and a scene. The tool's frame is that of the arm's site `tool`.
 
-    Joints of the arm come first, then the tool's, then the scene's. Refused with `DeviceFailed`: a file that is no MJCF, an arm
-    without such a site, files that count angles in different units, a keyframe `home` in some of the files only.
+    Joints of the arm come first, then the tool's, then the scene's; the defaults of each file are for its own elements. Refused with
+    `DeviceFailed`: a file that is no MJCF, an arm without such a site, files that count angles in different units, a keyframe `home`
+    in some of the files only.
     """
     whole = _read(arm)
+    _keep_defaults(whole, f"{arm.stem} arm")
     for part, file in (("tool", tool), ("scene", scene)):
         if file is None:
             continue
         added = _read(file)
+        _keep_defaults(added, f"{file.stem} {part}")
         if _angle(added) != _angle(whole):
             _turned_to(_angle(whole), added, file)
         home = _body_of_flange(whole, arm) if part == "tool" else _section(whole, "worldbody")
@@ -66,6 +69,28 @@ def _turned_to(unit: str, added: ElementTree.Element, file: Path) -> None:
         "range" in joint.attrib for joint in hinges
     ):
         refuse(DeviceFailed, f"'{file}' counts angles in {_angle(added)}s, the arm in {unit}s", f"write its angles in {unit}s")
+
+
+def _keep_defaults(root: ElementTree.Element, name: str) -> None:
+    """Makes the file's defaults without a class a class of that name, and its elements that had them elements of that class."""
+    top = root.find("default")
+    if top is None:
+        return
+    kinds = {element.tag for element in top if element.tag != "default"}
+    inner = ElementTree.Element("default", {"class": name})
+    inner.extend(list(top))
+    top[:] = [inner]
+    for section in root:
+        if section is not top:
+            _give_class(section, name, kinds)
+
+
+def _give_class(element: ElementTree.Element, name: str, kinds: set[str]) -> None:
+    for child in element:
+        if child.tag in kinds and "class" not in child.attrib:
+            child.set("class", name)
+        if "childclass" not in child.attrib:
+            _give_class(child, name, kinds)
 
 
 def _section(root: ElementTree.Element, name: str) -> ElementTree.Element:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from .. import library as lib
 from ..commands import activate, execute, ready
 from ..devices import LogicalDevice, parameter, svv
@@ -55,7 +57,10 @@ finger_servo = Verb(
 
 
 class Finger(LogicalDevice, verb=finger_servo, name="robot_finger"):
-    """A sliding finger: position 0 where the fingers meet, more is open. `force` is what its pad feels, `force_max` the most that it exerts."""
+    """A sliding finger: position 0 where the fingers meet, more is open.
+
+    `force` is what its pad feels, `force_max` the most that its spring exerts.
+    """
 
     sensed: SVV[float] = svv(unit="m", history=HISTORY)
     velocity: SVV[float] = svv(unit="m/s")
@@ -66,9 +71,7 @@ class Finger(LogicalDevice, verb=finger_servo, name="robot_finger"):
     damping: float = parameter(6.0, unit="N.s/m", tunable=True)
 
 
-def gripper(
-    device: PhysicalDevice, *parts: str, on: Source | None = None, name: str | None = None, **parameters: float
-) -> Group[Finger]:
+def gripper(device: PhysicalDevice, *parts: str, on: Source | None = None, name: str | None = None, **parameters: Any) -> Group[Finger]:
     """The fingers of a machine as a group, for `robots.load(..., tool="two_finger")`.
 
     `parts` are the machine's parts that are fingers, `left_finger` and `right_finger` where none is named; the touch sensor of each has
