@@ -155,7 +155,7 @@ fn a_model_that_does_not_do_says_why() {
 #[test]
 fn every_sensor_of_the_model_is_a_channel_with_its_unit() {
     with_mujoco(|library| {
-        let sensors = r#"<sensor><jointpos name="q" joint="elbow"/><jointvel joint="elbow"/><framepos name="place" objtype="body" objname="lower"/>
+        let sensors = r#"<sensor><jointpos name="q" joint="elbow"/><jointvel joint="elbow"/><framepos name="place" objtype="xbody" objname="lower"/>
             <touch name="pad" site="pad"/><actuatorpos name="motor" actuator="shoulder"/></sensor></mujoco>"#;
         let text = std::fs::read_to_string(robot("two_joint.xml"))
             .expect("the model")
@@ -173,14 +173,17 @@ fn every_sensor_of_the_model_is_a_channel_with_its_unit() {
             ("sensor.motor", "double", ""),
         ];
         assert_eq!(told, expected);
-        // The forearm lies on the stop with its weight and 5 N.m, 0.4 m from the elbow at most.
-        machine.set("elbow.effort", &[-5.0]);
-        machine.write(0, &[false, true]);
-        machine.read(2_000 * MS);
-        assert_eq!(machine.get("sensor.q"), machine.get("elbow.position"));
-        assert_eq!(machine.get("sensor.place"), [0.5, 0.0, 1.0], "the elbow is where the braked shoulder holds it");
-        let pressed = machine.get("sensor.pad")[0];
-        assert!(pressed > (5.0 + G * 0.4) / 0.51 && pressed < (5.0 + G * 0.4) / 0.29, "{pressed} N");
+        // The forearm is pressed onto the stop, and then harder.
+        let mut pressed = |effort: f64, until_ms: i64| {
+            machine.set("elbow.effort", &[effort]);
+            machine.write(0, &[false, true]);
+            machine.read(until_ms * MS);
+            assert_eq!(machine.get("sensor.q"), machine.get("elbow.position"));
+            assert_eq!(machine.get("sensor.place"), [0.5, 0.0, 1.0], "the elbow is where the braked shoulder holds it");
+            machine.get("sensor.pad")[0]
+        };
+        let (lightly, hard) = (pressed(-5.0, 1_000), pressed(-15.0, 2_000));
+        assert!(lightly > 5.0 && hard > 1.5 * lightly, "{lightly} N, {hard} N");
     });
 }
 
