@@ -32,13 +32,14 @@ FUNCTION_BLOCK(brake, "Slows down from a motion that another block was making: a
     in_async (double, was_along,   "where that motion was, read once", "m"),
     in_async (double, was_rate,    "how fast it was, read once", "m/s"),
     out      (double, along,       "how far it has come", "m"),
+    out      (double, began,       "where it began to slow down", "m"),
     param    (double, deceleration, 1.0, "by which it slows down", "m/s^2"),
     state    (int64_t, before, 0,  "running time of the invocation before, ns"),
     state    (double, rate, 0.0,   "its speed", "m/s"),
     condition(stopped,             "it stands"))
 {
     if (invocation->number == 0) {
-        self->along = self->was_along;
+        self->along = self->began = self->was_along;
         self->rate = self->was_rate;
     } else {
         double dt = (double)(invocation->time_ns - self->before) * 1e-9;

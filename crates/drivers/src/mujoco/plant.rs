@@ -207,10 +207,10 @@ impl Plant {
         &self.sensed[..elements]
     }
 
-    /// Puts what a sensor tells into the readings.
-    fn tell(&mut self, sensor: i32, elements: usize, readings: &mut [u8], place: &mut usize) {
+    /// Puts what a sensor tells, times `factor`, into the readings.
+    fn tell(&mut self, sensor: i32, elements: usize, factor: f64, readings: &mut [u8], place: &mut usize) {
         for value in self.take(sensor, elements) {
-            put(readings, *place, *value);
+            put(readings, *place, factor * value);
             *place += 8;
         }
     }
@@ -263,10 +263,11 @@ impl Driver for Plant {
             place += 24;
         }
         if let Some(sensor) = self.arm.tool.as_ref().and_then(|tool| tool.sensor) {
-            self.tell(sensor, 3, readings, &mut place);
+            // MuJoCo tells what the flange does to the tool.
+            self.tell(sensor, 3, -1.0, readings, &mut place);
         }
         for s in 0..self.arm.sensors.len() {
-            self.tell(self.arm.sensors[s].id, self.arm.sensors[s].elements, readings, &mut place);
+            self.tell(self.arm.sensors[s].id, self.arm.sensors[s].elements, 1.0, readings, &mut place);
         }
         Ok(())
     }
