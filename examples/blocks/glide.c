@@ -16,15 +16,13 @@ FUNCTION_BLOCK(glide, "Goes to a distance and stops there: along'' within ± acc
     double left = self->distance - self->along;
     // The speed from which it can still stop, less what it covers in this invocation.
     double reach = self->acceleration * dt, most = sqrt(2.0 * self->acceleration * fabs(left) + 0.25 * reach * reach) - 0.5 * reach;
-    double wanted = copysign(fmin(fmax(most, 0.0), self->speed), left);
+    if (dt > 0.0) most = fmin(most, fabs(left) / dt);
+    double wanted = copysign(fmin(most, self->speed), left);
     self->before = invocation->time_ns;
     self->rate += fmin(fmax(wanted - self->rate, -reach), reach);
     self->along += self->rate * dt;
-    if (fabs(self->distance - self->along) < 1e-6 && fabs(self->rate) <= 2.0 * reach) {
-        self->along = self->distance;
-        self->rate = 0.0;
-        report(there);
-    }
+    if (fabs(self->distance - self->along) < 1e-9) self->along = self->distance;
+    if (left == 0.0 && fabs(self->rate) < 1e-9) report(there);
     return OK;
 }
 
