@@ -43,7 +43,7 @@ def servo(code: gpac.Module) -> gpac.Graph:
 
 def filtered(graph: gpac.Graph) -> gpac.Graph:
     """The same servo with a filter between encoder and controller. This line is all that changes."""
-    return graph.insert("filter", lib.block("lowpass")(alpha=0.1), between=("encoder.y", "pid.measured"))
+    return graph.insert("filter", lib.block("second_order")(frequency=20.0), between=("encoder.y", "pid.measured"))
 
 
 def swing(graph: gpac.Graph) -> gpac.Verb[..., Any]:
