@@ -14,63 +14,22 @@ import numpy as np
 import grasping
 import opengpac as gpac
 import programs
-from grasping import EVERY, NothingGrasped
-from opengpac import activate, on
+from grasping import EVERY
+from opengpac import activate
 from opengpac import library as lib
-from opengpac.robots import Finger, Joint
 from programs import SCENES, Account, Trace
 
 PUSHED_MAX = 0.002
 """How far the block may be moved by being grasped, m."""
 
 
-def centering_grasp(blocks: grasping.Blocks) -> gpac.Verb[..., Any]:
-    """centering_grasp(hand, arm, closing, gain, grip, firm): approach, center and squeeze in one, with no Python between them."""
-    return gpac.Verb(
+def centering_grasp(blocks: grasping.Blocks) -> gpac.ComposedVerb:
+    """centering_grasp(hand, arm, closing, gain, grip, firm): approach, center, squeeze, with no Python between them."""
+    return gpac.compose(
         "centering_grasp",
-        doc="Grasps what is between the fingers without pushing it away; returns its width, and how far the arm gave way.",
-        blocks={
-            "fingers": blocks.grasp.fingers,
-            "touch": blocks.grasp.touch,
-            "yielding": blocks.grasp.yielding,
-            "line": blocks.line.tool_line,
-            "press": blocks.grasp.fingers(speed=-0.1, least=-0.2),
-            "firm": blocks.grasp.touch(balance=1.0),
-        },
-        objects={"hand": gpac.each(Finger), "arm": gpac.each(Joint)},
-        instantiation_parameters={
-            "hand.commanded": ["fingers.start", "fingers.setpoint", "press.start", "press.setpoint"],
-            "hand.force_max": ["fingers.force_max", "press.force_max"],
-            "hand.force": ["touch.force", "firm.force", "yielding.force"],
-            "hand.sensed": ["touch.position", "firm.position"],
-            "arm.commanded": ["line.start", "line.setpoint"],
-        },
-        cells={"along": ["yielding.along", "line.along"]},
-        input_parameters={
-            "closing": gpac.input("fingers.speed", default=-0.02),
-            "gain": gpac.input("yielding.gain", default=0.1),
-            "grip": gpac.input("press.force", default=10.0),
-            "firm": gpac.input("firm.both", default=9.0),
-        },
-        output_values={"width": "firm.width", "yielded": "yielding.along"},
-        command_lists={
-            "approach": [activate("fingers", every=EVERY), activate("touch", every=EVERY)],
-            "center": [
-                activate("fingers", every=EVERY),
-                activate("touch", every=EVERY),
-                activate("yielding", every=EVERY),
-                activate("line"),
-            ],
-            "squeeze": [activate("press", every=EVERY), activate("firm", every=EVERY)],
-        },
-        initial="approach",
-        conditions={
-            "contact": on("touch.one", during="approach"),
-            "centred": on("touch.both", during="center"),
-            "gripped": on("firm.both", returns=["width", "yielded"], during="squeeze"),
-            "empty": on(["fingers.at_limit", "press.at_limit"], raises=NothingGrasped),
-        },
+        {"approach": grasping.approach(blocks), "center": grasping.center(blocks), "squeeze": grasping.squeeze(blocks)},
         transitions={("approach", "contact"): "center", ("center", "centred"): "squeeze"},
+        doc="Grasps what is between the fingers without pushing it away; returns its width.",
     )
 
 
@@ -111,7 +70,9 @@ def perform(work: Workcell, offset: float, account: Account) -> None:
     account.begin("centering grasp")
     before = np.array(work.place.value)
     report = grasp(work.hand, work.arm, time_limit="20 s")
-    account.end("centering grasp", report, "gripped", f", {report.width * 1e3:.2f} mm wide, the arm gave way {report.yielded * 1e3:.2f} mm")
+    account.end("centering grasp", report, "gripped", f", {report.width * 1e3:.2f} mm wide")
+    left, right = work.hand.values("sensed")
+    account.expect("the block is in the middle of the hand", abs(left - right) < 0.001, f"{abs(left - right) * 1e3:.2f} mm beside it")
     pushed = float(np.hypot(*(np.array(work.place.value) - before)[:2]))
     account.expect("the block is not pushed away", pushed < PUSHED_MAX, f"it moved {pushed * 1e3:.3f} mm")
 
