@@ -86,7 +86,7 @@ def test_the_simple_verbs_are_of_use_alone(work: Workcell) -> None:
     assert max(work.hand.values("force")) == 0.0
 
 
-def test_centering_grasp_is_composed_of_simple_verbs(work: Workcell) -> None:
+def test_r119_centering_grasp_is_composed_of_simple_verbs(work: Workcell) -> None:
     verb = centering_grasp(work.blocks)
     assert [*verb.parts] == ["approach", "center", "squeeze"] and not verb.simple
     assert all(part.simple for part in verb.parts.values())
