@@ -2,7 +2,8 @@
 # make run     the main job: a simulated UR5e moves, in real time; report and plot in out/
 # make test    every test, Rust and Python
 # make bench   ratios against hand-written loops and peers, taken in one run
-.PHONY: run test bench setup test-rust test-loom test-sanitizer test-python lint clean
+# make c-package   target/release/libopengpac_ps.so, for programming systems in C
+.PHONY: run test bench c-package setup test-rust test-loom test-sanitizer test-python lint clean
 .DEFAULT_GOAL := run
 
 PYTHON ?= python3
@@ -49,6 +50,9 @@ test-python: setup
 
 bench: setup
 	$(BIN)/python bench/run.py
+
+c-package:
+	cargo build --release -p c-package
 
 clean:
 	rm -rf target $(VENV) out $(NATIVE)

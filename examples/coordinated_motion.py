@@ -7,7 +7,6 @@ not expect, recovers, and ends with a report and a plot. The exit code is 0 only
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections.abc import Sequence
@@ -16,9 +15,11 @@ from pathlib import Path
 import numpy as np
 
 import opengpac as gpac
+import programs
 from opengpac import activate, deactivate, execute, on, wait
 from opengpac import library as lib
 from opengpac.robots import Joint, Moved, move
+from programs import Account, Trace
 
 
 class UnexpectedForce(gpac.Terminated):
@@ -80,28 +81,12 @@ def push(tool: gpac.Channel, force: Sequence[float]) -> gpac.Report:
     ...
 
 
-class Trace:
+class JointTrace(Trace):
     """What the joints were commanded and where they were, collected move by move."""
 
     def __init__(self, arm: gpac.Group[Joint]) -> None:
+        super().__init__(*(svv for joint in arm for svv in (joint.sensed, joint.commanded)))
         self._arm = arm
-        self._last: dict[str, float] = {}
-        self._rows: dict[str, list[np.ndarray]] = {}
-
-    def collect(self) -> None:
-        """Takes what is new in the histories."""
-        for joint in self._arm:
-            for svv in (joint.sensed, joint.commanded):
-                rows = svv.history[:]
-                new = rows[rows["time"] > self._last.get(svv.name, -1.0)]
-                if len(new):
-                    self._last[svv.name] = float(new["time"][-1])
-                    self._rows.setdefault(svv.name, []).append(new)
-
-    def of(self, svv: gpac.SVV[float]) -> tuple[np.ndarray, np.ndarray]:
-        """Times (s) and values (rad)."""
-        rows = np.concatenate(self._rows[svv.name])
-        return rows["time"], rows["value"]
 
     def tracking_error(self) -> np.ndarray:
         """Greatest distance of each joint from its interpolated set-point, rad; the servo is one generator period behind."""
@@ -131,37 +116,12 @@ class Trace:
         figure.savefig(file, dpi=120)
 
 
-class Log:
-    """How each verb ended, and how it should have."""
-
-    def __init__(self, trace: Trace) -> None:
-        self._trace = trace
-        self.rows: list[tuple[str, str, str, str]] = []
-        self._begun = 0
-
-    def begin(self, what: str) -> None:
-        """Says what comes."""
-        self._begun += 1
-        print(f"  {self._begun}. {what} …", flush=True)
-
-    def end(self, what: str, report: gpac.Report, wanted: str, more: str = "") -> None:
-        """Notes an end."""
-        self._trace.collect()
-        self.rows.append((what, report.condition, wanted, f"{report.time:.2f} s{more}"))
-        print(f"     {report.condition} after {report.time:.2f} s{more}", flush=True)
-
-    @property
-    def as_wanted(self) -> bool:
-        """Whether every verb ended as it should."""
-        return all(condition == wanted for _, condition, wanted, _ in self.rows)
-
-
 def error_text(report: Moved) -> str:
     """How far the worst joint is from its goal."""
     return f", {report.error * 1e3:.3f} mrad from the goal"
 
 
-def perform(arm: gpac.Group[Joint], device: gpac.PhysicalDevice, slow: gpac.Source, fast: gpac.Source, log: Log) -> None:
+def perform(arm: gpac.Group[Joint], device: gpac.PhysicalDevice, slow: gpac.Source, fast: gpac.Source, log: Account) -> None:
     """The moves."""
     home = np.array(arm.values("home"))
     motion = move.on(slow)
@@ -205,11 +165,8 @@ def perform(arm: gpac.Group[Joint], device: gpac.PhysicalDevice, slow: gpac.Sour
     log.end("home", report, "arrived", error_text(report))
 
 
-def summary(cell: gpac.System, log: Log, trace: Trace, arm: gpac.Group[Joint]) -> None:
-    """The report at the end."""
-    print("\nHow each verb ended")
-    for what, condition, wanted, more in log.rows:
-        print(f"  {what:<34} {condition:<11} {'as it should' if condition == wanted else 'should be ' + wanted:<16} {more}")
+def summary(cell: gpac.System, trace: JointTrace, arm: gpac.Group[Joint]) -> None:
+    """How well the joints and the interrupt sources kept to what they were told."""
     print("\nGreatest tracking error (mrad)")
     for joint, error in zip(arm, trace.tracking_error(), strict=True):
         print(f"  {joint.short_name:<16} {error * 1e3:.3f}")
@@ -223,22 +180,19 @@ def summary(cell: gpac.System, log: Log, trace: Trace, arm: gpac.Group[Joint]) -
 
 def main() -> int:
     """Runs the program; 0 where every verb ended as it should."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--clock", choices=["monotonic", "virtual"], default="monotonic")
-    parser.add_argument("--output", type=Path, default=Path("out"), help="folder of the plot")
-    options = parser.parse_args()
-
-    with gpac.System("coordinated_motion", clock=options.clock) as cell:
+    options = programs.parser(__doc__).parse_args()
+    with programs.system("coordinated_motion", options) as cell:
         rtp = cell.processor("rtp0", core=1 if (os.cpu_count() or 1) > 1 else None)
         fast = rtp.timer("fast", period="1 ms", priority=80)
         slow = rtp.timer("slow", period="20 ms", priority=60)
         arm = gpac.robots.load("ur5e", rtp, on=fast)
-        trace = Trace(arm)
-        log = Log(trace)
+        trace = JointTrace(arm)
+        log = Account(trace)
         print(f"UR5e in {options.clock} time: {', '.join(joint.short_name for joint in arm)}")
         with arm.enabled():
             perform(arm, cell.physical_devices["ur5e"], slow, fast, log)
-            summary(cell, log, trace, arm)
+            summary(cell, trace, arm)
+        trace.save(options.trace, every=0.1)
         plot = options.output / "coordinated_motion.png"
         try:
             trace.plot(plot)
@@ -246,13 +200,8 @@ def main() -> int:
         except OSError as error:
             print(f"\nPositions are not drawn: {error}; give a folder that can be written with --output", file=sys.stderr)
             return 1
-    print("All verbs ended as they should" if log.as_wanted else "A verb did not end as it should")
-    return 0 if log.as_wanted else 1
+    return log.verdict()
 
 
 if __name__ == "__main__":
-    try:
-        sys.exit(main())
-    except KeyboardInterrupt:
-        print("\nInterrupted: what ran was halted, the joints are disabled and their brakes hold", file=sys.stderr)
-        sys.exit(130)
+    programs.run(main)

@@ -133,7 +133,7 @@ class System:
         """Up to `count` last values, oldest first: (number, time, bytes)."""
 
     def svv_json(self, name: str) -> str:
-        """{name, type_text, type, unit, history, device, writers: [..]}."""
+        """{name, type_text, types, type, unit, history, device, writers: [..]}."""
 
     # time and the whole system -----------------------------------------------------------------------------------------
     def now(self) -> int: ...

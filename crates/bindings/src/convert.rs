@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Conversions between Python and the model: JSON one way and the other, refusals as an exception.
-use model::refusal::{Class, Refusal, Refusals};
+use model::refusal::Refusals;
 use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyValueError};
 use pyo3::prelude::*;
@@ -19,15 +19,7 @@ pub fn refused(refusals: Refusals) -> PyErr {
 
 /// A value of the model from JSON; what is not of its form is refused as a definition error.
 pub fn from_json<T: DeserializeOwned>(json: &str) -> PyResult<T> {
-    serde_json::from_str(json).map_err(|why| {
-        refused(vec![Refusal {
-            class: Class::DefinitionError,
-            message: format!("this is not of the right form: {why}"),
-            ends: Vec::new(),
-            remedy: String::new(),
-            place: None,
-        }])
-    })
+    session::from_json(json).map_err(refused)
 }
 
 /// JSON of a value.

@@ -3,64 +3,17 @@
 #![allow(clippy::too_many_arguments, reason = "the arguments are those of the Python calls")]
 use crate::convert::{from_json, interpreter, refused, to_json};
 use indexmap::IndexMap;
-use interconnect::{Carrier, Faults, Memory, Message};
-use kernel::ClockKind;
-use model::configuration::SourceKind;
 use model::definition::{Application, DeviceType, Graph, Verb};
-use model::refusal::{Class, Place, Refusal, Refusals};
+use model::refusal::{Place, Refusals};
 use model::value::Value;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use serde::Deserialize;
 use std::path::PathBuf;
 use std::time::Duration;
 use supervisor::{Alarm, AlarmText, DeviceRequest, Limits, Mode, SvvRequest, Waited};
 
 /// How long a wait goes on without looking at signals.
 const SLICE: Duration = Duration::from_millis(50);
-
-#[derive(Deserialize)]
-#[serde(default)]
-struct Options {
-    seed: u64,
-    interconnect: Interconnect,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Options { seed: 1, interconnect: Interconnect::Memory }
-    }
-}
-
-#[derive(Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-enum Interconnect {
-    Memory,
-    Message {
-        #[serde(default)]
-        seed: u64,
-        #[serde(default)]
-        delay_ns: (i64, i64),
-        #[serde(default)]
-        drop: f64,
-        #[serde(default)]
-        repeat: f64,
-        #[serde(default)]
-        reorder: f64,
-        #[serde(default)]
-        corrupt: f64,
-    },
-}
-
-fn carrier(of: Interconnect) -> Box<dyn Carrier> {
-    match of {
-        Interconnect::Memory => Box::new(Memory),
-        Interconnect::Message { seed, delay_ns, drop, repeat, reorder, corrupt } => {
-            let faults = Faults { drop, repeat, reorder, corrupt, ..Faults::delay(delay_ns.0, delay_ns.1) };
-            Box::new(Message::new(seed, faults))
-        }
-    }
-}
 
 /// One real-time system, embedded in this process.
 #[pyclass(frozen, module = "opengpac._native")]
@@ -79,24 +32,11 @@ fn in_slices<T: Send>(py: Python<'_>, mut wait: impl FnMut(Duration) -> Result<W
     }
 }
 
-fn error(class: Class, message: String) -> PyErr {
-    refused(vec![Refusal { class, message, ends: Vec::new(), remedy: String::new(), place: None }])
-}
-
 #[pymethods]
 impl System {
     #[new]
     fn new(name: &str, clock: &str, options_json: &str) -> PyResult<Self> {
-        let options: Options = from_json(options_json)?;
-        let kind = match clock {
-            "monotonic" => ClockKind::Monotonic,
-            "virtual" => ClockKind::Virtual { seed: options.seed },
-            other => return Err(error(Class::DefinitionError, format!("there is no clock '{other}': take \"monotonic\" or \"virtual\""))),
-        };
-        if kind == ClockKind::Monotonic && matches!(options.interconnect, Interconnect::Message { .. }) {
-            return Err(error(Class::DefinitionError, "the message interconnect needs the virtual clock: take clock=\"virtual\"".to_owned()));
-        }
-        let inner = supervisor::System::new(name, kind, carrier(options.interconnect)).map_err(refused)?;
+        let inner = session::open(name, clock, options_json).map_err(refused)?;
         Ok(System { inner })
     }
 
@@ -105,12 +45,7 @@ impl System {
     }
 
     fn source(&self, py: Python<'_>, processor: &str, name: &str, kind: &str, period_ns: u64, priority: u8, virtual_cost_ns: u64) -> PyResult<()> {
-        let kind = match kind {
-            "timer" => SourceKind::Timer { period_ns },
-            "trigger" => SourceKind::Trigger,
-            "software" => SourceKind::Software,
-            other => return Err(error(Class::DefinitionError, format!("there is no kind of source '{other}'"))),
-        };
+        let kind = session::source_kind(kind, period_ns).map_err(refused)?;
         py.detach(|| self.inner.source(processor, name, kind, priority, virtual_cost_ns)).map_err(refused)
     }
 

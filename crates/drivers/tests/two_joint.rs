@@ -153,6 +153,41 @@ fn a_model_that_does_not_do_says_why() {
 }
 
 #[test]
+fn every_sensor_of_the_model_is_a_channel_with_its_unit() {
+    with_mujoco(|library| {
+        let sensors = r#"<sensor><jointpos name="q" joint="elbow"/><jointvel joint="elbow"/><framepos name="place" objtype="xbody" objname="lower"/>
+            <touch name="pad" site="pad"/><actuatorpos name="motor" actuator="shoulder"/></sensor></mujoco>"#;
+        let text = std::fs::read_to_string(robot("two_joint.xml"))
+            .expect("the model")
+            .replace("<worldbody>", "<worldbody><geom name='stop' type='box' size='.1 .1 .1' pos='0.9 0 0.9'/>")
+            .replace("fromto=\"0 0 0 0.4 0 0\" contype=\"0\" conaffinity=\"0\"/>", "fromto=\"0 0 0 0.4 0 0\"/><site name='pad' size='0.5'/>")
+            .replace("</mujoco>", sensors);
+        let mut machine = Machine::open("mujoco", json!({ "path": scratch("sensors", &text), "library": library }));
+        let found: Vec<_> = machine.driver.channels().iter().filter(|c| c.name.starts_with("sensor.")).cloned().collect();
+        let told: Vec<_> = found.iter().map(|c| (c.name.as_str(), c.type_text.as_str(), c.unit.as_str())).collect();
+        let expected = [
+            ("sensor.q", "double", "rad"),
+            ("sensor.sensor_1", "double", "rad/s"),
+            ("sensor.place", "double[3]", "m"),
+            ("sensor.pad", "double", "N"),
+            ("sensor.motor", "double", ""),
+        ];
+        assert_eq!(told, expected);
+        // The forearm is pressed onto the stop, and then harder.
+        let mut pressed = |effort: f64, until_ms: i64| {
+            machine.set("elbow.effort", &[effort]);
+            machine.write(0, &[false, true]);
+            machine.read(until_ms * MS);
+            assert_eq!(machine.get("sensor.q"), machine.get("elbow.position"));
+            assert_eq!(machine.get("sensor.place"), [0.5, 0.0, 1.0], "the elbow is where the braked shoulder holds it");
+            machine.get("sensor.pad")[0]
+        };
+        let (lightly, hard) = (pressed(-5.0, 1_000), pressed(-15.0, 2_000));
+        assert!(lightly > 5.0 && hard > 1.5 * lightly, "{lightly} N, {hard} N");
+    });
+}
+
+#[test]
 fn a_free_body_beside_the_arm_shifts_no_channel() {
     with_mujoco(|library| {
         let text = std::fs::read_to_string(robot("two_joint.xml"))

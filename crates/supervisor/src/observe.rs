@@ -39,7 +39,7 @@ impl System {
         let of = Type::parse(&svv.type_text, &svv.types).map_err(|r| vec![r])?;
         let writers: Vec<String> = (definitions.configuration.writers.get(name).into_iter().flatten()).map(|w| format!("{}.{}", w.instance, w.port)).collect();
         Ok(json!({
-            "name": name, "type_text": svv.type_text, "type": type_tree(&of), "unit": svv.unit, "history": record.history,
+            "name": name, "type_text": svv.type_text, "types": svv.types, "type": type_tree(&of), "unit": svv.unit, "history": record.history,
             "device": svv.device, "writers": writers, "bound": record.bound,
         }))
     }

@@ -16,7 +16,9 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("modules", &["opengpac"]),
     ("library", &["opengpac"]),
     ("supervisor", &["opengpac", "model", "interconnect", "kernel", "drivers", "modules", "library"]),
-    ("bindings", &["opengpac", "model", "interconnect", "kernel", "supervisor"]),
+    ("session", &["model", "interconnect", "kernel", "supervisor"]),
+    ("bindings", &["opengpac", "model", "supervisor", "session"]),
+    ("c-package", &["session"]),
 ];
 
 /// What some crates must not know of the world.

@@ -5,18 +5,22 @@ from __future__ import annotations
 
 import hashlib
 import os
+import tempfile
 from pathlib import Path
 
 from .. import drivers
 from ..errors import PlacementError, UnknownName, did_you_mean, refuse
-from ..physical import Part
+from ..physical import Part, PhysicalDevice
 from ..sources import Processor, Source
 from ..system import System
 from .arm import Arm
+from .assembly import assemble, joint_names
 from .joints import Joint
 from .kinematics import Kinematics
 
 _ARMS = Path(__file__).parent
+
+_Model = str | os.PathLike[str] | None
 
 
 def load(
@@ -25,13 +29,16 @@ def load(
     *,
     on: Source | None = None,
     name: str | None = None,
+    tool: str | os.PathLike[str] | None = None,
+    scene: str | os.PathLike[str] | None = None,
     clock: str = "monotonic",
 ) -> Arm:
     """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
-    `path` is an MJCF file, or the name of an arm that comes with the package. `on` is the timer that exchanges with it and runs
-    the servos, else the fastest of `rtp`. Without `rtp` it makes a system of its own, of the arm's name, with `clock`. The
-    physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
+    `path` is an MJCF file, or the name of an arm that comes with the package. `tool` is one that is screwed to its flange
+    (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints only. `on` is the
+    timer that exchanges with it and runs the servos, else the fastest of `rtp`. Without `rtp` it makes a system of its own, of the
+    arm's name, with `clock`. The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     file = _file(path)
     name = name or file.stem
@@ -41,12 +48,14 @@ def load(
         rtp = System(name, clock=clock).processor("rtp0")
         rtp.timer("slow", period="20 ms", priority=60)
         on = rtp.timer("fast", period="1 ms", priority=80)
-    device = rtp.physical_device(name, drivers.mujoco(file), exchange=on or _fastest(rtp))
+    device = _device(rtp, name, file, tool, scene, on or _fastest(rtp))
+    own = device.parts if tool is None and scene is None else joint_names(file)
     joints: list[Joint] = []
     try:
         for part in device:
-            joints.append(_joint(name, part, device.source))
-        arm = Arm(name, *joints, kinematics=lambda: Kinematics.of_mjcf(file, device.parts))
+            if part.name in own:
+                joints.append(_joint(name, part, device.source))
+        arm = Arm(name, *joints, kinematics=lambda: Kinematics.of_mjcf(file, own))
         arm.model = "file:" + hashlib.sha256(file.read_bytes()).hexdigest()[:32]
         return arm
     except BaseException:
@@ -54,6 +63,16 @@ def load(
             joint.delete()
         device.delete()
         raise
+
+
+def _device(rtp: Processor, name: str, arm: Path, tool: _Model, scene: _Model, on: Source) -> PhysicalDevice:
+    """The machine, from one file or from one that is put together."""
+    if tool is None and scene is None:
+        return rtp.physical_device(name, drivers.mujoco(arm), exchange=on)
+    with tempfile.TemporaryDirectory() as folder:
+        whole = Path(folder) / f"{arm.stem}.xml"
+        whole.write_text(assemble(arm, None if tool is None else _file(tool), None if scene is None else _file(scene)))
+        return rtp.physical_device(name, drivers.mujoco(whole), exchange=on)
 
 
 def _joint(arm: str, part: Part, source: Source) -> Joint:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The channels of an arm, and where they lie: readings are three numbers a joint, then the force; commands one a joint, then the push.
+//! The channels of an arm, and where they lie: readings are three numbers a joint, then the force, then the sensors; commands one a joint, then the push.
 use super::model::Arm;
 use kernel::{Channel, Direction};
 
@@ -30,6 +30,11 @@ pub(super) fn channels(arm: &Arm) -> Vec<Channel> {
     }
     if arm.tool.as_ref().is_some_and(|tool| tool.sensor.is_some()) {
         add("tool.force".into(), Direction::Read, 3, "N".into(), "force of the tool on the flange, in the sensor's frame", place);
+        place += 24;
+    }
+    for sensor in &arm.sensors {
+        add(format!("sensor.{}", sensor.name), Direction::Read, sensor.elements, sensor.unit.into(), "a sensor of the model, as the model declares it", place);
+        place += 8 * sensor.elements;
     }
     for (j, joint) in arm.joints.iter().enumerate() {
         let effort = if joint.part.unit == "rad" { "N.m" } else { "N" };

@@ -18,6 +18,7 @@ pub type Data = c_void;
 pub mod object {
     pub const JOINT: i32 = 3;
     pub const SITE: i32 = 6;
+    pub const SENSOR: i32 = 20;
     pub const KEY: i32 = 24;
 }
 

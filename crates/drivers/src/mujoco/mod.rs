@@ -11,6 +11,7 @@
 //! | `<joint>.bias` | double, N.m (N) | read: the effort that holds the arm against gravity, Coriolis and centrifugal force |
 //! | `<joint>.effort` | double, N.m (N) | write, safe value 0 |
 //! | `tool.force` | double[3], N | read: what the tool does to the flange, in the frame of the sensor's site |
+//! | `sensor.<name>` | double or double[k], the sensor's unit | read: a sensor of the model (touch, force, joint and frame positions, …) |
 //! | `tool.push` | double[3], N | write, safe value 0: a force from outside at the tool, in the world frame, for tests |
 //!
 //! **Effort** is a generalised force at the joint, within the limits of the model, whatever actuator the model has there: motors

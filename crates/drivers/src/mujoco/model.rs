@@ -18,7 +18,19 @@ const JOINT_SLIDE: i32 = 2;
 const JOINT_HINGE: i32 = 3;
 const TRANSMISSION_JOINT: i32 = 0;
 const TRANSMISSION_JOINT_IN_PARENT: i32 = 1;
+const SENSOR_TOUCH: i32 = 0;
+const SENSOR_ACCELEROMETER: i32 = 1;
+const SENSOR_VELOCIMETER: i32 = 2;
+const SENSOR_GYRO: i32 = 3;
 const SENSOR_FORCE: i32 = 4;
+const SENSOR_TORQUE: i32 = 5;
+const SENSOR_RANGEFINDER: i32 = 7;
+const SENSOR_JOINT_POSITION: i32 = 9;
+const SENSOR_JOINT_SPEED: i32 = 10;
+const SENSOR_FRAME_POSITION: i32 = 26;
+const SENSOR_FRAME_SPEED: i32 = 31;
+const SENSOR_FRAME_TURN: i32 = 32;
+const SENSOR_FRAME_ACCELERATION: i32 = 33;
 /// Columns of `actuator_gear` and of `actuator_gainprm`.
 const GEAR_COLUMNS: usize = 6;
 /// Bandwidth of the servo that a part is given, 20 Hz, critically damped: far below the 1 kHz of the loop, far above a motion.
@@ -44,12 +56,23 @@ pub(super) struct Tool {
     pub sensor: Option<i32>,
 }
 
+/// A sensor of the model.
+#[derive(Clone, Debug)]
+pub(super) struct Sensor {
+    pub name: String,
+    /// Its number in the model, and how many numbers it tells.
+    pub id: i32,
+    pub elements: usize,
+    pub unit: &'static str,
+}
+
 /// A compiled model; freed when dropped.
 pub(super) struct Arm {
     pub mujoco: &'static MuJoCo,
     pub model: *mut Model,
     pub joints: Vec<Joint>,
     pub tool: Option<Tool>,
+    pub sensors: Vec<Sensor>,
     /// Viscous damping of each degree of freedom.
     pub damping: Vec<f64>,
     pub timestep_ns: i64,
@@ -71,7 +94,7 @@ impl Drop for Arm {
 /// Loads and compiles an MJCF file. `timestep_s` replaces the model's own step where it is given.
 pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>) -> Result<Arm, DriverError> {
     let model = compile(mujoco, path)?;
-    let mut arm = Arm { mujoco, model, joints: vec![], tool: None, damping: vec![], timestep_ns: 0, runge_kutta: false, home: -1 };
+    let mut arm = Arm { mujoco, model, joints: vec![], tool: None, sensors: vec![], damping: vec![], timestep_ns: 0, runge_kutta: false, home: -1 };
     let fields = Fields::new(&arm, path)?;
     fields.set_flags("opt.disableflags", DISABLE_ACTUATION | DISABLE_AUTORESET);
     if let Some(step) = timestep_s {
@@ -84,6 +107,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let home = arm.id(object::KEY, "home");
     let joints = joints(&arm, &fields, home);
     let tool = tool(&arm, &fields);
+    let sensors = sensors(&arm, &fields);
     let damping = fields.reals("dof_damping");
     drop(fields);
     if joints.is_empty() {
@@ -92,7 +116,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     if timestep_ns < 1_000 {
         return Err(DriverError::Model { path: path.into(), problem: format!("its time step, {timestep_ns} ns, is below 1 us") });
     }
-    (arm.joints, arm.tool, arm.damping) = (joints, tool, damping);
+    (arm.joints, arm.tool, arm.sensors, arm.damping) = (joints, tool, sensors, damping);
     (arm.timestep_ns, arm.runge_kutta, arm.home) = (timestep_ns, runge_kutta, home);
     Ok(arm)
 }
@@ -204,6 +228,45 @@ fn tool(arm: &Arm, fields: &Fields) -> Option<Tool> {
     let body = fields.ints("site_bodyid")[site as usize];
     let three = |values: Vec<f64>, i: i32| -> [f64; 3] { std::array::from_fn(|k| values[3 * i as usize + k]) };
     Some(Tool { body, site_m: three(fields.reals("site_pos"), site), centre_m: three(fields.reals("body_ipos"), body), sensor: sensed.map(|s| s as i32) })
+}
+
+/// Every sensor of the model, in its order; one without a name is `sensor_N`.
+fn sensors(arm: &Arm, fields: &Fields) -> Vec<Sensor> {
+    let (kind, elements, object, of) = (fields.ints("sensor_type"), fields.ints("sensor_dim"), fields.ints("sensor_objid"), fields.ints("jnt_type"));
+    (0..kind.len())
+        .map(|i| {
+            let slides = of.get(object[i].max(0) as usize) == Some(&JOINT_SLIDE);
+            let name = arm.name(object::SENSOR, i as i32).unwrap_or_else(|| format!("sensor_{i}"));
+            Sensor { name, id: i as i32, elements: elements[i].max(1) as usize, unit: sensor_unit(kind[i], slides) }
+        })
+        .collect()
+}
+
+/// The unit of a sensor of that kind (`mjtSensor`); nothing where it has none, or depends on the model.
+fn sensor_unit(kind: i32, slides: bool) -> &'static str {
+    match kind {
+        SENSOR_TOUCH | SENSOR_FORCE => "N",
+        SENSOR_TORQUE => "N.m",
+        SENSOR_RANGEFINDER | SENSOR_FRAME_POSITION => "m",
+        SENSOR_JOINT_POSITION => {
+            if slides {
+                "m"
+            } else {
+                "rad"
+            }
+        }
+        SENSOR_JOINT_SPEED => {
+            if slides {
+                "m/s"
+            } else {
+                "rad/s"
+            }
+        }
+        SENSOR_ACCELEROMETER | SENSOR_FRAME_ACCELERATION => "m/s^2",
+        SENSOR_VELOCIMETER | SENSOR_FRAME_SPEED => "m/s",
+        SENSOR_GYRO | SENSOR_FRAME_TURN => "rad/s",
+        _ => "",
+    }
 }
 
 /// The model's fields, by name.

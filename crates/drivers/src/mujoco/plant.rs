@@ -49,6 +49,8 @@ pub(super) struct Plant {
     efforts: Vec<f64>,
     held: Vec<f64>,
     push: [f64; 3],
+    /// Room for what one sensor tells.
+    sensed: Vec<f64>,
 }
 
 impl Plant {
@@ -81,6 +83,7 @@ impl Plant {
             efforts: vec![0.0; count],
             held: vec![0.0; count],
             push: [0.0; 3],
+            sensed: vec![0.0; arm.sensors.iter().map(|sensor| sensor.elements).max().unwrap_or(0).max(3)],
             arm,
         };
         plant.reset();
@@ -190,16 +193,26 @@ impl Plant {
         place
     }
 
-    fn force(&self, sensor: i32) -> [f64; 3] {
-        let mut force = [0.0; 3];
-        // SAFETY: the sensor is one of this model and has three elements; a null result means that `force` was written instead.
+    /// Takes what a sensor tells into `sensed`: as many numbers as it has.
+    fn take(&mut self, sensor: i32, elements: usize) -> &[f64] {
+        debug_assert!(elements <= self.sensed.len(), "`sensed` has room for every sensor of the model");
+        // SAFETY: the sensor is one of this model and has so many elements, for which `sensed` has room; a null result means that
+        // they were written there instead.
         unsafe {
-            let place = (self.arm.mujoco.mj_readSensor)(self.arm.model, self.motion.0, sensor, self.time_ns as f64 * 1e-9, force.as_mut_ptr(), 0);
+            let place = (self.arm.mujoco.mj_readSensor)(self.arm.model, self.motion.0, sensor, self.time_ns as f64 * 1e-9, self.sensed.as_mut_ptr(), 0);
             if !place.is_null() {
-                force = *place.cast::<[f64; 3]>();
+                std::ptr::copy_nonoverlapping(place.cast::<f64>(), self.sensed.as_mut_ptr(), elements);
             }
         }
-        force
+        &self.sensed[..elements]
+    }
+
+    /// Puts what a sensor tells, times `factor`, into the readings.
+    fn tell(&mut self, sensor: i32, elements: usize, factor: f64, readings: &mut [u8], place: &mut usize) {
+        for value in self.take(sensor, elements) {
+            put(readings, *place, factor * value);
+            *place += 8;
+        }
     }
 
     fn advance(&mut self, release_ns: i64) -> Result<(), DeviceError> {
@@ -250,9 +263,11 @@ impl Driver for Plant {
             place += 24;
         }
         if let Some(sensor) = self.arm.tool.as_ref().and_then(|tool| tool.sensor) {
-            for (k, value) in self.force(sensor).into_iter().enumerate() {
-                put(readings, place + 8 * k, value);
-            }
+            // MuJoCo tells what the flange does to the tool.
+            self.tell(sensor, 3, -1.0, readings, &mut place);
+        }
+        for s in 0..self.arm.sensors.len() {
+            self.tell(self.arm.sensors[s].id, self.arm.sensors[s].elements, 1.0, readings, &mut place);
         }
         Ok(())
     }

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* opengpac_ps.h: the programming system's side of OpenGPAC, for C and for whatever calls C.
+ *
+ * A program opens a real-time system, configures it, enters verbs, makes instances of them, starts them and waits for their reports.
+ * Everything goes by texts: a call has a name and the JSON text of an object; its result is the JSON text of a value.
+ *
+ *     opengpac_system *cell = opengpac_open("cell", "virtual", "{}");
+ *     char *none = opengpac_call(cell, "processor", "{\"name\": \"rtp0\"}");
+ *     if (!none) fprintf(stderr, "%s\n", opengpac_error());
+ *     opengpac_free(none);
+ *     opengpac_close(cell);
+ *
+ * Link with -lopengpac_ps. Any thread may call; opengpac_error() is of the calling thread. None is for the real-time path. */
+#ifndef OPENGPAC_PS_H
+#define OPENGPAC_PS_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A real-time system in this process. */
+typedef struct opengpac_system opengpac_system;
+
+/* Opens a system. clock: "monotonic", or "virtual" (time is then advanced by waits, and by the call "advance"). options: "{}", or
+ * {"seed": n, "interconnect": {"kind": "memory"}}. NULL where it is refused: see opengpac_error(). */
+opengpac_system *opengpac_open(const char *name, const char *clock, const char *options);
+
+/* Makes one call of the list below. arguments: a JSON object; NULL or "" for none. Returns JSON text, to be given to opengpac_free();
+ * "null" where there is nothing to tell. NULL where it is refused, and then nothing has changed: see opengpac_error(). */
+char *opengpac_call(opengpac_system *system, const char *call, const char *arguments);
+
+/* Why the last call of this thread was refused: one line for each thing that is wrong, with the next step. "" where it was not. The
+ * text is valid until the next call of this thread. */
+const char *opengpac_error(void);
+
+/* The same as JSON: [{"class", "message", "ends", "remedy", "place"}]. */
+const char *opengpac_error_json(void);
+
+/* A descriptor that becomes readable when an instance has ended, for poll() and event loops; drain it with an 8-byte read(). Monotonic
+ * clock only. Then call "report" or "log". -1 for NULL. */
+int opengpac_ended_fd(opengpac_system *system);
+
+/* Gives back a text of opengpac_call(). NULL is nothing. */
+void opengpac_free(char *text);
+
+/* Halts the actions, disables the devices, stops the kernels, and frees the system. NULL is nothing. No other thread may be in a call. */
+void opengpac_close(opengpac_system *system);
+
+/* The calls. Names of sources are "processor.source", times are ns; what stands in [brackets] may be left out.
+ *
+ * configuration
+ *   processor              name, [core], [supervisor]
+ *   source                 processor, name, kind ("timer", "trigger", "software"), [period_ns], priority, [virtual_cost_ns]
+ *   request                source
+ *   physical_device        processor, name, kind ("mujoco", "loopback", "scripted"), [options], source     -> its channels and parts
+ *   delete_physical_device name
+ *   place                  {pattern: source, ...}
+ * software
+ *   download               path, [name], [python]                            -> the module's blocks
+ *   define_verb            a verb        check_graph            a data flow graph        define_device_type     a logical device type
+ *   svv                    name, type_text, [unit], [initial], [history], [types]
+ *   delete_svv             name
+ *   library                                                                 -> every block of the library
+ * logical devices
+ *   device                 name, device_type, [parameters], [arguments], [source]
+ *   enable                 name -> its instance; wait_enabled: name, [timeout_ns] -> bool; disable, delete_device, device_state: name
+ *   device_parameter       name, parameter -> value;   set_device_parameter: name, parameter, value
+ * verb instances
+ *   check                  an application -> its plan;   create: an application -> the number of the instance
+ *   start                  instance, [values], [limits]                     values: {input parameter: value}
+ *   wait                   instance, [timeout_ns] -> the end report, null after the timeout
+ *   halt                   instance -> the end report;   suspend, resume, delete, state, instance, report: instance
+ *   set                    instance, values                                 tunable input parameters
+ * values and time
+ *   read                   names -> {"time_ns", "values": {name: {"value", "number", "time_ns"}}}, one consistent snapshot
+ *   write                  name, value;   history: name, count;   svv_about: name
+ *   now                    -> ns;   advance: duration_ns;   step -> bool
+ *   emergency_stop         reason;   emergency_stop_input: device, channel;   reset
+ *   statistics, names      -> what there is and how it runs;   log: [since] -> conditions, faults, transitions, end reports
+ *
+ * A verb: {"name", "blocks": {label: {"block": {"subroutine": "library.pid"}, "constants": {}}}, "instantiation_parameters": {name: [ports]},
+ * "cells", "input_parameters": {name: {"targets": [ports], "default"}}, "output_values": {name: port}, "command_lists": {name: {"commands":
+ * [{"command": "activate", "block", "every_ns"}, ...]}}, "conditions": {name: {"on": [conditions], "returns": [outputs]}}, "transitions":
+ * [{"from", "condition", "to"}], "modes"}.
+ * An application: {"verb", "arguments": {name: {"svv": name} or {"channel": {"device", "channel"}} or {"device": name}}, "placement": {label:
+ * source}}. In Python, Verb.json() shows the form of any verb. */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

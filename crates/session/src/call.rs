@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Every call on a system by its name, with its arguments as a JSON object.
+use crate::values::{history, read};
+use indexmap::IndexMap;
+use model::configuration::SourceKind;
+use model::definition::{Application, DeviceType, Graph, Verb};
+use model::refusal::{Class, Place, Refusal, Refusals};
+use model::value::Value;
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value as Json, json};
+use std::path::PathBuf;
+use std::time::Duration;
+use supervisor::{DeviceRequest, Limits, SvvRequest, System, Waited};
+
+/// How long a wait sleeps before it looks at its deadline again.
+const SLICE: Duration = Duration::from_millis(50);
+
+/// The interpreter that tries a code module in a process of its own, where no `opengpac-probe` lies beside the program.
+const PYTHON: &str = "python3";
+
+/// The arguments of a call, taken one by one; what is left over is refused.
+struct Arguments<'a> {
+    call: &'a str,
+    given: Map<String, Json>,
+}
+
+impl Arguments<'_> {
+    fn take<T: DeserializeOwned>(&mut self, name: &str) -> Result<T, Refusals> {
+        let value = self.given.remove(name).unwrap_or(Json::Null);
+        serde_json::from_value(value).map_err(|why| vec![Refusal::new(Class::CallError, format!("argument '{name}' of call '{}': {why}", self.call))])
+    }
+
+    fn or<T: DeserializeOwned + Default>(&mut self, name: &str) -> Result<T, Refusals> {
+        if self.given.contains_key(name) { self.take(name) } else { Ok(T::default()) }
+    }
+
+    /// The whole object as one value.
+    fn whole<T: DeserializeOwned>(&mut self) -> Result<T, Refusals> {
+        let given = std::mem::take(&mut self.given);
+        serde_json::from_value(given.into()).map_err(|why| vec![Refusal::new(Class::CallError, format!("call '{}': {why}", self.call))])
+    }
+
+    fn none_left(&self) -> Result<(), Refusals> {
+        match self.given.keys().next() {
+            None => Ok(()),
+            Some(name) => Err(vec![Refusal::new(Class::CallError, format!("call '{}' has no argument '{name}'", self.call))]),
+        }
+    }
+}
+
+/// Makes one call. `arguments`: the JSON text of an object, empty for none; the result is JSON.
+///
+/// The header `opengpac_ps.h` lists the calls and their arguments. Calls that wait return when what they wait for has come, or their
+/// `timeout_ns` has passed, on the system's clock; under the virtual clock they advance time. Errors: the refusals of the
+/// supervisor, `CallError` for a call or an argument that there is not.
+pub fn call(system: &System, name: &str, arguments: &str) -> Result<Json, Refusals> {
+    let given = if arguments.trim().is_empty() { Map::new() } else { crate::from_json(arguments)? };
+    let mut a = Arguments { call: name, given };
+    for group in [configuration, software, devices, instances, commands, observation, time] {
+        if let Some(result) = group(system, name, &mut a)? {
+            return Ok(result);
+        }
+    }
+    Err(vec![Refusal::new(Class::CallError, format!("there is no call '{name}'")).remedy("see the list in opengpac_ps.h")])
+}
+
+/// What a group of calls answers: nothing where the call is not one of its own.
+type Answer = Result<Option<Json>, Refusals>;
+
+fn done(of: Result<(), Refusals>) -> Answer {
+    of.map(|()| Some(Json::Null))
+}
+
+fn told(of: impl serde::Serialize) -> Answer {
+    serde_json::to_value(of).map(Some).map_err(|why| crate::wrong_form(&why))
+}
+
+fn configuration(system: &System, name: &str, a: &mut Arguments) -> Answer {
+    match name {
+        "processor" => {
+            let (processor, core, supervisor) = (a.take::<String>("name")?, a.or("core")?, a.or("supervisor")?);
+            a.none_left()?;
+            done(system.processor(&processor, core, supervisor))
+        }
+        "source" => {
+            let (processor, source, kind) = (a.take::<String>("processor")?, a.take::<String>("name")?, a.take::<String>("kind")?);
+            let (period_ns, priority, cost_ns) = (a.or("period_ns")?, a.take("priority")?, a.or("virtual_cost_ns")?);
+            a.none_left()?;
+            done(system.source(&processor, &source, source_kind(&kind, period_ns)?, priority, cost_ns))
+        }
+        "request" => {
+            let source = a.take::<String>("source")?;
+            a.none_left()?;
+            done(system.request(&source))
+        }
+        "physical_device" => {
+            let (processor, device, kind) = (a.take::<String>("processor")?, a.take::<String>("name")?, a.take::<String>("kind")?);
+            let (options, source, place) = (a.or::<Json>("options")?, a.take::<String>("source")?, a.or::<Option<Place>>("place")?);
+            a.none_left()?;
+            let options = if options.is_null() { json!({}) } else { options };
+            told(system.physical_device(&processor, &device, &kind, &options, &source, place)?)
+        }
+        "delete_physical_device" => {
+            let device = a.take::<String>("name")?;
+            a.none_left()?;
+            done(system.delete_physical_device(&device))
+        }
+        "place" => done(system.place(a.whole::<IndexMap<String, String>>()?)),
+        _ => Ok(None),
+    }
+}
+
+/// The kind of an interrupt source by its name; a timer has a period.
+pub fn source_kind(kind: &str, period_ns: u64) -> Result<SourceKind, Refusals> {
+    match kind {
+        "timer" => Ok(SourceKind::Timer { period_ns }),
+        "trigger" => Ok(SourceKind::Trigger),
+        "software" => Ok(SourceKind::Software),
+        other => Err(vec![
+            Refusal::new(Class::DefinitionError, format!("there is no kind of source '{other}'")).remedy("take \"timer\", \"trigger\" or \"software\""),
+        ]),
+    }
+}
+
+fn software(system: &System, name: &str, a: &mut Arguments) -> Answer {
+    match name {
+        "download" => {
+            let (path, module, python) = (a.take::<PathBuf>("path")?, a.or::<Option<String>>("name")?, a.or::<Option<String>>("python")?);
+            a.none_left()?;
+            told(system.download(&path, module.as_deref(), python.as_deref().unwrap_or(PYTHON))?)
+        }
+        "define_verb" => done(system.define_verb(a.whole::<Verb>()?)),
+        "check_graph" => done(system.check_graph(&a.whole::<Graph>()?)),
+        "define_device_type" => done(system.define_device_type(a.whole::<DeviceType>()?)),
+        "svv" => {
+            let (svv, place) = (a.take::<String>("name")?, a.or::<Option<Place>>("place")?);
+            done(system.svv(&svv, &a.whole::<SvvRequest>()?, place))
+        }
+        "delete_svv" => {
+            let svv = a.take::<String>("name")?;
+            a.none_left()?;
+            done(system.delete_svv(&svv))
+        }
+        _ => Ok(None),
+    }
+}
+
+fn devices(system: &System, name: &str, a: &mut Arguments) -> Answer {
+    if !matches!(name, "device" | "enable" | "disable" | "delete_device" | "device_state" | "wait_enabled" | "device_parameter" | "set_device_parameter") {
+        return Ok(None);
+    }
+    let device = a.take::<String>("name")?;
+    if name == "device" {
+        return done(system.device(&device, a.whole::<DeviceRequest>()?));
+    }
+    let (timeout_ns, parameter, value) = (a.or::<Option<i64>>("timeout_ns")?, a.or::<String>("parameter")?, a.or::<Option<Value>>("value")?);
+    a.none_left()?;
+    match name {
+        "enable" => told(system.enable(&device)?),
+        "disable" => done(until_done(None, system, |_, slice| system.disable(&device, slice)).map(|_| ())),
+        "delete_device" => done(system.delete_device(&device)),
+        "device_state" => told(system.device_state(&device)?),
+        "wait_enabled" => told(until_done(timeout_ns, system, |until, slice| system.wait_enabled(&device, until, slice))?.unwrap_or(false)),
+        "device_parameter" => told(system.device_parameter(&device, &parameter)?),
+        _ => match value {
+            Some(value) => done(system.set_device_parameter(&device, &parameter, value)),
+            None => Err(vec![Refusal::new(Class::CallError, format!("call '{name}' needs the argument 'value'"))]),
+        },
+    }
+}
+
+/// Waits slice by slice; nothing where the timeout has passed.
+fn until_done<T>(
+    timeout_ns: Option<i64>,
+    system: &System,
+    mut wait: impl FnMut(Option<i64>, Duration) -> Result<Waited<T>, Refusals>,
+) -> Result<Option<T>, Refusals> {
+    let until_ns = timeout_ns.map(|timeout| system.now_ns().saturating_add(timeout));
+    loop {
+        match wait(until_ns, SLICE)? {
+            Waited::Done(result) => return Ok(Some(result)),
+            Waited::TimedOut => return Ok(None),
+            Waited::Slice => (),
+        }
+    }
+}
+
+fn instances(system: &System, name: &str, a: &mut Arguments) -> Answer {
+    match name {
+        "check" => told(system.check(&a.whole::<Application>()?)?),
+        "create" => told(system.create(&a.whole::<Application>()?)?),
+        "start" => {
+            let (instance, values, limits) = (a.take("instance")?, a.or::<IndexMap<String, Value>>("values")?, a.or::<Limits>("limits")?);
+            a.none_left()?;
+            done(system.start(instance, &values, limits))
+        }
+        "set" => {
+            let (instance, values) = (a.take("instance")?, a.take::<IndexMap<String, Value>>("values")?);
+            a.none_left()?;
+            done(system.set(instance, &values))
+        }
+        _ => Ok(None),
+    }
+}
+
+fn commands(system: &System, name: &str, a: &mut Arguments) -> Answer {
+    if !matches!(name, "instance" | "suspend" | "resume" | "halt" | "wait" | "report" | "state" | "delete") {
+        return Ok(None);
+    }
+    let (instance, timeout_ns) = (a.take("instance")?, a.or::<Option<i64>>("timeout_ns")?);
+    a.none_left()?;
+    match name {
+        "instance" => told(system.instance_json(instance)?),
+        "suspend" => done(system.suspend(instance)),
+        "resume" => done(system.resume(instance)),
+        "halt" => {
+            system.halt(instance)?;
+            told(until_done(timeout_ns, system, |until, slice| system.wait(instance, until, slice))?)
+        }
+        "wait" => told(until_done(timeout_ns, system, |until, slice| system.wait(instance, until, slice))?),
+        "report" => told(system.report(instance)?),
+        "state" => told(system.state(instance)),
+        _ => done(system.delete(instance)),
+    }
+}
+
+fn observation(system: &System, name: &str, a: &mut Arguments) -> Answer {
+    match name {
+        "read" => {
+            let names = a.take::<Vec<String>>("names")?;
+            a.none_left()?;
+            read(system, &names).map(Some)
+        }
+        "write" => {
+            let (svv, value) = (a.take::<String>("name")?, a.take::<Value>("value")?);
+            a.none_left()?;
+            done(system.write(&svv, &value))
+        }
+        "history" => {
+            let (svv, count) = (a.take::<String>("name")?, a.take("count")?);
+            a.none_left()?;
+            history(system, &svv, count).map(Some)
+        }
+        "svv_about" => {
+            let svv = a.take::<String>("name")?;
+            a.none_left()?;
+            told(system.svv_json(&svv)?)
+        }
+        "log" => {
+            let since = a.or("since")?;
+            a.none_left()?;
+            told(system.log_since(since))
+        }
+        "library" => a.none_left().map(|()| Some(supervisor::library_json())),
+        "statistics" => a.none_left().map(|()| Some(system.statistics_json())),
+        "names" => a.none_left().map(|()| Some(system.names_json())),
+        _ => Ok(None),
+    }
+}
+
+fn time(system: &System, name: &str, a: &mut Arguments) -> Answer {
+    match name {
+        "now" => {
+            a.none_left()?;
+            told(system.now_ns())
+        }
+        "advance" => {
+            let duration_ns = a.take("duration_ns")?;
+            a.none_left()?;
+            done(system.advance(duration_ns))
+        }
+        "step" => {
+            a.none_left()?;
+            told(system.step()?)
+        }
+        "emergency_stop" => {
+            let reason = a.take::<String>("reason")?;
+            a.none_left()?;
+            done(system.emergency_stop(&reason))
+        }
+        "emergency_stop_input" => {
+            let (device, channel) = (a.take::<String>("device")?, a.take::<String>("channel")?);
+            a.none_left()?;
+            done(system.emergency_stop_input(&device, &channel))
+        }
+        "reset" => {
+            a.none_left()?;
+            done(system.reset())
+        }
+        _ => Ok(None),
+    }
+}

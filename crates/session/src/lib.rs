@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A session of a programming system with a real-time system: texts in, texts out.
+//!
+//! Definitions, applications, values and reports have one JSON form. Whoever speaks it is a programming system: the Python package
+//! through its bindings, a C program through the C package. [`open`] makes a system; [`call`] is every call on it by its name.
+mod call;
+mod open;
+mod values;
+
+pub use call::{call, source_kind};
+pub use open::open;
+
+pub use model::refusal::Refusals;
+pub use supervisor::System;
+
+use model::refusal::{Class, Refusal};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// A value of the model from JSON; what is not of its form is refused as a definition error.
+pub fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Refusals> {
+    serde_json::from_str(json).map_err(|why| wrong_form(&why))
+}
+
+/// JSON of a value. Errors: what JSON cannot say, a map whose keys are no texts.
+pub fn to_json(value: &impl Serialize) -> Result<String, Refusals> {
+    serde_json::to_string(value).map_err(|why| wrong_form(&why))
+}
+
+/// A refusal of a call itself: what was asked for cannot be understood.
+pub fn refusal(message: &str) -> Refusal {
+    Refusal::new(Class::CallError, message)
+}
+
+fn wrong_form(why: &serde_json::Error) -> Refusals {
+    vec![Refusal::new(Class::DefinitionError, format!("this is not of the right form: {why}"))]
+}

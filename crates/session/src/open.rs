@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Making a system: its clock and its interconnect.
+use crate::from_json;
+use interconnect::{Carrier, Faults, Memory, Message};
+use kernel::ClockKind;
+use model::refusal::{Class, Refusal, Refusals};
+use serde::Deserialize;
+use supervisor::System;
+
+#[derive(Deserialize)]
+#[serde(default)]
+struct Options {
+    seed: u64,
+    interconnect: Interconnect,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { seed: 1, interconnect: Interconnect::Memory }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+enum Interconnect {
+    Memory,
+    Message {
+        #[serde(default)]
+        seed: u64,
+        #[serde(default)]
+        delay_ns: (i64, i64),
+        #[serde(default)]
+        drop: f64,
+        #[serde(default)]
+        repeat: f64,
+        #[serde(default)]
+        reorder: f64,
+        #[serde(default)]
+        corrupt: f64,
+    },
+}
+
+/// A real-time system in this process. `clock`: `monotonic` or `virtual`. `options`: `{"seed": n, "interconnect": {"kind": "memory"}}`, where the
+/// interconnect may be `message` with `seed`, `delay_ns`, `drop`, `repeat`, `reorder` and `corrupt`, under the virtual clock.
+pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> {
+    let options: Options = from_json(options)?;
+    let refuse = |message: String, remedy: &str| Err(vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]);
+    let kind = match clock {
+        "monotonic" => ClockKind::Monotonic,
+        "virtual" => ClockKind::Virtual { seed: options.seed },
+        other => return refuse(format!("there is no clock '{other}'"), "take \"monotonic\" or \"virtual\""),
+    };
+    if kind == ClockKind::Monotonic && matches!(options.interconnect, Interconnect::Message { .. }) {
+        return refuse("the message interconnect needs the virtual clock".to_owned(), "take clock=\"virtual\"");
+    }
+    System::new(name, kind, carrier(options.interconnect))
+}
+
+fn carrier(of: Interconnect) -> Box<dyn Carrier> {
+    match of {
+        Interconnect::Memory => Box::new(Memory),
+        Interconnect::Message { seed, delay_ns, drop, repeat, reorder, corrupt } => {
+            let faults = Faults { drop, repeat, reorder, corrupt, ..Faults::delay(delay_ns.0, delay_ns.1) };
+            Box::new(Message::new(seed, faults))
+        }
+    }
+}

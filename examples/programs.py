@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the example programs share: their options, the account of how their verbs ended, traces, and how they end themselves."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import opengpac as gpac
+
+BLOCKS = Path(__file__).parent / "blocks"
+"""The examples' function blocks in C."""
+
+SCENES = Path(__file__).parent / "scenes"
+"""What stands around the arms, as MJCF files."""
+
+
+def parser(about: str | None) -> argparse.ArgumentParser:
+    """The options that every example has."""
+    made = argparse.ArgumentParser(description=about)
+    made.add_argument("--clock", choices=["real", "virtual"], default="real", help="virtual: as fast as it goes, and the same each time")
+    made.add_argument("--output", type=Path, default=Path("out"), help="folder of plots")
+    made.add_argument("--trace", type=Path, help="file for the recorded values, as a table of text")
+    return made
+
+
+def system(name: str, options: argparse.Namespace) -> gpac.System:
+    """The example's system, under the clock that was asked for."""
+    return gpac.System(name, clock="virtual" if options.clock == "virtual" else "monotonic")
+
+
+def run(main: Callable[[], int]) -> None:
+    """Runs a program to its exit code; Ctrl-C is 130: what ran was halted when its system was left."""
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        print("\nInterrupted: what ran was halted, the devices are disabled and their brakes hold", file=sys.stderr)
+        sys.exit(130)
+
+
+class Trace:
+    """The values of some SVVs with a history, collected piece by piece before the histories forget them."""
+
+    def __init__(self, *svvs: gpac.SVV[Any]) -> None:
+        self._svvs = svvs
+        self._last: dict[str, float] = {}
+        self._rows: dict[str, list[np.ndarray]] = {}
+
+    def collect(self) -> None:
+        """Takes what is new in the histories."""
+        for svv in self._svvs:
+            rows = svv.history[:]
+            new = rows[rows["time"] > self._last.get(svv.name, -1.0)]
+            if len(new):
+                self._last[svv.name] = float(new["time"][-1])
+                self._rows.setdefault(svv.name, []).append(new)
+
+    def of(self, svv: gpac.SVV[Any]) -> tuple[np.ndarray, np.ndarray]:
+        """Times (s) and values."""
+        rows = np.concatenate(self._rows[svv.name])
+        return rows["time"], rows["value"]
+
+    def table(self, every: float) -> str:
+        """One row for each `every` seconds: the time, and what each SVV was then; `nan` before its first value."""
+        last = max(self._last.values(), default=0.0)
+        times = np.arange(int(last / every) + 1) * every
+        names, columns = ["time"], [times]
+        for svv in self._svvs:
+            at, values = self.of(svv)
+            held = np.searchsorted(at, times + 1e-9, side="right") - 1
+            for k, column in enumerate(np.atleast_2d(values.T)):
+                names.append(svv.name if values.ndim == 1 else f"{svv.name}[{k}]")
+                columns.append(np.where(held >= 0, column[held], np.nan))
+        rows = [" ".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+        return "\n".join([" ".join(names), *rows]) + "\n"
+
+    def save(self, file: Path | None, every: float) -> None:
+        """Writes the table where one was asked for."""
+        if file is not None:
+            self.collect()
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(self.table(every))
+
+
+class Account:
+    """How each verb ended, and how it should have."""
+
+    def __init__(self, trace: Trace | None = None) -> None:
+        self._trace = trace
+        self.rows: list[tuple[str, str, str, str]] = []
+        self._begun = 0
+
+    def begin(self, what: str) -> None:
+        """Says what comes."""
+        self._begun += 1
+        print(f"  {self._begun}. {what} …", flush=True)
+
+    def end(self, what: str, report: gpac.Report, wanted: str, more: str = "") -> None:
+        """Notes an end."""
+        if self._trace is not None:
+            self._trace.collect()
+        self.rows.append((what, report.condition, wanted, f"{report.time:.2f} s{more}"))
+        print(f"     {report.condition} after {report.time:.2f} s{more}", flush=True)
+
+    def expect(self, what: str, holds: bool, more: str = "") -> None:
+        """Notes a figure that is as it should be, or is not."""
+        self.rows.append((what, "holds" if holds else "fails", "holds", more))
+        print(f"     {what}: {more or holds}", flush=True)
+
+    @property
+    def as_wanted(self) -> bool:
+        """Whether every verb ended as it should, and every figure holds."""
+        return all(condition == wanted for _, condition, wanted, _ in self.rows)
+
+    def verdict(self) -> int:
+        """Prints the account; the exit code, 0 if all is as it should be."""
+        print("\nHow each verb ended")
+        for what, condition, wanted, more in self.rows:
+            print(f"  {what:<34} {condition:<11} {'as it should' if condition == wanted else 'should be ' + wanted:<16} {more}")
+        print("All verbs ended as they should" if self.as_wanted else "A verb did not end as it should")
+        return 0 if self.as_wanted else 1

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Example programs run whole, under the virtual clock, and their traces are compared with the recorded ones.
+
+`pytest tests/examples --renew-traces` records them anew; look at the difference before it is committed.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from opengpac import _native
+
+ROOT = Path(__file__).parent.parent.parent
+TRACES = Path(__file__).parent / "traces"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--renew-traces", action="store_true", help="record the traces of the examples anew")
+
+
+@dataclass(frozen=True)
+class Run:
+    """How a program ended, what it printed, and what it recorded."""
+
+    code: int
+    printed: str
+    trace: str
+
+
+class Programs:
+    """Runs example programs, and compares what they record."""
+
+    def __init__(self, folder: Path, renew: bool) -> None:
+        self._folder, self._renew = folder, renew
+
+    def run(self, program: str, *words: str) -> Run:
+        """Runs `examples/PROGRAM.py` under the virtual clock."""
+        trace = self._folder / "trace.txt"
+        paths = [str(Path(_native.__file__).parent.parent), os.environ.get("PYTHONPATH", "")]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
+        options = ("--clock", "virtual", "--output", str(self._folder), "--trace", str(trace), *words)
+        command = [sys.executable, str(ROOT / "examples" / f"{program}.py"), *options]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, env=environment)
+        return Run(done.returncode, done.stdout + done.stderr, trace.read_text() if trace.exists() else "")
+
+    def compare(self, name: str, trace: str, within: float) -> None:
+        """Compares a trace with `traces/NAME.txt`: the same columns and times, values `within` that; 0 is to the bit."""
+        kept = TRACES / f"{name}.txt"
+        if self._renew:
+            kept.write_text(trace)
+        expected = kept.read_text()
+        assert trace.splitlines()[0] == expected.splitlines()[0], "the columns"
+        if within == 0.0:
+            assert trace == expected
+            return
+        now, then = (np.loadtxt(text.splitlines(), skiprows=1) for text in (trace, expected))
+        assert now.shape == then.shape
+        assert np.array_equal(now[:, 0], then[:, 0]), "the times"
+        np.testing.assert_allclose(now, then, rtol=0.0, atol=within)
+
+
+@pytest.fixture
+def programs(tmp_path: Path, request: pytest.FixtureRequest) -> Programs:
+    """The example programs."""
+    return Programs(tmp_path, bool(request.config.getoption("--renew-traces")))
