@@ -62,17 +62,14 @@ from .verbs import Verb
 from .decorated import verb  # isort: skip
 
 if TYPE_CHECKING:
-    from . import cell, robots
-    from . import motion, robots
+    from . import cell, motion, robots
 
 __version__ = _version()
 
 
 def __getattr__(name: str) -> ModuleType:
     # Their definitions are checked by a real-time system: importing the package makes none.
-    if name in ("cell", "robots"):
-    # Its definitions are checked by a real-time system: importing the package makes none.
-    if name in ("motion", "robots"):
+    if name in ("cell", "motion", "robots"):
         return importlib.import_module(f".{name}", __name__)
     raise AttributeError(f"module 'opengpac' has no attribute '{name}'")
 

@@ -195,9 +195,9 @@ fn instances(system: &System, name: &str, a: &mut Arguments) -> Answer {
             done(system.start(instance, &values, limits))
         }
         "set" => {
-            let (instance, values) = (a.take("instance")?, a.take::<IndexMap<String, Value>>("values")?);
+            let (instance, values, every) = (a.take("instance")?, a.or("values")?, a.or("every_ns")?);
             a.none_left()?;
-            done(system.set(instance, &values))
+            done(system.set(instance, &values, &every))
         }
         _ => Ok(None),
     }
@@ -279,9 +279,9 @@ fn time(system: &System, name: &str, a: &mut Arguments) -> Answer {
             done(system.emergency_stop(&reason))
         }
         "emergency_stop_input" => {
-            let (device, channel) = (a.take::<String>("device")?, a.take::<String>("channel")?);
+            let (device, channel, at_zero) = (a.take::<String>("device")?, a.take::<String>("channel")?, a.or("at_zero")?);
             a.none_left()?;
-            done(system.emergency_stop_input(&device, &channel))
+            done(system.emergency_stop_input(&device, &channel, at_zero))
         }
         "reset" => {
             a.none_left()?;
