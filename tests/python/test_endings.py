@@ -120,29 +120,30 @@ def test_two_verbs_that_want_one_device(rig: Rig, arbitration: str) -> None:
 
 
 def test_a_motion_is_suspended_and_resumed_without_a_jump() -> None:
-    arm = gpac.robots.load("ur5e", clock="virtual").enable()
-    cell = arm.system
-    vi = gpac.robots.move.asynch(arm, goal=gpac.deg([30, -70, 70, -80, -80, 20]), speed=1.0)
-    seen: list[list[float]] = []
+    arm = gpac.robots.load("ur5e", clock="virtual")
+    with arm.system as cell:
+        arm.enable()
+        vi = gpac.robots.move.asynch(arm, goal=gpac.deg([30, -70, 70, -80, -80, 20]), speed=1.0)
+        seen: list[list[float]] = []
 
-    def look(ms: int) -> None:
-        for _ in range(ms):
-            cell.advance("1 ms")
-            seen.append([*arm.values("commanded"), *arm.values("sensed")])
+        def look(ms: int) -> None:
+            for _ in range(ms):
+                cell.advance("1 ms")
+                seen.append([*arm.values("commanded"), *arm.values("sensed")])
 
-    look(200)
-    vi.suspend()
-    look(1)
-    held = seen[-1][:6]
-    look(300)
-    assert np.allclose(np.array(seen[201:])[:, :6], held, atol=0), "what is commanded stands still"
-    vi.resume()
-    look(300)
-    assert vi.wait().condition == "arrived"
-    steps = np.abs(np.diff(np.array(seen), axis=0))
-    speeds = np.array([joint.max_speed for joint in arm])
-    assert (steps[:, :6] <= speeds * 0.020 + 1e-9).all(), "no set-point is farther than the greatest speed goes in a set-point period"
-    assert steps[:, 6:].max() < 3e-3, "the joints themselves move smoothly"
+        look(200)
+        vi.suspend()
+        look(1)
+        held = seen[-1][:6]
+        look(300)
+        assert np.allclose(np.array(seen[201:])[:, :6], held, atol=0), "what is commanded stands still"
+        vi.resume()
+        look(300)
+        assert vi.wait().condition == "arrived"
+        steps = np.abs(np.diff(np.array(seen), axis=0))
+        speeds = np.array([joint.max_speed for joint in arm])
+        assert (steps[:, :6] <= speeds * 0.020 + 1e-9).all(), "no set-point is farther than the greatest speed goes in a set-point period"
+        assert steps[:, 6:].max() < 3e-3, "the joints themselves move smoothly"
 
 
 def test_a_servo_is_exchanged_while_a_verb_uses_its_device(rig: Rig) -> None:

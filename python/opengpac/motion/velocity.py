@@ -54,6 +54,7 @@ def _at(most: str, **more: str) -> dict[str, Any]:
         "at_limit": on("generator.at_limit", during="start"),
         "limit_reached": on("brake.stopped", returns=["position"], raises=LimitReached, during="limit"),
         "stopped": on("brake.stopped", returns=["position"], during="stop"),
+        "halted": on(returns=["position"]),
     },
     transitions={("start", "halted"): "stop", ("start", "time_limit"): "stop", ("start", "at_limit"): "limit"},
 )
@@ -75,6 +76,7 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
     conditions={
         "released": on("watch.late", during="start"),
         "stopped": on("brake.stopped", returns=["position"], during="stop"),
+        "halted": on(returns=["position"]),
     },
     transitions={("start", "released"): "stop", ("start", "halted"): "stop", ("start", "time_limit"): "stop"},
 )

@@ -145,6 +145,7 @@ def test_a_move_of_the_ur5e_keeps_to_its_limits() -> None:
     report = motion.move_absolute(arm, goal, speed="40 %", time_limit="20 s")
     assert report.condition == "arrived" and np.abs(report.position - goal).max() <= 0.002
     assert np.abs(arm[0].velocity.value) < 0.01
+    arm.system.close()
 
 
 def test_a_sliding_joint_counts_in_metres() -> None:
