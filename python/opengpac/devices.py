@@ -165,6 +165,7 @@ class LogicalDevice:
 
     `arbitration` says what happens to a verb that needs something of the device that another verb holds: `"refuse"` (the default:
     `SecondWriter` names both), `"queue"` (its start waits, in order) or `"abort"` (the other ends with `aborted`, and it follows).
+    The type says it for all its devices, `class Joint(..., arbitration="queue")`, and `Joint(..., arbitration="abort")` for one.
     """
 
     _definition: ClassVar[_Definition]
@@ -175,8 +176,7 @@ class LogicalDevice:
         super().__init_subclass__(**kwargs)
         inherited = cls.__dict__.get("_definition") or getattr(cls, "_definition", None)
         arbitration = arbitration or (inherited.arbitration if inherited else "refuse")
-        if arbitration not in ("refuse", "queue", "abort"):
-            refuse(DefinitionError, f"device type '{cls.__name__}' has arbitration={arbitration!r}", "write 'refuse', 'queue' or 'abort'")
+        check_arbitration(arbitration, f"device type '{cls.__name__}'")
         cls._definition = _Definition(name or cls.__name__, verb or (inherited.verb if inherited else None), arbitration, here())
         from .checks import check_device_type
 
@@ -192,9 +192,13 @@ class LogicalDevice:
         system: System | None = None,
         every: Mapping[str, Quantity] | None = None,
         units: Mapping[str, str] | None = None,
+        arbitration: str | None = None,
         **arguments: Any,
     ) -> None:
         from .applications import _systems, argument_json
+
+        if arbitration is not None:
+            check_arbitration(arbitration, f"device '{name}'")
 
         self.name = name
         parameters = self.parameter_members()
@@ -225,6 +229,7 @@ class LogicalDevice:
             "source": on.name if on is not None else None,
             "every": {label: duration_ns(interval, f"the interval of '{label}'") for label, interval in (every or {}).items()},
             "units": [list(pair) for pair in (units or {}).items()],
+            "arbitration": arbitration,
             "place": here().json(),
         }
         native = self.system._alive()
@@ -329,3 +334,9 @@ class LogicalDevice:
             known = [*self.svv_members(), *self.parameter_members()]
             refuse(CallError, f"{self.definition_name()} '{self.name}' has no member '{name}'", did_you_mean(name, known))
         object.__setattr__(self, name, value)
+
+
+def check_arbitration(arbitration: str, what: str) -> None:
+    """Refuses a word that is none of the three."""
+    if arbitration not in ("refuse", "queue", "abort"):
+        refuse(DefinitionError, f"{what} has arbitration={arbitration!r}", "write 'refuse', 'queue' or 'abort'")

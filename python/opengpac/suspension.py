@@ -19,7 +19,7 @@ class Holding:
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
-        return {"holding": {"set": self.set, "until": self.until}}
+        return {"holding": [{"set": self.set, "until": self.until}]}
 
 
 def holding(set: Names, until: Names) -> Holding:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Example programs run whole, under the virtual clock, and their traces are compared with the recorded ones.
 
-`pytest tests/examples --renew-traces` records them anew; look at the difference before it is committed.
+`pytest tests/examples --renew` records them anew; look at the difference before it is committed.
 """
 
 from __future__ import annotations
@@ -19,10 +19,6 @@ from opengpac import _native
 
 ROOT = Path(__file__).parent.parent.parent
 TRACES = Path(__file__).parent / "traces"
-
-
-def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--renew-traces", action="store_true", help="record the traces of the examples anew")
 
 
 @dataclass(frozen=True)
@@ -69,4 +65,4 @@ class Programs:
 @pytest.fixture
 def programs(tmp_path: Path, request: pytest.FixtureRequest) -> Programs:
     """The example programs."""
-    return Programs(tmp_path, bool(request.config.getoption("--renew-traces")))
+    return Programs(tmp_path, bool(request.config.getoption("--renew")))

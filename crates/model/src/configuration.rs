@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What there is in a system when a verb is applied: hardware, code, SVVs, devices, and what is already installed.
 //! The supervisor keeps it; the checks only read it.
-use crate::definition::{DeviceType, Verb};
+use crate::definition::{Arbitration, DeviceType, Verb};
 use crate::interface::{Interface, Mode};
 use crate::refusal::Place;
 use crate::value::Value;
@@ -86,6 +86,9 @@ pub struct LogicalDevice {
     /// Parts of units that are others for this device than its type says, in order: (`rad`, `m`) of a sliding joint.
     #[serde(default)]
     pub units: Vec<(String, String)>,
+    /// What happens to a second verb that commands it, where that is not as its type says.
+    #[serde(default)]
+    pub arbitration: Option<Arbitration>,
     #[serde(default)]
     pub place: Option<Place>,
 }

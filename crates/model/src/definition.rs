@@ -280,7 +280,7 @@ impl Verb {
 /// What `ending_limit` is where a verb does not say: 10 s.
 pub const ENDING_LIMIT_NS: i64 = 10_000_000_000;
 
-/// How a verb is suspended. JSON: `"hold"`, `"safe"`, `{"holding": {"set": "label.input", "until": "label.condition"}}`.
+/// How a verb is suspended. JSON: `"hold"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Suspend {
@@ -289,8 +289,16 @@ pub enum Suspend {
     Hold,
     /// Output channels that the verb writes go to their safe values meanwhile.
     Safe,
-    /// `set`, a bool input or parameter, becomes true; when the condition `until` comes, the verb stops. Going on clears `set`.
-    Holding { set: String, until: String },
+    /// Its blocks come to rest first; a composed verb has a way for each part that has one.
+    Holding(Vec<Holding>),
+}
+
+/// `set`, a bool input or parameter, becomes true; when the condition `until` comes, the verb stops. Going on clears `set`. It
+/// counts in the command lists in which the block of `until` is active.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Holding {
+    pub set: String,
+    pub until: String,
 }
 
 /// What happens to a start that needs something of a logical device which another verb holds.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! How a verb comes to rest: its ending list, and what suspends it.
 use crate::conditions::CheckedCondition;
-use crate::definition::{ENDING_LIMIT_NS, Suspend, Verb};
+use crate::definition::{ENDING_LIMIT_NS, Holding, Suspend, Verb};
 use crate::flatten::{Flat, Named, Port};
 use crate::interface::Kind;
 use crate::lists::condition_port;
@@ -10,19 +10,20 @@ use crate::refusal::Class;
 use crate::suggest::did_you_mean;
 
 /// How a verb is suspended, with its ports resolved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CheckedSuspend {
     Hold,
     Safe,
-    Holding { set: Port, until: Port },
+    /// What is set, and the condition.
+    Holding(Vec<(Port, Port)>),
 }
 
 impl CheckedSuspend {
-    /// The port that the supervisor stores into: it needs no other cover.
-    pub fn given(self) -> Option<Port> {
+    /// The ports that the supervisor stores into: they need no other cover.
+    pub fn given(&self) -> Vec<Port> {
         match self {
-            CheckedSuspend::Holding { set, .. } => Some(set),
-            _ => None,
+            CheckedSuspend::Holding(ways) => ways.iter().map(|(set, _)| *set).collect(),
+            _ => Vec::new(),
         }
     }
 }
@@ -56,13 +57,16 @@ pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> Planned
     PlannedEnding { list, limit_ns }
 }
 
-/// What suspends it: a bool that is stored into, and a condition that ends nothing.
+/// What suspends it: a bool that is stored into, and a condition that ends nothing where it may be suspended.
 pub fn check_suspend(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) -> CheckedSuspend {
-    let (set, until) = match &verb.suspend {
-        Suspend::Hold => return CheckedSuspend::Hold,
-        Suspend::Safe => return CheckedSuspend::Safe,
-        Suspend::Holding { set, until } => (set, until),
-    };
+    match &verb.suspend {
+        Suspend::Hold => CheckedSuspend::Hold,
+        Suspend::Safe => CheckedSuspend::Safe,
+        Suspend::Holding(ways) => CheckedSuspend::Holding(ways.iter().filter_map(|way| check_holding(flat, verb, way, conditions)).collect()),
+    }
+}
+
+fn check_holding(flat: &mut Flat<'_>, verb: &Verb, Holding { set, until }: &Holding, conditions: &[CheckedCondition]) -> Option<(Port, Port)> {
     let port = match flat.resolve("", set, &verb.place) {
         Some(Named::Item(port)) => Some(port),
         Some(Named::Ports(ports)) => ports.first().copied(),
@@ -77,12 +81,11 @@ pub fn check_suspend(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCond
         }
     }
     let condition = condition_port(flat, until, &verb.place, true);
-    if let Some(ends) = conditions.iter().find(|c| condition.is_some_and(|until| c.planned.on.contains(&until))) {
+    // In lists of its own it may end the verb: there the verb is coming to rest for good.
+    let mut everywhere = conditions.iter().filter(|c| c.planned.during.is_empty());
+    if let Some(ends) = everywhere.find(|c| condition.is_some_and(|until| c.planned.on.contains(&until))) {
         let message = format!("'{until}' tells that verb '{}' may be suspended, and the condition '{}' stands for it too", verb.name, ends.planned.name);
-        flat.refuse(Class::DefinitionError, message, &verb.place, "use a condition that ends nothing");
+        flat.refuse(Class::DefinitionError, message, &verb.place, "use a condition that ends nothing, or limit that one with during=");
     }
-    match (port, condition) {
-        (Some(set), Some(until)) => CheckedSuspend::Holding { set, until },
-        _ => CheckedSuspend::Hold,
-    }
+    Some((port?, condition?))
 }

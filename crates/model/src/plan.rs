@@ -283,11 +283,24 @@ pub struct PlannedEnding {
 pub enum PlannedSuspend {
     Hold,
     Safe,
-    /// What becomes true, and the condition (block, item) that is waited for.
-    Holding {
-        set: Target,
-        until: (BlockIndex, usize),
-    },
+    Holding(Vec<PlannedHolding>),
+}
+
+/// What becomes true, and the condition (block, item) that is waited for where its block is active.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlannedHolding {
+    pub set: Target,
+    pub until: (BlockIndex, usize),
+}
+
+impl PlannedSuspend {
+    /// The ways to come to rest; none where it just stops.
+    pub fn holdings(&self) -> &[PlannedHolding] {
+        match self {
+            PlannedSuspend::Holding(holdings) => holdings,
+            _ => &[],
+        }
+    }
 }
 
 /// What a start claims.

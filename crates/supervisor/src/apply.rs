@@ -8,7 +8,7 @@ use crate::system::{Definitions, System, Waited};
 use indexmap::IndexMap;
 use model::CheckedVerb;
 use model::configuration::{LogicalDevice, Svv};
-use model::definition::{Application, Argument, DeviceType, Initial, SvvSpecification};
+use model::definition::{Application, Arbitration, Argument, DeviceType, Initial, SvvSpecification};
 use model::plan::{CellKind, Plan, PlannedCell};
 use model::refusal::{Class, Place, Refusals};
 use model::value::Value;
@@ -34,6 +34,9 @@ pub struct DeviceRequest {
     /// Parts of units that are others for this device than its type says, in order.
     #[serde(default)]
     pub units: Vec<(String, String)>,
+    /// What happens to a second verb that commands it, where that is not as its type says.
+    #[serde(default)]
+    pub arbitration: Option<Arbitration>,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -132,6 +135,7 @@ impl System {
             source: request.source.clone(),
             enabled: false,
             units: request.units.clone(),
+            arbitration: request.arbitration,
             place: place.clone(),
         };
         logical.parameters = device_parameters(&of, &request.parameters, &logical)?;

@@ -9,7 +9,7 @@ use crate::instance::{reached, under_way};
 use crate::sequence::{Builder, Movement};
 use indexmap::IndexMap;
 use kernel::{Op, Response, Script, SourceId, Stage, Watch};
-use model::plan::{Claim, Plan, PlannedCommand, PlannedSuspend, Wait};
+use model::plan::{Claim, Plan, PlannedCommand, Wait};
 use std::sync::Arc;
 
 /// What a condition leads to.
@@ -114,10 +114,10 @@ impl Verbatim<'_> {
                 found.extend(waits.iter().filter(|w| !found.contains(*w)).copied().collect::<Vec<_>>());
             }
         }
-        if let PlannedSuspend::Holding { until, .. } = &self.plan.suspend
-            && !found.contains(until)
-        {
-            found.push(*until);
+        for holding in self.plan.suspend.holdings() {
+            if !found.contains(&holding.until) {
+                found.push(holding.until);
+            }
         }
         found
     }

@@ -12,7 +12,7 @@ use indexmap::IndexMap;
 use kernel::{Op, SourceId};
 use model::configuration::Configuration;
 use model::interface::Mode;
-use model::plan::{Binding, CellKind, Plan, PlannedCommand, PlannedSuspend, Target};
+use model::plan::{Binding, CellKind, Plan, PlannedCommand, Target};
 use model::refusal::{Class, End, Refusal, Refusals};
 use model::value::Value;
 
@@ -191,9 +191,7 @@ impl Core {
         for &source in &instance.installed.sources {
             builder.add(source, Op::StartClock(instance.installed.process.clone()));
         }
-        if let PlannedSuspend::Holding { set, .. } = &instance.plan.suspend {
-            self.store_target(builder, instance, set, &[0]);
-        }
+        self.set_rest(builder, instance, false);
         for (target, bytes) in stores {
             self.store_target(builder, instance, target, bytes);
         }

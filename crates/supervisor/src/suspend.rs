@@ -13,9 +13,11 @@ use model::refusal::Refusals;
 impl Instance {
     /// What is set while the instance comes to rest, and the condition that tells that it has, where its block is active.
     fn comes_to_rest(&self) -> bool {
-        let PlannedSuspend::Holding { until, .. } = &self.plan.suspend else { return false };
-        let activation = self.plan.blocks[until.0].activation;
-        self.active.iter().any(|(active, _)| *active == activation)
+        self.plan.suspend.holdings().iter().any(|holding| self.is_active(holding.until.0))
+    }
+
+    fn is_active(&self, block: usize) -> bool {
+        self.active.iter().any(|(active, _)| *active == self.plan.blocks[block].activation)
     }
 
     /// True from the call that suspends it until it begins to stand still.
@@ -25,8 +27,8 @@ impl Instance {
 
     /// True for the condition that an instance waits for which comes to rest.
     pub fn rests_at(&self, block: Option<usize>, item: u8) -> bool {
-        let PlannedSuspend::Holding { until, .. } = &self.plan.suspend else { return false };
-        self.resting_until_ns.is_some() && block == Some(until.0) && usize::from(item) == until.1
+        let mut holdings = self.plan.suspend.holdings().iter();
+        self.resting_until_ns.is_some() && holdings.any(|holding| block == Some(holding.until.0) && usize::from(item) == holding.until.1)
     }
 }
 
@@ -80,8 +82,8 @@ impl Core {
     }
 
     pub fn set_rest(&self, builder: &mut Builder, instance: &Instance, is_set: bool) {
-        if let PlannedSuspend::Holding { set, .. } = &instance.plan.suspend {
-            self.store_target(builder, instance, set, &[u8::from(is_set)]);
+        for holding in instance.plan.suspend.holdings() {
+            self.store_target(builder, instance, &holding.set, &[u8::from(is_set)]);
         }
     }
 

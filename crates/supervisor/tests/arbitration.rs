@@ -79,7 +79,7 @@ fn queued_starts_follow_in_order_and_their_limits_count_running_time() {
         let ids = ["p1", "p2", "p3"].map(|name| on(rig, "push", name, &["j1"], if name == "p2" { "rtp1.other" } else { "rtp0.fast" }));
         rig.start(ids[0]);
         for id in &ids[1..] {
-            rig.try_start(*id, json!({}), Limits { time_limit_ns: Some(6 * MS), overruns: None }).unwrap();
+            rig.try_start(*id, json!({}), Limits { time_limit_ns: Some(6 * MS), overruns: None, age_max_ns: None }).unwrap();
         }
         assert_eq!(states(rig, &ids), ["running", "queued", "queued"]);
         let refused = [rig.system.suspend(ids[1]), rig.system.resume(ids[1]), rig.system.delete(ids[1]), rig.try_start(ids[1], json!({}), Limits::default())];

@@ -73,7 +73,7 @@ fn the_ending_list_runs_at_a_halt_a_fault_a_limit_and_completion() {
     through["command_lists"]["go"] = list(&["+count 1ms", "?4.5ms", "-count"]);
     for (of, condition) in [(braked("halts", json!({})), "halted"), (faults, "fault"), (braked("limited", json!({})), "time_limit"), (through, "completed")] {
         everywhere(of, |rig, id| {
-            let limits = Limits { time_limit_ns: (condition == "time_limit").then_some(4_500_000), overruns: None };
+            let limits = Limits { time_limit_ns: (condition == "time_limit").then_some(4_500_000), overruns: None, age_max_ns: None };
             rig.try_start(id, json!({}), limits).unwrap();
             if condition == "halted" {
                 rig.advance(4);

@@ -86,7 +86,7 @@ impl Cell {
         match numbers.below(20) {
             0..=5 => {
                 let goal = (numbers.below(41) as f64 - 20.0) * 0.001;
-                let limits = Limits { time_limit_ns: (numbers.below(4) == 0).then_some(5 * MS), overruns: None };
+                let limits = Limits { time_limit_ns: (numbers.below(4) == 0).then_some(5 * MS), overruns: None, age_max_ns: None };
                 let started = self.rig.try_start(which, json!({"goal": goal}), limits);
                 return format!("start {which} to {goal}: {:?}", started.map_err(|refusals| refusals[0].class));
             }

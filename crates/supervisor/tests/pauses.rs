@@ -133,7 +133,7 @@ impl Model {
         let system = &self.rig.system;
         match call {
             Call::Start { which, time_limit_ms } => {
-                let limits = Limits { time_limit_ns: time_limit_ms.map(|ms| i64::from(ms) * MS), overruns: None };
+                let limits = Limits { time_limit_ns: time_limit_ms.map(|ms| i64::from(ms) * MS), overruns: None, age_max_ns: None };
                 match self.rig.try_start(self.made[which].0, json!({}), limits) {
                     Ok(()) => {
                         self.made[which].1 += 1;

@@ -110,7 +110,7 @@ fn verbs() -> [Json; 5] {
                    "input_parameters": {"limit": {"targets": ["p.limit"], "default": 9.0}, "at": {"targets": ["bad.at"], "default": 6, "tunable": true}},
                    "conditions": {"above": {"on": ["p.above"], "returns": []}}, "initial": "one",
                    "command_lists": lists(&[("one", &["+a 1ms", "+p", "?6ms", "-a", "-p", "+b 1ms", "?2ms", "+bad 1ms"]), ("last", &["!b", "+a 1ms", "+p"])]),
-                   "ending": "last", "ending_limit_ns": 4 * MS, "suspend": {"holding": {"set": "a.holding", "until": "a.held"}}}),
+                   "ending": "last", "ending_limit_ns": 4 * MS, "suspend": {"holding": [{"set": "a.holding", "until": "a.held"}]}}),
         ),
     ]
 }

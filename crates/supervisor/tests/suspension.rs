@@ -76,7 +76,7 @@ fn ramp(suspend: Json) -> Json {
 
 #[test]
 fn a_verb_that_comes_to_rest_is_suspended_when_it_says_so_and_goes_on_from_there() {
-    let of = ramp(json!({"holding": {"set": "ramp.holding", "until": "ramp.held"}}));
+    let of = ramp(json!({"holding": [{"set": "ramp.holding", "until": "ramp.held"}]}));
     for place in ["rtp0.fast", "rtp1.other"] {
         on_all(|rig| {
             rig.svvs(&["y", "v"]);
@@ -106,7 +106,7 @@ fn a_verb_that_comes_to_rest_is_suspended_when_it_says_so_and_goes_on_from_there
 
 #[test]
 fn a_suspension_that_waits_has_its_time_and_a_halt_ends_it() {
-    let mut of = ramp(json!({"holding": {"set": "ramp.holding", "until": "count.reached"}}));
+    let mut of = ramp(json!({"holding": [{"set": "ramp.holding", "until": "count.reached"}]}));
     of["command_lists"]["go"] = list(&["+ramp 1ms", "+count 1ms"]);
     of["ending_limit_ns"] = json!(3 * MS + MS / 2);
     on_both(|rig| {
@@ -132,7 +132,7 @@ fn a_way_to_suspend_that_cannot_be_is_refused() {
     let rig = Rig::new(Link::Memory);
     rig.svvs(&["y", "v"]);
     let refused = |set: &str, until: &str, class: Class, words: &str| {
-        let mut of = ramp(json!({"holding": {"set": set, "until": until}}));
+        let mut of = ramp(json!({"holding": [{"set": set, "until": until}]}));
         of["conditions"] = json!({"done": {"on": ["count.reached"]}});
         let refusals = rig.try_define(of).unwrap_err();
         assert!(refusals.iter().any(|r| r.class == class && r.message.contains(words)), "{}", text(&refusals));

@@ -16,6 +16,7 @@ from ..groups import Group
 from ..parameters import each, input
 from ..robots.joints import Joint
 from ..robots.motion import Moved
+from .parts import HOMED, SUSPENDED
 from .resting import HOLD, HOLDING, LISTS, RESTED, TRANSITIONS
 from .tables import each_point, poses
 
@@ -67,6 +68,8 @@ class LineRefused(Terminated, Unreachable):
         "arm.commanded": ["planner.start", "generator.setpoint"],
         "arm.goal": ["planner.target", "near.goal"],
         "arm.sensed": "near.sensed",
+        "arm.override": "generator.override",
+        "arm.cell_override": "generator.cell_override",
     },
     cells={"line": ["planner.line", "generator.line"], "complete": ["generator.complete", "near.complete"], **HOLDING},
     input_parameters={
@@ -85,6 +88,8 @@ class LineRefused(Terminated, Unreachable):
     command_lists=LISTS,
     initial="start",
     transitions=TRANSITIONS,
+    requires={"arm.homed": HOMED},
+    suspend=SUSPENDED,
     conditions={
         "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
         "unreachable": on("planner.unreachable", raises=LineRefused),
@@ -123,6 +128,8 @@ def move_linear(
         "arm.commanded": ["planner.start", "generator.setpoint"],
         "arm.goal": ["planner.target", "near.goal"],
         "arm.sensed": "near.sensed",
+        "arm.override": "generator.override",
+        "arm.cell_override": "generator.cell_override",
     },
     cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
     input_parameters={
@@ -147,6 +154,8 @@ def move_linear(
     command_lists=LISTS,
     initial="start",
     transitions=TRANSITIONS,
+    requires={"arm.homed": HOMED},
+    suspend=SUSPENDED,
     conditions={
         "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
         "unreachable": on("planner.unreachable", returns=["refused"], raises=LineRefused),

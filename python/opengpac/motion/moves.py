@@ -16,7 +16,7 @@ from ..groups import Group
 from ..parameters import each, input
 from ..reports import Report
 from ..robots.joints import Joint
-from .parts import HOMED, PERIOD, STOP, Values, bound, brake, limited, share
+from .parts import HOMED, PERIOD, STOP, SUSPENDED, Values, bound, brake, limited, share
 
 
 class MoveTimeout(Terminated):
@@ -71,6 +71,7 @@ def _to(goal: Any, relative: bool) -> dict[str, Any]:
         },
         "transitions": {("start", "halted"): "stop", ("start", "time_limit"): "give_up"},
         "requires": {"arm.homed": HOMED},
+        "suspend": SUSPENDED,
     }
 
 

@@ -12,6 +12,7 @@ from .. import library as lib
 from ..commands import Command, activate
 from ..errors import NotHomed
 from ..parameters import input, required
+from ..suspension import holding
 
 Values: TypeAlias = float | str | Sequence[float | str] | np.ndarray
 """One value for all joints, or one for each: numbers in SI units, or text, `"90 deg"`, `"30 %"` of a limit."""
@@ -51,6 +52,9 @@ def brake() -> Any:
     """What slows the joints down when a motion is halted: a velocity generator that is to stand still."""
     return lib.block("velocity_generator")
 
+
+SUSPENDED = holding("generator.holding", "generator.held")
+"""How a motion is suspended: it slows down on its way, and goes on from there."""
 
 STOP: list[Command] = [activate("brake", every=PERIOD)]
 """The command list that follows `halted`: the verb ends when the joints are at rest."""

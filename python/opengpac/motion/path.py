@@ -15,6 +15,7 @@ from ..groups import Group
 from ..parameters import each, input
 from ..robots.joints import Joint
 from ..robots.motion import Moved
+from .parts import HOMED, SUSPENDED
 from .resting import HOLD, HOLDING, LISTS, RESTED, TRANSITIONS
 from .tables import each_point, way_points
 
@@ -49,6 +50,8 @@ class PathRefused(Terminated, Unreachable):
         "arm.commanded": ["planner.start", "generator.setpoint"],
         "arm.goal": ["planner.target", "near.goal"],
         "arm.sensed": "near.sensed",
+        "arm.override": "generator.override",
+        "arm.cell_override": "generator.cell_override",
     },
     cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
     input_parameters={
@@ -70,6 +73,8 @@ class PathRefused(Terminated, Unreachable):
     command_lists=LISTS,
     initial="start",
     transitions=TRANSITIONS,
+    requires={"arm.homed": HOMED},
+    suspend=SUSPENDED,
     conditions={
         "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
         "limit": on("planner.limit", returns=["refused"], raises=PathRefused),

@@ -17,7 +17,7 @@ from ..parameters import each, input
 from ..reports import Report
 from ..robots.joints import Joint
 from ..svvs import SVV
-from .parts import PERIOD, STOP, Values, bound, brake, limited, share
+from .parts import PERIOD, STOP, SUSPENDED, Values, bound, brake, limited, share
 
 
 class LimitReached(Terminated):
@@ -57,6 +57,7 @@ def _at(most: str, **more: str) -> dict[str, Any]:
         "halted": on(returns=["position"]),
     },
     transitions={("start", "halted"): "stop", ("start", "time_limit"): "stop", ("start", "at_limit"): "limit"},
+    suspend=SUSPENDED,
 )
 def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: Values = "100 %") -> Stopped:
     """Moves joints at a velocity until it is halted or its time limit is over, then stops them; `vi.set(velocity=…)` changes it.
@@ -69,6 +70,7 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
 
 @verb(
     name="jog",
+    manual=True,
     **_at("jog_speed", heartbeat="watch.beat"),
     blocks={"generator": lib.block("velocity_generator"), "brake": brake(), "watch": lib.block("heartbeat")},
     command_lists={"start": [activate("watch", every=PERIOD), activate("generator", every=PERIOD)], "stop": STOP},
@@ -79,6 +81,7 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
         "halted": on(returns=["position"]),
     },
     transitions={("start", "released"): "stop", ("start", "halted"): "stop", ("start", "time_limit"): "stop"},
+    suspend=SUSPENDED,
 )
 def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acceleration: Values = "50 %") -> Stopped:
     """Moves joints at a reduced velocity as long as somebody holds the button: as long as `heartbeat` changes.
@@ -92,6 +95,7 @@ def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acc
 
 @verb(
     name="stop",
+    manual=True,
     blocks={"brake": brake()},
     objects={"arm": each(Joint)},
     instantiation_parameters=bound("brake"),

@@ -31,13 +31,15 @@ def load(
     name: str | None = None,
     tool: str | os.PathLike[str] | None = None,
     scene: str | os.PathLike[str] | None = None,
+    arbitration: str = "refuse",
     clock: str = "monotonic",
 ) -> Arm:
     """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
     `path` is an MJCF file, or the name of an arm that comes with the package. `tool` is one that is screwed to its flange
     (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints only. `on` is the
-    timer that exchanges with it and runs the servos, else the fastest of `rtp`. Without `rtp` it makes a system of its own, of the
+    timer that exchanges with it and runs the servos, else the fastest of `rtp`. `arbitration` says what happens to a second motion
+    while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp` it makes a system of its own, of the
     arm's name, with `clock`. The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     file = _file(path)
@@ -54,7 +56,7 @@ def load(
     try:
         for part in device:
             if part.name in own:
-                joints.append(_joint(name, part, device.source))
+                joints.append(_joint(name, part, device.source, arbitration))
         arm = Arm(name, *joints, kinematics=lambda: Kinematics.of_mjcf(file, own))
         arm.model = "file:" + hashlib.sha256(file.read_bytes()).hexdigest()[:32]
         return arm
@@ -75,7 +77,7 @@ def _device(rtp: Processor, name: str, arm: Path, tool: _Model, scene: _Model, o
         return rtp.physical_device(name, drivers.mujoco(whole), exchange=on)
 
 
-def _joint(arm: str, part: Part, source: Source) -> Joint:
+def _joint(arm: str, part: Part, source: Source, arbitration: str) -> Joint:
     about = part.about
     described = {
         "home": about["home"],
@@ -85,7 +87,7 @@ def _joint(arm: str, part: Part, source: Source) -> Joint:
     }
     gains = {name: about["servo"][name] for name in ("kp", "kd")}
     units = {"N.m": "N", "rad": "m"} if about["unit"] == "m" else None
-    return Joint(f"{arm}.{part.name}", drive=part, on=source, units=units, **described, **gains)
+    return Joint(f"{arm}.{part.name}", drive=part, on=source, units=units, arbitration=arbitration, **described, **gains)
 
 
 def _file(path: str | os.PathLike[str]) -> Path:

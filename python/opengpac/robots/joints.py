@@ -94,7 +94,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     reference: SVV[float] = svv(unit="rad", history=HISTORY)
     goal: SVV[float] = svv(unit="rad", initial="sensed")
     limited: SVV[int] = svv()
-    offset: SVV[float] = svv(unit="rad")
+    offset: SVV[float] = svv(unit="rad", keep=True)
     homed: SVV[bool] = svv()
     override: SVV[float] = svv(initial=1.0, within=(0.0, 1.0))
     cell_override: SVV[float] = svv(initial=1.0, within=(0.0, 1.0), shared="override")

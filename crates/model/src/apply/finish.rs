@@ -7,7 +7,9 @@ use crate::definition::Arbitration;
 use crate::ending::CheckedSuspend;
 use crate::flatten::Port;
 use crate::interface::Kind;
-use crate::plan::{Binding, CellKind, Claim, InputOrigin, Plan, PlannedActivation, PlannedInput, PlannedList, PlannedOutput, PlannedSuspend, Target};
+use crate::plan::{
+    Binding, CellKind, Claim, InputOrigin, Plan, PlannedActivation, PlannedHolding, PlannedInput, PlannedList, PlannedOutput, PlannedSuspend, Target,
+};
 use crate::quantity::units_agree;
 use crate::refusal::{Class, Refusals};
 use crate::types::Type;
@@ -23,7 +25,7 @@ impl<'a> Draft<'a> {
         let requirements = self.requirements();
         let claims = self.claims();
         let arbitration = claims.iter().map(|claim| self.arbitration(claim)).collect();
-        let suspend = self.suspend();
+        let suspend = self.suspend(&lists);
         self.stop()?;
         let mut remarks = checked.remarks.clone();
         remarks.append(&mut self.remarks);
@@ -137,24 +139,31 @@ impl<'a> Draft<'a> {
         PlannedOutput { name: name.to_owned(), type_text, target }
     }
 
-    /// How it is suspended: what is set then belongs to the instance alone.
-    fn suspend(&mut self) -> PlannedSuspend {
-        match self.checked.suspend {
+    /// How it is suspended: what is set then belongs to the instance alone, and no block stores into it again and again.
+    fn suspend(&mut self, lists: &[PlannedList]) -> PlannedSuspend {
+        match &self.checked.suspend {
             CheckedSuspend::Hold => PlannedSuspend::Hold,
             CheckedSuspend::Safe => PlannedSuspend::Safe,
-            CheckedSuspend::Holding { set, until } => {
-                let target = self.target(set);
-                let is_own = match &target {
-                    Target::Cell(cell) => self.cells[*cell].writers.is_empty() && !matches!(self.cells[*cell].kind, CellKind::Svv { .. }),
-                    target => matches!(target, Target::Item { .. }),
-                };
-                if !is_own {
-                    let message = format!("{} is set while the verb is suspended, and bound to what others write", self.described(set));
-                    self.refuse(Class::CoverError, message, "leave it unbound", &None);
-                }
-                PlannedSuspend::Holding { set: target, until }
-            }
+            CheckedSuspend::Holding(ways) => PlannedSuspend::Holding(ways.iter().map(|way| self.holding(*way, lists)).collect()),
         }
+    }
+
+    fn holding(&mut self, (set, until): (Port, Port), lists: &[PlannedList]) -> PlannedHolding {
+        let target = self.target(set);
+        let is_active = |block: usize| {
+            let mut stages = lists.iter().flat_map(|list| &list.stages);
+            stages.any(|stage| stage.active.iter().any(|(activation, _)| *activation == self.blocks[block].activation))
+        };
+        let is_own = match &target {
+            Target::Cell(cell) if matches!(self.cells[*cell].kind, CellKind::Svv { .. }) => false,
+            Target::Cell(cell) => !self.cells[*cell].writers.iter().any(|(writer, _)| is_active(*writer)),
+            target => matches!(target, Target::Item { .. }),
+        };
+        if !is_own {
+            let message = format!("{} is set while the verb is suspended, and bound to what others write", self.described(set));
+            self.refuse(Class::CoverError, message, "leave it unbound", &None);
+        }
+        PlannedHolding { set: target, until }
     }
 
     fn target(&self, port: Port) -> Target {
@@ -170,7 +179,8 @@ impl<'a> Draft<'a> {
         let Claim::Svv { name, .. } = claim else { return Arbitration::Refuse };
         let configuration = self.configuration;
         let device = configuration.svvs.get(name).and_then(|svv| configuration.logical_devices.get(svv.device.as_ref()?));
-        device.and_then(|device| configuration.device_types.get(&device.device_type)).map_or(Arbitration::Refuse, |of| of.arbitration)
+        let of_type = device.and_then(|device| configuration.device_types.get(&device.device_type)).map(|of| of.arbitration);
+        device.and_then(|device| device.arbitration).or(of_type).unwrap_or_default()
     }
 
     fn claims(&self) -> Vec<Claim> {

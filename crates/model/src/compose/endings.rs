@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a composed verb ends and is suspended: as the one part does that says so. Two that say different things are a conflict.
+//! How a composed verb ends and is suspended: as the one part does that says so; parts that come to rest each in their own way do so
+//! in the composition too. Two that say different things are a conflict.
 use super::Composing;
-use crate::definition::Suspend;
+use crate::definition::{Holding, Suspend};
 use crate::refusal::Class;
 
 impl Composing<'_> {
@@ -18,7 +19,7 @@ impl Composing<'_> {
                 _ => ending = ending.or(verb.ending.as_ref().map(|_| part)),
             }
             match suspend {
-                Some(first) if verb.suspend != Suspend::Hold && (verb.suspend != Suspend::Safe || self.parts[first].verb.suspend != Suspend::Safe) => {
+                Some(first) if verb.suspend != Suspend::Hold && is_safe(&verb.suspend) != is_safe(&self.parts[first].verb.suspend) => {
                     let message = format!("{} are suspended in two ways", self.both(first, part));
                     self.conflict(Class::CompositionConflict, message, "leave suspend= out in one of them", (first, part));
                 }
@@ -28,11 +29,18 @@ impl Composing<'_> {
         if let Some(part) = ending.map(|part| &self.parts[part]) {
             self.verb.ending = part.verb.ending.as_ref().map(|list| part.list_named(list));
         }
-        if let Some(part) = suspend.map(|part| &self.parts[part]) {
-            self.verb.suspend = match &part.verb.suspend {
-                Suspend::Holding { set, until } => Suspend::Holding { set: part.port(set), until: part.port(until) },
-                plain => plain.clone(),
-            };
-        }
+        let ways = self.parts.iter().flat_map(|part| {
+            let of = if let Suspend::Holding(of) = &part.verb.suspend { of.as_slice() } else { &[] };
+            of.iter().map(|way| Holding { set: part.port(&way.set), until: part.port(&way.until) })
+        });
+        self.verb.suspend = match suspend.map(|part| &self.parts[part].verb.suspend) {
+            Some(Suspend::Holding(_)) => Suspend::Holding(ways.collect()),
+            Some(plain) => plain.clone(),
+            None => Suspend::Hold,
+        };
     }
+}
+
+fn is_safe(suspend: &Suspend) -> bool {
+    *suspend == Suspend::Safe
 }
