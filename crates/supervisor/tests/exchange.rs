@@ -4,10 +4,18 @@ mod common;
 use common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
+use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::Duration;
 use supervisor::{DeviceRequest, Waited};
 
 const LONG: Duration = Duration::from_secs(60);
+
+/// The number of this test's trace: tests run beside each other.
+fn trace() -> i64 {
+    static NEXT: AtomicI64 = AtomicI64::new(950);
+    thread_local!(static OWN: i64 = NEXT.fetch_add(1, Ordering::Relaxed));
+    OWN.with(|own| *own)
+}
 
 /// A servo, and what else it has.
 fn servo(name: &str, gain: f64, rest: Json) -> Json {
@@ -16,7 +24,7 @@ fn servo(name: &str, gain: f64, rest: Json) -> Json {
         &[("read", "t.read_channel"), ("follow", "t.follow"), ("count", "t.count"), ("trace", "t.watch")],
         json!({"instantiation_parameters": {"drive.position": ["read.channel"], "drive.effort": ["follow.channel"], "sensed": ["read.y", "follow.q"], "commanded": ["follow.u", "trace.u"]},
                "cells": {"n": ["count.y"], "life": ["count.total"], "t": ["trace.y"]},
-               "input_parameters": {"trace": {"targets": ["trace.trace"], "default": 950}},
+               "input_parameters": {"trace": {"targets": ["trace.trace"], "default": trace()}},
                "output_values": {"n": "count.y"}, "conditions": {"device_disabled": {"returns": ["n"]}},
                "command_lists": lists(&[("start", &["!read", "+read 1ms", "+follow", "+count 1ms", "+trace 1ms", "ready"])])}),
     );
@@ -55,7 +63,7 @@ fn enable(rig: &Rig) {
 
 /// What the servo's own trace saw: one row a ms, without a gap, each at most `stride` from the one before.
 fn check_trace(stride: f64) -> usize {
-    let rows = seen(950);
+    let rows = seen(trace());
     for w in rows.windows(2) {
         assert_eq!(w[1].now_ns - w[0].now_ns, MS, "no firing without a servo");
         assert_eq!(w[1].time_ns - w[0].time_ns, MS, "its running time goes on");
@@ -68,7 +76,7 @@ fn check_trace(stride: f64) -> usize {
 #[test]
 fn a_running_servo_is_exchanged_between_two_firings_and_keeps_its_states_and_users() {
     on_both(|rig| {
-        seen(950);
+        seen(trace());
         let id = joint(rig);
         enable(rig);
         rig.start_with(id, json!({"goal": 0.6}));
@@ -99,7 +107,7 @@ fn a_running_servo_is_exchanged_between_two_firings_and_keeps_its_states_and_use
 #[test]
 fn an_exchange_that_is_refused_changes_nothing() {
     on_both(|rig| {
-        seen(950);
+        seen(trace());
         let id = joint(rig);
         enable(rig);
         rig.start_with(id, json!({"goal": 0.6}));
@@ -140,7 +148,7 @@ fn an_exchange_that_is_refused_changes_nothing() {
 #[test]
 fn the_verb_of_a_disabled_device_is_exchanged_for_the_next_time() {
     on_both(|rig| {
-        seen(950);
+        seen(trace());
         joint(rig);
         rig.system.exchange_verb("j1", "stiff", None).unwrap();
         assert_eq!(rig.system.device_state("j1").unwrap(), "disabled");
