@@ -175,9 +175,9 @@ class LogicalDevice:
     ) -> None:
         super().__init_subclass__(**kwargs)
         inherited = cls.__dict__.get("_definition") or getattr(cls, "_definition", None)
-        arbitration = arbitration or (inherited.arbitration if inherited else "refuse")
-        check_arbitration(arbitration, f"device type '{cls.__name__}'")
-        cls._definition = _Definition(name or cls.__name__, verb or (inherited.verb if inherited else None), arbitration, here())
+        decided: str = arbitration or (inherited.arbitration if inherited else "refuse")
+        check_arbitration(decided, f"device type '{cls.__name__}'")
+        cls._definition = _Definition(name or cls.__name__, verb or (inherited.verb if inherited else None), decided, here())
         from .checks import check_device_type
 
         check_device_type(cls)

@@ -104,7 +104,7 @@ impl Activation {
     pub(crate) unsafe fn swap(&self, due: &mut Due, had: &mut Box<[u64]>) {
         // SAFETY: the caller is the one that touches both.
         unsafe {
-            std::mem::swap(&mut *self.due.get(), due);
+            std::ptr::swap(self.due.get(), due);
             std::mem::swap(&mut (*self.state.get()).had, had);
         }
     }

@@ -17,7 +17,7 @@ pub struct Window {
 impl Window {
     /// A window in `cell`, whose length is that of a value, `len`, times the number of values. Panics where it is not.
     pub fn new(cell: Cell, len: usize) -> Window {
-        assert!(len > 0 && cell.len() > 0 && cell.len().is_multiple_of(len), "a window of {} bytes does not hold values of {len}", cell.len());
+        assert!(len > 0 && !cell.is_empty() && cell.len().is_multiple_of(len), "a window of {} bytes does not hold values of {len}", cell.len());
         Window { cell, len }
     }
 

@@ -39,8 +39,9 @@ def load(
     `path` is an MJCF file, or the name of an arm that comes with the package. `tool` is one that is screwed to its flange
     (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints only. `on` is the
     timer that exchanges with it and runs the servos, else the fastest of `rtp`. `arbitration` says what happens to a second motion
-    while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp` it makes a system of its own, of the
-    arm's name, with `clock`. The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
+    while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp`
+    it makes a system of its own, of the arm's name, with `clock`. The physical device is `system.physical_devices[NAME]`; the joints
+    are `NAME.JOINT`.
     """
     file = _file(path)
     name = name or file.stem
@@ -51,7 +52,8 @@ def load(
         rtp.timer("slow", period="20 ms", priority=60)
         on = rtp.timer("fast", period="1 ms", priority=80)
     device = _device(rtp, name, file, tool, scene, on or _fastest(rtp))
-    own = device.parts if tool is None and scene is None else joint_names(file)
+    known = device.parts if tool is None and scene is None else joint_names(file)
+    own = [part for part in device.parts if part in known]
     joints: list[Joint] = []
     try:
         for part in device:
