@@ -70,12 +70,18 @@ void opengpac_close(opengpac_system *system);
  *   start                  instance, [values], [limits]                     values: {input parameter: value}
  *   wait                   instance, [timeout_ns] -> the end report, null after the timeout
  *   halt                   instance -> the end report;   suspend, resume, delete, state, instance, report: instance
- *   set                    instance, values                                 tunable input parameters
+ *   set                    instance, [values], [every_ns]                   tunable input parameters, tunable intervals {label: ns}
  * values and time
  *   read                   names -> {"time_ns", "values": {name: {"value", "number", "time_ns"}}}, one consistent snapshot
  *   write                  name, value;   history: name, count;   svv_about: name
  *   now                    -> ns;   advance: duration_ns;   step -> bool
- *   emergency_stop         reason;   emergency_stop_input: device, channel;   reset
+ * cell
+ *   emergency_stop         reason;   emergency_stop_input: device, channel, [at_zero];   reset
+ *   pause, resume_program  [devices] -> the instances that stop and go on
+ *   mode                   -> "automatic" or "manual";   set_mode: mode;   enabling_switch: device, channel
+ *   define_alarm           code, text, [remedy], [severity];   raise_alarm: code, [source], [text];   clear_alarm: code, [source]
+ *   alarms                 -> all and their history;   acknowledge_alarms: [number];   restore_alarms: history
+ *   raises                 device, channel, source      exchange_verb: device, verb      compose: a composition      verbs
  *   statistics, names      -> what there is and how it runs;   log: [since] -> conditions, faults, transitions, end reports
  *
  * A verb: {"name", "blocks": {label: {"block": {"subroutine": "library.pid"}, "constants": {}}}, "instantiation_parameters": {name: [ports]},

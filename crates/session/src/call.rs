@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Every call on a system by its name, with its arguments as a JSON object.
+use crate::cell::cell;
 use crate::values::{history, read};
 use indexmap::IndexMap;
 use model::configuration::SourceKind;
@@ -19,28 +20,28 @@ const SLICE: Duration = Duration::from_millis(50);
 const PYTHON: &str = "python3";
 
 /// The arguments of a call, taken one by one; what is left over is refused.
-struct Arguments<'a> {
+pub(crate) struct Arguments<'a> {
     call: &'a str,
     given: Map<String, Json>,
 }
 
 impl Arguments<'_> {
-    fn take<T: DeserializeOwned>(&mut self, name: &str) -> Result<T, Refusals> {
+    pub(crate) fn take<T: DeserializeOwned>(&mut self, name: &str) -> Result<T, Refusals> {
         let value = self.given.remove(name).unwrap_or(Json::Null);
         serde_json::from_value(value).map_err(|why| vec![Refusal::new(Class::CallError, format!("argument '{name}' of call '{}': {why}", self.call))])
     }
 
-    fn or<T: DeserializeOwned + Default>(&mut self, name: &str) -> Result<T, Refusals> {
+    pub(crate) fn or<T: DeserializeOwned + Default>(&mut self, name: &str) -> Result<T, Refusals> {
         if self.given.contains_key(name) { self.take(name) } else { Ok(T::default()) }
     }
 
     /// The whole object as one value.
-    fn whole<T: DeserializeOwned>(&mut self) -> Result<T, Refusals> {
+    pub(crate) fn whole<T: DeserializeOwned>(&mut self) -> Result<T, Refusals> {
         let given = std::mem::take(&mut self.given);
         serde_json::from_value(given.into()).map_err(|why| vec![Refusal::new(Class::CallError, format!("call '{}': {why}", self.call))])
     }
 
-    fn none_left(&self) -> Result<(), Refusals> {
+    pub(crate) fn none_left(&self) -> Result<(), Refusals> {
         match self.given.keys().next() {
             None => Ok(()),
             Some(name) => Err(vec![Refusal::new(Class::CallError, format!("call '{}' has no argument '{name}'", self.call))]),
@@ -56,7 +57,7 @@ impl Arguments<'_> {
 pub fn call(system: &System, name: &str, arguments: &str) -> Result<Json, Refusals> {
     let given = if arguments.trim().is_empty() { Map::new() } else { crate::from_json(arguments)? };
     let mut a = Arguments { call: name, given };
-    for group in [configuration, software, devices, instances, commands, observation, time] {
+    for group in [configuration, software, devices, instances, commands, observation, time, cell] {
         if let Some(result) = group(system, name, &mut a)? {
             return Ok(result);
         }
@@ -65,13 +66,13 @@ pub fn call(system: &System, name: &str, arguments: &str) -> Result<Json, Refusa
 }
 
 /// What a group of calls answers: nothing where the call is not one of its own.
-type Answer = Result<Option<Json>, Refusals>;
+pub(crate) type Answer = Result<Option<Json>, Refusals>;
 
-fn done(of: Result<(), Refusals>) -> Answer {
+pub(crate) fn done(of: Result<(), Refusals>) -> Answer {
     of.map(|()| Some(Json::Null))
 }
 
-fn told(of: impl serde::Serialize) -> Answer {
+pub(crate) fn told(of: impl serde::Serialize) -> Answer {
     serde_json::to_value(of).map(Some).map_err(|why| crate::wrong_form(&why))
 }
 
@@ -170,7 +171,7 @@ fn devices(system: &System, name: &str, a: &mut Arguments) -> Answer {
 }
 
 /// Waits slice by slice; nothing where the timeout has passed.
-fn until_done<T>(
+pub(crate) fn until_done<T>(
     timeout_ns: Option<i64>,
     system: &System,
     mut wait: impl FnMut(Option<i64>, Duration) -> Result<Waited<T>, Refusals>,
@@ -272,20 +273,6 @@ fn time(system: &System, name: &str, a: &mut Arguments) -> Answer {
         "step" => {
             a.none_left()?;
             told(system.step()?)
-        }
-        "emergency_stop" => {
-            let reason = a.take::<String>("reason")?;
-            a.none_left()?;
-            done(system.emergency_stop(&reason))
-        }
-        "emergency_stop_input" => {
-            let (device, channel, at_zero) = (a.take::<String>("device")?, a.take::<String>("channel")?, a.or("at_zero")?);
-            a.none_left()?;
-            done(system.emergency_stop_input(&device, &channel, at_zero))
-        }
-        "reset" => {
-            a.none_left()?;
-            done(system.reset())
         }
         _ => Ok(None),
     }

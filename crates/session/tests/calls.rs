@@ -50,6 +50,21 @@ const CALLS: &[&str] = &[
     "emergency_stop",
     "emergency_stop_input",
     "reset",
+    "pause",
+    "resume_program",
+    "mode",
+    "set_mode",
+    "enabling_switch",
+    "define_alarm",
+    "raise_alarm",
+    "clear_alarm",
+    "alarms",
+    "acknowledge_alarms",
+    "restore_alarms",
+    "raises",
+    "exchange_verb",
+    "compose",
+    "verbs",
     "statistics",
     "names",
     "log",
@@ -155,4 +170,29 @@ fn what_is_wrong_with_a_call_is_said() {
     assert!(refused(&system, "source", r#"{"processor": "rtp0", "name": "x", "kind": "clock", "priority": 1}"#).contains("no kind of source 'clock'"));
     assert!(refused(&system, "create", r#"{"verb": "waves"}"#).contains("there is no verb 'waves'"));
     assert!(open("x", "sundial", "{}").is_err() && open("x", "monotonic", r#"{"interconnect": {"kind": "message"}}"#).is_err());
+}
+
+#[test]
+fn a_cell_is_paused_switched_and_alarmed_by_texts_alone() {
+    let system = system();
+    let instance = wave(&system);
+    say(&system, "start", json!({ "instance": instance }));
+    say(&system, "advance", json!({ "duration_ns": 2_000_000 }));
+    assert_eq!(say(&system, "pause", json!({})), json!([]), "it acts on no device");
+    assert_eq!(say(&system, "state", json!({ "instance": instance })), "running");
+    assert_eq!(say(&system, "resume_program", json!({})), json!([]));
+    assert_eq!(say(&system, "mode", json!({})), "automatic");
+    assert!(!refused(&system, "set_mode", r#"{"mode": "manual"}"#).is_empty(), "something runs");
+    say(&system, "halt", json!({ "instance": instance }));
+    say(&system, "set_mode", json!({ "mode": "manual" }));
+    assert_eq!(say(&system, "mode", json!({})), "manual");
+    say(&system, "define_alarm", json!({ "code": "E1", "text": "the door is open", "remedy": "close it" }));
+    say(&system, "raise_alarm", json!({ "code": "E1", "source": "door" }));
+    assert!(say(&system, "alarms", json!({})).to_string().contains("the door is open"));
+    assert_eq!(say(&system, "clear_alarm", json!({ "code": "E1" })), true);
+    assert_eq!(say(&system, "acknowledge_alarms", json!({})), 1);
+    say(&system, "emergency_stop", json!({ "reason": "somebody pressed" }));
+    assert!(refused(&system, "start", &json!({ "instance": instance }).to_string()).contains("somebody pressed"));
+    say(&system, "reset", json!({}));
+    assert!(say(&system, "verbs", json!({})).to_string().contains("wave"));
 }
