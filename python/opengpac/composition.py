@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from . import checks
 from .blocks import BlockUse, names_of
@@ -21,6 +21,9 @@ from .places import Place, here
 from .reports import Report
 from .values import plain
 from .verbs import Verb
+
+if TYPE_CHECKING:
+    from .system import System
 
 AnyVerb: TypeAlias = "Verb[..., Any]"
 Parts: TypeAlias = "Mapping[str, AnyVerb] | Sequence[AnyVerb] | AnyVerb"
@@ -102,6 +105,10 @@ class ComposedVerb(Verb[..., Report]):
     def parts(self) -> Mapping[str, AnyVerb]:
         """The verbs that it was made from, by label."""
         return self._parts
+
+    def own_systems(self) -> set[System]:
+        """The systems whose code modules its parts need."""
+        return set().union(*(part.own_systems() for part in self._parts.values()))
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""

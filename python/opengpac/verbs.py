@@ -180,11 +180,16 @@ class Verb(Generic[P, R]):
     # ---- the definition ----
 
     def own_system(self) -> System | None:
-        """The system whose code modules its blocks come from, if they do."""
-        systems = systems_of(self.blocks.values())
+        """The system whose code modules its blocks, or those of the verbs that keep its devices going, come from, if they do."""
+        systems = self.own_systems()
         if len(systems) > 1:
             refuse(DefinitionError, f"verb '{self.name}' has blocks of two systems", "download the module in one system")
         return next(iter(systems), None)
+
+    def own_systems(self) -> set[System]:
+        """The systems whose code modules it needs: one, or none, of a verb that is in order."""
+        kept = (obj.device_type.definition_verb() for obj in self.objects.values())
+        return systems_of(self.blocks.values()).union(*(verb.own_systems() for verb in kept if verb is not None))
 
     @property
     def supports(self) -> tuple[str, ...]:

@@ -68,6 +68,33 @@ def test_a_graph_stands_where_a_block_may(rig: Rig) -> None:
     assert y.value == 8
 
 
+def test_a_verb_of_the_library_acts_on_a_device_that_a_downloaded_block_keeps_going(rig: Rig) -> None:
+    keeping = gpac.Verb(
+        "keeping",
+        blocks={"sample": rig.block("copy.sample")},
+        instantiation_parameters={"commanded": "sample.u", "sensed": "sample.y"},
+        command_lists={"start": [activate("sample", every="1 ms"), gpac.ready()]},
+    )
+
+    class Kept(gpac.LogicalDevice, verb=keeping):
+        """A device whose verb has a block of its own."""
+
+        commanded: gpac.SVV[float] = gpac.svv()
+        sensed: gpac.SVV[float] = gpac.svv()
+
+    swing = gpac.Verb(
+        "swing",
+        blocks={"wave": lib.block("signal_generator")(shape=0, offset=3.0)},
+        objects={"device": Kept},
+        instantiation_parameters={"device.commanded": "wave.y"},
+        command_lists={"start": [activate("wave", every="1 ms"), gpac.wait("5 ms"), gpac.deactivate("wave")]},
+    )
+    device = Kept("kept", on=rig.fast).enable()
+    assert (swing >> swing).on(rig.fast)(device).condition == "completed"
+    rig.cell.advance("1 ms")
+    assert device.sensed.value == 3.0
+
+
 def test_references_stand_where_names_may(rig: Rig) -> None:
     count = rig.block("count.count").labelled("count")
     verb = gpac.Verb(
