@@ -15,6 +15,7 @@ from types import ModuleType
 from typing import Any
 
 import opengpac as gpac
+from opengpac import cli, pytest_plugin
 from opengpac.cell.verbs import SignalVerb
 from opengpac.devices import ParameterMember, SvvMember
 
@@ -124,7 +125,23 @@ def page() -> str:
         found = importlib.import_module(module)
         parts.append(f"\n## {title}\n\n" + ("" if module == "opengpac" else f"In `{module.replace('opengpac', 'gpac', 1)}`.\n\n"))
         parts += [line for name in names.split() for line in entry(found, name)]
-    return "".join(parts)
+    return "".join([*parts, *shell()])
+
+
+def shell() -> Iterator[str]:
+    """The commands of `opengpac`, and the fixtures for pytest."""
+    yield "\n## At the shell, and in pytest\n\n"
+    for action in cli._parser()._actions:
+        for command in getattr(action, "_choices_actions", ()):
+            yield f"- **`opengpac {command.dest}`** {command.help[0].upper()}{command.help[1:]}.\n"
+    for fixture in ("cell", "real_cell"):
+        yield f"- **`{fixture}`**, a fixture: {first(fixtures()[fixture])}\n"
+
+
+def fixtures() -> dict[str, str]:
+    """The docstrings of the fixtures: what pytest makes of a fixture has none in some of its versions."""
+    body = ast.parse(inspect.getsource(pytest_plugin)).body
+    return {found.name: ast.get_docstring(found) or "" for found in body if isinstance(found, ast.FunctionDef)}
 
 
 def entry(module: ModuleType, name: str) -> Iterator[str]:
