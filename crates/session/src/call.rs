@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Every call on a system by its name, with its arguments as a JSON object.
+use crate::arguments::{Answer, Arguments, done, told, until_done};
 use crate::cell::cell;
 use crate::values::{history, read};
 use indexmap::IndexMap;
@@ -7,47 +8,12 @@ use model::configuration::SourceKind;
 use model::definition::{Application, DeviceType, Graph, Verb};
 use model::refusal::{Class, Place, Refusal, Refusals};
 use model::value::Value;
-use serde::de::DeserializeOwned;
-use serde_json::{Map, Value as Json, json};
+use serde_json::{Value as Json, json};
 use std::path::PathBuf;
-use std::time::Duration;
-use supervisor::{DeviceRequest, Limits, SvvRequest, System, Waited};
-
-/// How long a wait sleeps before it looks at its deadline again.
-const SLICE: Duration = Duration::from_millis(50);
+use supervisor::{DeviceRequest, Limits, SvvRequest, System};
 
 /// The interpreter that tries a code module in a process of its own, where no `opengpac-probe` lies beside the program.
 const PYTHON: &str = "python3";
-
-/// The arguments of a call, taken one by one; what is left over is refused.
-pub(crate) struct Arguments<'a> {
-    call: &'a str,
-    given: Map<String, Json>,
-}
-
-impl Arguments<'_> {
-    pub(crate) fn take<T: DeserializeOwned>(&mut self, name: &str) -> Result<T, Refusals> {
-        let value = self.given.remove(name).unwrap_or(Json::Null);
-        serde_json::from_value(value).map_err(|why| vec![Refusal::new(Class::CallError, format!("argument '{name}' of call '{}': {why}", self.call))])
-    }
-
-    pub(crate) fn or<T: DeserializeOwned + Default>(&mut self, name: &str) -> Result<T, Refusals> {
-        if self.given.contains_key(name) { self.take(name) } else { Ok(T::default()) }
-    }
-
-    /// The whole object as one value.
-    pub(crate) fn whole<T: DeserializeOwned>(&mut self) -> Result<T, Refusals> {
-        let given = std::mem::take(&mut self.given);
-        serde_json::from_value(given.into()).map_err(|why| vec![Refusal::new(Class::CallError, format!("call '{}': {why}", self.call))])
-    }
-
-    pub(crate) fn none_left(&self) -> Result<(), Refusals> {
-        match self.given.keys().next() {
-            None => Ok(()),
-            Some(name) => Err(vec![Refusal::new(Class::CallError, format!("call '{}' has no argument '{name}'", self.call))]),
-        }
-    }
-}
 
 /// Makes one call. `arguments`: the JSON text of an object, empty for none; the result is JSON.
 ///
@@ -55,25 +21,13 @@ impl Arguments<'_> {
 /// `timeout_ns` has passed, on the system's clock; under the virtual clock they advance time. Errors: the refusals of the
 /// supervisor, `CallError` for a call or an argument that there is not.
 pub fn call(system: &System, name: &str, arguments: &str) -> Result<Json, Refusals> {
-    let given = if arguments.trim().is_empty() { Map::new() } else { crate::from_json(arguments)? };
-    let mut a = Arguments { call: name, given };
+    let mut a = Arguments::of(name, arguments)?;
     for group in [configuration, software, devices, instances, commands, observation, time, cell] {
         if let Some(result) = group(system, name, &mut a)? {
             return Ok(result);
         }
     }
     Err(vec![Refusal::new(Class::CallError, format!("there is no call '{name}'")).remedy("see the list in opengpac_ps.h")])
-}
-
-/// What a group of calls answers: nothing where the call is not one of its own.
-pub(crate) type Answer = Result<Option<Json>, Refusals>;
-
-pub(crate) fn done(of: Result<(), Refusals>) -> Answer {
-    of.map(|()| Some(Json::Null))
-}
-
-pub(crate) fn told(of: impl serde::Serialize) -> Answer {
-    serde_json::to_value(of).map(Some).map_err(|why| crate::wrong_form(&why))
 }
 
 fn configuration(system: &System, name: &str, a: &mut Arguments) -> Answer {
@@ -167,22 +121,6 @@ fn devices(system: &System, name: &str, a: &mut Arguments) -> Answer {
             Some(value) => done(system.set_device_parameter(&device, &parameter, value)),
             None => Err(vec![Refusal::new(Class::CallError, format!("call '{name}' needs the argument 'value'"))]),
         },
-    }
-}
-
-/// Waits slice by slice; nothing where the timeout has passed.
-pub(crate) fn until_done<T>(
-    timeout_ns: Option<i64>,
-    system: &System,
-    mut wait: impl FnMut(Option<i64>, Duration) -> Result<Waited<T>, Refusals>,
-) -> Result<Option<T>, Refusals> {
-    let until_ns = timeout_ns.map(|timeout| system.now_ns().saturating_add(timeout));
-    loop {
-        match wait(until_ns, SLICE)? {
-            Waited::Done(result) => return Ok(Some(result)),
-            Waited::TimedOut => return Ok(None),
-            Waited::Slice => (),
-        }
     }
 }
 

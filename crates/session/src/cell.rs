@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Calls on a cell: emergency stop, pause, modes, alarms, and what changes while it runs.
-use crate::call::{Answer, Arguments, done, told, until_done};
+use crate::arguments::{Answer, Arguments, done, told, until_done};
 use model::refusal::Place;
 use supervisor::{Alarm, AlarmText, Mode, System};
 

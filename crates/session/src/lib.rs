@@ -3,6 +3,7 @@
 //!
 //! Definitions, applications, values and reports have one JSON form. Whoever speaks it is a programming system: the Python package
 //! through its bindings, a C program through the C package. [`open`] makes a system; [`call`] is every call on it by its name.
+mod arguments;
 mod call;
 mod cell;
 mod open;

@@ -39,7 +39,7 @@ def standard_blocks() -> Mapping[str, tuple[Block, str]]:
     found: dict[str, tuple[Block, str]] = {}
     for interface in json.loads(_native.library_json()):
         folder = Path(interface.get("file", "")).parent.name
-        found[interface["name"].split(".", 1)[1]] = (Block(interface), folder if folder != "blocks" else "motion")
+        found[interface["name"].split(".", 1)[1]] = (Block(interface), folder)
     return found
 
 

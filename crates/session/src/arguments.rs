@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What every call does with texts: takes its arguments, answers, waits.
+use model::refusal::{Class, Refusal, Refusals};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value as Json};
+use std::time::Duration;
+use supervisor::{System, Waited};
+
+/// How long a wait sleeps before it looks at its deadline again.
+const SLICE: Duration = Duration::from_millis(50);
+
+/// The arguments of a call, taken one by one; what is left over is refused.
+pub(crate) struct Arguments<'a> {
+    call: &'a str,
+    given: Map<String, Json>,
+}
+
+impl<'a> Arguments<'a> {
+    /// Those of one call from their JSON text; empty: none.
+    pub(crate) fn of(call: &'a str, text: &str) -> Result<Arguments<'a>, Refusals> {
+        let given = if text.trim().is_empty() { Map::new() } else { crate::from_json(text)? };
+        Ok(Arguments { call, given })
+    }
+
+    pub(crate) fn take<T: DeserializeOwned>(&mut self, name: &str) -> Result<T, Refusals> {
+        let value = self.given.remove(name).unwrap_or(Json::Null);
+        serde_json::from_value(value).map_err(|why| vec![Refusal::new(Class::CallError, format!("argument '{name}' of call '{}': {why}", self.call))])
+    }
+
+    pub(crate) fn or<T: DeserializeOwned + Default>(&mut self, name: &str) -> Result<T, Refusals> {
+        if self.given.contains_key(name) { self.take(name) } else { Ok(T::default()) }
+    }
+
+    /// The whole object as one value.
+    pub(crate) fn whole<T: DeserializeOwned>(&mut self) -> Result<T, Refusals> {
+        let given = std::mem::take(&mut self.given);
+        serde_json::from_value(given.into()).map_err(|why| vec![Refusal::new(Class::CallError, format!("call '{}': {why}", self.call))])
+    }
+
+    pub(crate) fn none_left(&self) -> Result<(), Refusals> {
+        match self.given.keys().next() {
+            None => Ok(()),
+            Some(name) => Err(vec![Refusal::new(Class::CallError, format!("call '{}' has no argument '{name}'", self.call))]),
+        }
+    }
+}
+
+/// What a group of calls answers: nothing where the call is not one of its own.
+pub(crate) type Answer = Result<Option<Json>, Refusals>;
+
+pub(crate) fn done(of: Result<(), Refusals>) -> Answer {
+    of.map(|()| Some(Json::Null))
+}
+
+pub(crate) fn told(of: impl serde::Serialize) -> Answer {
+    serde_json::to_value(of).map(Some).map_err(|why| crate::wrong_form(&why))
+}
+
+/// Waits slice by slice; nothing where the timeout has passed.
+pub(crate) fn until_done<T>(
+    timeout_ns: Option<i64>,
+    system: &System,
+    mut wait: impl FnMut(Option<i64>, Duration) -> Result<Waited<T>, Refusals>,
+) -> Result<Option<T>, Refusals> {
+    let until_ns = timeout_ns.map(|timeout| system.now_ns().saturating_add(timeout));
+    loop {
+        match wait(until_ns, SLICE)? {
+            Waited::Done(result) => return Ok(Some(result)),
+            Waited::TimedOut => return Ok(None),
+            Waited::Slice => (),
+        }
+    }
+}
