@@ -5,13 +5,10 @@ from __future__ import annotations
 
 import os
 import sys
+from types import FrameType
 from typing import Any, NamedTuple
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
-_DEFINING = tuple(
-    os.path.join(_PACKAGE, *file)
-    for file in (("robots", "joints.py"), ("robots", "motion.py"), ("motion", "line.py"), ("motion", "path.py"), ("motion", "payload.py"))
-)
 
 
 class Place(NamedTuple):
@@ -30,16 +27,17 @@ def packaged(place: Place) -> bool:
     return place.file.startswith(_PACKAGE)
 
 
-def _inside(file: str) -> bool:
-    if file.startswith(_PACKAGE):
-        # What `opengpac.robots` defines is a program of its own: an error in a definition is found there.
-        return file not in _DEFINING
-    return file.startswith("<frozen")
+def _inside(frame: FrameType) -> bool:
+    code = frame.f_code
+    if code.co_filename.startswith(_PACKAGE):
+        # What a module of this package defines is a program of its own: an error in a definition is found there.
+        return code.co_name != "<module>"
+    return code.co_filename.startswith("<frozen")
 
 
 def here() -> Place:
-    """The nearest line outside this package that led to the call."""
+    """The nearest line outside this package, or of a definition in it, that led to the call."""
     frame = sys._getframe(1)
-    while frame.f_back is not None and _inside(frame.f_code.co_filename):
+    while frame.f_back is not None and _inside(frame):
         frame = frame.f_back
     return Place(frame.f_code.co_filename, frame.f_lineno)
