@@ -17,7 +17,7 @@ from ..parameters import each, input
 from ..robots.joints import Joint
 from ..robots.motion import Moved
 from .parts import HOMED, SUSPENDED
-from .resting import HOLD, HOLDING, LISTS, RESTED, TRANSITIONS
+from .resting import ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
 from .tables import each_point, poses
 
 
@@ -60,17 +60,10 @@ class LineRefused(Terminated, Unreachable):
     blocks={
         "planner": lib.block("line_planner"),
         "generator": lib.block("line_generator"),
-        "near": lib.block("in_position"),
-        **HOLD,
+        **ENDS,
     },
     objects={"arm": each(Joint)},
-    instantiation_parameters={
-        "arm.commanded": ["planner.start", "generator.setpoint"],
-        "arm.goal": ["planner.target", "near.goal"],
-        "arm.sensed": "near.sensed",
-        "arm.override": "generator.override",
-        "arm.cell_override": "generator.cell_override",
-    },
+    instantiation_parameters=FOLLOWED,
     cells={"line": ["planner.line", "generator.line"], "complete": ["generator.complete", "near.complete"], **HOLDING},
     input_parameters={
         "pose": "planner.goal",
@@ -120,17 +113,10 @@ def move_linear(
     blocks={
         "planner": lib.block("polyline_planner"),
         "generator": lib.block("polyline_generator"),
-        "near": lib.block("in_position"),
-        **HOLD,
+        **ENDS,
     },
     objects={"arm": each(Joint)},
-    instantiation_parameters={
-        "arm.commanded": ["planner.start", "generator.setpoint"],
-        "arm.goal": ["planner.target", "near.goal"],
-        "arm.sensed": "near.sensed",
-        "arm.override": "generator.override",
-        "arm.cell_override": "generator.cell_override",
-    },
+    instantiation_parameters=FOLLOWED,
     cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
     input_parameters={
         "poses": input("planner.poses", form=poses),

@@ -16,7 +16,7 @@ from ..parameters import each, input
 from ..robots.joints import Joint
 from ..robots.motion import Moved
 from .parts import HOMED, SUSPENDED
-from .resting import HOLD, HOLDING, LISTS, RESTED, TRANSITIONS
+from .resting import ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
 from .tables import each_point, way_points
 
 
@@ -42,17 +42,10 @@ class PathRefused(Terminated, Unreachable):
     blocks={
         "planner": lib.block("path_planner"),
         "generator": lib.block("path_generator"),
-        "near": lib.block("in_position"),
-        **HOLD,
+        **ENDS,
     },
     objects={"arm": each(Joint)},
-    instantiation_parameters={
-        "arm.commanded": ["planner.start", "generator.setpoint"],
-        "arm.goal": ["planner.target", "near.goal"],
-        "arm.sensed": "near.sensed",
-        "arm.override": "generator.override",
-        "arm.cell_override": "generator.cell_override",
-    },
+    instantiation_parameters=FOLLOWED,
     cells={"path": ["planner.path", "generator.path"], "complete": ["generator.complete", "near.complete"], **HOLDING},
     input_parameters={
         "points": input("planner.points", form=way_points),

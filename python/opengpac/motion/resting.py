@@ -16,8 +16,17 @@ from ..robots.motion import MotionTimeout
 PERIOD = "20 ms"
 """How often set-points are stored."""
 
-HOLD: dict[str, Any] = {"hold": lib.block("flag")}
-"""The block that makes the generator come to rest."""
+ENDS: dict[str, Any] = {"near": lib.block("in_position"), "hold": lib.block("flag")}
+"""What tells that the joints are there, and the block that makes the generator come to rest on its way."""
+
+FOLLOWED: dict[str, str | list[str]] = {
+    "arm.commanded": ["planner.start", "generator.setpoint"],
+    "arm.goal": ["planner.target", "near.goal"],
+    "arm.sensed": "near.sensed",
+    "arm.override": "generator.override",
+    "arm.cell_override": "generator.cell_override",
+}
+"""χ of a motion that is planned whole and then followed: where it begins, where it leads, and how fast its time passes."""
 
 HOLDING: dict[str, list[str]] = {"holding": ["hold.y", "generator.holding"]}
 """Its cell."""
