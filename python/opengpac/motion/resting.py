@@ -12,9 +12,7 @@ from .. import library as lib
 from ..commands import Command, activate, execute
 from ..conditions import on
 from ..robots.motion import MotionTimeout
-
-PERIOD = "20 ms"
-"""How often set-points are stored."""
+from .parts import PERIOD
 
 ENDS: dict[str, Any] = {"near": lib.block("in_position"), "hold": lib.block("flag")}
 """What tells that the joints are there, and the block that makes the generator come to rest on its way."""
