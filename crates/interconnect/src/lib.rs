@@ -12,7 +12,8 @@
 //! | [`mod@rows`] | the last rows | one, wait-free | any number; they retry when overtaken |
 //!
 //! A [`Carrier`] makes connections of these: [`Memory`] between threads, [`Message`] over a link that can delay, drop, repeat,
-//! reorder and corrupt, for tests under the virtual clock. A block, graph or verb cannot tell which.
+//! reorder and corrupt, for tests under the virtual clock. [`Ends`] makes the two ends of a connection apart, where they lie in
+//! different processes or on different hosts. A block, graph or verb cannot tell which.
 //!
 //! ```
 //! use interconnect::{Carrier, ConnectionSpec, Memory};
@@ -35,6 +36,7 @@
 //! It knows bytes and numbers; no type, block, verb, clock, file or network.
 mod aligned;
 pub mod carrier;
+pub mod link;
 pub mod memory;
 pub mod message;
 pub mod queue;
@@ -43,6 +45,7 @@ mod sync;
 pub mod triple;
 
 pub use carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
+pub use link::{Closed, EndError, Ends, Link};
 pub use memory::Memory;
 pub use message::{Counters, Faults, Message};
 pub use queue::{QueueReader, QueueWriter, queue};

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What leads out of a process: ends of connections that are made one at a time, each where its source runs, and the link between a
+//! supervisor and a processor elsewhere.
+use crate::carrier::{ConnectionSpec, Receiver, Sender};
+use std::fmt;
+use std::time::Duration;
+
+/// Carries connections whose ends lie in different processes or on different hosts. Both ends of a connection are made with one number
+/// and one [`ConnectionSpec`], in any order, by whoever runs the source; a reader that comes later than a publication finds the newest group.
+pub trait Ends: Send {
+    /// The writing end of connection `number`. Not on the real-time path.
+    ///
+    /// # Errors
+    /// What keeps it from being made: no room, no rights, no way to the other side.
+    fn sender(&mut self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError>;
+
+    /// The reading end. `raise` is called once for each row that became readable, on any thread but a real-time one; never for a group.
+    /// Not on the real-time path.
+    ///
+    /// # Errors
+    /// As for [`Ends::sender`].
+    fn receiver(&mut self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError>;
+}
+
+/// Between a supervisor and a processor elsewhere: whole frames, in order, each once, or the link is closed. Used by any thread but a
+/// real-time one; one thread receives at a time.
+pub trait Link: Send + Sync {
+    /// Sends a frame. It may wait for room, but not longer than the link lives.
+    ///
+    /// # Errors
+    /// [`Closed`]: the other side is gone.
+    fn send(&self, frame: &[u8]) -> Result<(), Closed>;
+
+    /// The next frame; none where `limit` passed without one.
+    ///
+    /// # Errors
+    /// [`Closed`]: the other side is gone, and everything it had sent has been received.
+    fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, Closed>;
+
+    /// Closes it: both sides see that.
+    fn close(&self);
+}
+
+/// Why an end of a connection could not be made.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EndError {
+    /// For people.
+    pub message: String,
+}
+
+impl fmt::Display for EndError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for EndError {}
+
+/// The other side of a link is gone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Closed;
+
+impl fmt::Display for Closed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the other side of the link is gone")
+    }
+}
+
+impl std::error::Error for Closed {}
