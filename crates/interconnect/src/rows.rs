@@ -61,6 +61,11 @@ impl RowsWriter {
         self.shared.row_len
     }
 
+    /// Rows that it holds.
+    pub fn depth(&self) -> usize {
+        self.shared.depth
+    }
+
     /// Another reader of this ring.
     pub fn reader(&self) -> RowsReader {
         RowsReader { shared: self.shared.clone() }

@@ -6,7 +6,7 @@ use std::any::Any;
 use std::sync::Arc;
 
 /// Name of an installed block in events; given by the supervisor, never used again while the system lives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct BlockId(pub u32);
 
 /// An installed function block instance.
@@ -24,7 +24,7 @@ pub struct Block {
     /// Cells that the addresses lead to, held for as long as the block.
     bound: Vec<Option<Cell>>,
     /// Keeps the code loaded.
-    _module: Arc<dyn Any + Send + Sync>,
+    module: Arc<dyn Any + Send + Sync>,
 }
 
 impl Block {
@@ -43,7 +43,7 @@ impl Block {
         let initial: Box<[u8]> = unsafe { std::slice::from_raw_parts(descriptor.image.cast::<u8>(), size) }.into();
         memory.store(&initial);
         let items = items(descriptor);
-        Block { id, name: name.to_owned(), descriptor, restored: restored(items, size), memory, initial, bound: vec![None; items.len()], _module: module }
+        Block { id, name: name.to_owned(), descriptor, restored: restored(items, size), memory, initial, bound: vec![None; items.len()], module }
     }
 
     /// Binds item `item` (a port or device) to `cell`. Before it is in a table. Panics where the item has no address or the
@@ -93,6 +93,56 @@ impl Block {
     /// What its module says about it.
     pub fn descriptor(&self) -> &'static Descriptor {
         self.descriptor
+    }
+
+    /// Its memory, what a reset goes back to, and what each item is bound to.
+    pub(crate) fn parts(&self) -> (&Cell, &[u8], &[Option<Cell>]) {
+        (&self.memory, &self.initial, &self.bound)
+    }
+
+    /// Installs a block as another one is installed elsewhere: `initial` but for the addresses, which are those of `bound`. Errors:
+    /// what does not fit the descriptor, in words.
+    pub(crate) fn like(
+        (id, name): (BlockId, &str),
+        descriptor: &'static Descriptor,
+        module: Arc<dyn Any + Send + Sync>,
+        memory: Cell,
+        initial: &[u8],
+        bound: &[Option<Cell>],
+    ) -> Result<Block, String> {
+        let items = items(descriptor);
+        if initial.len() != descriptor.instance_size as usize || bound.len() != items.len() || memory.len() < initial.len() {
+            return Err(format!("block '{name}' is not as its code module says: another version of the module?"));
+        }
+        if !(memory.start() as usize).is_multiple_of(descriptor.instance_align.max(1) as usize) {
+            return Err(format!("the memory of block '{name}' is not aligned"));
+        }
+        for (item, cell) in items.iter().zip(bound) {
+            let fits = cell.as_ref().is_none_or(|cell| item.address != NONE && (item.flags & flag::SIZED != 0 || cell.len() >= item.size as usize));
+            if !fits {
+                return Err(format!("an item of block '{name}' is bound to a cell that is too short"));
+            }
+        }
+        let mut block = Block::install(id, name, descriptor, module, memory);
+        block.write(0, initial);
+        for (index, item) in items.iter().enumerate().filter(|(_, item)| item.address != NONE) {
+            match &bound[index] {
+                Some(cell) => block.bind(index, cell),
+                None => block.write(item.address as usize, &0usize.to_ne_bytes()),
+            }
+        }
+        Ok(block)
+    }
+
+    /// What keeps its code loaded.
+    pub fn module(&self) -> &Arc<dyn Any + Send + Sync> {
+        &self.module
+    }
+
+    /// Name of the block in its module.
+    pub fn code_name(&self) -> &str {
+        // SAFETY: a descriptor's name is a text that lives as long as its module.
+        unsafe { std::ffi::CStr::from_ptr(self.descriptor.name) }.to_str().unwrap_or_default()
     }
 
     /// The instance, for its entry.

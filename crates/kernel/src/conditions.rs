@@ -118,7 +118,9 @@ impl Kernel {
         let fault = fault(candidate.result);
         let (source, id, generation, item, time_ns) = (self.source.id, process.id(), word.running_generation(), candidate.item, candidate.now_ns);
         let Some((stage, line)) = candidate.watch else {
-            return self.tell(Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns }, &[], &[]);
+            let event = Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns, value: Vec::new() };
+            self.captured.clear();
+            return self.tell_condition(event, candidate.step, item);
         };
         let watch = &process.watches(stage)[usize::from(line)];
         let moved = self.act(process, word, stage, watch, candidate.process, now_ns);

@@ -3,6 +3,7 @@
 //!
 //! A row of a queue starts with [`row_prefix`] bytes: one bit for each member that is in the row, then the number of each
 //! member's update. The members' values follow, where `QueueMember::offset` says.
+use crate::far::Way;
 use crate::memory::{Span, spans};
 use crate::{Activation, Cell};
 use interconnect::{Full, Receiver, Sender};
@@ -31,6 +32,20 @@ pub fn row_prefix(members: usize) -> usize {
 
 const WORD: usize = 8;
 
+/// One end of a connection, and, where the other may lie elsewhere, how both are named.
+pub struct End<T: ?Sized> {
+    /// The end itself.
+    pub end: Box<T>,
+    /// None where both were made together.
+    pub way: Option<Way>,
+}
+
+impl<T: ?Sized> From<Box<T>> for End<T> {
+    fn from(end: Box<T>) -> Self {
+        End { end, way: None }
+    }
+}
+
 /// The writing end: a publication of the group once a firing, a row in the queue when a queue member was updated. It raises
 /// `wake` (a software source) after publishing, where asked.
 pub struct Outbound {
@@ -39,7 +54,8 @@ pub struct Outbound {
     group_len: usize,
     pub(crate) queue: Vec<QueueMember>,
     pub(crate) wake: Option<crate::SourceId>,
-    _group: Vec<Cell>,
+    pub(crate) way: Option<Way>,
+    pub(crate) group: Vec<Cell>,
 }
 
 // SAFETY: the sender and the cells are touched only by the kernel of the writing source.
@@ -50,9 +66,10 @@ unsafe impl Sync for Outbound {}
 impl Outbound {
     /// `group`: the asynchronous members, in the order in which they lie in the group. `wake` is raised once a firing in which a
     /// row was sent, or, of a connection without a queue, in each firing.
-    pub fn new(sender: Box<dyn Sender>, group: Vec<Cell>, queue: Vec<QueueMember>, wake: Option<crate::SourceId>) -> Arc<Outbound> {
+    pub fn new(sender: impl Into<End<dyn Sender>>, group: Vec<Cell>, queue: Vec<QueueMember>, wake: Option<crate::SourceId>) -> Arc<Outbound> {
         let (spans, group_len) = spans(&group);
-        Arc::new(Outbound { sender: UnsafeCell::new(sender), spans, group_len, queue, wake, _group: group })
+        let End { end, way } = sender.into();
+        Arc::new(Outbound { sender: UnsafeCell::new(end), spans, group_len, queue, wake, way, group })
     }
 
     /// Publishes the group. `midway` is called with half of it copied.
@@ -162,8 +179,9 @@ pub struct Inbound {
     /// Since when a ratio value is absent, plus one; 0 where none is.
     late_ns: AtomicI64,
     spans: Vec<Span>,
-    members: Vec<QueueMember>,
-    _group: Vec<Cell>,
+    pub(crate) members: Vec<QueueMember>,
+    pub(crate) way: Option<Way>,
+    pub(crate) group: Vec<Cell>,
 }
 
 struct InboundState {
@@ -203,11 +221,12 @@ unsafe impl Sync for Inbound {}
 
 impl Inbound {
     /// `group` and `queue` as the writing end has them, with cells of the reader's image.
-    pub fn new(receiver: Box<dyn Receiver>, group: Vec<Cell>, queue: Vec<QueueMember>) -> Arc<Inbound> {
+    pub fn new(receiver: impl Into<End<dyn Receiver>>, group: Vec<Cell>, queue: Vec<QueueMember>) -> Arc<Inbound> {
         let (spans, _) = spans(&group);
         let waiting = queue.iter().map(|member| Waiting::new(member.cell.len(), member.ratio)).collect();
+        let End { end: receiver, way } = receiver.into();
         let state = UnsafeCell::new(InboundState { receiver, waiting });
-        Arc::new(Inbound { state, brought_ns: AtomicI64::new(i64::MIN), late_ns: AtomicI64::new(0), spans, members: queue, _group: group })
+        Arc::new(Inbound { state, brought_ns: AtomicI64::new(i64::MIN), late_ns: AtomicI64::new(0), spans, members: queue, way, group })
     }
 
     /// Release time of the firing whose publication was latched last, ns on the clock; none before the first.
@@ -218,6 +237,12 @@ impl Inbound {
     /// Since when a ratio value is absent that its reader has asked for, ns on the clock.
     pub fn late_since_ns(&self) -> Option<i64> {
         Some(self.late_ns.load(Ordering::Relaxed) - 1).filter(|ns| *ns >= 0)
+    }
+
+    /// What `brought_ns` and `late_since_ns` say, of one that lies elsewhere: as its kernel told last.
+    pub fn report(&self, brought_ns: Option<i64>, late_since_ns: Option<i64>) {
+        self.brought_ns.store(brought_ns.unwrap_or(i64::MIN), Ordering::Relaxed);
+        self.late_ns.store(late_since_ns.map_or(0, |ns| ns + 1), Ordering::Relaxed);
     }
 
     /// Takes the newest group into its cells, if there is a new one. `midway` is called with half of it copied.
@@ -469,7 +494,7 @@ impl Waiting {
 }
 
 /// The writing end of a ring of rows, used by one source at a time.
-pub struct RowsEnd(UnsafeCell<interconnect::RowsWriter>);
+pub struct RowsEnd(pub(crate) UnsafeCell<interconnect::RowsWriter>);
 
 // SAFETY: used by the kernel of one source at a time.
 unsafe impl Send for RowsEnd {}
@@ -480,6 +505,29 @@ impl RowsEnd {
     /// Takes the writing end that `interconnect::rows` made.
     pub fn new(writer: interconnect::RowsWriter) -> Arc<RowsEnd> {
         Arc::new(RowsEnd(UnsafeCell::new(writer)))
+    }
+
+    /// Bytes of a row, and rows that the ring holds.
+    pub fn shape(&self) -> (usize, usize) {
+        // SAFETY: neither ever changes.
+        let writer = unsafe { &*self.0.get() };
+        (writer.row_len(), writer.depth())
+    }
+
+    /// A reader of the ring.
+    pub fn reader(&self) -> interconnect::RowsReader {
+        // SAFETY: the shared part of a writer never changes.
+        unsafe { &*self.0.get() }.reader()
+    }
+
+    /// Writes a row that a kernel elsewhere wrote there. By the one thread that takes what comes from there. Nothing where it is of
+    /// another length.
+    pub fn repeat(&self, number: u64, time_ns: i64, bytes: &[u8]) {
+        // SAFETY: the caller is the one that touches it: the ring's source has no kernel here.
+        let writer = unsafe { &mut *self.0.get() };
+        if bytes.len() == writer.row_len() {
+            writer.write(number, time_ns, |sink| sink.put(bytes));
+        }
     }
 
     /// Writes one row of `spans`.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// Which way a channel goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Direction {
     /// From the machine.
     Read,
@@ -15,7 +15,7 @@ pub enum Direction {
 }
 
 /// A typed, unit-carrying channel of a physical device.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Channel {
     /// `part.channel`, for example `elbow.position`; unique in its device.
     pub name: String,
@@ -62,6 +62,51 @@ pub trait Driver: Send {
     fn close(&mut self);
 }
 
+/// A device that lies elsewhere, in the tables that are kept here: its driver does nothing.
+struct Unreached(Vec<Channel>);
+
+impl Driver for Unreached {
+    fn channels(&self) -> &[Channel] {
+        &self.0
+    }
+
+    fn open(&mut self, _now_ns: i64) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    fn read(&mut self, _release_ns: i64, _readings: &mut [u8]) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    fn write(&mut self, _release_ns: i64, _commands: &[u8], _engaged: &[bool]) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    fn safe_state(&mut self) {}
+
+    fn close(&mut self) {}
+}
+
+/// What whoever runs a device elsewhere is asked to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum DeviceCall {
+    /// [`Device::ask`].
+    Ask { channel: u32, what: Ask, at_zero: bool },
+    /// [`Device::forget`].
+    Forget { channel: u32 },
+}
+
+/// How a device stands, as whoever runs it tells it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct DeviceState {
+    /// It failed.
+    pub lost: bool,
+    /// For each channel: it asks; it asked since the last `forget`; how often its slew limit acted.
+    pub channels: Vec<(bool, bool, u64)>,
+    /// Calls of `forget` that it has seen.
+    pub forgotten: u64,
+}
+
 /// A device in the image of its source.
 pub struct Device {
     name: String,
@@ -79,11 +124,15 @@ pub struct Device {
     /// For each channel: which reading of it asks for something, and how that stands.
     asking: Vec<Asking>,
     is_asking: AtomicBool,
+    /// Calls of `forget`.
+    forgotten: AtomicU64,
+    /// Of one that lies elsewhere: whom to ask.
+    calls: OnceLock<Box<dyn Fn(DeviceCall) + Send + Sync>>,
     service: UnsafeCell<Service>,
 }
 
 /// What a read channel asks for when it reads so.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Ask {
     /// The emergency stop: outputs are safe from the write of the firing that read it on.
     Stop,
@@ -154,8 +203,56 @@ impl Device {
             lost: AtomicBool::new(false),
             stop: OnceLock::new(),
             is_asking: AtomicBool::new(false),
+            forgotten: AtomicU64::new(0),
+            calls: OnceLock::new(),
             service: UnsafeCell::new(service),
         }))
+    }
+
+    /// One that lies elsewhere, with these channels. `calls` asks whoever runs it.
+    pub fn elsewhere(name: &str, channels: Vec<Channel>, calls: Box<dyn Fn(DeviceCall) + Send + Sync>) -> Result<Arc<Device>, DeviceError> {
+        let device = Device::open(name, Box::new(Unreached(channels)), 0)?;
+        let _first = device.calls.set(calls);
+        Ok(device)
+    }
+
+    /// How it stands.
+    pub fn state(&self) -> DeviceState {
+        let channels = (0..self.channels.len()).map(|channel| (self.asks(channel), self.asked(channel), self.slew_limited(channel))).collect();
+        DeviceState { lost: self.is_lost(), channels, forgotten: self.forgotten.load(Ordering::Acquire) }
+    }
+
+    /// How one that lies elsewhere stands, as it was told last.
+    pub fn report(&self, state: &DeviceState) {
+        self.lost.store(state.lost, Ordering::Release);
+        // What was asked before the last `forget` is forgotten.
+        let is_new = state.forgotten == self.forgotten.load(Ordering::Acquire);
+        for ((asking, limited), (now, once, count)) in self.asking.iter().zip(&self.limited).zip(&state.channels) {
+            asking.now.store(*now, Ordering::Release);
+            limited.store(*count, Ordering::Relaxed);
+            if is_new {
+                asking.once.store(*once, Ordering::Release);
+            }
+        }
+    }
+
+    /// One that lies elsewhere has been opened anew: nothing is known of it, and it is asked again for what it was asked for before.
+    pub fn renew(&self) {
+        self.lost.store(false, Ordering::Release);
+        self.forgotten.store(0, Ordering::Release);
+        for (channel, asking) in self.asking.iter().enumerate() {
+            asking.once.store(false, Ordering::Release);
+            let what = asking.what.load(Ordering::Acquire);
+            if what != OFF {
+                let asked = if what & STOP != 0 { Ask::Stop } else { Ask::Tell };
+                self.call(DeviceCall::Ask { channel: channel as u32, what: asked, at_zero: what & AT_ZERO != 0 });
+            }
+        }
+    }
+
+    /// Its readings and its commands, whole.
+    pub(crate) fn images(&self) -> (&Cell, &Cell) {
+        (&self.readings, &self.commands)
     }
 
     /// Its name.
@@ -195,11 +292,13 @@ impl Device {
 
     /// From the next reading on, the read channel `channel` asks for `what` whenever it is not 0 (`at_zero`: whenever it is 0).
     pub fn ask(&self, channel: usize, what: Ask, at_zero: bool) {
+        let asked = what;
         let what = if what == Ask::Stop { STOP } else { TELL };
         // What nobody has read yet is not known to be granted; what would stop is not there until it is read.
         self.asking[channel].now.store(what == TELL, Ordering::Release);
         self.asking[channel].what.store(if at_zero { what | AT_ZERO } else { what }, Ordering::Release);
         self.is_asking.store(true, Ordering::Release);
+        self.call(DeviceCall::Ask { channel: channel as u32, what: asked, at_zero });
     }
 
     /// Whether `channel` asked in the latest reading; one of a lost device does.
@@ -215,6 +314,14 @@ impl Device {
     /// Forgets that `channel` asked.
     pub fn forget(&self, channel: usize) {
         self.asking[channel].once.store(false, Ordering::Release);
+        self.forgotten.fetch_add(1, Ordering::AcqRel);
+        self.call(DeviceCall::Forget { channel: channel as u32 });
+    }
+
+    fn call(&self, call: DeviceCall) {
+        if let Some(calls) = self.calls.get() {
+            calls(call);
+        }
     }
 
     /// True after it failed: it is neither read nor written any more.

@@ -5,7 +5,7 @@ use std::cell::Cell as Remembered;
 use std::sync::Arc;
 
 /// How the bytes of a channel are a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Number {
     Float,
     Double,
@@ -15,9 +15,11 @@ pub enum Number {
 
 /// A channel that is watched, and whom it raises. Shared by successive tables of the device's source.
 pub struct Edge {
-    device: Arc<Device>,
+    pub(crate) device: Arc<Device>,
+    /// Its index.
+    pub(crate) index: usize,
     channel: crate::Cell,
-    number: Number,
+    pub(crate) number: Number,
     pub(crate) raises: SourceId,
     /// Whether it was above zero when it was read last; what the first reading finds is no edge.
     was_set: Remembered<Option<bool>>,
@@ -34,7 +36,7 @@ impl Edge {
         assert!(device.channels()[channel].direction == crate::Direction::Read, "only a channel that is read has edges");
         let cell = device.cell(channel);
         assert!(cell.len() <= size_of::<u64>(), "only a scalar has edges");
-        Arc::new(Edge { device: device.clone(), channel: cell, number, raises, was_set: Remembered::new(None) })
+        Arc::new(Edge { device: device.clone(), index: channel, channel: cell, number, raises, was_set: Remembered::new(None) })
     }
 
     /// True where the channel has just gone from zero to something else. After each read of the device.

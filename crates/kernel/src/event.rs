@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Why an invocation faulted.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Fault {
     /// The body returned a fault with this code.
     Returned(u32),
@@ -48,8 +48,8 @@ pub enum Event {
         value: Vec<u8>,
         captured: Vec<u8>,
     },
-    /// A condition or fault that no watch names: recorded.
-    Unwatched { source: SourceId, process: u64, generation: u32, block: BlockId, item: u8, fault: Option<Fault>, number: u64, time_ns: i64 },
+    /// A condition or fault that no watch names: recorded. `value`: what the block reported with it.
+    Unwatched { source: SourceId, process: u64, generation: u32, block: BlockId, item: u8, fault: Option<Fault>, number: u64, time_ns: i64, value: Vec<u8> },
     /// The source stopped after a signal or a spent budget in `block`; pending and later scripts are still carried out.
     Stopped { source: SourceId, block: BlockId, process: u64, fault: Fault, time_ns: i64 },
     /// A device failed at reading or writing; it is in its safe state.
@@ -60,6 +60,10 @@ pub enum Event {
     Overrun { source: SourceId, reader: SourceId, member: u32, time_ns: i64 },
     /// A ratio value was absent when its number was due: the old one is kept.
     Late { source: SourceId, member: u32, time_ns: i64 },
+    /// Whoever ran a source elsewhere is gone. `block`: the one that ran, where that is known.
+    Gone { source: SourceId, block: Option<BlockId>, message: String, time_ns: i64 },
+    /// An end of a connection could not be made: nothing will come over it.
+    Unconnected { writer: SourceId, reader: SourceId, message: String },
     /// Events that did not fit.
     Lost { source: SourceId, count: u64 },
 }
@@ -151,9 +155,10 @@ impl Listener {
         let told = self.events.pop().ok()?;
         let mut event = told.event;
         let (said_value, said_captured) = (self.read(told.value_len), self.read(told.captured_len));
-        if let Event::Condition { value, captured, .. } = &mut event {
-            *value = said_value;
-            *captured = said_captured;
+        match &mut event {
+            Event::Condition { value, captured, .. } => (*value, *captured) = (said_value, said_captured),
+            Event::Unwatched { value, .. } => *value = said_value,
+            _ => {}
         }
         Some(event)
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The kernels of one process: a thread for each interrupt source, or all of them under the virtual clock.
+use crate::abroad::Abroad;
 use crate::clock::monotonic_ns;
 use crate::event::telling;
 use crate::firing::{Kernel, Shared};
@@ -8,7 +9,7 @@ use crate::source::Source;
 use crate::virtual_clock::Virtual;
 use crate::watchdog::Watchdog;
 use crate::*;
-use interconnect::{Carrier, ConnectionSpec, Receiver, Sender};
+use interconnect::Carrier;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, MutexGuard, RwLock, RwLockReadGuard};
@@ -16,11 +17,13 @@ use std::thread::JoinHandle;
 
 /// All kernels of this process.
 pub struct Host {
-    carrier: Mutex<Box<dyn Carrier>>,
+    pub(crate) carrier: Mutex<Box<dyn Carrier>>,
     sources: RwLock<Vec<Arc<Source>>>,
-    shared: Arc<Shared>,
+    pub(crate) shared: Arc<Shared>,
+    /// What lies elsewhere.
+    pub(crate) abroad: Abroad,
     /// Monotonic: when the host was made. Zero under the virtual clock.
-    epoch_ns: i64,
+    pub(crate) epoch_ns: i64,
     /// Virtual: now.
     now_ns: AtomicI64,
     /// Virtual: the executor, used by one thread at a time.
@@ -44,15 +47,21 @@ const BUDGET_VIRTUAL_NS: i64 = 1_000_000_000;
 impl Host {
     /// No sources yet. `carrier`: what carries connections. Installs the fault handlers (once a process; earlier handlers are called for what is not ours).
     pub fn new(clock: ClockKind, carrier: Box<dyn Carrier>) -> Host {
+        Host::since(clock, carrier, monotonic_ns())
+    }
+
+    /// The same with an epoch of its own, ns of CLOCK_MONOTONIC: that of the host whose sources some of these are. Nothing under the virtual clock.
+    pub fn since(clock: ClockKind, carrier: Box<dyn Carrier>, epoch_ns: i64) -> Host {
         guard::install();
         let (epoch_ns, executor) = match clock {
-            ClockKind::Monotonic => (monotonic_ns(), None),
+            ClockKind::Monotonic => (epoch_ns, None),
             ClockKind::Virtual { seed } => (0, Some(Mutex::new(Virtual::new(seed)))),
         };
         let host = Host {
             carrier: Mutex::new(carrier),
             sources: RwLock::default(),
             shared: Arc::default(),
+            abroad: Abroad::default(),
             epoch_ns,
             now_ns: AtomicI64::new(0),
             executor,
@@ -97,14 +106,22 @@ impl Host {
         Ok(id)
     }
 
-    /// A connection between two sources, over the carrier.
-    pub fn connect(&self, spec: &ConnectionSpec) -> (Box<dyn Sender>, Box<dyn Receiver>) {
-        self.carrier.lock().expect("nobody panics with the lock held").connect(spec)
+    /// Keeps the place of a source that lies elsewhere.
+    pub(crate) fn reserve(&self, spec: SourceSpec) -> SourceId {
+        let mut sources = self.sources.write().expect("nobody panics with the lock held");
+        let id = SourceId(sources.len() as u32);
+        let (_, listener) = telling(id);
+        sources.push(Arc::new(Source::new(id, spec, listener, 0)));
+        id
     }
 
     /// Hands a script to a source; carried out between two firings, in the order of submission, at once if the source is idle
     /// (it is woken). Acknowledged by `Event::Done`. Any thread. Under the virtual clock it is carried out before this returns.
     pub fn submit(&self, source: SourceId, mut script: Box<Script>) {
+        self.announce(source, &script);
+        if let Some(far) = self.far(source) {
+            return far.submit(source, script);
+        }
         let sources = self.sources();
         for op in &mut script.ops {
             match op {
@@ -130,6 +147,9 @@ impl Host {
 
     /// Requests a firing of a software source.
     pub fn request(&self, source: SourceId) {
+        if let Some(far) = self.far(source) {
+            return far.request(source);
+        }
         let source = self.source(source);
         source.request(self.now_ns());
         source.bell.wake();
@@ -146,9 +166,20 @@ impl Host {
     /// The next event, if there is one. For the supervisor alone. Events come in the order in which they were made, over all
     /// sources; a script's acknowledgement is one of them.
     pub fn poll(&self) -> Option<Event> {
+        if let Some(event) = self.abroad.pop_first() {
+            return Some(event);
+        }
+        let event = self.next_event()?;
+        Some(if self.abroad.is_any() { self.serve(event) } else { event })
+    }
+
+    fn next_event(&self) -> Option<Event> {
         let rings = self.shared.supervisor.rings();
         let sources = self.sources();
         let next = sources.iter().filter_map(|source| Some((source.listener().next_serial(&source.done)?, source))).min_by_key(|(serial, _)| *serial);
+        if let Some(told) = self.abroad.take_told(next.as_ref().map(|(serial, _)| *serial)) {
+            return Some(told);
+        }
         let Some((serial, source)) = next else {
             self.polled.store(rings, Ordering::Release);
             return None;
@@ -219,11 +250,17 @@ impl Host {
 
     /// Counters and histograms of a source.
     pub fn statistics(&self, source: SourceId) -> Statistics {
+        if let Some(far) = self.far(source) {
+            return far.statistics(source);
+        }
         self.source(source).statistics()
     }
 
     /// Restarts a source that a fault stopped (after its devices are safe and its blocks gone).
     pub fn restart(&self, source: SourceId) {
+        if let Some(far) = self.far(source) {
+            return far.restart(source);
+        }
         let source = self.source(source);
         source.restarting.store(true, Ordering::Release);
         match &self.executor {
@@ -237,6 +274,7 @@ impl Host {
         if self.closed.swap(true, Ordering::AcqRel) {
             return;
         }
+        self.abroad.close();
         for source in self.sources().iter() {
             source.closing.store(true, Ordering::Release);
             source.bell.ring();
@@ -266,11 +304,11 @@ impl Host {
         executor.lock().expect("nobody panics with the lock held")
     }
 
-    fn sources(&self) -> RwLockReadGuard<'_, Vec<Arc<Source>>> {
+    pub(crate) fn sources(&self) -> RwLockReadGuard<'_, Vec<Arc<Source>>> {
         self.sources.read().expect("nobody panics with the lock held")
     }
 
-    fn source(&self, source: SourceId) -> Arc<Source> {
+    pub(crate) fn source(&self, source: SourceId) -> Arc<Source> {
         self.sources()[source.0 as usize].clone()
     }
 

@@ -11,6 +11,7 @@
 //! `firing` is that path, `steps` its hot loop, `conditions` what answers, `boundary` what changes between two firings; `thread`
 //! and `virtual_clock` are the two ways to drive it.
 #![cfg_attr(rtsan, feature(sanitize))]
+mod abroad;
 pub mod block;
 mod boundary;
 pub mod clock;
@@ -19,6 +20,7 @@ pub mod connection;
 pub mod device;
 pub mod edge;
 pub mod event;
+pub mod far;
 mod firing;
 mod futex;
 mod guard;
@@ -36,13 +38,15 @@ mod thread;
 mod virtual_clock;
 mod watchdog;
 pub mod window;
+pub mod wire;
 
 pub use block::{Block, BlockId};
 pub use clock::ClockKind;
-pub use connection::{Inbound, Outbound, QueueMember, RowsEnd, row_prefix};
-pub use device::{Ask, Channel, Device, DeviceError, Direction, Driver};
+pub use connection::{End, Inbound, Outbound, QueueMember, RowsEnd, row_prefix};
+pub use device::{Ask, Channel, Device, DeviceCall, DeviceError, DeviceState, Direction, Driver};
 pub use edge::{Edge, Number};
 pub use event::{Event, Fault};
+pub use far::{Far, Reach, Way};
 pub use host::Host;
 pub use memory::{Cell, Extent};
 pub use process::{Process, Response, Stage, Taken, Watch};

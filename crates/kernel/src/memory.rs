@@ -44,6 +44,11 @@ impl Extent {
         self.len == 0
     }
 
+    /// The cell of `len` bytes at `offset`; none where it does not lie within.
+    pub(crate) fn find(self: &Arc<Self>, offset: usize, len: usize) -> Option<Cell> {
+        (offset.checked_add(len)? <= self.len).then(|| Cell { extent: self.clone(), offset, len })
+    }
+
     /// The cell of `len` bytes at `offset`. Panics where it does not lie within.
     pub fn cell(self: &Arc<Self>, offset: usize, len: usize) -> Cell {
         let end = offset.checked_add(len);
@@ -116,6 +121,11 @@ impl Cell {
     /// True where `next` starts where this one ends, in the same extent.
     pub fn adjoins(&self, next: &Cell) -> bool {
         Arc::ptr_eq(&self.extent, &next.extent) && self.offset + self.len == next.offset
+    }
+
+    /// The extent that it lies in, and where.
+    pub(crate) fn place(&self) -> (&Arc<Extent>, usize) {
+        (&self.extent, self.offset)
     }
 
     /// Address of the first byte; valid for `len` bytes while the cell is held.

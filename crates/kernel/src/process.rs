@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Processes: whose step a step is, its running time, and what answers its conditions.
+use crate::far::Far;
 use crate::firing::CAPTURED_MAX;
 use crate::{BlockId, Op, Script, SourceId};
 use opengpac::abi::Invocation;
@@ -53,12 +54,23 @@ pub struct Stage {
 pub struct Process {
     id: u64,
     created: u64,
+    home: Home,
     word: AtomicU64,
-    stages: OnceLock<Vec<Stage>>,
+    pub(crate) stages: OnceLock<Vec<Stage>>,
     /// One bit a condition that came, unserved, in this generation.
     remembered: AtomicU64,
     /// Its running times, one a source: a list that only grows.
     times: AtomicPtr<RunningTime>,
+}
+
+/// Where the word of a process is.
+pub(crate) enum Home {
+    /// All of its sources lie here.
+    Here,
+    /// All of its sources lie in that one place: the word here only follows.
+    There(Arc<dyn Far>),
+    /// Here; kernels in these places tell what comes, and know which stage it belongs to.
+    Spread(Vec<Arc<dyn Far>>),
 }
 
 /// Running time of a process in one source, and what its blocks are told.
@@ -85,7 +97,7 @@ unsafe impl Send for Process {}
 unsafe impl Sync for Process {}
 
 /// What [`Process::take`] found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Taken {
     /// It was in this stage.
     From(u16),
@@ -139,8 +151,13 @@ impl Process {
     /// `created`: creation order, for serving conditions of one firing. Stages may be given once, later (scripts refer to the
     /// process). It is in generation 0, stage 0, frozen until an `Op::Stage`.
     pub fn new(id: u64, created: u64) -> Arc<Process> {
+        Process::at(id, created, Home::Here)
+    }
+
+    /// The same where its sources, or some of them, lie elsewhere: see `Host::process`.
+    pub(crate) fn at(id: u64, created: u64, home: Home) -> Arc<Process> {
         let word = AtomicU64::new(Word { generation: 0, stage: 0, flags: FROZEN }.pack());
-        Arc::new(Process { id, created, word, stages: OnceLock::new(), remembered: AtomicU64::new(0), times: AtomicPtr::new(ptr::null_mut()) })
+        Arc::new(Process { id, created, home, word, stages: OnceLock::new(), remembered: AtomicU64::new(0), times: AtomicPtr::new(ptr::null_mut()) })
     }
 
     /// Gives the stages; once. Panics the second time, where a reaction swaps a table, or where a remembered condition's index
@@ -177,6 +194,22 @@ impl Process {
     /// `generation` that are still on their way change nothing. A kernel that ended it in `generation` was faster, and, unless
     /// `insist`, one that froze it: then nothing changes, its event tells.
     pub fn take(&self, generation: u32, insist: bool) -> Taken {
+        let Home::There(far) = &self.home else { return self.take_here(generation, insist) };
+        match far.take(self.id, generation, insist) {
+            Some(Taken::Late) => Taken::Late,
+            Some(taken) => {
+                self.take_here(generation, true);
+                taken
+            }
+            // Nobody there moves it any more.
+            None => match self.take_here(generation, true) {
+                Taken::Late => Taken::From(self.word().stage),
+                taken => taken,
+            },
+        }
+    }
+
+    fn take_here(&self, generation: u32, insist: bool) -> Taken {
         let taken = self.change(|word| {
             let late = word.generation > generation || (word.generation == generation && (word.flags & ENDED != 0 || (word.flags == FROZEN && !insist)));
             (!late).then_some(Word { generation: generation + 1, stage: word.stage, flags: FROZEN | CLAIMED })
@@ -198,6 +231,28 @@ impl Process {
     pub fn claim(&self, from: u32) -> bool {
         self.change(|word| (word.generation == from && word.acts()).then_some(Word { generation: from + 1, stage: word.stage, flags: FROZEN | CLAIMED }))
             .is_some()
+    }
+
+    /// True where its sources lie in several places: nothing answers its conditions but the supervisor.
+    pub fn is_spread(&self) -> bool {
+        matches!(self.home, Home::Spread(_))
+    }
+
+    /// Of one whose word is elsewhere: what is reported from now on belongs to this stage.
+    pub fn at_stage(&self, stage: u16, generation: u32) {
+        self.change(|word| (word.generation <= generation).then_some(Word { generation, stage, flags: 0 }));
+    }
+
+    pub(crate) fn home(&self) -> &Home {
+        &self.home
+    }
+
+    /// What the kernel there did with a process whose word is there.
+    pub(crate) fn follow(&self, generation: u32, stage: Option<u16>, ended: bool) {
+        self.change(|word| {
+            let flags = if ended { ENDED } else { u16::from(stage.is_none()) * FROZEN };
+            (word.generation == generation).then_some(Word { stage: stage.unwrap_or(word.stage), flags, ..word })
+        });
     }
 
     pub(crate) fn created(&self) -> u64 {

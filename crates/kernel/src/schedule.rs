@@ -126,6 +126,15 @@ impl Activation {
         self.state.get()
     }
 
+    /// When it is due, as whoever builds tables knows it.
+    pub(crate) fn planned(&self) -> Due {
+        self.planned.lock().expect("nobody panics with the lock held").clone()
+    }
+
+    pub(crate) fn stamp_cell(&self) -> Option<&Cell> {
+        self.stamp.as_ref()
+    }
+
     /// The activations that drive it, for who builds a table.
     pub(crate) fn planned_drivers(&self) -> Vec<(Arc<Activation>, u32)> {
         self.planned.lock().expect("nobody panics with the lock held").drivers().to_vec()

@@ -8,11 +8,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 
 /// Index of a source in its host.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct SourceId(pub u32);
 
 /// What requests its firings.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum SourceKind {
     /// Releases at epoch + k · period; the epoch is the host's, the same for all of its timers.
     Timer { period_ns: u64 },
@@ -22,7 +22,7 @@ pub enum SourceKind {
 }
 
 /// What a source is.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct SourceSpec {
     /// Its processor.
     pub rtp: u16,
@@ -40,7 +40,7 @@ pub struct SourceSpec {
 }
 
 /// Counters and histograms of one source, readable at any time.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Statistics {
     /// Firings, without those of `execute`.
     pub firings: u64,

@@ -99,10 +99,10 @@ pub struct Table {
     pub(crate) budget_ns: (u64, bool),
     /// Copy steps, at addresses that stay.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
-    _copies: Vec<Box<Copies>>,
+    pub(crate) copies: Vec<Box<Copies>>,
     /// Steps that append to windows, as above.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
-    _appends: Vec<Box<Appends>>,
+    pub(crate) appends: Vec<Box<Appends>>,
 }
 
 // SAFETY: a table belongs to one thread at a time: whoever builds it, then the kernel of its source, then whoever frees it. Its
@@ -130,9 +130,19 @@ pub(crate) struct Strip {
 pub(crate) struct ColdStep {
     /// `None` for a copy or an append.
     pub(crate) block: Option<Arc<Block>>,
+    /// What a step without a block does.
+    pub(crate) aside: Aside,
     pub(crate) process: u32,
     pub(crate) slot: u32,
     pub(crate) drivers: Vec<u32>,
+}
+
+/// Which of a table's copies or appends a step is.
+#[derive(Clone, Copy)]
+pub(crate) enum Aside {
+    None,
+    Copy(u32),
+    Append(u32),
 }
 
 /// What one step gave back.
@@ -160,9 +170,9 @@ pub(crate) struct Candidate {
     pub(crate) now_ns: i64,
 }
 
-struct Copies(Vec<(Cell, Cell)>);
+pub(crate) struct Copies(pub(crate) Vec<(Cell, Cell)>);
 
-struct Appends(Vec<Append>);
+pub(crate) struct Appends(pub(crate) Vec<Append>);
 
 impl Table {
     /// Builds the flat table: maximal runs of steps with one activation become strips. Panics where a step names a driver that
@@ -231,12 +241,13 @@ impl Table {
             edge_sources: Vec::new(),
             rows: None,
             budget_ns: (0, true),
-            _copies: Vec::new(),
-            _appends: Vec::new(),
+            copies: Vec::new(),
+            appends: Vec::new(),
         }
     }
 
     fn add(&mut self, index: u32, slot: u32, process: u32, step: Step) {
+        let mut aside = Aside::None;
         let block = match step.kind {
             StepKind::Block(block) => {
                 self.calls.push(Call { run: block.descriptor().run, instance: block.instance().cast(), invocation: ptr::null() });
@@ -246,18 +257,20 @@ impl Table {
                 assert!(cells.iter().all(|(from, to)| from.len() == to.len()), "a copy goes between cells of one length");
                 let copies = Box::new(Copies(cells));
                 self.calls.push(Call { run: copy, instance: ptr::from_ref::<Copies>(&copies).cast_mut().cast(), invocation: ptr::null() });
-                self._copies.push(copies);
+                aside = Aside::Copy(self.copies.len() as u32);
+                self.copies.push(copies);
                 None
             }
             StepKind::Append(appends) => {
                 assert!(appends.iter().all(|append| append.window.takes(&append.value)), "a window takes values of one length");
                 let appends = Box::new(Appends(appends));
                 self.calls.push(Call { run: append, instance: ptr::from_ref::<Appends>(&appends).cast_mut().cast(), invocation: ptr::null() });
-                self._appends.push(appends);
+                aside = Aside::Append(self.appends.len() as u32);
+                self.appends.push(appends);
                 None
             }
         };
-        self.steps.push(ColdStep { block, process, slot, drivers: step.drivers });
+        self.steps.push(ColdStep { block, aside, process, slot, drivers: step.drivers });
         match self.strips.last_mut() {
             Some(strip) if strip.slot == slot => strip.end = index + 1,
             _ => self.strips.push(Strip { slot, start: index, end: index + 1 }),

@@ -70,6 +70,8 @@ pub struct LoadedModule {
     pub types: Vec<TypeFace>,
     pub target: String,
     pub compiler: String,
+    /// The shared object itself.
+    pub bytes: std::sync::Arc<[u8]>,
 }
 
 impl LoadedModule {
@@ -115,7 +117,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadErro
     std::fs::write(&copy, &bytes).map_err(|error| LoadError::Unreadable { path: copy.clone(), what: error.to_string() })?;
     judge(path, options.probe.run(&copy), options)?;
     let face = open(path, &copy)?;
-    Ok(LoadedModule { name, path: here(), blocks: face.blocks, types: face.types, target: face.target, compiler: face.compiler })
+    Ok(LoadedModule { name, path: here(), blocks: face.blocks, types: face.types, target: face.target, compiler: face.compiler, bytes: bytes.into() })
 }
 
 fn judge(path: &Path, finding: Finding, options: &LoadOptions) -> Result<(), LoadError> {

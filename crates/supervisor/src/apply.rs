@@ -81,6 +81,7 @@ impl System {
             return Err(refuse_at(Class::InUse, format!("there is a verb instance '{name}' already"), "give it another name", application.place.clone()));
         }
         let catalog = &definitions.catalog;
+        self.send_code(catalog, &plan, &application.place)?;
         let (id, name) = self.shared.command(|core| {
             let id = core.create(catalog, plan.clone(), application.name.clone(), application.owner.clone())?;
             let instance = core.instances.get_mut(&id).expect("it has just been made");

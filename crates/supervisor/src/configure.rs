@@ -2,6 +2,7 @@
 //! Configuration: hardware, code, definitions, SVVs. It can change at any time, as long as nothing that runs is affected.
 use crate::catalog::Code;
 use crate::core::PhysicalRecord;
+use crate::elsewhere::Location;
 use crate::refuse::{invalid_state, refuse, refuse_at, unknown};
 use crate::svvs::SvvRecord;
 use crate::system::System;
@@ -29,6 +30,11 @@ pub struct SvvRequest {
 impl System {
     /// A real-time processor. `core`: where its sources' threads are pinned. The first is the supervisor, unless another says so.
     pub fn processor(&self, name: &str, core: Option<usize>, supervisor: bool) -> Result<(), Refusals> {
+        self.processor_in(name, core, supervisor, Location::Thread)
+    }
+
+    /// The same, in a process of its own or on another host. Under the virtual clock all are threads of one.
+    pub fn processor_in(&self, name: &str, core: Option<usize>, supervisor: bool, location: Location) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         if definitions.configuration.processors.iter().any(|p| p == name) {
             return Err(refuse(Class::InUse, format!("there is a processor '{name}' already"), "give it another name"));
@@ -47,6 +53,7 @@ impl System {
                 "a system has one supervisor; leave supervisor= out",
             ));
         }
+        self.settle_elsewhere(name, supervisor, &location)?;
         let first = definitions.processors.is_empty();
         if supervisor {
             definitions.processors.values_mut().for_each(|p| p.supervisor = false);
@@ -83,11 +90,7 @@ impl System {
             core: definitions.processors[rtp].core,
             virtual_cost_ns,
         };
-        let id = self
-            .shared
-            .host
-            .add_source(spec)
-            .map_err(|why| refuse(Class::InvalidState, format!("cannot start source '{full}': {why}"), "close other programs and try again"))?;
+        let id = self.add_source(processor, spec)?;
         self.shared.command(|core| {
             core.sources.insert(full.clone(), id);
             core.tables.insert(id, SourceTable::default());
@@ -191,10 +194,8 @@ impl System {
             }
             Some(_) => {}
         }
-        let (driver, description) =
-            drivers::open(kind, options).map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {why}"), "", place.clone()))?;
-        let device = kernel::Device::open(name, driver, self.shared.host.now_ns())
-            .map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {}", why.message), "", place.clone()))?;
+        let (device, description, opened) = (self.open_device(processor, name, kind, options))
+            .map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {why}"), "", place.clone()))?;
         let channels: Vec<Channel> = (device.channels().iter())
             .map(|c| Channel { name: c.name.clone(), write: c.direction == Direction::Write, type_text: c.type_text.clone(), unit: c.unit.clone() })
             .collect();
@@ -202,7 +203,7 @@ impl System {
             let id = core.sources[source];
             device.obey(core.emergency.stop.clone());
             core.tables.get_mut(&id).expect("a source has its table as long as the system lives").devices.push(device.clone());
-            core.physical.insert(name.to_owned(), PhysicalRecord { device, source: id, lost: None });
+            core.physical.insert(name.to_owned(), PhysicalRecord { device, source: id, lost: None, opened });
             let op = core.table_op(id);
             core.submit(id, vec![op], crate::core::Purpose::Nothing);
             Ok(())
@@ -244,6 +245,7 @@ impl System {
             table.edges.retain(|(of, _)| of != name);
             let op = core.table_op(source);
             core.submit(source, vec![op], crate::core::Purpose::Nothing);
+            core.shut_elsewhere(source, name);
             Ok(())
         })?;
         definitions.configuration.devices.shift_remove(name);
@@ -418,7 +420,7 @@ impl System {
         let blocks = library::blocks();
         let faces: Vec<_> =
             blocks.iter().map(|d| opengpac::read::BlockFace::read(d, &types).expect("the library's own blocks are in order: its tests check it")).collect();
-        self.enter_module("library", &faces, &types, Arc::new(()));
+        self.enter_module("library", &faces, &types, Arc::new(rtp::Module::library()));
     }
 
     /// Enters blocks that are part of this program (Rust blocks linked into it) as module `module`; a module of that name is

@@ -9,9 +9,9 @@ use crate::follow::Gate;
 use crate::install::Installed;
 use crate::sequence::{Inlet, Movement};
 use crate::tables::{InletRecord, Outlet};
-use interconnect::{Carrier, ConnectionSpec, Memory, Receiver, Sender};
+use interconnect::{ConnectionSpec, Receiver, Sender};
 use kernel::connection::QueueMember;
-use kernel::{Activation, Cell, Inbound, Outbound, SourceId};
+use kernel::{Activation, Cell, End, Inbound, Outbound, SourceId};
 use model::interface::Mode;
 use model::plan::{Binding, CellKind, Plan, PlannedCell};
 use std::collections::{BTreeMap, HashMap};
@@ -49,7 +49,7 @@ pub(crate) struct Queue {
     members: Vec<Member>,
     /// The SVV of another instance that it carries, where it does: that instance may be followed by another.
     svv: Option<String>,
-    ends: (Box<dyn Sender>, Box<dyn Receiver>),
+    ends: (End<dyn Sender>, End<dyn Receiver>),
 }
 
 /// Cells of inputs by (block, item) whose values come one by one through a queue: that value is not always the newest, so it has a cell of its
@@ -148,8 +148,7 @@ fn lay_out(members: &[Member]) -> (Vec<usize>, usize) {
 
 fn queue(core: &Core, pair: Pair, svv: Option<String>, members: Vec<Member>) -> Queue {
     let spec = ConnectionSpec { writer: pair.0.0, reader: pair.1.0, asynchronous_len: 0, queue_row_len: lay_out(&members).1, queue_depth: QUEUE_DEPTH };
-    // Within a source nothing is on a way.
-    let ends = if pair.0 == pair.1 { Memory.connect(&spec) } else { core.host.connect(&spec) };
+    let ends = core.host.connect(&spec);
     Queue { pair, members, svv, ends }
 }
 
@@ -158,7 +157,7 @@ impl Queue {
         self.members.iter().any(|m| m.ratio > 0)
     }
 
-    fn inbound(members: &[Member], receiver: Box<dyn Receiver>, activations: &[Arc<Activation>]) -> Arc<Inbound> {
+    fn inbound(members: &[Member], receiver: End<dyn Receiver>, activations: &[Arc<Activation>]) -> Arc<Inbound> {
         let (offsets, _) = lay_out(members);
         let member = |(m, offset): (&Member, usize)| {
             let activation = (m.ratio > 0).then(|| activations[m.reader].clone());
@@ -173,8 +172,8 @@ pub(crate) struct HalfQueue {
     pair: Pair,
     members: Vec<Member>,
     svv: Option<String>,
-    sender: Box<dyn Sender>,
-    receiver: Option<Box<dyn Receiver>>,
+    sender: End<dyn Sender>,
+    receiver: Option<End<dyn Receiver>>,
     inbound: Option<Arc<Inbound>>,
 }
 

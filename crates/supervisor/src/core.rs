@@ -12,8 +12,9 @@ use crate::pause::Pause;
 use crate::svvs::SvvRecord;
 use crate::tables::SourceTable;
 use indexmap::IndexMap;
-use kernel::{Device, Host, Op, Script, SourceId};
+use kernel::{Device, Host, Op, Script, SourceId, SourceSpec};
 use model::plan::Claim;
+use rtp::Processor;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
@@ -41,6 +42,8 @@ pub(crate) struct PhysicalRecord {
     pub device: Arc<Device>,
     pub source: SourceId,
     pub lost: Option<String>,
+    /// Of one that lies elsewhere: how it was opened.
+    pub opened: Option<(String, String)>,
 }
 
 /// Whose script it was that a kernel acknowledges.
@@ -57,6 +60,10 @@ pub(crate) struct Core {
     pub host: Arc<Host>,
     /// `rtp.name` → source.
     pub sources: IndexMap<String, SourceId>,
+    /// What each source is, by number.
+    pub specs: Vec<SourceSpec>,
+    /// Processors that run elsewhere.
+    pub elsewhere: IndexMap<String, Arc<Processor>>,
     pub tables: HashMap<SourceId, SourceTable>,
     pub svvs: IndexMap<String, SvvRecord>,
     pub physical: IndexMap<String, PhysicalRecord>,
@@ -94,6 +101,8 @@ impl Core {
         Core {
             host,
             sources: IndexMap::new(),
+            specs: Vec::new(),
+            elsewhere: IndexMap::new(),
             tables: HashMap::new(),
             svvs: IndexMap::new(),
             physical: IndexMap::new(),

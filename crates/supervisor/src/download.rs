@@ -26,7 +26,7 @@ impl System {
         }
         self.refuse_busy_module(&module)?;
         let loaded = load(path, python)?;
-        self.enter_module(&module, &loaded.blocks, &loaded.types, Arc::new(()));
+        self.enter_module(&module, &loaded.blocks, &loaded.types, Arc::new(rtp::Module::new(&module, loaded.bytes.clone())));
         Ok(self.module_json(&module))
     }
 }

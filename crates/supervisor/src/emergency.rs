@@ -45,6 +45,7 @@ impl Core {
         self.log.add(now_ns, "emergency_stop", source, reason);
         self.alarm_emergency(source, reason);
         self.emergency.stop.store(true, Ordering::Release);
+        self.host.stop_abroad(true);
         if self.emergency.reason.is_some() {
             return;
         }
@@ -95,6 +96,7 @@ impl Core {
             self.physical[&input.device].device.forget(input.channel);
         }
         self.emergency.stop.store(false, Ordering::Release);
+        self.host.stop_abroad(false);
         self.alarm_reset();
         self.poisoned.clear();
         self.lost.clear();
@@ -155,8 +157,9 @@ impl System {
         })
     }
 
-    /// Lifts the latch.
+    /// Lifts the latch; processors that were lost get a new process.
     pub fn reset(&self) -> Result<(), Refusals> {
+        self.revive()?;
         self.shared.command(Core::reset)
     }
 }

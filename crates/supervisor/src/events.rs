@@ -74,6 +74,11 @@ impl Core {
                 let reader = self.source_name(source).to_owned();
                 self.log.add(time_ns, "late", &reader, format!("ratio input {member}: the value was not there yet, the old one is kept"));
             }
+            Event::Gone { source, message, .. } => self.processor_lost(source, &message),
+            Event::Unconnected { writer, reader, message } => {
+                let (writer, reader) = (self.source_name(writer).to_owned(), self.source_name(reader).to_owned());
+                self.log.add(self.host.now_ns(), "unconnected", &reader, format!("nothing comes from '{writer}' to '{reader}': {message}"));
+            }
             Event::Lost { source, count } => {
                 let name = self.source_name(source).to_owned();
                 self.log.add(self.host.now_ns(), "lost", &name, format!("{count} events did not fit"));
@@ -224,7 +229,7 @@ impl Core {
         format!("source '{}' stopped: {why}", self.source_name(source))
     }
 
-    fn device_lost(&mut self, device: &str, message: &str, time_ns: i64) {
+    pub fn device_lost(&mut self, device: &str, message: &str, time_ns: i64) {
         self.log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
         if let Some(physical) = self.physical.get_mut(device) {
             physical.lost = Some(message.to_owned());

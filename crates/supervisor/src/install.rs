@@ -125,7 +125,7 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
     let mut sources = site.block_source.clone();
     sources.sort();
     sources.dedup();
-    let process = Process::new(instance, instance);
+    let process = core.host.process(instance, instance, &sources);
     let delays = delays.into_iter().map(|((block, item), cell)| (site.block_source[block], block, item, cell)).collect();
     let interfaces = plan.blocks.iter().map(|b| catalog.blocks[&b.block].interface.clone()).collect();
     let installed = Installed {

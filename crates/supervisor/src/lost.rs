@@ -3,10 +3,10 @@
 //! `processor_lost`; nobody waits for it any more, until a reset.
 use crate::core::Core;
 use crate::instance::Cause;
-use crate::refuse::unknown;
+use crate::refuse::{refuse, unknown};
 use crate::system::System;
 use kernel::SourceId;
-use model::refusal::Refusals;
+use model::refusal::{Class, Refusals};
 
 /// How long a source may take to acknowledge a script, ns. An idle one answers at once, a busy one after its firing.
 const ANSWER_NS: i64 = 5_000_000_000;
@@ -27,16 +27,22 @@ impl Core {
         let mut silent: Vec<SourceId> = late.flat_map(|i| i.awaited.iter().copied()).collect();
         silent.sort_unstable();
         silent.dedup();
-        silent.into_iter().for_each(|source| self.processor_lost(source));
+        silent.into_iter().for_each(|source| self.silent(source));
     }
 
-    fn processor_lost(&mut self, source: SourceId) {
+    fn silent(&mut self, source: SourceId) {
+        let message = format!("source '{}' has not answered for {} s", self.source_name(source), ANSWER_NS / 1_000_000_000);
+        self.processor_lost(source, &message);
+    }
+
+    /// Nobody runs the source any more, or nobody hears of it.
+    pub fn processor_lost(&mut self, source: SourceId, message: &str) {
         if !self.lost.insert(source) {
             return;
         }
         let time_ns = self.host.now_ns();
         let name = self.source_name(source).to_owned();
-        let message = format!("source '{name}' has not answered for {} s", ANSWER_NS / 1_000_000_000);
+        let message = message.to_owned();
         self.log.add(time_ns, "processor_lost", &name, message.clone());
         let there: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.installed.sources.contains(&source)).map(|i| i.id).collect();
         for id in there {
@@ -52,6 +58,20 @@ impl Core {
                 instance.outstanding = instance.awaited.len();
             }
             self.proceed(id);
+        }
+        let gone: Vec<String> = self.physical.iter().filter(|(_, physical)| physical.source == source).map(|(name, _)| name.clone()).collect();
+        gone.iter().for_each(|device| self.device_lost(device, &message, time_ns));
+    }
+
+    /// Refuses what would run where nobody is.
+    pub fn refuse_lost(&self, sources: &[SourceId], call: &str, what: &str) -> Result<(), Refusals> {
+        match sources.iter().find(|source| self.lost.contains(source)) {
+            None => Ok(()),
+            Some(source) => Err(refuse(
+                Class::InvalidState,
+                format!("cannot {call} '{what}': source '{}' is lost", self.source_name(*source)),
+                "see the log for why, then call reset()",
+            )),
         }
     }
 }

@@ -88,6 +88,11 @@ impl Builder {
         self.barrier = true;
     }
 
+    /// What comes next is sent when everything so far has been acknowledged, wherever it lies.
+    pub fn divide(&mut self) {
+        self.flush();
+    }
+
     /// A movement that is no operation; everything before it is acknowledged first.
     pub fn then(&mut self, movement: Movement) {
         self.flush();

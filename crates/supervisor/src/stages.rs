@@ -140,7 +140,8 @@ impl Verbatim<'_> {
 
     /// A reaction where all lies in `source`, else the supervisor is told.
     fn response(&self, list: usize, stage: usize, answer: Answer, condition: usize, source: Option<SourceId>) -> Response {
-        let Some(source) = source else { return Response::Tell };
+        // What lies in several places is answered here.
+        let Some(source) = source.filter(|_| !self.installed.process.is_spread()) else { return Response::Tell };
         let active: Vec<usize> = self.plan.lists[list].stages[stage].active.iter().map(|(a, _)| *a).collect();
         let mut builder = Builder::default();
         let next = match answer {
@@ -266,6 +267,10 @@ impl Verbatim<'_> {
                         builder.add(source, Op::While { process: self.installed.process.clone(), generation });
                     }
                     builder.barrier();
+                    // What it reports has come, and been answered, before what follows is sent.
+                    if self.installed.process.is_spread() {
+                        builder.divide();
+                    }
                 }
             }
             PlannedCommand::On { activation, every } => {

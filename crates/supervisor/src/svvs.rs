@@ -80,6 +80,14 @@ impl SvvRecord {
         }
     }
 
+    /// Operations that put the value that is known into the image of a source that has lost its own; nothing where another source has it.
+    pub fn known_ops(&self, source: SourceId) -> Vec<Op> {
+        match self.cells.get(&source) {
+            Some(cell) if self.home.is_none_or(|home| home == source) => vec![Op::Store(cell.clone(), self.stored.as_slice().into())],
+            _ => Vec::new(),
+        }
+    }
+
     /// Operations that store a value in every image that has the SVV, and in its windows.
     pub fn store_ops(&self, bytes: &[u8]) -> Vec<(SourceId, Op)> {
         let stores = self.cells.iter().map(|(source, cell)| (*source, Op::Store(cell.clone(), bytes.into())));

@@ -16,7 +16,7 @@ use model::value::Value;
 use std::collections::HashMap;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock};
 use std::time::{Duration, Instant};
 
 /// What is defined: configuration and code. Locked before [`Core`] where both are needed.
@@ -49,6 +49,8 @@ pub(crate) struct Shared {
     pub closed: AtomicBool,
     /// Where and at which priority the supervisor's thread runs: on its processor's core, above that processor's sources.
     pub post: Mutex<Post>,
+    /// Where processors elsewhere come from.
+    pub places: OnceLock<Arc<dyn rtp::Places>>,
     /// Readable after an end, for event loops.
     ended_fd: OwnedFd,
 }
@@ -94,6 +96,7 @@ impl System {
             post: Mutex::new(Post::default()),
             closing: AtomicBool::new(false),
             closed: AtomicBool::new(false),
+            places: OnceLock::new(),
             // SAFETY: `fd` was just made and belongs to nobody else.
             ended_fd: unsafe { OwnedFd::from_raw_fd(fd) },
         });

@@ -15,7 +15,8 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("drivers", &["kernel"]),
     ("modules", &["opengpac"]),
     ("library", &["opengpac"]),
-    ("supervisor", &["opengpac", "model", "interconnect", "kernel", "drivers", "modules", "library"]),
+    ("rtp", &["opengpac", "interconnect", "kernel", "drivers", "modules", "library"]),
+    ("supervisor", &["opengpac", "model", "interconnect", "kernel", "drivers", "modules", "library", "rtp"]),
     ("session", &["model", "interconnect", "kernel", "supervisor"]),
     ("bindings", &["opengpac", "model", "supervisor", "session"]),
     ("c-package", &["session"]),
@@ -26,7 +27,8 @@ const ABSENT: &[(&str, &[&str])] = &[
     ("opengpac", &["serde", "serde_json", "libc", "libloading", "pyo3"]),
     ("model", &["libc", "libloading", "pyo3", "rtrb", "tokio"]),
     ("interconnect", &["serde", "serde_json", "pyo3"]),
-    ("kernel", &["serde", "serde_json", "pyo3", "libloading"]),
+    ("kernel", &["serde_json", "pyo3", "libloading"]),
+    ("rtp", &["pyo3", "supervisor", "model"]),
     ("supervisor", &["pyo3"]),
 ];
 

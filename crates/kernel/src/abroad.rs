@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What of a host lies elsewhere: which sources, the processes that reach over several places, and what came from there.
+use crate::connection::End;
+use crate::far::{Elsewhere, Far, Reach, Way};
+use crate::process::Home;
+use crate::*;
+use interconnect::{Carrier, ConnectionSpec, EndError, Memory, Receiver, Sender};
+use std::collections::{HashMap, VecDeque};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, RwLock, Weak};
+
+/// The sources that lie elsewhere, and what is to be told of them.
+#[derive(Default)]
+pub(crate) struct Abroad {
+    far: RwLock<HashMap<SourceId, Arc<dyn Far>>>,
+    is_any: AtomicBool,
+    /// Of the connections that reach there.
+    last_way: AtomicU64,
+    /// Processes with sources there.
+    processes: Mutex<HashMap<u64, Weak<Process>>>,
+    /// How many of them somebody held when they were looked through last.
+    held: AtomicUsize,
+    /// What came from there: (order among the events of the host, event).
+    told: Mutex<VecDeque<(u64, Event)>>,
+    /// What is told before everything else, because it belongs before an event that was taken already.
+    first: Mutex<VecDeque<Event>>,
+}
+
+impl Abroad {
+    pub(crate) fn is_any(&self) -> bool {
+        self.is_any.load(Ordering::Acquire)
+    }
+
+    pub(crate) fn pop_first(&self) -> Option<Event> {
+        if self.is_any() { locked(&self.first).pop_front() } else { None }
+    }
+
+    /// What came from elsewhere before the event `serial` was made here.
+    pub(crate) fn take_told(&self, serial: Option<u64>) -> Option<Event> {
+        if !self.is_any() {
+            return None;
+        }
+        let mut told = locked(&self.told);
+        told.pop_front_if(|(at, _)| serial.is_none_or(|serial| *at < serial)).map(|(_, event)| event)
+    }
+
+    pub(crate) fn close(&self) {
+        let all: Vec<Arc<dyn Far>> = self.far.read().expect("nobody panics with the lock held").values().cloned().collect();
+        all.iter().enumerate().filter(|(index, far)| !all[..*index].iter().any(|other| Arc::ptr_eq(other, far))).for_each(|(_, far)| far.close());
+    }
+
+    fn process(&self, id: u64) -> Option<Arc<Process>> {
+        locked(&self.processes).get(&id)?.upgrade()
+    }
+}
+
+/// Below this many processes none is looked for that nobody holds.
+const PROCESSES_MIN: usize = 256;
+
+fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().expect("nobody panics with the lock held")
+}
+
+impl Host {
+    /// A source that `far` runs: it is called by number like those here.
+    pub fn add_far_source(&self, spec: SourceSpec, far: Arc<dyn Far>) -> SourceId {
+        let id = self.reserve(spec);
+        self.abroad.far.write().expect("nobody panics with the lock held").insert(id, far);
+        self.abroad.is_any.store(true, Ordering::Release);
+        id
+    }
+
+    /// Keeps the number of a source that nobody here needs to reach.
+    pub fn skip_source(&self, spec: SourceSpec) -> SourceId {
+        self.reserve(spec)
+    }
+
+    /// From now on `far` runs these sources, in the place of one that is gone.
+    pub fn replace_far(&self, sources: &[SourceId], far: &Arc<dyn Far>) {
+        let mut all = self.abroad.far.write().expect("nobody panics with the lock held");
+        for source in sources {
+            all.insert(*source, far.clone());
+        }
+    }
+
+    /// Who runs a source, where that lies elsewhere.
+    pub(crate) fn far(&self, source: SourceId) -> Option<Arc<dyn Far>> {
+        if !self.abroad.is_any() {
+            return None;
+        }
+        self.abroad.far.read().expect("nobody panics with the lock held").get(&source).cloned()
+    }
+
+    /// The epoch of its clock, ns of CLOCK_MONOTONIC.
+    pub fn epoch_ns(&self) -> i64 {
+        self.epoch_ns
+    }
+
+    /// A process with steps in `sources`. See [`Process::new`]. Where they all lie in one place elsewhere its word is there.
+    pub fn process(&self, id: u64, created: u64, sources: &[SourceId]) -> Arc<Process> {
+        let mut places: Vec<Option<Arc<dyn Far>>> = Vec::new();
+        for far in sources.iter().map(|source| self.far(*source)) {
+            if !places.iter().any(|place| is_same(place, &far)) {
+                places.push(far);
+            }
+        }
+        let home = match places.as_mut_slice() {
+            [] | [None] => return Process::new(id, created),
+            [place @ Some(_)] => place.take().map_or(Home::Here, Home::There),
+            _ => Home::Spread(places.into_iter().flatten().collect()),
+        };
+        let process = Process::at(id, created, home);
+        let mut processes = locked(&self.abroad.processes);
+        if processes.len() >= PROCESSES_MIN.max(2 * self.abroad.held.load(Ordering::Relaxed)) {
+            processes.retain(|_, process| process.strong_count() > 0);
+            self.abroad.held.store(processes.len(), Ordering::Relaxed);
+        }
+        processes.insert(id, Arc::downgrade(&process));
+        process
+    }
+
+    /// A connection between two sources, over whatever carries it.
+    pub fn connect(&self, spec: &ConnectionSpec) -> (End<dyn Sender>, End<dyn Receiver>) {
+        let (writer, reader) = (SourceId(spec.writer), SourceId(spec.reader));
+        let (from, to) = (self.far(writer), self.far(reader));
+        if from.is_none() && to.is_none() {
+            // Within a source nothing is on a way.
+            let (sender, receiver) = if writer == reader { Memory.connect(spec) } else { locked(&self.carrier).connect(spec) };
+            return (sender.into(), receiver.into());
+        }
+        let reach = match (&from, &to) {
+            _ if is_same(&from, &to) => Reach::Process,
+            (from, to) if from.as_ref().and_then(|far| far.host()) == to.as_ref().and_then(|far| far.host()) => Reach::Host,
+            _ => Reach::Network,
+        };
+        let way = Way { number: self.abroad.last_way.fetch_add(1, Ordering::Relaxed) + 1, spec: *spec, reach };
+        let sender: Box<dyn Sender> = match (&from, &to) {
+            (None, Some(to)) => to.sender(way.number, spec).unwrap_or_else(|why| self.unconnected(&way, &why, Elsewhere)),
+            _ => Box::new(Elsewhere),
+        };
+        let receiver: Box<dyn Receiver> = match (&from, &to) {
+            (Some(from), None) => from.receiver(way.number, spec, self.raiser_of(reader)).unwrap_or_else(|why| self.unconnected(&way, &why, Elsewhere)),
+            _ => Box::new(Elsewhere),
+        };
+        (End { end: sender, way: Some(way) }, End { end: receiver, way: Some(way) })
+    }
+
+    /// An end that could not be made says so, and nothing comes over it.
+    pub(crate) fn unconnected<T>(&self, way: &Way, why: &EndError, instead: T) -> Box<T> {
+        let (writer, reader) = (SourceId(way.spec.writer), SourceId(way.spec.reader));
+        self.tell(Event::Unconnected { writer, reader, message: why.message.clone() });
+        Box::new(instead)
+    }
+
+    /// What raises a source when a row has come to it from elsewhere; off the real-time path.
+    pub fn raiser_of(&self, reader: SourceId) -> Box<dyn Fn() + Send + Sync> {
+        let (source, epoch_ns) = (self.source(reader), self.epoch_ns);
+        Box::new(move || {
+            if source.period_ns().is_none() {
+                source.request(clock::monotonic_ns() - epoch_ns);
+                source.bell.wake();
+            }
+        })
+    }
+
+    /// What came from elsewhere: one of the events, in order.
+    pub fn tell(&self, event: Event) {
+        let serial = self.shared.serials.fetch_add(1, Ordering::AcqRel);
+        self.abroad.is_any.store(true, Ordering::Release);
+        locked(&self.abroad.told).push_back((serial, event));
+        self.shared.supervisor.ring();
+    }
+
+    /// Sets or clears the flag of the emergency stop everywhere else.
+    pub fn stop_abroad(&self, set: bool) {
+        self.abroad.far.read().expect("nobody panics with the lock held").values().for_each(|far| far.stop(set));
+    }
+
+    /// What a script does to processes that reach over several places is told to the others of these.
+    pub(crate) fn announce(&self, source: SourceId, script: &Script) {
+        if !self.abroad.is_any() {
+            return;
+        }
+        let to = self.far(source);
+        for (process, step) in steps(script) {
+            let Home::Spread(places) = process.home() else { continue };
+            match step {
+                Step::Enter(stage, generation) => process.enter(stage, Some(generation)),
+                Step::Advance(generation, from, stage) => process.advance(generation, from, stage),
+            };
+            let (generation, stage) = process.now();
+            let others = places.iter().filter(|place| to.as_ref().is_none_or(|to| !Arc::ptr_eq(to, place)));
+            others.for_each(|place| place.enter(process.id(), stage, generation));
+        }
+    }
+
+    /// Serves what no kernel could, conditions of processes that reach over several places; and follows those whose word is elsewhere.
+    pub(crate) fn serve(&self, event: Event) -> Event {
+        match event {
+            Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns, value } => {
+                let Some(process) = self.abroad.process(id).filter(|process| process.is_spread()) else {
+                    return Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns, value };
+                };
+                let (present, stage) = process.now();
+                let watches = process.watches(stage).iter().filter(|watch| watch.matches(block, item));
+                let Some(watch) = watches.min_by_key(|watch| std::cmp::Reverse(watch.priority)) else {
+                    return Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns, value };
+                };
+                let word = process.word();
+                let remembers = matches!(watch.response, Response::Remember) && word.remembers();
+                if remembers {
+                    process.remember(watch.condition);
+                }
+                let acted = !remembers && generation == present && word.acts() && process.freeze(word);
+                let condition = watch.condition;
+                let (ended, stage, alone, captured) = (false, None, false, Vec::new());
+                Event::Condition {
+                    source,
+                    process: id,
+                    generation,
+                    condition,
+                    block,
+                    item,
+                    fault,
+                    number,
+                    time_ns,
+                    alone,
+                    acted,
+                    ended,
+                    stage,
+                    value,
+                    captured,
+                }
+            }
+            Event::Done { source, script, firing, time_ns, captured } => {
+                let found: Vec<Event> = steps(&script).filter_map(|(process, step)| served(process, &step, source, time_ns)).collect();
+                let done = Event::Done { source, script, firing, time_ns, captured };
+                let mut found = found.into_iter();
+                let Some(first) = found.next() else { return done };
+                locked(&self.abroad.first).extend(found.chain([done]));
+                first
+            }
+            Event::Condition { process: id, generation, stage, ended, acted: true, .. } => {
+                if let Some(process) = self.abroad.process(id).filter(|process| matches!(process.home(), Home::There(_))) {
+                    process.follow(generation, stage, ended);
+                }
+                event
+            }
+            event => event,
+        }
+    }
+}
+
+/// A script that moved a process has been carried out: what it remembered acts, or its word here follows.
+fn served(process: &Process, step: &Step, source: SourceId, time_ns: i64) -> Option<Event> {
+    match (process.home(), step) {
+        (Home::Spread(_), _) => return serve_remembered(process, source, time_ns),
+        (Home::There(_), Step::Enter(stage, generation)) => process.enter(*stage, Some(*generation)),
+        (Home::There(_), Step::Advance(generation, from, stage)) => process.advance(*generation, *from, *stage),
+        (Home::Here, _) => return None,
+    };
+    None
+}
+
+/// A condition that came before the stage that waits for it acts when that is entered.
+fn serve_remembered(process: &Process, source: SourceId, time_ns: i64) -> Option<Event> {
+    let word = process.word();
+    if !word.acts() {
+        return None;
+    }
+    let waits = |watch: &&Watch| process.remembers(watch.condition) && !matches!(watch.response, Response::Remember);
+    let watch = process.watches(word.stage).iter().filter(waits).min_by_key(|watch| std::cmp::Reverse(watch.priority))?;
+    process.forget(watch.condition);
+    process.freeze(word).then(|| Event::Condition {
+        source,
+        process: process.id(),
+        generation: word.generation,
+        condition: watch.condition,
+        block: watch.block.unwrap_or(BlockId(u32::MAX)),
+        item: watch.item,
+        fault: None,
+        number: 0,
+        time_ns,
+        alone: false,
+        acted: true,
+        ended: false,
+        stage: None,
+        value: Vec::new(),
+        captured: Vec::new(),
+    })
+}
+
+/// What a script does to the word of a process.
+enum Step {
+    Enter(u16, u32),
+    Advance(u32, u16, u16),
+}
+
+fn steps(script: &Script) -> impl Iterator<Item = (&Arc<Process>, Step)> {
+    script.ops.iter().filter_map(|op| match op {
+        Op::Stage { process, stage, generation: Some(generation) } => Some((process, Step::Enter(*stage, *generation))),
+        Op::Advance { process, generation, from, to } => Some((process, Step::Advance(*generation, *from, *to))),
+        _ => None,
+    })
+}
+
+fn is_same(one: &Option<Arc<dyn Far>>, other: &Option<Arc<dyn Far>>) -> bool {
+    match (one, other) {
+        (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+        (None, None) => true,
+        _ => false,
+    }
+}

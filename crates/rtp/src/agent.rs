@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The processor's own side: it does what it is told.
+use crate::ground::Grounds;
+use crate::protocol::{Answer, News, Order, VERSION, frame, opened};
+use crate::tells;
+use interconnect::{Ends, Link, Memory};
+use kernel::wire::{Parcel, Reader};
+use kernel::{ClockKind, Device, DeviceCall, Host, SourceId};
+use modules::Probe;
+use opengpac::abi::ABI as ABI_VERSION;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+
+/// What carries connections out of the process.
+#[derive(Default)]
+pub struct Reaches {
+    /// To other processes of this host.
+    pub host: Option<Box<dyn Ends>>,
+    /// To other hosts.
+    pub network: Option<Box<dyn Ends>>,
+}
+
+/// What is to be done with one process if whoever commands is gone.
+struct Farewell {
+    source: SourceId,
+    parcel: Option<Parcel>,
+}
+
+/// What the threads of a processor share.
+pub(crate) struct Shared {
+    pub host: Arc<Host>,
+    pub link: Arc<dyn Link>,
+    pub reader: Mutex<Reader>,
+    pub devices: Mutex<BTreeMap<String, Arc<Device>>>,
+    /// Sources that run here.
+    pub sources: Mutex<Vec<SourceId>>,
+    pub ends: AtomicBool,
+}
+
+pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().expect("nobody panics with the lock held")
+}
+
+/// How long it waits for a frame before it looks around.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// Serves until the other side closes it, or is gone and what runs here has had its farewell: then devices are safe and everything is
+/// closed. `probe`: tries code modules in a process of their own.
+///
+/// # Errors
+/// In words: no greeting, another version, orders that cannot be understood.
+pub fn serve(link: &Arc<dyn Link>, reaches: Reaches, probe: Probe) -> Result<(), String> {
+    let (epoch_ns, name) = greet(link)?;
+    let host = Arc::new(Host::since(ClockKind::Monotonic, Box::new(Memory), epoch_ns));
+    let shared = Arc::new(Shared {
+        host: host.clone(),
+        link: link.clone(),
+        reader: Mutex::default(),
+        devices: Mutex::default(),
+        sources: Mutex::default(),
+        ends: AtomicBool::new(false),
+    });
+    let teller = {
+        let shared = shared.clone();
+        std::thread::Builder::new()
+            .name("tells".into())
+            .spawn(move || tells::run(&shared))
+            .map_err(|why| format!("processor '{name}' cannot start a thread: {why}"))?
+    };
+    let mut agent = Agent {
+        ground: Grounds::new(host.clone(), reaches, probe),
+        shared,
+        stop: Arc::default(),
+        farewells: HashMap::new(),
+        patience: Duration::ZERO,
+        count: 0,
+    };
+    let served = agent.run();
+    agent.shared.ends.store(true, Ordering::Release);
+    host.unpark();
+    let _joined = teller.join();
+    host.close();
+    link.close();
+    served
+}
+
+fn greet(link: &Arc<dyn Link>) -> Result<(i64, String), String> {
+    const GREETING: Duration = Duration::from_secs(30);
+    let greeting = link.receive(GREETING).map_err(|why| why.to_string())?.ok_or("nobody has greeted this processor for 30 s")?;
+    let Order::Greet { version, abi, processor, epoch_ns, .. } = opened(&greeting)? else { return Err("the first frame is no greeting".to_owned()) };
+    let refused = match (version == VERSION, abi == ABI_VERSION) {
+        (true, true) => None,
+        (false, _) => Some(format!("it speaks version {VERSION} of the protocol, the system version {version}: install the same release on both sides")),
+        (_, false) => {
+            Some(format!("its blocks are of ABI version {ABI_VERSION}, those of the system of version {abi}: install the same release on both sides"))
+        }
+    };
+    let target = format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS);
+    let welcome = News::Welcome { version: VERSION, abi: ABI_VERSION, target, pid: std::process::id(), refused: refused.clone() };
+    link.send(&frame(&welcome)).map_err(|why| why.to_string())?;
+    refused.map_or(Ok((epoch_ns, processor)), Err)
+}
+
+struct Agent {
+    shared: Arc<Shared>,
+    ground: Grounds,
+    /// While it is set, every write of a device is the safe one.
+    stop: Arc<AtomicBool>,
+    farewells: HashMap<u64, Farewell>,
+    patience: Duration,
+    /// Sources of the system so far, here or not.
+    count: u32,
+}
+
+impl Agent {
+    fn run(&mut self) -> Result<(), String> {
+        loop {
+            match self.shared.link.receive(LOOK) {
+                Ok(None) => {}
+                Ok(Some(bytes)) => {
+                    let order = opened::<Order>(&bytes).and_then(|order| self.obey(order));
+                    match order {
+                        Ok(true) => return Ok(()),
+                        Ok(false) => {}
+                        Err(message) => {
+                            self.say(&News::Broken { message: message.clone() });
+                            self.part();
+                            return Err(message);
+                        }
+                    }
+                }
+                Err(_) => {
+                    self.part();
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    fn say(&self, news: &News) {
+        // Where nobody hears it, `receive` says so next.
+        let _heard = self.shared.link.send(&frame(news));
+    }
+
+    fn answer(&self, ticket: u64, answer: Answer) {
+        self.say(&News::Answer { ticket, answer });
+    }
+
+    /// Does what it is told; true where that was to end.
+    fn obey(&mut self, order: Order) -> Result<bool, String> {
+        match order {
+            Order::Greet { .. } => return Err("a second greeting".to_owned()),
+            Order::Source { ticket, spec, here } => {
+                let answer = self.source(spec, here);
+                self.answer(ticket, answer);
+            }
+            Order::Work { source, submission, parcel } => self.work(source, submission, parcel)?,
+            Order::Request { source } => self.shared.host.request(self.mine(source)?),
+            Order::Restart { source } => self.shared.host.restart(self.mine(source)?),
+            Order::Take { ticket, process, generation, insist } => {
+                let taken = locked(&self.shared.reader).process_of(process).map(|process| process.take(generation, insist));
+                self.answer(ticket, Answer::Taken(taken));
+            }
+            Order::Enter { process, stage, generation } => {
+                if let Some(process) = locked(&self.shared.reader).process_of(process) {
+                    process.at_stage(stage, generation);
+                }
+            }
+            Order::Module { ticket, key, name, bytes } => {
+                let loaded = self.ground.load(&key, &name, &bytes);
+                self.answer(ticket, loaded.map_or_else(Answer::Refused, |()| Answer::Done));
+            }
+            Order::Open { ticket, device, kind, options } => {
+                let answer = self.open(&device, &kind, &options).unwrap_or_else(Answer::Refused);
+                self.answer(ticket, answer);
+            }
+            Order::Shut { device } => {
+                locked(&self.shared.devices).remove(&device);
+                self.ground.devices.remove(&device);
+            }
+            Order::Device { device, call } => {
+                if let Some(device) = locked(&self.shared.devices).get(&device) {
+                    match call {
+                        DeviceCall::Ask { channel, what, at_zero } if (channel as usize) < device.channels().len() => {
+                            device.ask(channel as usize, what, at_zero)
+                        }
+                        DeviceCall::Forget { channel } if (channel as usize) < device.channels().len() => device.forget(channel as usize),
+                        _ => return Err(format!("device '{}' has no such channel", device.name())),
+                    }
+                }
+            }
+            Order::Stop { set } => self.stop.store(set, Ordering::Release),
+            Order::Farewell { process, source, parcel } => {
+                self.farewells.insert(process, Farewell { source: self.mine(source)?, parcel });
+            }
+            Order::Patience { ms } => self.patience = Duration::from_millis(ms),
+            Order::Close => return Ok(true),
+        }
+        Ok(false)
+    }
+
+    /// A source that runs here, by its number.
+    fn mine(&self, source: SourceId) -> Result<SourceId, String> {
+        if locked(&self.shared.sources).contains(&source) { Ok(source) } else { Err(format!("source {} does not run here", source.0)) }
+    }
+
+    fn source(&mut self, spec: kernel::SourceSpec, here: bool) -> Answer {
+        if !here {
+            self.shared.host.skip_source(spec);
+            self.count += 1;
+            return Answer::Done;
+        }
+        let name = spec.name.clone();
+        match self.shared.host.add_source(spec) {
+            Ok(source) => {
+                locked(&self.shared.sources).push(source);
+                self.count += 1;
+                Answer::Done
+            }
+            Err(why) => Answer::Refused(format!("source '{name}' cannot be started: {why}")),
+        }
+    }
+
+    fn work(&mut self, source: SourceId, submission: u64, parcel: Parcel) -> Result<(), String> {
+        let source = self.mine(source)?;
+        let script = locked(&self.shared.reader).open(submission, parcel, &mut self.ground)?;
+        self.shared.host.submit(source, script);
+        Ok(())
+    }
+
+    fn open(&mut self, name: &str, kind: &str, options: &str) -> Result<Answer, String> {
+        let options = serde_json::from_str(options).map_err(|why| format!("the options of device '{name}' are no JSON: {why}"))?;
+        let (driver, description) = drivers::open(kind, &options).map_err(|why| why.to_string())?;
+        let device = Device::open(name, driver, self.shared.host.now_ns()).map_err(|why| why.message)?;
+        device.obey(self.stop.clone());
+        let channels = device.channels().to_vec();
+        locked(&self.shared.devices).insert(name.to_owned(), device.clone());
+        self.ground.devices.insert(name.to_owned(), device);
+        Ok(Answer::Opened { channels, description: description.to_string() })
+    }
+
+    /// Whoever commanded is gone: each process gets its farewell; what has none goes on as long as the patience lasts.
+    fn part(&mut self) {
+        let mut goes_on = false;
+        for (process, farewell) in std::mem::take(&mut self.farewells) {
+            match farewell.parcel {
+                None => goes_on = true,
+                Some(parcel) => {
+                    let script = locked(&self.shared.reader).open(0, parcel, &mut self.ground);
+                    if let (Ok(script), Some(process)) = (script, locked(&self.shared.reader).process_of(process)) {
+                        process.take(process.now().0, true);
+                        self.shared.host.submit(farewell.source, script);
+                    }
+                }
+            }
+        }
+        let until = Instant::now() + self.patience;
+        while goes_on && Instant::now() < until {
+            std::thread::sleep(LOOK.min(until.saturating_duration_since(Instant::now())));
+        }
+    }
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A real-time processor in a process of its own, on this host or on another one.
+//!
+//! The side that commands has a [`Processor`]: to its host a [`kernel::Far`], which runs sources like any other. The side that runs
+//! is [`serve`]: a host of its own, with its kernels, devices and code, that does what comes over the [`interconnect::Link`]. What
+//! travels is in [`protocol`]; scripts and tables in [`kernel::wire`].
+//!
+//! | thread of the processor | does |
+//! |---|---|
+//! | the one that calls `serve` | takes what comes: scripts, questions, modules, devices |
+//! | `tells` | sends events as they are made, and every 20 ms how sources, connections and devices stand |
+//! | one a source | its kernel |
+//!
+//! It knows no verb, no supervisor and no Python.
+mod agent;
+mod ground;
+mod module;
+mod places;
+mod processor;
+pub mod protocol;
+mod tells;
+
+pub use agent::{Reaches, serve};
+pub use module::Module;
+pub use places::{Places, Running, Started};
+pub use processor::{Near, Opened, Processor};

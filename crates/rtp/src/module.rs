@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Code modules as they travel.
+use kernel::wire::CodeName;
+use std::any::Any;
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+
+/// Key of the blocks that come with every processor.
+pub(crate) const LIBRARY: &str = "library";
+
+/// A code module that can be sent to a processor elsewhere. A block keeps it as what holds its code loaded.
+pub struct Module {
+    key: String,
+    name: String,
+    bytes: Arc<[u8]>,
+}
+
+impl Module {
+    /// The library, which every processor has.
+    pub fn library() -> Module {
+        Module { key: LIBRARY.to_owned(), name: LIBRARY.to_owned(), bytes: Arc::default() }
+    }
+
+    /// A shared object. Two of the same bytes are one.
+    pub fn new(name: &str, bytes: Arc<[u8]>) -> Module {
+        let mut hasher = DefaultHasher::new();
+        bytes.hash(&mut hasher);
+        Module { key: format!("{name}:{:016x}:{}", hasher.finish(), bytes.len()), name: name.to_owned(), bytes }
+    }
+
+    /// What both sides call it.
+    pub fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// Name for people.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// The module that keeps a block's code, where it is one that can be sent.
+    pub fn of(keeper: &Arc<dyn Any + Send + Sync>) -> Option<&Module> {
+        keeper.downcast_ref()
+    }
+}
+
+/// How a block's code is called, where it can be sent.
+pub(crate) fn name_of(block: &kernel::Block) -> Option<CodeName> {
+    let module = Module::of(block.module())?;
+    Some(CodeName { module: module.key.clone(), block: block.code_name().to_owned() })
+}

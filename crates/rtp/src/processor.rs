@@ -1,0 +1,436 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The commanding side: a processor elsewhere, as a host here sees it.
+use crate::agent::locked;
+use crate::module::{self, Module};
+use crate::places::{Running, Started};
+use crate::protocol::{Answer, Beat, News, Order, VERSION, frame, opened};
+use interconnect::{ConnectionSpec, EndError, Ends, Link, Receiver, Sender};
+use kernel::wire::Writer;
+use kernel::{Channel, Device, Event, Far, Host, Script, SourceId, SourceSpec, Statistics, Taken};
+use opengpac::abi::ABI as ABI_VERSION;
+use std::collections::{HashMap, HashSet};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Sender as Outbox, channel};
+use std::sync::{Arc, Condvar, Mutex, Weak};
+use std::time::{Duration, Instant};
+
+/// What carries connections between this process and the processor.
+pub type Near = Box<dyn Ends>;
+
+/// A device that was opened there: its channels, and what the driver says of itself (JSON).
+#[derive(Debug)]
+pub struct Opened {
+    /// By index, as everywhere.
+    pub channels: Vec<Channel>,
+    /// JSON text.
+    pub description: String,
+}
+
+/// A processor in a process of its own. It outlives that process: after a loss another one may take its place.
+pub struct Processor {
+    name: String,
+    host_name: Option<String>,
+    near: Mutex<Option<Near>>,
+    wire: Mutex<Wire>,
+    answers: Mutex<HashMap<u64, Option<Answer>>>,
+    answered: Condvar,
+    sources: Mutex<Vec<(SourceId, SourceSpec, bool)>>,
+    statistics: Mutex<HashMap<SourceId, Statistics>>,
+    devices: Mutex<HashMap<String, Weak<Device>>>,
+    is_up: AtomicBool,
+    /// Rows of histories that were overwritten there before they were sent.
+    rows_lost: AtomicU64,
+    /// How long it may be silent.
+    silence_ms: AtomicU64,
+    running: Mutex<Option<Arc<dyn Running>>>,
+    process: AtomicU64,
+    closing: AtomicBool,
+    host: Mutex<Weak<Host>>,
+}
+
+/// What goes to it.
+#[derive(Default)]
+struct Wire {
+    outbox: Option<Outbox<Vec<u8>>>,
+    writer: Writer,
+    scripts: HashMap<u64, Box<Script>>,
+    modules: HashSet<String>,
+    last: u64,
+}
+
+/// How long a question may stay unanswered: opening a device or trying a module takes its time, taking a process none.
+const ANSWER: Duration = Duration::from_secs(30);
+const TAKE: Duration = Duration::from_secs(2);
+
+/// Between two looks at whether it is silent.
+const LOOK: Duration = Duration::from_millis(50);
+
+impl Processor {
+    /// One that is not there yet. `host_name`: where it runs, none on this host.
+    pub fn new(name: &str, host_name: Option<&str>) -> Arc<Processor> {
+        Arc::new(Processor {
+            name: name.to_owned(),
+            host_name: host_name.map(str::to_owned),
+            near: Mutex::new(None),
+            wire: Mutex::default(),
+            answers: Mutex::default(),
+            answered: Condvar::new(),
+            sources: Mutex::default(),
+            statistics: Mutex::default(),
+            devices: Mutex::default(),
+            is_up: AtomicBool::new(false),
+            rows_lost: AtomicU64::new(0),
+            silence_ms: AtomicU64::new(0),
+            running: Mutex::default(),
+            process: AtomicU64::new(0),
+            closing: AtomicBool::new(false),
+            host: Mutex::default(),
+        })
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Number of its process there.
+    pub fn process(&self) -> u32 {
+        self.process.load(Ordering::Relaxed) as u32
+    }
+
+    /// False before the first greeting, and after a loss.
+    pub fn is_up(&self) -> bool {
+        self.is_up.load(Ordering::Acquire)
+    }
+
+    /// Rows of histories that were overwritten there before they could be sent.
+    pub fn rows_lost(&self) -> u64 {
+        self.rows_lost.load(Ordering::Relaxed)
+    }
+
+    /// Greets a process that was started for it, and tells it which sources the system has. After a loss a new process takes the place of
+    /// the old one so.
+    ///
+    /// # Errors
+    /// In words: no answer, another version.
+    pub fn attach(self: &Arc<Self>, host: &Arc<Host>, system: &str, started: Started) -> Result<(), String> {
+        let Started { link, near, running, silence } = started;
+        let greeting = Order::Greet { version: VERSION, abi: ABI_VERSION, system: system.to_owned(), processor: self.name.clone(), epoch_ns: host.epoch_ns() };
+        link.send(&frame(&greeting)).map_err(|why| why.to_string())?;
+        let welcome = link.receive(ANSWER).map_err(|_| format!("its process {}", running.cause()))?;
+        let Some(News::Welcome { pid, refused, target, .. }) = welcome.map(|bytes| opened::<News>(&bytes)).transpose()? else {
+            return Err("it does not answer the greeting".to_owned());
+        };
+        if let Some(refused) = refused {
+            return Err(format!("processor '{}' ({target}) refuses: {refused}", self.name));
+        }
+        let (outbox, frames) = channel::<Vec<u8>>();
+        {
+            let mut wire = locked(&self.wire);
+            *wire = Wire { outbox: Some(outbox), last: wire.last, ..Wire::default() };
+        }
+        (*locked(&self.near), *locked(&self.running)) = (Some(near), Some(running));
+        self.silence_ms.store(silence.as_millis() as u64, Ordering::Relaxed);
+        *locked(&self.host) = Arc::downgrade(host);
+        self.process.store(u64::from(pid), Ordering::Relaxed);
+        self.is_up.store(true, Ordering::Release);
+        let sender = link.clone();
+        let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
+            std::thread::Builder::new().name(name.into()).spawn(body).map(drop).map_err(|why| format!("a thread for it cannot be started: {why}"))
+        };
+        spawn("rtp-sends", Box::new(move || frames.into_iter().take_while(|bytes| sender.send(bytes).is_ok()).for_each(drop)))?;
+        let (this, host) = (self.clone(), Arc::downgrade(host));
+        spawn("rtp-hears", Box::new(move || this.hear(&host, &link)))?;
+        let sources = locked(&self.sources).clone();
+        sources.into_iter().try_for_each(|(_, spec, here)| self.tell_source(spec, here))
+    }
+
+    /// A source that the system has already: it is told of when a process is there.
+    pub fn expect_source(&self, source: SourceId, spec: &SourceSpec, here: bool) {
+        locked(&self.sources).push((source, spec.clone(), here));
+    }
+
+    /// The next source of the system; `here`: it runs there.
+    ///
+    /// # Errors
+    /// In words: it cannot be started, or nobody answers.
+    pub fn add_source(&self, source: SourceId, spec: &SourceSpec, here: bool) -> Result<(), String> {
+        locked(&self.sources).push((source, spec.clone(), here));
+        self.tell_source(spec.clone(), here)
+    }
+
+    fn tell_source(&self, spec: SourceSpec, here: bool) -> Result<(), String> {
+        match self.ask(ANSWER, |ticket| Order::Source { ticket, spec, here })? {
+            Answer::Refused(why) => Err(why),
+            _ => Ok(()),
+        }
+    }
+
+    /// Makes sure that a module's code is there.
+    ///
+    /// # Errors
+    /// In words: it is of another architecture, damaged, or nobody answers.
+    pub fn ensure(&self, module: &Module) -> Result<(), String> {
+        let key = module.key().to_owned();
+        if key == module::LIBRARY || locked(&self.wire).modules.contains(&key) {
+            return Ok(());
+        }
+        let (name, bytes) = (module.name().to_owned(), module.bytes().to_vec());
+        match self.ask(ANSWER, |ticket| Order::Module { ticket, key: key.clone(), name, bytes })? {
+            Answer::Refused(why) => Err(why),
+            _ => {
+                locked(&self.wire).modules.insert(key);
+                Ok(())
+            }
+        }
+    }
+
+    /// Opens a device there.
+    ///
+    /// # Errors
+    /// In words: what the driver says, or nobody answers.
+    pub fn open(&self, device: &str, kind: &str, options: &str) -> Result<Opened, String> {
+        let (device, kind, options) = (device.to_owned(), kind.to_owned(), options.to_owned());
+        match self.ask(ANSWER, |ticket| Order::Open { ticket, device, kind, options })? {
+            Answer::Opened { channels, description } => Ok(Opened { channels, description }),
+            Answer::Refused(why) => Err(why),
+            _ => Err("it gave another answer than was asked for".to_owned()),
+        }
+    }
+
+    /// The device, as tables here have it.
+    ///
+    /// # Errors
+    /// Channels that do not fit together, in words.
+    pub fn device(self: &Arc<Self>, name: &str, channels: Vec<Channel>) -> Result<Arc<Device>, String> {
+        let (this, device) = (Arc::downgrade(self), name.to_owned());
+        let calls = Box::new(move |call| {
+            if let Some(this) = this.upgrade() {
+                this.send(&Order::Device { device: device.clone(), call });
+            }
+        });
+        let made = Device::elsewhere(name, channels, calls).map_err(|why| why.message)?;
+        locked(&self.devices).insert(name.to_owned(), Arc::downgrade(&made));
+        Ok(made)
+    }
+
+    /// Closes a device there, behind what was submitted before.
+    pub fn shut(&self, device: &str) {
+        locked(&self.devices).remove(device);
+        self.send(&Order::Shut { device: device.to_owned() });
+    }
+
+    /// What is to be done with a process there if whoever commands is gone: it goes on, or this is carried out.
+    pub fn farewell(&self, process: u64, source: SourceId, script: Option<&Script>) {
+        let mut wire = locked(&self.wire);
+        let parcel = script.and_then(|script| wire.writer.parcel(script, &module::name_of).ok());
+        wire.send(&Order::Farewell { process, source, parcel });
+    }
+
+    /// How long it goes on without anybody who commands.
+    pub fn patience(&self, limit: Duration) {
+        self.send(&Order::Patience { ms: u64::try_from(limit.as_millis()).unwrap_or(u64::MAX) });
+    }
+
+    fn send(&self, order: &Order) {
+        locked(&self.wire).send(order);
+    }
+
+    /// Sends an order with a ticket, and waits for the answer.
+    fn ask(&self, limit: Duration, order: impl FnOnce(u64) -> Order) -> Result<Answer, String> {
+        let ticket = {
+            let mut wire = locked(&self.wire);
+            wire.last += 1;
+            let ticket = wire.last;
+            locked(&self.answers).insert(ticket, None);
+            wire.send(&order(ticket));
+            ticket
+        };
+        let until = Instant::now() + limit;
+        let mut answers = locked(&self.answers);
+        loop {
+            if answers.get(&ticket).is_some_and(Option::is_some) {
+                let answer = answers.remove(&ticket).flatten();
+                return answer.ok_or_else(|| "it gave no answer".to_owned());
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if !self.is_up() || left.is_zero() {
+                answers.remove(&ticket);
+                return Err(format!("processor '{}' does not answer", self.name));
+            }
+            answers = self.answered.wait_timeout(answers, left.min(LOOK)).expect("nobody panics with the lock held").0;
+        }
+    }
+
+    /// Hears what it says, until it is gone.
+    fn hear(&self, host: &Weak<Host>, link: &Arc<dyn Link>) {
+        let mut heard = Instant::now();
+        let silence = Duration::from_millis(self.silence_ms.load(Ordering::Relaxed));
+        let why = loop {
+            match link.receive(LOOK) {
+                Ok(Some(bytes)) => {
+                    heard = Instant::now();
+                    let Some(host) = host.upgrade() else { return };
+                    match opened::<News>(&bytes).and_then(|news| self.take_in(&host, news)) {
+                        Ok(()) => {}
+                        Err(why) => break format!("what it says cannot be understood: {why}"),
+                    }
+                }
+                Ok(None) if heard.elapsed() > silence => break format!("nothing has come from it for {} s", silence.as_secs_f64()),
+                Ok(None) => {}
+                Err(_) => break self.reason(),
+            }
+        };
+        link.close();
+        self.lose(host, &why);
+    }
+
+    fn reason(&self) -> String {
+        let running = locked(&self.running).clone();
+        running.map_or_else(|| "the link to it broke".to_owned(), |running| format!("its process {}", running.cause()))
+    }
+
+    fn lose(&self, host: &Weak<Host>, why: &str) {
+        self.is_up.store(false, Ordering::Release);
+        *locked(&self.wire) = Wire::default();
+        self.answered.notify_all();
+        let Some(host) = host.upgrade().filter(|_| !self.closing.load(Ordering::Acquire)) else { return };
+        let message = format!("processor '{}' was lost: {why}", self.name);
+        for (source, ..) in locked(&self.sources).iter().filter(|(.., here)| *here) {
+            host.tell(Event::Gone { source: *source, block: None, message: message.clone(), time_ns: host.now_ns() });
+        }
+    }
+
+    fn take_in(&self, host: &Host, news: News) -> Result<(), String> {
+        match news {
+            News::Welcome { .. } => return Err("a second welcome".to_owned()),
+            News::Broken { message } => return Err(message),
+            News::Answer { ticket, answer } => {
+                if let Some(waiting) = locked(&self.answers).get_mut(&ticket) {
+                    *waiting = Some(answer);
+                }
+                self.answered.notify_all();
+            }
+            News::Events { events, devices } => {
+                self.take_devices(&devices);
+                for event in events {
+                    if let kernel::wire::EventAs::Stopped { source, .. } = &event {
+                        locked(&self.statistics).entry(*source).or_default().stopped = true;
+                    }
+                    let event = event.event(|submission| locked(&self.wire).scripts.remove(&submission));
+                    event.into_iter().for_each(|event| host.tell(event));
+                }
+            }
+            News::Beat(beat) => self.take_beat(beat),
+        }
+        Ok(())
+    }
+
+    fn take_devices(&self, states: &[(String, kernel::DeviceState)]) {
+        let devices = locked(&self.devices);
+        for (name, state) in states {
+            if let Some(device) = devices.get(name).and_then(Weak::upgrade) {
+                device.report(state);
+            }
+        }
+    }
+
+    fn take_beat(&self, beat: Beat) {
+        locked(&self.statistics).extend(beat.sources);
+        self.take_devices(&beat.devices);
+        let wire = locked(&self.wire);
+        for (number, brought, late) in beat.inbounds {
+            if let Some(inbound) = wire.writer.inbound_of(number) {
+                inbound.report(brought, late);
+            }
+        }
+        for (number, rows, lost) in beat.rows {
+            self.rows_lost.fetch_add(lost, Ordering::Relaxed);
+            if let Some(ring) = wire.writer.rows_of(number) {
+                rows.iter().for_each(|(number, time_ns, bytes)| ring.repeat(*number, *time_ns, bytes));
+            }
+        }
+    }
+}
+
+impl Wire {
+    fn send(&mut self, order: &Order) {
+        if let Some(outbox) = &self.outbox {
+            // Where the other side is gone, who hears it says so.
+            let _sent = outbox.send(frame(order));
+        }
+    }
+}
+
+impl Far for Processor {
+    fn submit(&self, source: SourceId, script: Box<Script>) {
+        let mut wire = locked(&self.wire);
+        wire.last += 1;
+        let submission = wire.last;
+        match wire.writer.parcel(&script, &module::name_of) {
+            Ok(parcel) => {
+                wire.scripts.insert(submission, script);
+                wire.send(&Order::Work { source, submission, parcel });
+            }
+            Err(why) => {
+                drop(wire);
+                if let Some(host) = locked(&self.host).upgrade() {
+                    host.tell(Event::Gone { source, block: None, message: format!("processor '{}': {why}", self.name), time_ns: host.now_ns() });
+                }
+            }
+        }
+    }
+
+    fn request(&self, source: SourceId) {
+        self.send(&Order::Request { source });
+    }
+
+    fn restart(&self, source: SourceId) {
+        locked(&self.statistics).entry(source).or_default().stopped = false;
+        self.send(&Order::Restart { source });
+    }
+
+    fn statistics(&self, source: SourceId) -> Statistics {
+        locked(&self.statistics).get(&source).cloned().unwrap_or_default()
+    }
+
+    fn take(&self, process: u64, generation: u32, insist: bool) -> Option<Taken> {
+        match self.ask(TAKE, |ticket| Order::Take { ticket, process, generation, insist }) {
+            // One that it has not heard of yet has entered nothing.
+            Ok(Answer::Taken(taken)) => Some(taken.unwrap_or(Taken::Before)),
+            _ => None,
+        }
+    }
+
+    fn enter(&self, process: u64, stage: u16, generation: u32) {
+        self.send(&Order::Enter { process, stage, generation });
+    }
+
+    fn stop(&self, set: bool) {
+        self.send(&Order::Stop { set });
+    }
+
+    fn host(&self) -> Option<&str> {
+        self.host_name.as_deref()
+    }
+
+    fn sender(&self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError> {
+        locked(&self.near).as_mut().ok_or_else(unreached)?.sender(number, spec)
+    }
+
+    fn receiver(&self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError> {
+        locked(&self.near).as_mut().ok_or_else(unreached)?.receiver(number, spec, raise)
+    }
+
+    fn close(&self) {
+        self.closing.store(true, Ordering::Release);
+        self.send(&Order::Close);
+        if let Some(running) = locked(&self.running).take() {
+            running.end();
+        }
+    }
+}
+
+fn unreached() -> EndError {
+    EndError { message: "the processor has no process yet".to_owned() }
+}

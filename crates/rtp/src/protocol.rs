@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What travels between who commands a processor and the processor: frames of `postcard`, one value each.
+use kernel::wire::{EventAs, Parcel};
+use kernel::{Channel, DeviceCall, DeviceState, SourceId, SourceSpec, Statistics, Taken};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+/// Both sides speak the same version, or they part with words.
+pub const VERSION: u32 = 1;
+
+/// To the processor.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum Order {
+    /// First. `now_ns`: what the clock of the system shows as this is sent.
+    Greet { version: u32, abi: u32, system: String, processor: String, epoch_ns: i64 },
+    /// The next source of the system, here or elsewhere: they are called by their order.
+    Source { ticket: u64, spec: SourceSpec, here: bool },
+    /// A script for a source.
+    Work { source: SourceId, submission: u64, parcel: Parcel },
+    /// Fires a software source.
+    Request { source: SourceId },
+    /// Restarts a source that a fault stopped.
+    Restart { source: SourceId },
+    /// Takes a process from the kernels.
+    Take { ticket: u64, process: u64, generation: u32, insist: bool },
+    /// A process that reaches over several places is in this stage.
+    Enter { process: u64, stage: u16, generation: u32 },
+    /// A code module: its key, name and bytes.
+    Module { ticket: u64, key: String, name: String, bytes: Vec<u8> },
+    /// Opens a device; `options`: JSON.
+    Open { ticket: u64, device: String, kind: String, options: String },
+    /// Closes it, once no table has it.
+    Shut { device: String },
+    /// Asks something of a device.
+    Device { device: String, call: DeviceCall },
+    /// Sets or clears the flag of the emergency stop.
+    Stop { set: bool },
+    /// What is to be done with a process if whoever commands is gone: nothing, or this script.
+    Farewell { process: u64, source: SourceId, parcel: Option<Parcel> },
+    /// How long it waits for somebody who commands anew after the link was lost, ms.
+    Patience { ms: u64 },
+    /// The end: devices safe, everything closed.
+    Close,
+}
+
+/// From the processor.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum News {
+    /// Answer to the greeting. `refused`: why it does not serve.
+    Welcome { version: u32, abi: u32, target: String, pid: u32, refused: Option<String> },
+    /// Answer to the order with this ticket.
+    Answer { ticket: u64, answer: Answer },
+    /// What kernels told, in order.
+    Events { events: Vec<EventAs>, devices: Vec<(String, DeviceState)> },
+    /// How it stands.
+    Beat(Beat),
+    /// An order that cannot be carried out: the two sides do not agree any more.
+    Broken { message: String },
+}
+
+/// To an order with a ticket.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum Answer {
+    Done,
+    Refused(String),
+    Taken(Option<Taken>),
+    Opened { channels: Vec<Channel>, description: String },
+}
+
+/// A row of a ring: number, time, bytes.
+pub type RowAs = (u64, i64, Vec<u8>);
+
+/// How a processor stands.
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub struct Beat {
+    /// Its own clock, ns since the epoch of the system.
+    pub now_ns: i64,
+    pub sources: Vec<(SourceId, Statistics)>,
+    /// Inbound connections: what was brought last, and since when a ratio value is late.
+    pub inbounds: Vec<(u64, Option<i64>, Option<i64>)>,
+    pub devices: Vec<(String, DeviceState)>,
+    /// New rows of each ring, and how many were overwritten before they were read.
+    pub rows: Vec<(u64, Vec<RowAs>, u64)>,
+}
+
+/// The bytes of a frame.
+pub fn frame(of: &impl Serialize) -> Vec<u8> {
+    postcard::to_stdvec(of).expect("frames are plain values, which all have bytes")
+}
+
+/// What a frame says. Errors: bytes that are no frame, in words.
+pub fn opened<T: DeserializeOwned>(frame: &[u8]) -> Result<T, String> {
+    postcard::from_bytes(frame).map_err(|why| format!("this is no frame of version {VERSION}: {why}"))
+}

@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Processors that run elsewhere: in processes of their own, or on other hosts. They are configured, get code and devices, are lost and
+//! revived here; everything else treats their sources like any other.
+use crate::catalog::Catalog;
+use crate::core::{Core, Purpose};
+use crate::refuse::{refuse, refuse_at};
+use crate::system::System;
+use kernel::{Device, SourceId, SourceSpec};
+use model::plan::Plan;
+use model::refusal::{Class, Place, Refusals};
+use rtp::{Module, Processor, Started};
+use std::sync::Arc;
+
+/// Where a processor runs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Location {
+    /// Threads of this process.
+    #[default]
+    Thread,
+    /// A process of its own on this host.
+    Process,
+    /// A host that has joined the system.
+    Host(String),
+}
+
+impl Location {
+    /// As a call says it: `process`, or a host's name.
+    pub fn of(process: bool, host: Option<String>) -> Location {
+        match (host, process) {
+            (Some(host), _) => Location::Host(host),
+            (None, true) => Location::Process,
+            (None, false) => Location::Thread,
+        }
+    }
+}
+
+/// How a device was opened elsewhere, so that it can be opened again.
+type Reopening = Option<(String, String)>;
+
+impl System {
+    /// Says where processors elsewhere come from; once, before the first of them.
+    pub fn set_places(&self, places: Arc<dyn rtp::Places>) {
+        // A second call would give what is there already.
+        let _first = self.shared.places.set(places);
+    }
+
+    /// Starts a processor that is not a thread, and tells it what the system has so far. Nothing under the virtual clock.
+    pub(crate) fn settle_elsewhere(&self, name: &str, supervisor: bool, location: &Location) -> Result<(), Refusals> {
+        if *location == Location::Thread || self.shared.is_virtual {
+            return Ok(());
+        }
+        if supervisor {
+            let remedy = "leave supervisor= out; the supervisor runs in the process that makes the system";
+            return Err(refuse(Class::PlacementError, format!("processor '{name}' runs elsewhere, so it cannot be the supervisor"), remedy));
+        }
+        let host = if let Location::Host(host) = location { Some(host.as_str()) } else { None };
+        let processor = Processor::new(name, host);
+        let specs = self.shared.locked().specs.clone();
+        for (number, spec) in specs.iter().enumerate() {
+            processor.expect_source(SourceId(number as u32), spec, false);
+        }
+        self.attach(&processor, name, host).map_err(|why| cannot(name, &why))?;
+        self.shared.locked().elsewhere.insert(name.to_owned(), processor);
+        Ok(())
+    }
+
+    fn attach(&self, processor: &Arc<Processor>, name: &str, host: Option<&str>) -> Result<(), String> {
+        let Some(places) = self.shared.places.get() else { return Err("this system was made without a way to start processes".to_owned()) };
+        let started: Started = match host {
+            Some(host) => places.host(host, name)?,
+            None => places.process(name)?,
+        };
+        processor.attach(&self.shared.host, &self.name, started)
+    }
+
+    /// Makes a source where its processor runs; every processor elsewhere learns of it.
+    pub(crate) fn add_source(&self, processor: &str, spec: SourceSpec) -> Result<SourceId, Refusals> {
+        let name = spec.name.clone();
+        let cannot = |why: String| refuse(Class::InvalidState, format!("cannot start source '{name}': {why}"), "close other programs and try again");
+        let elsewhere = self.shared.locked().elsewhere.clone();
+        let source = match elsewhere.get(processor) {
+            Some(far) if !far.is_up() => return Err(cannot("its processor is lost".to_owned())),
+            Some(far) => self.shared.host.add_far_source(spec.clone(), far.clone()),
+            None => self.shared.host.add_source(spec.clone()).map_err(|why| cannot(why.to_string()))?,
+        };
+        self.shared.locked().specs.push(spec.clone());
+        let mut made = Ok(source);
+        for (name, far) in &elsewhere {
+            let told = far.add_source(source, &spec, name == processor);
+            if let (Err(why), true) = (told, name == processor) {
+                made = Err(cannot(why));
+            }
+        }
+        made
+    }
+
+    /// Opens a device where its processor runs: the device, what the driver says of itself, and how to open it again.
+    pub(crate) fn open_device(
+        &self,
+        processor: &str,
+        name: &str,
+        kind: &str,
+        options: &serde_json::Value,
+    ) -> Result<(Arc<Device>, serde_json::Value, Reopening), String> {
+        let far = self.shared.locked().elsewhere.get(processor).cloned();
+        let Some(far) = far else {
+            let (driver, description) = drivers::open(kind, options).map_err(|why| why.to_string())?;
+            let device = Device::open(name, driver, self.shared.host.now_ns()).map_err(|why| why.message)?;
+            return Ok((device, description, None));
+        };
+        let opened = far.open(name, kind, &options.to_string())?;
+        let description = serde_json::from_str(&opened.description).map_err(|why| format!("what its driver says of itself is no JSON: {why}"))?;
+        Ok((far.device(name, opened.channels)?, description, Some((kind.to_owned(), options.to_string()))))
+    }
+
+    /// Brings the code of a plan to where it runs.
+    pub(crate) fn send_code(&self, catalog: &Catalog, plan: &Plan, place: &Option<Place>) -> Result<(), Refusals> {
+        let elsewhere = self.shared.locked().elsewhere.clone();
+        if elsewhere.is_empty() {
+            return Ok(());
+        }
+        for block in &plan.blocks {
+            let processor = block.source.split('.').next().unwrap_or_default();
+            let (Some(far), Some(code)) = (elsewhere.get(processor), catalog.blocks.get(&block.block)) else { continue };
+            let sent = match Module::of(&code.module) {
+                Some(module) => far.ensure(module),
+                None => Err("its code is part of this program, so it cannot be sent".to_owned()),
+            };
+            sent.map_err(|why| {
+                let message = format!("cannot run block '{}' ({}) on processor '{processor}': {why}", block.label, block.block);
+                refuse_at(Class::ModuleError, message, "", place.clone())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Gives processors that were lost a new process: sources and devices as before, tables as they are now, SVVs with the values that were
+    /// known last.
+    pub(crate) fn revive(&self) -> Result<(), Refusals> {
+        let lost: Vec<(String, Arc<Processor>)> =
+            self.shared.locked().elsewhere.iter().filter(|(_, far)| !far.is_up()).map(|(name, far)| (name.clone(), far.clone())).collect();
+        for (name, far) in lost {
+            self.attach(&far, &name, kernel::Far::host(&*far)).map_err(|why| cannot(&name, &why))?;
+            let devices: Vec<(String, Arc<Device>, (String, String))> = {
+                let core = self.shared.locked();
+                let own = core.physical.iter().filter(|(_, physical)| core.runs_on(physical.source, &name));
+                own.filter_map(|(device, physical)| Some((device.clone(), physical.device.clone(), physical.opened.clone()?))).collect()
+            };
+            for (device, mirror, (kind, options)) in devices {
+                far.open(&device, &kind, &options)
+                    .map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{device}' again: {why}"), "mend it and call reset() again"))?;
+                mirror.renew();
+            }
+            self.shared.command(|core| {
+                core.revived(&name);
+                Ok(())
+            })?;
+        }
+        Ok(())
+    }
+}
+
+impl Core {
+    /// True where a source belongs to this processor.
+    pub fn runs_on(&self, source: SourceId, processor: &str) -> bool {
+        self.source_name(source).split('.').next() == Some(processor)
+    }
+
+    /// Closes a device that lies elsewhere.
+    pub fn shut_elsewhere(&self, source: SourceId, device: &str) {
+        let processor = self.source_name(source).split('.').next().unwrap_or_default();
+        if let Some(far) = self.elsewhere.get(processor) {
+            far.shut(device);
+        }
+    }
+
+    /// A processor has a new process: its sources get their tables and the values that were known last.
+    fn revived(&mut self, processor: &str) {
+        let sources: Vec<SourceId> = self.sources.values().copied().filter(|source| self.runs_on(*source, processor)).collect();
+        for source in &sources {
+            self.lost.remove(source);
+            let mut ops = vec![self.table_op(*source)];
+            let known = self.svvs.values().flat_map(|svv| svv.known_ops(*source));
+            ops.extend(known);
+            self.submit(*source, ops, Purpose::Nothing);
+        }
+        for physical in self.physical.values_mut().filter(|physical| sources.contains(&physical.source)) {
+            physical.lost = None;
+        }
+        let now_ns = self.host.now_ns();
+        self.log.add(now_ns, "processor", processor, "has a new process".to_owned());
+    }
+}
+
+fn cannot(processor: &str, why: &str) -> Refusals {
+    refuse(Class::InvalidState, format!("cannot start processor '{processor}': {why}"), "mend that and try again")
+}
