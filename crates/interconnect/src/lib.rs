@@ -36,6 +36,7 @@
 //! It knows bytes and numbers; no type, block, verb, clock, file or network.
 mod aligned;
 pub mod carrier;
+pub mod conformance;
 pub mod link;
 pub mod memory;
 pub mod message;
