@@ -81,6 +81,23 @@ pub struct Header {
 }
 
 impl Header {
+    /// Bytes of a header in memory.
+    pub const LEN: usize = 16;
+
+    /// Puts it at the start of `bytes`.
+    #[inline]
+    pub fn write(self, bytes: &mut [u8]) {
+        bytes[..8].copy_from_slice(&self.number.to_ne_bytes());
+        bytes[8..Self::LEN].copy_from_slice(&self.time_ns.to_ne_bytes());
+    }
+
+    /// The one that [`write`](Self::write) put there.
+    #[inline]
+    pub fn read(bytes: &[u8]) -> Self {
+        let word = |at: usize| bytes[at..at + 8].try_into().expect("eight bytes were cut out");
+        Header { number: u64::from_ne_bytes(word(0)), time_ns: i64::from_ne_bytes(word(8)) }
+    }
+
     /// How old the group is at `now_ns`, ns.
     pub fn age_ns(&self, now_ns: i64) -> i64 {
         now_ns - self.time_ns

@@ -43,9 +43,7 @@ impl Sender for MemorySender {
     }
 
     fn publish(&mut self, number: u64, now_ns: i64) {
-        let header = &mut self.group.back()[..HEADER_LEN];
-        header[..8].copy_from_slice(&number.to_ne_bytes());
-        header[8..16].copy_from_slice(&now_ns.to_ne_bytes());
+        Header { number, time_ns: now_ns }.write(self.group.back());
         self.group.publish();
     }
 
@@ -64,9 +62,7 @@ impl Receiver for MemoryReceiver {
         if !self.group.latch() {
             return None;
         }
-        let header = self.group.front();
-        let word = |at: usize| header[at..at + 8].try_into().expect("eight bytes were cut out");
-        Some(Header { number: u64::from_ne_bytes(word(0)), time_ns: i64::from_ne_bytes(word(8)) })
+        Some(Header::read(self.group.front()))
     }
 
     fn group(&self) -> &[u8] {

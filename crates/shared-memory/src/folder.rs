@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The folder of one run of a system: where the files of its connections lie, and how nothing of them stays.
+//!
+//! Each process that uses the folder locks the file `members` beside the others; the system takes that lock away when the process ends, however it ends.
+//! Who gets the lock alone knows that nobody is left, and removes the folder: each member tries when it leaves, and each
+//! that enters tries it with the folders of other runs.
+use crate::locks::{self, Whole};
+use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+
+/// The file system that is memory.
+const ROOT: &str = "/dev/shm";
+const PREFIX: &str = "opengpac-";
+const MEMBERS: &str = "members";
+/// Hexadecimal digits of a run's number.
+const RUN_LEN: usize = 16;
+/// Of a system's name in a folder's name; the run tells apart what is cut off.
+const NAME_LEN_MAX: usize = 100;
+
+/// A membership in a folder: it stays until the last member has left.
+pub(crate) struct Folder {
+    path: PathBuf,
+    members: File,
+}
+
+impl Folder {
+    /// Enters the folder of a run, which is made if this is its first member.
+    pub fn enter(system: &str, run: u64) -> io::Result<Self> {
+        let path = Path::new(ROOT).join(format!("{PREFIX}{}-{run:0RUN_LEN$x}", in_a_file_name(system)));
+        loop {
+            match DirBuilder::new().mode(0o700).create(&path) {
+                Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
+                _ => {}
+            }
+            let members = match open(&path.join(MEMBERS)) {
+                // Its last member has removed it since.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                members => members?,
+            };
+            locks::lock(&members, Whole::Shared)?;
+            if is_at(&members, &path.join(MEMBERS)) {
+                return Ok(Folder { path, members });
+            }
+        }
+    }
+
+    /// Where a file of the folder is.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        if locks::try_lock(&self.members, Whole::Alone).unwrap_or(false) {
+            remove(&self.path);
+        }
+    }
+}
+
+/// Removes the folders of runs that have no member left, as of processes that were killed; how many there were.
+pub(crate) fn sweep() -> usize {
+    let Ok(entries) = fs::read_dir(ROOT) else { return 0 };
+    let paths = entries.flatten().map(|entry| entry.path()).filter(|path| is_of_a_run(path));
+    paths.filter(|path| remove_if_deserted(path)).count()
+}
+
+fn is_of_a_run(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_prefix(PREFIX));
+    let run = name.and_then(|name| name.rsplit_once('-')).map(|(_, run)| run);
+    run.is_some_and(|run| run.len() == RUN_LEN && run.bytes().all(|b| b.is_ascii_hexdigit()))
+}
+
+/// Removes a folder that nobody is a member of any more; true if it was this call that did.
+fn remove_if_deserted(path: &Path) -> bool {
+    // The lock is held until the folder is gone: nobody enters meanwhile.
+    open(&path.join(MEMBERS)).is_ok_and(|members| locks::try_lock(&members, Whole::Alone).unwrap_or(false) && remove(path))
+}
+
+/// Removes a folder that has no member; true if it was this call that did.
+fn remove(path: &Path) -> bool {
+    // `members` goes last: until then, who enters waits for the lock, and finds that the file is another one afterwards. Who enters between
+    // the last two steps has made a new one, and keeps the folder.
+    let entries = fs::read_dir(path).map(|entries| entries.flatten().map(|entry| entry.path()).collect::<Vec<_>>());
+    for file in entries.unwrap_or_default().iter().filter(|file| !file.ends_with(MEMBERS)) {
+        fs::remove_file(file).ok();
+    }
+    fs::remove_file(path.join(MEMBERS)).ok();
+    fs::remove_dir(path).is_ok()
+}
+
+/// Opens a file for reading and writing, which is made where there is none; for its owner alone.
+pub(crate) fn open(path: &Path) -> io::Result<File> {
+    OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o600).open(path)
+}
+
+/// True if `path` still leads to `file`: it was not removed, nor made anew, since it was opened.
+pub(crate) fn is_at(file: &File, path: &Path) -> bool {
+    let identity = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(opened), Ok(found)) => identity(opened) == identity(found),
+        _ => false,
+    }
+}
+
+/// A system's name with nothing in it that a path gives a meaning to.
+fn in_a_file_name(system: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '.' };
+    system.chars().take(NAME_LEN_MAX).map(plain).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_lives_as_long_as_a_member_does() {
+        let run = crate::new_run();
+        let first = Folder::enter("folder test/α", run).expect("there is shared memory");
+        let path = first.path.clone();
+        assert!(path.to_str().expect("text").contains("opengpac-folder.test..-"), "{path:?}");
+        let second = Folder::enter("folder test/α", run).expect("there is shared memory");
+        open(&first.file("c1")).expect("it can be written");
+        drop(first);
+        assert!(path.exists());
+        sweep();
+        assert!(path.exists(), "a sweep spares what has a member");
+        drop(second);
+        assert!(!path.exists());
+    }
+
+    #[test]
+    fn a_sweep_removes_what_nobody_is_a_member_of() {
+        let folder = Folder::enter("swept", crate::new_run()).expect("there is shared memory");
+        open(&folder.file("c1")).expect("it can be written");
+        let path = folder.path.clone();
+        // As a killed process leaves it: the lock goes, the files stay.
+        locks::unlock(&folder.members).expect("it was locked");
+        sweep();
+        assert!(!path.exists());
+    }
+
+    #[test]
+    fn a_sweep_leaves_what_is_not_a_runs() {
+        for name in ["opengpac-x", "opengpac-x-12", "other-x-0123456789abcdef", "opengpac-x-0123456789abcdeg"] {
+            assert!(!is_of_a_run(&Path::new(ROOT).join(name)), "{name}");
+        }
+        assert!(is_of_a_run(Path::new("/dev/shm/opengpac-a-b-0123456789abcdef")));
+    }
+}

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where things lie in the memory of one connection: words, three buffers of the group, the rows of the queue. What different ends write
+//! lies on different cache lines.
+//!
+//! | line | word | written by |
+//! |---|---|---|
+//! | 0 | that it is made, and for which lengths | who makes it |
+//! | 1 | which buffer is in the middle | both, by swaps |
+//! | 2 | which buffer is the writer's | the writer, after each exchange |
+//! | 3 | which buffer is the reader's | the reader, after each exchange |
+//! | 4 | rows pushed | the writer |
+//! | 5 | rows popped | the reader |
+//! | 6 | the bell of the reader's process | the reader, when it is made and dropped |
+use crate::mapping::{LINE, Mapping};
+use interconnect::triple::TripleMemory;
+use interconnect::{ConnectionSpec, QueueMemory};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, AtomicUsize};
+
+const LINES_OF_WORDS: usize = 7;
+/// Bytes before a group: its header, and whether there is one.
+pub(crate) const HEADER_LEN: usize = LINE;
+const BUFFERS: usize = 3;
+/// Bytes of the number behind a row.
+const NUMBER_LEN: usize = size_of::<u64>();
+
+/// The memory of one connection, as one end sees it.
+#[derive(Clone)]
+pub(crate) struct Layout {
+    mapping: Arc<Mapping>,
+    buffer_len: usize,
+    row_len: usize,
+    depth: usize,
+}
+
+/// Bytes that a connection needs.
+pub(crate) fn len_of(spec: &ConnectionSpec) -> usize {
+    LINES_OF_WORDS * LINE + BUFFERS * lines(HEADER_LEN + spec.asynchronous_len) + spec.queue_depth * slot_len(spec.queue_row_len)
+}
+
+fn lines(len: usize) -> usize {
+    len.next_multiple_of(LINE)
+}
+
+fn number_at(row_len: usize) -> usize {
+    row_len.next_multiple_of(NUMBER_LEN)
+}
+
+fn slot_len(row_len: usize) -> usize {
+    lines(number_at(row_len) + NUMBER_LEN)
+}
+
+/// What an end compares before it believes what it finds.
+pub(crate) struct Made {
+    /// [`MADE`] once all else is in its place.
+    pub mark: AtomicU64,
+    pub asynchronous_len: AtomicU64,
+    pub queue_row_len: AtomicU64,
+    pub queue_depth: AtomicU64,
+}
+
+/// Changes with the layout.
+pub(crate) const MADE: u64 = 0x6f70_656e_6770_0001;
+
+impl Layout {
+    /// `mapping` has the bytes that [`len_of`] gives.
+    pub fn new(mapping: Arc<Mapping>, spec: &ConnectionSpec) -> Self {
+        let buffer_len = HEADER_LEN + spec.asynchronous_len;
+        Layout { mapping, buffer_len, row_len: spec.queue_row_len, depth: spec.queue_depth }
+    }
+
+    /// Everything zero: no publication, no row. Only where no other end lives.
+    pub fn clear(&self) {
+        self.mapping.clear();
+    }
+
+    pub fn made(&self) -> &Made {
+        self.word(0)
+    }
+
+    pub fn back(&self) -> &AtomicU8 {
+        self.word(2)
+    }
+
+    pub fn front(&self) -> &AtomicU8 {
+        self.word(3)
+    }
+
+    pub fn bell(&self) -> &AtomicU32 {
+        self.word(6)
+    }
+
+    /// The word that starts a line.
+    fn word<T>(&self, line: usize) -> &T {
+        const { assert!(size_of::<T>() <= LINE && align_of::<T>() <= LINE) };
+        // SAFETY: lines are aligned and inside the mapping, which lives as long as `self`; `T` is made of atomic words only (private,
+        // and called so above and below), for which any bytes are a value and which may be shared with other processes.
+        unsafe { self.mapping.at(line * LINE).cast().as_ref() }
+    }
+
+    /// The bytes of a buffer. An index that is none, as after another process wrote over the words, is taken for the last.
+    fn buffer(&self, index: u8) -> *mut [u8] {
+        let index = usize::from(index).min(BUFFERS - 1);
+        let start = self.mapping.at(LINES_OF_WORDS * LINE + index * lines(self.buffer_len));
+        std::ptr::slice_from_raw_parts_mut(start.as_ptr(), self.buffer_len)
+    }
+
+    /// Number and bytes of the row in a slot.
+    fn slot(&self, slot: usize) -> (*mut u64, *mut [u8]) {
+        let rows = LINES_OF_WORDS * LINE + BUFFERS * lines(self.buffer_len);
+        let start = rows + slot * slot_len(self.row_len);
+        let number = self.mapping.at(start + number_at(self.row_len)).cast().as_ptr();
+        (number, std::ptr::slice_from_raw_parts_mut(self.mapping.at(start).as_ptr(), self.row_len))
+    }
+}
+
+// SAFETY: the mapping stays where it is while `self` lives; buffers are apart by whole lines; that there is one end of each kind at a time is
+// kept by the claims in `connection`.
+unsafe impl TripleMemory for Layout {
+    #[inline]
+    fn middle(&self) -> &AtomicU8 {
+        self.word(1)
+    }
+
+    #[inline]
+    fn for_reading(&self, index: u8) -> *const [u8] {
+        self.buffer(index)
+    }
+
+    #[inline]
+    fn for_writing(&self, index: u8) -> *mut [u8] {
+        self.buffer(index)
+    }
+}
+
+// SAFETY: as above; slots are apart by whole lines, and a queue end is made only where the depth is not 0.
+unsafe impl QueueMemory for Layout {
+    #[inline]
+    fn popped(&self) -> &AtomicUsize {
+        self.word(5)
+    }
+
+    #[inline]
+    fn pushed(&self) -> &AtomicUsize {
+        self.word(4)
+    }
+
+    #[inline]
+    fn depth(&self) -> usize {
+        self.depth
+    }
+
+    #[inline]
+    fn for_reading(&self, slot: usize) -> (*const u64, *const [u8]) {
+        let (number, row) = self.slot(slot);
+        (number, row)
+    }
+
+    #[inline]
+    fn for_writing(&self, slot: usize) -> (*mut u64, *mut [u8]) {
+        self.slot(slot)
+    }
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The writing end.
+use crate::bell::{BellNumber, Bells};
+use crate::connection::Connection;
+use crate::layout::{HEADER_LEN, Layout};
+use interconnect::{ConnectionSpec, Full, Header, QueueWriter, Sender, TripleWriter};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+pub(crate) struct SharedSender {
+    group: TripleWriter<Layout>,
+    queue: Option<QueueWriter<Layout>>,
+    bells: Arc<Bells>,
+    connection: Connection,
+}
+
+/// Where a buffer says that it holds a publication.
+pub(crate) const PUBLISHED_AT: usize = Header::LEN;
+
+impl SharedSender {
+    pub fn new(connection: Connection, bells: Arc<Bells>, spec: &ConnectionSpec) -> Self {
+        let layout = || connection.layout.clone();
+        // SAFETY: `connection` has claimed the writing end, and found the buffer that is nobody else's.
+        let group = unsafe { TripleWriter::in_memory(layout(), connection.index) };
+        // SAFETY: as above; the counts stay when an end is killed.
+        let queue = (spec.queue_depth > 0).then(|| unsafe { QueueWriter::in_memory(layout()) });
+        SharedSender { group, queue, bells, connection }
+    }
+}
+
+impl Sender for SharedSender {
+    fn group(&mut self) -> &mut [u8] {
+        &mut self.group.back()[HEADER_LEN..]
+    }
+
+    fn publish(&mut self, number: u64, now_ns: i64) {
+        let line = &mut self.group.back()[..HEADER_LEN];
+        Header { number, time_ns: now_ns }.write(line);
+        line[PUBLISHED_AT] = 1;
+        self.group.publish();
+        self.connection.layout.back().store(self.group.index(), Ordering::Release);
+    }
+
+    fn push(&mut self, number: u64, _now_ns: i64, fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full> {
+        self.queue.as_mut().expect("rows are pushed only into a connection that was made with a queue").push(number, fill)?;
+        self.bells.ring(BellNumber(self.connection.layout.bell().load(Ordering::SeqCst)));
+        Ok(())
+    }
+
+    /// The listener of the reader's process raises it.
+    fn arrived(&self) -> bool {
+        false
+    }
+}

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Processes that are killed at any instant: the other side goes on, who is started again takes over, and nothing stays.
+mod processes;
+
+use interconnect::{Ends, Receiver, Sender};
+use processes::groups::{SPEC, agrees, fill};
+use processes::{FarEnd, folders};
+use shared_memory::{SharedMemory, new_run};
+use std::hash::{BuildHasher, RandomState};
+use std::hint::spin_loop;
+use std::sync::mpsc;
+
+/// Of each kind of process, each way of choosing the instant.
+const KILLS: usize = 30;
+const CONNECTION: u64 = 7;
+/// Numbers of one writer are this far from those of the next.
+const STRIDE: u64 = 1 << 32;
+
+/// A number below `limit`.
+fn any_below(limit: u64) -> u64 {
+    RandomState::new().hash_one(0) % limit
+}
+
+/// A reader's checks, which go on through the lives of several writers.
+struct Reading {
+    receiver: Box<dyn Receiver>,
+    seen: u64,
+    next_row: u64,
+}
+
+impl Reading {
+    /// Looks once at the group and at a row; true where there was a new group.
+    fn look(&mut self) -> bool {
+        let header = self.receiver.latch(0);
+        if let Some(header) = header {
+            assert!(agrees(self.receiver.group(), header.number), "publication {} is torn", header.number);
+            assert!(header.number > self.seen, "publication {} after {}", header.number, self.seen);
+            assert_eq!(header.time_ns, header.number as i64);
+            self.seen = header.number;
+        }
+        if let Some((number, row)) = self.receiver.peek_row() {
+            assert!(agrees(row, number), "row {number} is torn");
+            assert_eq!(number, self.next_row);
+            self.next_row += 1;
+            assert!(self.receiver.pop_row());
+        }
+        header.is_some()
+    }
+
+    /// What the writer that was killed has left.
+    fn drain(&mut self) {
+        while self.look() || self.receiver.rows() > 0 {}
+        if self.seen > 0 {
+            assert!(agrees(self.receiver.group(), self.seen), "the last complete group stays");
+        }
+    }
+}
+
+#[test]
+fn a_reader_keeps_the_last_complete_group_of_each_writer_that_is_killed() {
+    let run = new_run();
+    let mut ends = SharedMemory::new("killed-writers", run).expect("there is shared memory");
+    let receiver = ends.receiver(CONNECTION, &SPEC, Box::new(|| ())).expect("the end is free");
+    let mut reading = Reading { receiver, seen: 0, next_row: 0 };
+    for life in 1..=2 * KILLS as u64 {
+        reading.next_row = life * STRIDE;
+        let mut writer = FarEnd::start("write", "killed-writers", run, &[CONNECTION, life * STRIDE]);
+        if life.is_multiple_of(2) {
+            assert_eq!(writer.hear(), "ready");
+            let mut wanted = any_below(2_000) + 1;
+            while wanted > 0 {
+                wanted -= u64::from(reading.look());
+            }
+        } else {
+            // While it starts, makes its end, or has begun to write.
+            for _ in 0..any_below(200_000) {
+                spin_loop();
+            }
+        }
+        writer.kill();
+        reading.drain();
+    }
+    drop(reading);
+    drop(ends);
+    assert_eq!(folders("killed-writers"), Vec::<std::path::PathBuf>::new());
+}
+
+/// Publishes and pushes until `enough`, which gets the number published last.
+fn write(sender: &mut dyn Sender, number: &mut u64, row: &mut u64, mut enough: impl FnMut(u64) -> bool) {
+    while !enough(*number) {
+        *number += 1;
+        fill(sender.group(), *number);
+        sender.publish(*number, 0);
+        *row += u64::from(sender.push(*row, 0, &mut |bytes| fill(bytes, *row)).is_ok());
+    }
+}
+
+#[test]
+fn a_reader_that_is_killed_and_started_again_finds_the_newest_group_and_the_rows_that_wait() {
+    let run = new_run();
+    let mut ends = SharedMemory::new("killed-readers", run).expect("there is shared memory");
+    let mut sender = ends.sender(CONNECTION, &SPEC).expect("the end is free");
+    let (mut number, mut row) = (0, 0);
+    write(&mut *sender, &mut number, &mut row, |number| number == 3);
+    for life in 1..=2 * KILLS as u64 {
+        let before = number;
+        let mut reader = FarEnd::start("read", "killed-readers", run, &[CONNECTION]);
+        if life % 4 == 0 {
+            let first: u64 = reader.hear().parse().expect("the number that it latched first");
+            assert_eq!(first, before, "the writer rests: the newest group is the one from before");
+        } else if life % 4 == 2 {
+            let (say, said) = mpsc::channel();
+            std::thread::scope(|scope| {
+                scope.spawn(|| say.send(reader.hear()).expect("somebody listens"));
+                let mut first = None;
+                write(&mut *sender, &mut number, &mut row, |_| {
+                    first = first.take().or_else(|| said.try_recv().ok());
+                    first.is_some()
+                });
+                let first: u64 = first.expect("it was awaited").parse().expect("the number that it latched first");
+                assert!(first >= before, "it began with {first}, and {before} was published before it came");
+            });
+        }
+        let until = number + any_below(5_000);
+        write(&mut *sender, &mut number, &mut row, |number| number == until);
+        reader.kill();
+    }
+    drop(sender);
+    drop(ends);
+    assert_eq!(folders("killed-readers"), Vec::<std::path::PathBuf>::new());
+}
+
+#[test]
+fn what_is_left_where_all_are_killed_is_removed_by_who_comes_next() {
+    for _ in 0..KILLS {
+        let run = new_run();
+        let mut writer = FarEnd::start("write", "killed-all", run, &[CONNECTION, 1]);
+        assert_eq!(writer.hear(), "ready");
+        let mut reader = FarEnd::start("read", "killed-all", run, &[CONNECTION]);
+        assert!(reader.hear().parse::<u64>().is_ok());
+        writer.kill();
+        reader.kill();
+    }
+    drop(SharedMemory::new("killed-all-successor", new_run()).expect("there is shared memory"));
+    assert_eq!(folders("killed-all"), Vec::<std::path::PathBuf>::new());
+}
