@@ -32,14 +32,17 @@ def type_json(type_text: str, types_json: str) -> str:
 def number_in(text: str, unit: str) -> float:
     """The number that a quantity, `"90 deg"`, is in a unit, `"rad"`. Refused: ValueRefused, UnitMismatch."""
 
+def run_processor() -> str | None:
+    """The life of a process that a system started for a processor; returns at its end, with the reason where it could not serve."""
+
 class System:
     """One real-time system, embedded in this process."""
 
     def __init__(self, name: str, clock: str, options_json: str) -> None:
-        """clock: "monotonic" or "virtual". options: {"seed": int, "interconnect": {"kind": "memory"} | {"kind": "message", "seed": int, "delay_ns": [lo, hi], "drop": p, "repeat": p, "reorder": p, "corrupt": p}}."""
+        """clock: "monotonic" or "virtual". options: {"seed": int, "interconnect": {"kind": "memory"} | {"kind": "message", "seed": int, "delay_ns": [lo, hi], "drop": p, "repeat": p, "reorder": p, "corrupt": p}, "processes": {"command": [text], "python": text}}."""
 
     # configuration -----------------------------------------------------------------------------------------------------
-    def processor(self, name: str, core: int | None, supervisor: bool) -> None: ...
+    def processor(self, name: str, core: int | None, supervisor: bool, process: bool, host: str | None) -> None: ...
     def source(self, processor: str, name: str, kind: str, period_ns: int, priority: int, virtual_cost_ns: int) -> None:
         """kind: "timer", "trigger" or "software"."""
 

@@ -22,6 +22,7 @@ from .listing import InstanceEntry, Listing, VerbEntry, instances_of, verbs_of
 from .modules import Module
 from .physical import Channel, PhysicalDevice
 from .places import here
+from .processes import processes_json
 from .quantities import Quantity, duration_ns
 from .sources import Processor, Source, placement_json
 from .svvs import SVV, Snapshot, snapshot
@@ -70,7 +71,11 @@ class System:
         self.physical_devices: dict[str, PhysicalDevice] = {}
         self._svvs: dict[str, SVV[Any]] = {}
         link = {"kind": interconnect, "seed": seed} if interconnect == "message" else interconnect
-        options = {"seed": seed, "interconnect": {"kind": link} if isinstance(link, str) else dict(link)}
+        options = {
+            "seed": seed,
+            "interconnect": {"kind": link} if isinstance(link, str) else dict(link),
+            "processes": processes_json(),
+        }
         self.virtual = clock == "virtual" or checking.active()
         with refusals:
             self._native = _native.System(name, "virtual" if self.virtual else clock, json.dumps(options))
@@ -88,10 +93,16 @@ class System:
 
     # ---- configuration ----
 
-    def processor(self, name: str, core: int | None = None, *, supervisor: bool = False) -> Processor:
-        """A real-time processor, on a core of its own where one is named. The first is the supervisor, unless another says so."""
+    def processor(
+        self, name: str, core: int | None = None, *, supervisor: bool = False, process: bool = False, host: str | None = None
+    ) -> Processor:
+        """A real-time processor, on a core of its own where one is named. The first is the supervisor, unless another says so.
+
+        `process=True` runs it in a process of its own: whatever crashes there is `processor_lost` for the others. `host` names a
+        host that has joined the system. Under the virtual clock all processors run in one thread, wherever they are to run.
+        """
         with refusals:
-            self._alive().processor(name, core, supervisor)
+            self._alive().processor(name, core, supervisor, process, host)
         return Processor(self, name)
 
     def download(self, path: str | os.PathLike[str], name: str | None = None) -> Module:

@@ -53,6 +53,12 @@ fn number_in(text: &str, unit: &str) -> PyResult<f64> {
     model::quantity::number_in(text, unit).map_err(|refusal| refused(vec![refusal]))
 }
 
+/// The life of a process that was started for a processor; the error says why it could not serve.
+#[pyfunction]
+fn run_processor(py: Python<'_>) -> Option<String> {
+    py.detach(places::processor).err()
+}
+
 #[pymodule]
 fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("Refused", m.py().get_type::<Refused>())?;
@@ -64,5 +70,6 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(trial, m)?)?;
     m.add_function(wrap_pyfunction!(type_json, m)?)?;
     m.add_function(wrap_pyfunction!(number_in, m)?)?;
+    m.add_function(wrap_pyfunction!(run_processor, m)?)?;
     Ok(())
 }

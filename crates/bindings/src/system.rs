@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::path::PathBuf;
 use std::time::Duration;
-use supervisor::{Alarm, AlarmText, DeviceRequest, Limits, Mode, SvvRequest, Waited};
+use supervisor::{Alarm, AlarmText, DeviceRequest, Limits, Location, Mode, SvvRequest, Waited};
 
 /// How long a wait goes on without looking at signals.
 const SLICE: Duration = Duration::from_millis(50);
@@ -40,8 +40,8 @@ impl System {
         Ok(System { inner })
     }
 
-    fn processor(&self, name: &str, core: Option<usize>, supervisor: bool) -> PyResult<()> {
-        self.inner.processor(name, core, supervisor).map_err(refused)
+    fn processor(&self, py: Python<'_>, name: &str, core: Option<usize>, supervisor: bool, process: bool, host: Option<String>) -> PyResult<()> {
+        py.detach(|| self.inner.processor_in(name, core, supervisor, Location::of(process, host))).map_err(refused)
     }
 
     fn source(&self, py: Python<'_>, processor: &str, name: &str, kind: &str, period_ns: u64, priority: u8, virtual_cost_ns: u64) -> PyResult<()> {

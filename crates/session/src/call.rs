@@ -10,7 +10,7 @@ use model::refusal::{Class, Place, Refusal, Refusals};
 use model::value::Value;
 use serde_json::{Value as Json, json};
 use std::path::PathBuf;
-use supervisor::{DeviceRequest, Limits, SvvRequest, System};
+use supervisor::{DeviceRequest, Limits, Location, SvvRequest, System};
 
 /// The interpreter that tries a code module in a process of its own, where no `opengpac-probe` lies beside the program.
 const PYTHON: &str = "python3";
@@ -34,8 +34,9 @@ fn configuration(system: &System, name: &str, a: &mut Arguments) -> Answer {
     match name {
         "processor" => {
             let (processor, core, supervisor) = (a.take::<String>("name")?, a.or("core")?, a.or("supervisor")?);
+            let location = Location::of(a.or("process")?, a.or("host")?);
             a.none_left()?;
-            done(system.processor(&processor, core, supervisor))
+            done(system.processor_in(&processor, core, supervisor, location))
         }
         "source" => {
             let (processor, source, kind) = (a.take::<String>("processor")?, a.take::<String>("name")?, a.take::<String>("kind")?);

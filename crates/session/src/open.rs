@@ -3,8 +3,10 @@
 use crate::from_json;
 use interconnect::{Carrier, Faults, Memory, Message};
 use kernel::ClockKind;
+use places::Places;
 use model::refusal::{Class, Refusal, Refusals};
 use serde::Deserialize;
+use std::sync::Arc;
 use supervisor::System;
 
 #[derive(Deserialize)]
@@ -12,11 +14,21 @@ use supervisor::System;
 struct Options {
     seed: u64,
     interconnect: Interconnect,
+    processes: Option<Processes>,
+}
+
+/// How processes for processors are started.
+#[derive(Deserialize)]
+struct Processes {
+    /// Comes to call `places::processor`.
+    command: Vec<String>,
+    /// The interpreter that tries code modules.
+    python: String,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { seed: 1, interconnect: Interconnect::Memory }
+        Options { seed: 1, interconnect: Interconnect::Memory, processes: None }
     }
 }
 
@@ -41,7 +53,8 @@ enum Interconnect {
 }
 
 /// A real-time system in this process. `clock`: `monotonic` or `virtual`. `options`: `{"seed": n, "interconnect": {"kind": "memory"}}`, where the
-/// interconnect may be `message` with `seed`, `delay_ns`, `drop`, `repeat`, `reorder` and `corrupt`, under the virtual clock.
+/// interconnect may be `message` with `seed`, `delay_ns`, `drop`, `repeat`, `reorder` and `corrupt`, under the virtual clock; and
+/// `"processes": {"command": [...], "python": "..."}` says how processors get processes of their own.
 pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> {
     let options: Options = from_json(options)?;
     let refuse = |message: String, remedy: &str| Err(vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]);
@@ -53,7 +66,11 @@ pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> 
     if kind == ClockKind::Monotonic && matches!(options.interconnect, Interconnect::Message { .. }) {
         return refuse("the message interconnect needs the virtual clock".to_owned(), "take clock=\"virtual\"");
     }
-    System::new(name, kind, carrier(options.interconnect))
+    let system = System::new(name, kind, carrier(options.interconnect))?;
+    if let Some(Processes { command, python }) = options.processes {
+        system.set_places(Arc::new(Places::new(name, command.into_iter().map(Into::into).collect(), python.into())));
+    }
+    Ok(system)
 }
 
 fn carrier(of: Interconnect) -> Box<dyn Carrier> {

@@ -17,8 +17,9 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("library", &["opengpac"]),
     ("rtp", &["opengpac", "interconnect", "kernel", "drivers", "modules", "library"]),
     ("supervisor", &["opengpac", "model", "interconnect", "kernel", "drivers", "modules", "library", "rtp"]),
-    ("session", &["model", "interconnect", "kernel", "supervisor"]),
-    ("bindings", &["opengpac", "model", "supervisor", "session"]),
+    ("places", &["interconnect", "guard", "shared-memory", "rtp", "modules"]),
+    ("session", &["model", "interconnect", "kernel", "supervisor", "places"]),
+    ("bindings", &["opengpac", "model", "supervisor", "session", "places"]),
     ("c-package", &["session"]),
 ];
 

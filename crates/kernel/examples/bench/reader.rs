@@ -59,7 +59,7 @@ fn turn() -> [f64; 3] {
     [without, with, (with - without) * FIRINGS as f64 / firings as f64]
 }
 
-fn add_reader(ground: &Ground, receiver: Box<dyn interconnect::Receiver>) -> SourceId {
+fn add_reader(ground: &Ground, receiver: kernel::End<dyn interconnect::Receiver>) -> SourceId {
     let kind = SourceKind::Timer { period_ns: PERIOD_NS };
     let spec = SourceSpec { rtp: 0, name: "reader".into(), kind, priority: PRIORITY, core: Some(core()), virtual_cost_ns: 0 };
     let reader = ground.host.add_source(spec).expect("a thread can be made");
