@@ -40,7 +40,7 @@ pub mod window;
 pub use block::{Block, BlockId};
 pub use clock::ClockKind;
 pub use connection::{Inbound, Outbound, QueueMember, RowsEnd, row_prefix};
-pub use device::{Ask, Channel, Device, DeviceError, Direction, Driver};
+pub use device::{Ask, Channel, Device, DeviceError, Direction, Driver, SafeHandle};
 pub use edge::{Edge, Number};
 pub use event::{Event, Fault};
 pub use host::Host;
