@@ -48,6 +48,6 @@ pub use carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
 pub use link::{Closed, EndError, Ends, Link};
 pub use memory::Memory;
 pub use message::{Counters, Faults, Message};
-pub use queue::{QueueReader, QueueWriter, queue};
+pub use queue::{QueueMemory, QueueReader, QueueWriter, queue};
 pub use rows::{Row, RowSink, RowsReader, RowsWriter, rows};
-pub use triple::{TripleReader, TripleWriter, triple_buffer};
+pub use triple::{TripleMemory, TripleReader, TripleWriter, triple_buffer};

@@ -9,7 +9,7 @@
 //!
 //! `depth` rows, all made at construction, none added later: a deeper queue would only hide a reader that does not keep up.
 //! Each count is written by one end only and lies on a cache line of its own; so does each end, with what it remembers of the
-//! other's count.
+//! other's count. The algorithm does not know where counts and rows lie: [`QueueMemory`].
 use crate::aligned::AlignedBytes;
 use crate::carrier::Full;
 use crate::sync::{Arc, AtomicUsize, Ordering, OwnLine, UnsafeCell};
@@ -18,15 +18,37 @@ use crate::sync::{Arc, AtomicUsize, Ordering, OwnLine, UnsafeCell};
 pub fn queue(row_len: usize, depth: usize) -> (QueueWriter, QueueReader) {
     assert!(depth > 0, "a queue needs room for one row or more");
     let slots = (0..depth).map(|_| UnsafeCell::new(Slot { number: 0, row: AlignedBytes::new(row_len) })).collect();
-    let shared = Arc::new(Shared { popped: OwnLine(AtomicUsize::new(0)), pushed: OwnLine(AtomicUsize::new(0)), slots });
-    let writer = QueueWriter { shared: shared.clone(), pushed: 0, next: 0, popped_seen: 0 };
-    (writer, QueueReader { shared, popped: 0, next: 0, pushed_seen: 0 })
+    let memory = OwnQueue(Arc::new(Shared { popped: OwnLine(AtomicUsize::new(0)), pushed: OwnLine(AtomicUsize::new(0)), slots }));
+    let writer = QueueWriter { memory: memory.clone(), pushed: 0, next: 0, popped_seen: 0 };
+    (writer, QueueReader { memory, popped: 0, next: 0, pushed_seen: 0 })
+}
+
+/// Where the counts and the rows of a queue lie: in this process ([`queue`]), or where others see them too.
+///
+/// # Safety
+/// Counts and rows stay where they are as long as the value lives; no two rows overlap; the depth stays, and is not 0; and only one writer
+/// and one reader at a time, in whatever process, touch them.
+pub unsafe trait QueueMemory {
+    /// Rows popped so far (wraps): written by the reader.
+    fn popped(&self) -> &AtomicUsize;
+
+    /// Rows pushed so far (wraps): written by the writer.
+    fn pushed(&self) -> &AtomicUsize;
+
+    /// How many rows there is room for.
+    fn depth(&self) -> usize;
+
+    /// Number and bytes of the row in a slot below the depth, for the end that may touch it.
+    fn for_reading(&self, slot: usize) -> (*const u64, *const [u8]);
+
+    /// As [`for_reading`](Self::for_reading), to write into.
+    fn for_writing(&self, slot: usize) -> (*mut u64, *mut [u8]);
 }
 
 /// The writing end.
 #[repr(align(64))]
-pub struct QueueWriter {
-    shared: Arc<Shared>,
+pub struct QueueWriter<M = OwnQueue> {
+    memory: M,
     /// Rows pushed so far (wraps).
     pushed: usize,
     /// The slot of the next row.
@@ -35,34 +57,42 @@ pub struct QueueWriter {
     popped_seen: usize,
 }
 
-impl QueueWriter {
+impl<M: QueueMemory> QueueWriter<M> {
+    /// The writing end of a queue that lies in `memory`, behind the rows that wait there.
+    ///
+    /// # Safety
+    /// No other writer of it lives, and the counts are those that the ends before left.
+    pub unsafe fn in_memory(memory: M) -> Self {
+        let (pushed, popped_seen) = (memory.pushed().load(Ordering::Acquire), memory.popped().load(Ordering::Acquire));
+        QueueWriter { next: pushed % memory.depth(), memory, pushed, popped_seen }
+    }
+
     /// Appends a row: `fill` writes its bytes, which hold some earlier row. [`Full`], without calling `fill`, where `depth`
     /// rows wait. A `fill` that panics appends nothing. Real-time safe.
     #[inline]
     pub fn push(&mut self, number: u64, fill: impl FnOnce(&mut [u8])) -> Result<(), Full> {
-        let depth = self.shared.slots.len();
+        let depth = self.memory.depth();
         if self.pushed.wrapping_sub(self.popped_seen) == depth {
-            self.popped_seen = self.shared.popped.0.load(Ordering::Acquire);
+            self.popped_seen = self.memory.popped().load(Ordering::Acquire);
             if self.pushed.wrapping_sub(self.popped_seen) == depth {
                 return Err(Full);
             }
         }
-        self.shared.slots[self.next].with_mut(|slot| {
-            // SAFETY: fewer than `depth` rows wait, so the slot `next` is not among those that the reader may touch: it has
-            // popped the row that was here (acquired above) and sees the new one only after the store below.
-            let slot = unsafe { &mut *slot };
-            slot.number = number;
-            fill(slot.row.bytes_mut());
-        });
+        let (numbered, row) = self.memory.for_writing(self.next);
+        // SAFETY: fewer than `depth` rows wait, so the slot `next` is not among those that the reader may touch: it has
+        // popped the row that was here (acquired above) and sees the new one only after the store below.
+        let (numbered, row) = unsafe { (&mut *numbered, &mut *row) };
+        *numbered = number;
+        fill(row);
         self.pushed = self.pushed.wrapping_add(1);
         self.next = following(self.next, depth);
-        self.shared.pushed.0.store(self.pushed, Ordering::Release);
+        self.memory.pushed().store(self.pushed, Ordering::Release);
         Ok(())
     }
 
     /// Rows that wait. The reader may be taking some meanwhile.
     pub fn len(&self) -> usize {
-        self.pushed.wrapping_sub(self.shared.popped.0.load(Ordering::Acquire))
+        self.pushed.wrapping_sub(self.memory.popped().load(Ordering::Acquire))
     }
 
     /// True where no row waits.
@@ -73,8 +103,8 @@ impl QueueWriter {
 
 /// The reading end.
 #[repr(align(64))]
-pub struct QueueReader {
-    shared: Arc<Shared>,
+pub struct QueueReader<M = OwnQueue> {
+    memory: M,
     /// Rows popped so far (wraps).
     popped: usize,
     /// The slot of the oldest row.
@@ -83,19 +113,26 @@ pub struct QueueReader {
     pushed_seen: usize,
 }
 
-impl QueueReader {
+impl<M: QueueMemory> QueueReader<M> {
+    /// The reading end of a queue that lies in `memory`: the rows that wait there come first.
+    ///
+    /// # Safety
+    /// No other reader of it lives, and the counts are those that the ends before left.
+    pub unsafe fn in_memory(memory: M) -> Self {
+        let (pushed_seen, popped) = (memory.pushed().load(Ordering::Acquire), memory.popped().load(Ordering::Acquire));
+        QueueReader { next: popped % memory.depth(), memory, popped, pushed_seen }
+    }
+
     /// The number and bytes of the oldest row, which stays; none where no row waits. Real-time safe.
     #[inline]
     pub fn peek(&mut self) -> Option<(u64, &[u8])> {
         if !self.waits() {
             return None;
         }
-        Some(self.shared.slots[self.next].with(|slot| {
-            // SAFETY: the row is pushed (acquired in `waits`) and not popped, so the writer does not touch it; popping needs
-            // `&mut self` and so ends this borrow.
-            let slot = unsafe { &*slot };
-            (slot.number, slot.row.bytes())
-        }))
+        let (number, row) = self.memory.for_reading(self.next);
+        // SAFETY: the row is pushed (acquired in `waits`) and not popped, so the writer does not touch it; popping needs
+        // `&mut self` and so ends this borrow.
+        Some(unsafe { (*number, &*row) })
     }
 
     /// Removes the oldest row; false where no row waits. Real-time safe.
@@ -105,14 +142,14 @@ impl QueueReader {
             return false;
         }
         self.popped = self.popped.wrapping_add(1);
-        self.next = following(self.next, self.shared.slots.len());
-        self.shared.popped.0.store(self.popped, Ordering::Release);
+        self.next = following(self.next, self.memory.depth());
+        self.memory.popped().store(self.popped, Ordering::Release);
         true
     }
 
     /// Rows that wait. The writer may be adding some meanwhile.
     pub fn len(&self) -> usize {
-        self.shared.pushed.0.load(Ordering::Acquire).wrapping_sub(self.popped)
+        self.memory.pushed().load(Ordering::Acquire).wrapping_sub(self.popped)
     }
 
     /// True where no row waits.
@@ -123,9 +160,43 @@ impl QueueReader {
     #[inline]
     fn waits(&mut self) -> bool {
         if self.pushed_seen == self.popped {
-            self.pushed_seen = self.shared.pushed.0.load(Ordering::Acquire);
+            self.pushed_seen = self.memory.pushed().load(Ordering::Acquire);
         }
         self.pushed_seen != self.popped
+    }
+}
+
+/// Memory of this process, shared by the two ends.
+#[derive(Clone)]
+pub struct OwnQueue(Arc<Shared>);
+
+// SAFETY: counts and rows are behind one `Arc`, each row is an allocation of its own, `queue` refuses a depth of 0 and makes one end of each kind.
+unsafe impl QueueMemory for OwnQueue {
+    #[inline]
+    fn popped(&self) -> &AtomicUsize {
+        &self.0.popped.0
+    }
+
+    #[inline]
+    fn pushed(&self) -> &AtomicUsize {
+        &self.0.pushed.0
+    }
+
+    #[inline]
+    fn depth(&self) -> usize {
+        self.0.slots.len()
+    }
+
+    #[inline]
+    fn for_reading(&self, slot: usize) -> (*const u64, *const [u8]) {
+        // SAFETY: the caller's end may touch the slot, so nobody has a reference for writing to it.
+        self.0.slots[slot].with(|slot| unsafe { (&raw const (*slot).number, std::ptr::from_ref((*slot).row.bytes())) })
+    }
+
+    #[inline]
+    fn for_writing(&self, slot: usize) -> (*mut u64, *mut [u8]) {
+        // SAFETY: the caller's end may touch the slot, so nobody else has a reference to it.
+        self.0.slots[slot].with_mut(|slot| unsafe { (&raw mut (*slot).number, std::ptr::from_mut((*slot).row.bytes_mut())) })
     }
 }
 

@@ -13,57 +13,116 @@
 //! to wait for the other or write over what is being read; a fourth would never be used. The word in the middle names the
 //! buffer that lies there and whether the reader has seen it; each swap moves a whole buffer, so a group is never torn.
 //!
-//! Each buffer and the word lie on cache lines of their own.
+//! Each buffer and the word lie on cache lines of their own. The algorithm does not know where that is: [`TripleMemory`].
 use crate::aligned::AlignedBytes;
 use crate::sync::{Arc, AtomicU8, Ordering, OwnLine, UnsafeCell};
 
 /// Makes a triple buffer for groups of `len_bytes` bytes, zero until the first publication.
 pub fn triple_buffer(len_bytes: usize) -> (TripleWriter, TripleReader) {
     let buffers = std::array::from_fn(|_| UnsafeCell::new(AlignedBytes::new(len_bytes)));
-    let shared = Arc::new(Shared { middle: OwnLine(AtomicU8::new(1)), buffers });
-    (TripleWriter { shared: shared.clone(), back: 0 }, TripleReader { shared, front: 2 })
+    let memory = OwnTriple(Arc::new(Shared { middle: OwnLine(AtomicU8::new(MIDDLE_AT_FIRST)), buffers }));
+    (TripleWriter { memory: memory.clone(), back: BACK_AT_FIRST }, TripleReader { memory, front: FRONT_AT_FIRST })
+}
+
+/// Who has which buffer before the first exchange.
+pub const BACK_AT_FIRST: u8 = 0;
+/// The word in the middle before the first exchange.
+pub const MIDDLE_AT_FIRST: u8 = 1;
+/// As [`BACK_AT_FIRST`], of the reader.
+pub const FRONT_AT_FIRST: u8 = 2;
+
+/// The buffer that `word`, the word in the middle, names.
+pub fn in_the_middle(word: u8) -> u8 {
+    word & INDEX
+}
+
+/// True if `word` names a publication that the reader has not had.
+pub fn is_news(word: u8) -> bool {
+    word & NEWS != 0
+}
+
+/// Where the word and the three buffers of a triple buffer lie: in this process ([`triple_buffer`]), or where others see them too.
+///
+/// # Safety
+/// The word and the buffers stay where they are as long as the value lives; the three buffers do not overlap; and only one writer and
+/// one reader at a time, in whatever process, touch them.
+pub unsafe trait TripleMemory {
+    /// The word in the middle.
+    fn middle(&self) -> &AtomicU8;
+
+    /// The buffer of an index below 3, for the end that holds it.
+    fn for_reading(&self, index: u8) -> *const [u8];
+
+    /// As [`for_reading`](Self::for_reading), to write into.
+    fn for_writing(&self, index: u8) -> *mut [u8];
 }
 
 /// The writing end.
-pub struct TripleWriter {
-    shared: Arc<Shared>,
+pub struct TripleWriter<M = OwnTriple> {
+    memory: M,
     /// The buffer that only this end touches.
     back: u8,
 }
 
-impl TripleWriter {
+impl<M: TripleMemory> TripleWriter<M> {
+    /// The writing end of a triple buffer that lies in `memory`.
+    ///
+    /// # Safety
+    /// No other writer of it lives, and `back` is the buffer that is neither in the middle nor the reader's.
+    pub unsafe fn in_memory(memory: M, back: u8) -> Self {
+        TripleWriter { memory, back }
+    }
+
+    /// Which buffer is this end's.
+    #[inline]
+    pub fn index(&self) -> u8 {
+        self.back
+    }
+
     /// The buffer of the next publication, starting on a cache line. It holds some earlier group: fill it whole each time.
     /// Real-time safe.
     #[inline]
     pub fn back(&mut self) -> &mut [u8] {
-        self.shared.buffers[self.back as usize].with_mut(|buffer| {
-            // SAFETY: `back`, `front` and the middle always name three different buffers (they start different and are only
-            // ever exchanged by atomic swaps), so no other reference to this one exists; acquire-release on the swap orders
-            // the reader's last use before this one. The borrow of `self` ends it before the next `publish`.
-            unsafe { (*buffer).bytes_mut() }
-        })
+        // SAFETY: `back`, `front` and the middle always name three different buffers (they start different and are only
+        // ever exchanged by atomic swaps), so no other reference to this one exists; acquire-release on the swap orders
+        // the reader's last use before this one. The borrow of `self` ends it before the next `publish`.
+        unsafe { &mut *self.memory.for_writing(self.back) }
     }
 
     /// Publishes the back buffer: the reader's next latch gets it, whole. One atomic swap. Real-time safe.
     #[inline]
     pub fn publish(&mut self) {
-        self.back = self.shared.middle.0.swap(self.back | NEWS, Ordering::AcqRel) & INDEX;
+        self.back = self.memory.middle().swap(self.back | NEWS, Ordering::AcqRel) & INDEX;
     }
 }
 
 /// The reading end.
-pub struct TripleReader {
-    shared: Arc<Shared>,
+pub struct TripleReader<M = OwnTriple> {
+    memory: M,
     /// The buffer that only this end touches.
     front: u8,
 }
 
-impl TripleReader {
+impl<M: TripleMemory> TripleReader<M> {
+    /// The reading end of a triple buffer that lies in `memory`.
+    ///
+    /// # Safety
+    /// No other reader of it lives, and `front` is the buffer that is neither in the middle nor the writer's.
+    pub unsafe fn in_memory(memory: M, front: u8) -> Self {
+        TripleReader { memory, front }
+    }
+
+    /// Which buffer is this end's.
+    #[inline]
+    pub fn index(&self) -> u8 {
+        self.front
+    }
+
     /// Takes the newest publication, if there is one that it has not had: then true, and [`front`](Self::front) is that one.
     /// Real-time safe.
     #[inline]
     pub fn latch(&mut self) -> bool {
-        let middle = &self.shared.middle.0;
+        let middle = self.memory.middle();
         if middle.load(Ordering::Relaxed) & NEWS == 0 {
             return false;
         }
@@ -75,11 +134,33 @@ impl TripleReader {
     /// The publication latched last; zeros before the first. Real-time safe.
     #[inline]
     pub fn front(&self) -> &[u8] {
-        self.shared.buffers[self.front as usize].with(|buffer| {
-            // SAFETY: as in `TripleWriter::back`: the writer cannot get at this buffer until the next `latch`, which needs
-            // `&mut self` and so ends this borrow.
-            unsafe { (*buffer).bytes() }
-        })
+        // SAFETY: as in `TripleWriter::back`: the writer cannot get at this buffer until the next `latch`, which needs
+        // `&mut self` and so ends this borrow.
+        unsafe { &*self.memory.for_reading(self.front) }
+    }
+}
+
+/// Memory of this process, shared by the two ends.
+#[derive(Clone)]
+pub struct OwnTriple(Arc<Shared>);
+
+// SAFETY: the word and the buffers are behind one `Arc`, the buffers are allocations of their own, and `triple_buffer` makes one end of each kind.
+unsafe impl TripleMemory for OwnTriple {
+    #[inline]
+    fn middle(&self) -> &AtomicU8 {
+        &self.0.middle.0
+    }
+
+    #[inline]
+    fn for_reading(&self, index: u8) -> *const [u8] {
+        // SAFETY: the caller's end holds the buffer, so nobody has a reference for writing to it.
+        self.0.buffers[index as usize].with(|buffer| unsafe { std::ptr::from_ref((*buffer).bytes()) })
+    }
+
+    #[inline]
+    fn for_writing(&self, index: u8) -> *mut [u8] {
+        // SAFETY: the caller's end holds the buffer, so nobody else has a reference to it.
+        self.0.buffers[index as usize].with_mut(|buffer| unsafe { std::ptr::from_mut((*buffer).bytes_mut()) })
     }
 }
 
