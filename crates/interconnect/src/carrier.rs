@@ -84,18 +84,25 @@ impl Header {
     /// Bytes of a header in memory.
     pub const LEN: usize = 16;
 
-    /// Puts it at the start of `bytes`.
+    /// Where it lies in memory, behind a group of `group_len` bytes: the group begins on a cache line, and where it is small both share
+    /// that line, so that one line goes from core to core.
     #[inline]
-    pub fn write(self, bytes: &mut [u8]) {
-        bytes[..8].copy_from_slice(&self.number.to_ne_bytes());
-        bytes[8..Self::LEN].copy_from_slice(&self.time_ns.to_ne_bytes());
+    pub fn behind(group_len: usize) -> usize {
+        group_len.next_multiple_of(align_of::<u64>())
+    }
+
+    /// Puts it into memory, `at` bytes from the start.
+    #[inline]
+    pub fn write(self, memory: &mut [u8], at: usize) {
+        memory[at..at + 8].copy_from_slice(&self.number.to_ne_bytes());
+        memory[at + 8..at + Self::LEN].copy_from_slice(&self.time_ns.to_ne_bytes());
     }
 
     /// The one that [`write`](Self::write) put there.
     #[inline]
-    pub fn read(bytes: &[u8]) -> Self {
-        let word = |at: usize| bytes[at..at + 8].try_into().expect("eight bytes were cut out");
-        Header { number: u64::from_ne_bytes(word(0)), time_ns: i64::from_ne_bytes(word(8)) }
+    pub fn read(memory: &[u8], at: usize) -> Self {
+        let word = |at: usize| memory[at..at + 8].try_into().expect("eight bytes were cut out");
+        Header { number: u64::from_ne_bytes(word(at)), time_ns: i64::from_ne_bytes(word(at + 8)) }
     }
 
     /// How old the group is at `now_ns`, ns.

@@ -10,7 +10,7 @@ pub struct Memory;
 
 impl Carrier for Memory {
     fn connect(&mut self, spec: &ConnectionSpec) -> (Box<dyn Sender>, Box<dyn Receiver>) {
-        let (group_writer, group_reader) = triple_buffer(HEADER_LEN + spec.asynchronous_len);
+        let (group_writer, group_reader) = triple_buffer(Header::behind(spec.asynchronous_len) + Header::LEN);
         let (queue_writer, queue_reader) = match spec.queue_depth {
             0 => (None, None),
             depth => {
@@ -18,8 +18,9 @@ impl Carrier for Memory {
                 (Some(writer), Some(reader))
             }
         };
-        let sender = MemorySender { group: group_writer, queue: queue_writer };
-        (Box::new(sender), Box::new(MemoryReceiver { group: group_reader, queue: queue_reader }))
+        let group_len = spec.asynchronous_len;
+        let sender = MemorySender { group: group_writer, group_len, queue: queue_writer };
+        (Box::new(sender), Box::new(MemoryReceiver { group: group_reader, group_len, queue: queue_reader }))
     }
 
     fn next_arrival(&self) -> Option<i64> {
@@ -29,21 +30,19 @@ impl Carrier for Memory {
     fn deliver(&mut self, _now_ns: i64, _raise: &mut dyn FnMut(u32)) {}
 }
 
-/// A whole cache line before the group, so that the group starts on one too.
-const HEADER_LEN: usize = crate::aligned::LINE;
-
 struct MemorySender {
     group: TripleWriter,
+    group_len: usize,
     queue: Option<QueueWriter>,
 }
 
 impl Sender for MemorySender {
     fn group(&mut self) -> &mut [u8] {
-        &mut self.group.back()[HEADER_LEN..]
+        &mut self.group.back()[..self.group_len]
     }
 
     fn publish(&mut self, number: u64, now_ns: i64) {
-        Header { number, time_ns: now_ns }.write(self.group.back());
+        Header { number, time_ns: now_ns }.write(self.group.back(), Header::behind(self.group_len));
         self.group.publish();
     }
 
@@ -54,6 +53,7 @@ impl Sender for MemorySender {
 
 struct MemoryReceiver {
     group: TripleReader,
+    group_len: usize,
     queue: Option<QueueReader>,
 }
 
@@ -62,11 +62,11 @@ impl Receiver for MemoryReceiver {
         if !self.group.latch() {
             return None;
         }
-        Some(Header::read(self.group.front()))
+        Some(Header::read(self.group.front(), Header::behind(self.group_len)))
     }
 
     fn group(&self) -> &[u8] {
-        &self.group.front()[HEADER_LEN..]
+        &self.group.front()[..self.group_len]
     }
 
     fn peek_row(&mut self) -> Option<(u64, &[u8])> {

@@ -54,9 +54,7 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        if locks::try_lock(&self.members, Whole::Alone).unwrap_or(false) {
-            remove(&self.path);
-        }
+        remove_if_alone(&self.path, &self.members);
     }
 }
 
@@ -64,7 +62,7 @@ impl Drop for Folder {
 pub(crate) fn sweep() -> usize {
     let Ok(entries) = fs::read_dir(ROOT) else { return 0 };
     let paths = entries.flatten().map(|entry| entry.path()).filter(|path| is_of_a_run(path));
-    paths.filter(|path| remove_if_deserted(path)).count()
+    paths.filter(|path| open(&path.join(MEMBERS)).is_ok_and(|members| remove_if_alone(path, &members))).count()
 }
 
 fn is_of_a_run(path: &Path) -> bool {
@@ -73,10 +71,11 @@ fn is_of_a_run(path: &Path) -> bool {
     run.is_some_and(|run| run.len() == RUN_LEN && run.bytes().all(|b| b.is_ascii_hexdigit()))
 }
 
-/// Removes a folder that nobody is a member of any more; true if it was this call that did.
-fn remove_if_deserted(path: &Path) -> bool {
-    // The lock is held until the folder is gone: nobody enters meanwhile.
-    open(&path.join(MEMBERS)).is_ok_and(|members| locks::try_lock(&members, Whole::Alone).unwrap_or(false) && remove(path))
+/// Removes a folder that has no member but who opened `members`; true if it was this call that did.
+fn remove_if_alone(path: &Path, members: &File) -> bool {
+    // The lock is held until the folder is gone, so nobody enters meanwhile. It may be on a file that somebody else has removed since it was opened:
+    // then the folder is not what it was.
+    locks::try_lock(members, Whole::Alone).unwrap_or(false) && is_at(members, &path.join(MEMBERS)) && remove(path)
 }
 
 /// Removes a folder that has no member; true if it was this call that did.
@@ -107,7 +106,7 @@ pub(crate) fn is_at(file: &File, path: &Path) -> bool {
 
 /// A system's name with nothing in it that a path gives a meaning to.
 fn in_a_file_name(system: &str) -> String {
-    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '_' { c } else { '.' };
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "_-".contains(c) { c } else { '.' };
     system.chars().take(NAME_LEN_MAX).map(plain).collect()
 }
 
@@ -118,10 +117,10 @@ mod tests {
     #[test]
     fn a_folder_lives_as_long_as_a_member_does() {
         let run = crate::new_run();
-        let first = Folder::enter("folder test/α", run).expect("there is shared memory");
+        let first = Folder::enter("folder-test/α", run).expect("there is shared memory");
         let path = first.path.clone();
-        assert!(path.to_str().expect("text").contains("opengpac-folder.test..-"), "{path:?}");
-        let second = Folder::enter("folder test/α", run).expect("there is shared memory");
+        assert!(path.to_str().expect("text").contains("opengpac-folder-test..-"), "{path:?}");
+        let second = Folder::enter("folder-test/α", run).expect("there is shared memory");
         open(&first.file("c1")).expect("it can be written");
         drop(first);
         assert!(path.exists());

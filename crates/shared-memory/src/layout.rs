@@ -13,13 +13,11 @@
 //! | 6 | the bell of the reader's process | the reader, when it is made and dropped |
 use crate::mapping::{LINE, Mapping};
 use interconnect::triple::TripleMemory;
-use interconnect::{ConnectionSpec, QueueMemory};
+use interconnect::{ConnectionSpec, Header, QueueMemory};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, AtomicUsize};
 
 const LINES_OF_WORDS: usize = 7;
-/// Bytes before a group: its header, and whether there is one.
-pub(crate) const HEADER_LEN: usize = LINE;
 const BUFFERS: usize = 3;
 /// Bytes of the number behind a row.
 const NUMBER_LEN: usize = size_of::<u64>();
@@ -35,11 +33,21 @@ pub(crate) struct Layout {
 
 /// Bytes that a connection needs.
 pub(crate) fn len_of(spec: &ConnectionSpec) -> usize {
-    LINES_OF_WORDS * LINE + BUFFERS * lines(HEADER_LEN + spec.asynchronous_len) + spec.queue_depth * slot_len(spec.queue_row_len)
+    LINES_OF_WORDS * LINE + BUFFERS * lines(buffer_len(spec.asynchronous_len)) + spec.queue_depth * slot_len(spec.queue_row_len)
 }
 
 fn lines(len: usize) -> usize {
     len.next_multiple_of(LINE)
+}
+
+/// A group, its header, and a byte that says that there is one.
+fn buffer_len(group_len: usize) -> usize {
+    published_at(group_len) + 1
+}
+
+/// Where a buffer says that it holds a publication.
+pub(crate) fn published_at(group_len: usize) -> usize {
+    Header::behind(group_len) + Header::LEN
 }
 
 fn number_at(row_len: usize) -> usize {
@@ -65,8 +73,7 @@ pub(crate) const MADE: u64 = 0x6f70_656e_6770_0001;
 impl Layout {
     /// `mapping` has the bytes that [`len_of`] gives.
     pub fn new(mapping: Arc<Mapping>, spec: &ConnectionSpec) -> Self {
-        let buffer_len = HEADER_LEN + spec.asynchronous_len;
-        Layout { mapping, buffer_len, row_len: spec.queue_row_len, depth: spec.queue_depth }
+        Layout { mapping, buffer_len: buffer_len(spec.asynchronous_len), row_len: spec.queue_row_len, depth: spec.queue_depth }
     }
 
     /// Everything zero: no publication, no row. Only where no other end lives.

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The reading end.
 use crate::connection::Connection;
-use crate::layout::{HEADER_LEN, Layout};
+use crate::layout::{Layout, published_at};
 use crate::listener::Listener;
-use crate::sender::PUBLISHED_AT;
 use interconnect::triple::is_news;
 use interconnect::{ConnectionSpec, Header, QueueReader, Receiver, TripleMemory, TripleReader};
 use std::sync::Arc;
@@ -11,6 +10,7 @@ use std::sync::atomic::Ordering;
 
 pub(crate) struct SharedReceiver {
     group: TripleReader<Layout>,
+    group_len: usize,
     queue: Option<QueueReader<Layout>>,
     /// True while the front buffer holds what a reader before this one had latched: it is the newest publication, and news for this one.
     inherited: bool,
@@ -32,14 +32,14 @@ impl SharedReceiver {
         // SAFETY: `connection` has claimed the reading end, and found the buffer that is nobody else's.
         let group = unsafe { TripleReader::in_memory(layout(), connection.index) };
         let news = is_news(connection.layout.middle().load(Ordering::Acquire));
-        let inherited = !news && group.front()[PUBLISHED_AT] == 1;
+        let inherited = !news && group.front()[published_at(spec.asynchronous_len)] == 1;
         if !inherited {
             // SAFETY: this end's buffer, as above; the reference ends with the statement.
             unsafe { (*TripleMemory::for_writing(&connection.layout, connection.index)).fill(0) };
         }
         // SAFETY: as of the group; the counts stay when an end is killed.
         let queue = (spec.queue_depth > 0).then(|| unsafe { QueueReader::in_memory(layout()) });
-        SharedReceiver { group, queue, inherited, zeros: vec![0; spec.asynchronous_len].into(), watched, connection }
+        SharedReceiver { group, group_len: spec.asynchronous_len, queue, inherited, zeros: vec![0; spec.asynchronous_len].into(), watched, connection }
     }
 }
 
@@ -51,11 +51,11 @@ impl Receiver for SharedReceiver {
             return None;
         }
         self.inherited = false;
-        Some(Header::read(self.group.front()))
+        Some(Header::read(self.group.front(), Header::behind(self.group_len)))
     }
 
     fn group(&self) -> &[u8] {
-        if self.inherited { &self.zeros } else { &self.group.front()[HEADER_LEN..] }
+        if self.inherited { &self.zeros } else { &self.group.front()[..self.group_len] }
     }
 
     fn peek_row(&mut self) -> Option<(u64, &[u8])> {

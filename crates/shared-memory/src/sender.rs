@@ -2,20 +2,18 @@
 //! The writing end.
 use crate::bell::{BellNumber, Bells};
 use crate::connection::Connection;
-use crate::layout::{HEADER_LEN, Layout};
+use crate::layout::{Layout, published_at};
 use interconnect::{ConnectionSpec, Full, Header, QueueWriter, Sender, TripleWriter};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 pub(crate) struct SharedSender {
     group: TripleWriter<Layout>,
+    group_len: usize,
     queue: Option<QueueWriter<Layout>>,
     bells: Arc<Bells>,
     connection: Connection,
 }
-
-/// Where a buffer says that it holds a publication.
-pub(crate) const PUBLISHED_AT: usize = Header::LEN;
 
 impl SharedSender {
     pub fn new(connection: Connection, bells: Arc<Bells>, spec: &ConnectionSpec) -> Self {
@@ -24,19 +22,19 @@ impl SharedSender {
         let group = unsafe { TripleWriter::in_memory(layout(), connection.index) };
         // SAFETY: as above; the counts stay when an end is killed.
         let queue = (spec.queue_depth > 0).then(|| unsafe { QueueWriter::in_memory(layout()) });
-        SharedSender { group, queue, bells, connection }
+        SharedSender { group, group_len: spec.asynchronous_len, queue, bells, connection }
     }
 }
 
 impl Sender for SharedSender {
     fn group(&mut self) -> &mut [u8] {
-        &mut self.group.back()[HEADER_LEN..]
+        &mut self.group.back()[..self.group_len]
     }
 
     fn publish(&mut self, number: u64, now_ns: i64) {
-        let line = &mut self.group.back()[..HEADER_LEN];
-        Header { number, time_ns: now_ns }.write(line);
-        line[PUBLISHED_AT] = 1;
+        let buffer = self.group.back();
+        Header { number, time_ns: now_ns }.write(buffer, Header::behind(self.group_len));
+        buffer[published_at(self.group_len)] = 1;
         self.group.publish();
         self.connection.layout.back().store(self.group.index(), Ordering::Release);
     }

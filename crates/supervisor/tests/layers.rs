@@ -14,6 +14,8 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("kernel", &["opengpac", "interconnect"]),
     ("guard", &["interconnect", "kernel"]),
     ("drivers", &["kernel", "guard"]),
+    ("drivers", &["kernel"]),
+    ("shared-memory", &["interconnect"]),
     ("modules", &["opengpac"]),
     ("library", &["opengpac"]),
     ("rtp", &["opengpac", "interconnect", "kernel", "drivers", "modules", "library"]),
@@ -28,6 +30,7 @@ const HOUSE: &[(&str, &[&str])] = &[
 const ABSENT: &[(&str, &[&str])] = &[
     ("opengpac", &["serde", "serde_json", "libc", "libloading", "pyo3"]),
     ("model", &["libc", "libloading", "pyo3", "rtrb", "tokio"]),
+    ("shared-memory", &["serde", "serde_json", "pyo3", "kernel"]),
     ("interconnect", &["serde", "serde_json", "pyo3"]),
     ("kernel", &["serde_json", "pyo3", "libloading"]),
     ("rtp", &["pyo3", "supervisor", "model"]),
