@@ -2,6 +2,7 @@
 //! Physical devices as the kernel serves them: read at the start of a firing of their source, written at its end.
 use crate::{Cell, Extent};
 use std::cell::UnsafeCell;
+use std::os::fd::OwnedFd;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
@@ -44,6 +45,16 @@ pub struct DeviceError {
     pub message: String,
 }
 
+/// How somebody else brings outputs of a device to their safe state when the process of its driver is gone: the guard process of
+/// crate `guard` keeps it.
+#[derive(Debug)]
+pub struct SafeHandle {
+    /// Where to write: a duplicate of the driver's own, so that it stays open when the driver's process ends.
+    pub descriptor: OwnedFd,
+    /// What to write there, in this order: an offset (no meaning where the descriptor has no positions, as a serial line) and bytes.
+    pub writes: Vec<(u64, Vec<u8>)>,
+}
+
 /// A driver. All calls but `new`-like construction come from the thread of the device's source (under the virtual clock: from
 /// the one thread of the system); `read` and `write` must not allocate, lock or wait.
 pub trait Driver: Send {
@@ -60,6 +71,11 @@ pub trait Driver: Send {
     fn safe_state(&mut self);
     /// Called once at the end, off the real-time path.
     fn close(&mut self);
+    /// What brings the outputs to their safe state without this process, from `open` on. Asked once, after `open`, off the
+    /// real-time path. Default: nothing; then the outputs stay as they are when the process is lost.
+    fn safe_handles(&self) -> Vec<SafeHandle> {
+        Vec::new()
+    }
 }
 
 /// A device that lies elsewhere, in the tables that are kept here: its driver does nothing.
@@ -128,6 +144,7 @@ pub struct Device {
     forgotten: AtomicU64,
     /// Of one that lies elsewhere: whom to ask.
     calls: OnceLock<Box<dyn Fn(DeviceCall) + Send + Sync>>,
+    safe_handles: Vec<SafeHandle>,
     service: UnsafeCell<Service>,
 }
 
@@ -174,6 +191,7 @@ impl Device {
     /// Opens it. Commands hold their safe values.
     pub fn open(name: &str, mut driver: Box<dyn Driver>, now_ns: i64) -> Result<Arc<Device>, DeviceError> {
         driver.open(now_ns)?;
+        let safe_handles = driver.safe_handles();
         let channels = driver.channels().to_vec();
         let end = |direction| channels.iter().filter(|channel| channel.direction == direction).map(|channel| channel.offset + channel.len).max().unwrap_or(0);
         let (readings_len, commands_len) = (end(Direction::Read), end(Direction::Write));
@@ -205,6 +223,7 @@ impl Device {
             is_asking: AtomicBool::new(false),
             forgotten: AtomicU64::new(0),
             calls: OnceLock::new(),
+            safe_handles,
             service: UnsafeCell::new(service),
         }))
     }
@@ -263,6 +282,11 @@ impl Device {
     /// Its channels; their index here is what the other calls take.
     pub fn channels(&self) -> &[Channel] {
         &self.channels
+    }
+
+    /// What brings its outputs to their safe state without this process; nothing where the driver has no such way.
+    pub fn safe_handles(&self) -> &[SafeHandle] {
+        &self.safe_handles
     }
 
     /// The cell of a channel: blocks with a device item bind to it.

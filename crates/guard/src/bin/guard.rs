@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `opengpac-guard`: the guard process. A supervisor starts it; see docs/guard.md.
+
+fn main() -> std::process::ExitCode {
+    match guard::run() {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(problem) => {
+            eprintln!("opengpac-guard: {problem}");
+            std::process::ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Starting a process: what it inherits is named, everything else is closed to it.
+//!
+//! It is started without a copy of this process: a fork marks every page of the parent, and the next store of a real-time
+//! thread to each of them would be a page fault.
+use crate::{Child, DESCRIPTORS};
+use std::collections::BTreeMap;
+use std::ffi::{CStr, CString, OsString};
+use std::fmt;
+use std::io;
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
+use std::os::unix::ffi::OsStringExt;
+use std::time::Duration;
+
+unsafe extern "C" {
+    /// Closes every descriptor from `from` on in the new process (glibc 2.34).
+    fn posix_spawn_file_actions_addclosefrom_np(actions: *mut libc::posix_spawn_file_actions_t, from: libc::c_int) -> libc::c_int;
+}
+
+/// The first number of a passed descriptor: behind input, output and error output.
+const FIRST: RawFd = 3;
+
+/// A process to start: its command line, what it inherits, its limits.
+///
+/// It gets a process group of its own, so that Ctrl-C at the terminal does not reach it, no input, our outputs, and the processor
+/// cores of our main thread at ordinary priority, whoever starts it. It survives us.
+#[derive(Debug)]
+pub struct Launch {
+    command: Vec<OsString>,
+    descriptors: Vec<(String, OwnedFd)>,
+    variables: BTreeMap<OsString, OsString>,
+    real_time_max: Option<Duration>,
+}
+
+impl Launch {
+    /// A program (looked for in `PATH` unless it has a `/`) and its arguments.
+    pub fn new(command: impl IntoIterator<Item = OsString>) -> Launch {
+        Launch { command: command.into_iter().collect(), descriptors: Vec::new(), variables: std::env::vars_os().collect(), real_time_max: None }
+    }
+
+    /// Passes a descriptor; the process takes it with [`inherited`](crate::inherited) by this name (letters, digits, `_`).
+    pub fn descriptor(mut self, name: &str, descriptor: OwnedFd) -> Launch {
+        self.descriptors.push((name.to_owned(), descriptor));
+        self
+    }
+
+    /// Sets an environment variable; the others are ours.
+    pub fn variable(mut self, name: impl Into<OsString>, value: impl Into<OsString>) -> Launch {
+        self.variables.insert(name.into(), value.into());
+        self
+    }
+
+    /// The processor time that a real-time thread of it may use without sleeping (`RLIMIT_RTTIME`): behind it a runaway loop is
+    /// signalled and, a second later, killed. Ours where it is left out.
+    pub fn real_time_max(mut self, limit: Duration) -> Launch {
+        self.real_time_max = Some(limit);
+        self
+    }
+
+    /// Starts it. Not on the real-time path.
+    ///
+    /// # Errors
+    /// [`LaunchError`]: there is no such program, no right to run it, or no room for a process.
+    pub fn start(mut self) -> Result<Child, LaunchError> {
+        let fail = |problem: String| LaunchError { command: words(&self.command), problem };
+        let names: Vec<String> = self.descriptors.iter().zip(FIRST..).map(|((name, _), number)| format!("{name}={number}")).collect();
+        self.variables.insert(DESCRIPTORS.into(), names.join(",").into());
+        let variables = self.variables.iter().map(|(name, value)| {
+            let mut text = name.clone();
+            text.push("=");
+            text.push(value);
+            text
+        });
+        let arguments = texts(self.command.iter().cloned()).map_err(&fail)?;
+        let variables = texts(variables).map_err(&fail)?;
+        if arguments.is_empty() {
+            return Err(fail("the command line is empty".to_owned()));
+        }
+        let descriptors: Vec<RawFd> = self.descriptors.iter().map(|(_, descriptor)| descriptor.as_raw_fd()).collect();
+        let pid = spawn(&arguments, &variables, &descriptors).map_err(|error| fail(error.to_string()))?;
+        let child = Child::started(pid).map_err(|error| fail(error.to_string()))?;
+        settle(pid, self.real_time_max).map_err(|error| fail(error.to_string()))?;
+        Ok(child)
+    }
+}
+
+fn words(command: &[OsString]) -> String {
+    command.iter().map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}
+
+fn texts(words: impl Iterator<Item = OsString>) -> Result<Vec<CString>, String> {
+    words.map(|word| CString::new(word.into_vec()).map_err(|_| "a word of the command line or environment contains a NUL".to_owned())).collect()
+}
+
+/// What has to be freed after a spawn.
+struct Plan {
+    actions: libc::posix_spawn_file_actions_t,
+    attributes: libc::posix_spawnattr_t,
+}
+
+impl Drop for Plan {
+    fn drop(&mut self) {
+        // SAFETY: both were initialised when the plan was made.
+        unsafe {
+            libc::posix_spawn_file_actions_destroy(&mut self.actions);
+            libc::posix_spawnattr_destroy(&mut self.attributes);
+        }
+    }
+}
+
+fn check(result: libc::c_int) -> io::Result<()> {
+    if result == 0 { Ok(()) } else { Err(io::Error::from_raw_os_error(result)) }
+}
+
+/// Starts a process whose descriptors `FIRST`, `FIRST + 1`, … are `descriptors`, and nothing above.
+fn spawn(arguments: &[CString], variables: &[CString], descriptors: &[RawFd]) -> io::Result<libc::pid_t> {
+    let end = FIRST + descriptors.len() as RawFd;
+    // Duplicates above all numbers that will be set, so that none is overwritten before it is passed.
+    let above: Vec<OwnedFd> = descriptors.iter().map(|descriptor| duplicate(*descriptor, end)).collect::<io::Result<_>>()?;
+    let mut plan = plan()?;
+    let input: &CStr = c"/dev/null";
+    // SAFETY: the plan is initialised, the path ends in NUL, and the calls copy what they are given.
+    unsafe {
+        check(libc::posix_spawn_file_actions_addopen(&mut plan.actions, 0, input.as_ptr(), libc::O_RDONLY, 0))?;
+        for (descriptor, number) in above.iter().zip(FIRST..) {
+            check(libc::posix_spawn_file_actions_adddup2(&mut plan.actions, descriptor.as_raw_fd(), number))?;
+        }
+        check(posix_spawn_file_actions_addclosefrom_np(&mut plan.actions, end))?;
+    }
+    let argv = pointers(arguments);
+    let envp = pointers(variables);
+    let mut pid = 0;
+    // SAFETY: both lists end in a null pointer and live, with their texts, until the call returns.
+    check(unsafe { libc::posix_spawnp(&mut pid, argv[0], &plan.actions, &plan.attributes, argv.as_ptr(), envp.as_ptr()) })?;
+    Ok(pid)
+}
+
+/// Group of its own, ordinary scheduling, no signal blocked or ignored.
+fn plan() -> io::Result<Plan> {
+    // SAFETY: all zeroes is storage that the two calls initialise.
+    let mut plan: Plan = unsafe {
+        let mut plan = std::mem::MaybeUninit::<Plan>::zeroed();
+        check(libc::posix_spawn_file_actions_init(&raw mut (*plan.as_mut_ptr()).actions))?;
+        check(libc::posix_spawnattr_init(&raw mut (*plan.as_mut_ptr()).attributes))?;
+        plan.assume_init()
+    };
+    let flags = libc::POSIX_SPAWN_SETPGROUP | libc::POSIX_SPAWN_SETSIGMASK | libc::POSIX_SPAWN_SETSIGDEF | libc::POSIX_SPAWN_SETSCHEDULER;
+    let ordinary = libc::sched_param { sched_priority: 0 };
+    // SAFETY: the attributes are initialised; the sets and the parameter are values of our own.
+    unsafe {
+        let (mut none, mut ignored): (libc::sigset_t, libc::sigset_t) = (std::mem::zeroed(), std::mem::zeroed());
+        libc::sigemptyset(&mut none);
+        libc::sigemptyset(&mut ignored);
+        for signal in [libc::SIGPIPE, libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGXFSZ] {
+            libc::sigaddset(&mut ignored, signal);
+        }
+        check(libc::posix_spawnattr_setflags(&mut plan.attributes, flags as libc::c_short))?;
+        check(libc::posix_spawnattr_setpgroup(&mut plan.attributes, 0))?;
+        check(libc::posix_spawnattr_setsigmask(&mut plan.attributes, &none))?;
+        check(libc::posix_spawnattr_setsigdefault(&mut plan.attributes, &ignored))?;
+        check(libc::posix_spawnattr_setschedpolicy(&mut plan.attributes, libc::SCHED_OTHER))?;
+        check(libc::posix_spawnattr_setschedparam(&mut plan.attributes, &ordinary))?;
+    }
+    Ok(plan)
+}
+
+fn pointers(texts: &[CString]) -> Vec<*mut libc::c_char> {
+    texts.iter().map(|text| text.as_ptr().cast_mut()).chain([std::ptr::null_mut()]).collect()
+}
+
+fn duplicate(descriptor: RawFd, from: RawFd) -> io::Result<OwnedFd> {
+    // SAFETY: makes a new descriptor of an open one.
+    match unsafe { libc::fcntl(descriptor, libc::F_DUPFD_CLOEXEC, from) } {
+        made if made >= 0 => {
+            // SAFETY: it was made just now.
+            Ok(unsafe { OwnedFd::from_raw_fd(made) })
+        }
+        _ => Err(io::Error::last_os_error()),
+    }
+}
+
+/// What a spawn cannot set: the cores of our main thread (the thread that starts it may be pinned), and the limit. The process has
+/// run for some microseconds by then, and has no thread yet that the limit would act on.
+fn settle(pid: libc::pid_t, real_time_max: Option<Duration>) -> io::Result<()> {
+    // SAFETY: sets of our own; a process that has ended already is left alone.
+    unsafe {
+        let mut cores: libc::cpu_set_t = std::mem::zeroed();
+        if libc::sched_getaffinity(libc::getpid(), size_of::<libc::cpu_set_t>(), &mut cores) == 0 {
+            libc::sched_setaffinity(pid, size_of::<libc::cpu_set_t>(), &cores);
+        }
+    }
+    let Some(limit) = real_time_max else { return Ok(()) };
+    let us = libc::rlim_t::try_from(limit.as_micros()).unwrap_or(libc::RLIM_INFINITY);
+    let limit = libc::rlimit { rlim_cur: us, rlim_max: us.saturating_add(1_000_000) };
+    // SAFETY: reads a value of our own.
+    match unsafe { libc::prlimit(pid, libc::RLIMIT_RTTIME, &limit, std::ptr::null_mut()) } {
+        0 => Ok(()),
+        _ if io::Error::last_os_error().raw_os_error() == Some(libc::ESRCH) => Ok(()),
+        _ => Err(io::Error::last_os_error()),
+    }
+}
+
+/// Why a process could not be started.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LaunchError {
+    /// The command line.
+    pub command: String,
+    /// For people.
+    pub problem: String,
+}
+
+impl fmt::Display for LaunchError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot start '{}': {}", self.command, self.problem)
+    }
+}
+
+impl std::error::Error for LaunchError {}

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where processes of one user find each other: Unix sockets by path, in folders that only this user can enter.
+use crate::UnixLink;
+use std::io;
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+
+/// Waits for links at a path. The path is gone when it is dropped.
+#[derive(Debug)]
+pub struct Listener {
+    socket: UnixListener,
+    path: PathBuf,
+}
+
+/// Connections that wait to be taken.
+const WAITING_MAX: i32 = 16;
+
+impl Listener {
+    /// Listens at `path`, with mode 0600. A socket that a dead process left there is replaced.
+    ///
+    /// # Errors
+    /// `AddrInUse` where a process listens there; else what the operating system says, for example of a path longer than 107 bytes.
+    pub fn listen(path: &Path) -> io::Result<Listener> {
+        let socket = match bind(path) {
+            Err(error) if error.kind() == io::ErrorKind::AddrInUse && is_abandoned(path) => {
+                std::fs::remove_file(path)?;
+                bind(path)?
+            }
+            other => other?,
+        };
+        socket.set_nonblocking(true)?;
+        Ok(Listener { socket, path: path.to_owned() })
+    }
+
+    /// The next link, if one waits; a process of another user is turned away.
+    ///
+    /// # Errors
+    /// No descriptors left.
+    pub fn accept(&self) -> io::Result<Option<UnixLink>> {
+        loop {
+            let link = match self.socket.accept() {
+                Ok((socket, _)) => UnixLink::of(socket)?,
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return Ok(None),
+                Err(error) if matches!(error.kind(), io::ErrorKind::Interrupted | io::ErrorKind::ConnectionAborted) => continue,
+                Err(error) => return Err(error),
+            };
+            if link.peer().is_ok_and(|(user, _)| user == user_id()) {
+                return Ok(Some(link));
+            }
+        }
+    }
+
+    /// Where it listens.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl AsFd for Listener {
+    /// The socket, to be waited for among others.
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.socket.as_fd()
+    }
+}
+
+impl Drop for Listener {
+    fn drop(&mut self) {
+        // Gone already is as good.
+        let _removed = std::fs::remove_file(&self.path);
+    }
+}
+
+/// Connects to who listens at `path`.
+///
+/// # Errors
+/// `NotFound` and `ConnectionRefused`: nobody does.
+pub fn connect(path: &Path) -> io::Result<UnixLink> {
+    UnixLink::of(UnixStream::connect(path)?)
+}
+
+/// Whether nobody listens behind the socket at `path`.
+fn is_abandoned(path: &Path) -> bool {
+    matches!(UnixStream::connect(path), Err(error) if error.kind() == io::ErrorKind::ConnectionRefused)
+}
+
+/// A listening socket that has its mode before it has its name.
+fn bind(path: &Path) -> io::Result<UnixListener> {
+    // SAFETY: makes a socket, which is owned at once.
+    let socket = unsafe {
+        match libc::socket(libc::AF_UNIX, libc::SOCK_STREAM | libc::SOCK_CLOEXEC, 0) {
+            made if made >= 0 => OwnedFd::from_raw_fd(made),
+            _ => return Err(io::Error::last_os_error()),
+        }
+    };
+    // SAFETY: all zeroes is an address without a name.
+    let mut address: libc::sockaddr_un = unsafe { std::mem::zeroed() };
+    let name = path.as_os_str().as_bytes();
+    if name.is_empty() || name.len() >= address.sun_path.len() || name.contains(&0) {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, format!("'{}' cannot be the path of a socket: at most 107 bytes", path.display())));
+    }
+    address.sun_family = libc::AF_UNIX as libc::sa_family_t;
+    for (place, byte) in address.sun_path.iter_mut().zip(name) {
+        *place = *byte as libc::c_char;
+    }
+    let len = (std::mem::offset_of!(libc::sockaddr_un, sun_path) + name.len() + 1) as libc::socklen_t;
+    // SAFETY: the address has the length given; the descriptor is our own.
+    let listens = unsafe {
+        libc::fchmod(socket.as_raw_fd(), 0o600) == 0
+            && libc::bind(socket.as_raw_fd(), (&raw const address).cast(), len) == 0
+            && libc::listen(socket.as_raw_fd(), WAITING_MAX) == 0
+    };
+    if listens { Ok(UnixListener::from(socket)) } else { Err(io::Error::last_os_error()) }
+}
+
+fn user_id() -> u32 {
+    // SAFETY: always succeeds.
+    unsafe { libc::geteuid() }
+}
+
+/// The folder of this user's sockets: `opengpac` in `XDG_RUNTIME_DIR`, else `opengpac-USER` in the folder of temporary files; made where it is
+/// not there, mode 0700.
+///
+/// # Errors
+/// `PermissionDenied` where somebody else made it, or others may enter it.
+pub fn run_folder() -> io::Result<PathBuf> {
+    let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
+        Some(folder) if Path::new(&folder).is_dir() => Path::new(&folder).join("opengpac"),
+        _ => std::env::temp_dir().join(format!("opengpac-{}", user_id())),
+    };
+    match std::fs::DirBuilder::new().mode(0o700).create(&folder) {
+        Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
+        _ => {}
+    }
+    let about = std::fs::symlink_metadata(&folder)?;
+    if !about.is_dir() || about.uid() != user_id() || about.mode() & 0o077 != 0 {
+        let message = format!("'{}' is not a folder of this user alone; remove it", folder.display());
+        return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
+    }
+    Ok(folder)
+}
+
+/// A folder that nobody had before, in [`run_folder`], mode 0700. Whoever makes it removes it.
+///
+/// # Errors
+/// As [`run_folder`].
+pub fn fresh_folder() -> io::Result<PathBuf> {
+    let folder = run_folder()?;
+    let process = std::process::id();
+    let mut number = crate::now_ns();
+    loop {
+        let fresh = folder.join(format!("{process:x}-{number:x}"));
+        match std::fs::DirBuilder::new().mode(0o700).create(&fresh) {
+            Ok(()) => return Ok(fresh),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => number += 1,
+            Err(error) => return Err(error),
+        }
+    }
+}

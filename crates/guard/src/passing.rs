@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Bytes and descriptors over a Unix socket: the two system calls, and nothing of frames.
+use std::io;
+use std::os::fd::{AsRawFd, BorrowedFd, FromRawFd, OwnedFd, RawFd};
+
+/// Most descriptors with one frame.
+pub const DESCRIPTORS_MAX: usize = 16;
+
+/// Room for the control message of so many descriptors, aligned as its header asks.
+#[repr(align(8))]
+struct Control([u8; 256]);
+
+const _: () = {
+    // SAFETY: computes a size.
+    let needed = unsafe { libc::CMSG_SPACE((DESCRIPTORS_MAX * size_of::<RawFd>()) as u32) };
+    assert!(needed as usize <= 256);
+};
+
+/// Sends what there is room for, at least one byte, and with that byte the descriptors. Never waits.
+pub(crate) fn send(socket: BorrowedFd<'_>, bytes: &[u8], descriptors: &[BorrowedFd<'_>]) -> io::Result<usize> {
+    let mut control = Control([0; 256]);
+    let mut part = libc::iovec { iov_base: bytes.as_ptr().cast_mut().cast(), iov_len: bytes.len() };
+    // SAFETY: all zeroes is a message of nothing.
+    let mut message: libc::msghdr = unsafe { std::mem::zeroed() };
+    message.msg_iov = &mut part;
+    message.msg_iovlen = 1;
+    if !descriptors.is_empty() {
+        assert!(descriptors.len() <= DESCRIPTORS_MAX, "{} descriptors with one frame, at most {DESCRIPTORS_MAX} can be", descriptors.len());
+        let len = std::mem::size_of_val(descriptors) as u32;
+        message.msg_control = control.0.as_mut_ptr().cast();
+        // SAFETY: computes sizes, then fills the one header, which `control` has room for (checked above and at compile time).
+        unsafe {
+            message.msg_controllen = libc::CMSG_SPACE(len) as _;
+            let header = libc::CMSG_FIRSTHDR(&message);
+            (*header).cmsg_level = libc::SOL_SOCKET;
+            (*header).cmsg_type = libc::SCM_RIGHTS;
+            (*header).cmsg_len = libc::CMSG_LEN(len) as _;
+            let place = libc::CMSG_DATA(header).cast::<RawFd>();
+            for (i, descriptor) in descriptors.iter().enumerate() {
+                place.add(i).write_unaligned(descriptor.as_raw_fd());
+            }
+        }
+    }
+    // SAFETY: the message and all that it points to live until the call returns.
+    match unsafe { libc::sendmsg(socket.as_raw_fd(), &message, libc::MSG_NOSIGNAL | libc::MSG_DONTWAIT) } {
+        sent if sent >= 0 => Ok(sent as usize),
+        _ => Err(io::Error::last_os_error()),
+    }
+}
+
+/// Receives what there is, and appends the descriptors that came with it. 0 bytes: the other side has closed. Never waits.
+///
+/// # Errors
+/// `InvalidData` where descriptors were lost on the way (more than fit, or this process may open no more).
+pub(crate) fn receive(socket: BorrowedFd<'_>, bytes: &mut [u8], descriptors: &mut Vec<OwnedFd>) -> io::Result<usize> {
+    let mut control = Control([0; 256]);
+    let mut part = libc::iovec { iov_base: bytes.as_mut_ptr().cast(), iov_len: bytes.len() };
+    // SAFETY: all zeroes is a message of nothing.
+    let mut message: libc::msghdr = unsafe { std::mem::zeroed() };
+    message.msg_iov = &mut part;
+    message.msg_iovlen = 1;
+    message.msg_control = control.0.as_mut_ptr().cast();
+    message.msg_controllen = control.0.len() as _;
+    // SAFETY: the message and all that it points to live until the call returns.
+    let received = unsafe { libc::recvmsg(socket.as_raw_fd(), &mut message, libc::MSG_CMSG_CLOEXEC | libc::MSG_DONTWAIT) };
+    if received < 0 {
+        return Err(io::Error::last_os_error());
+    }
+    // SAFETY: the headers are those that the operating system has just written, within the control length that it has set; each
+    // descriptor among them is new in this process and has no owner yet.
+    unsafe {
+        let mut header = libc::CMSG_FIRSTHDR(&message);
+        while !header.is_null() {
+            if (*header).cmsg_level == libc::SOL_SOCKET && (*header).cmsg_type == libc::SCM_RIGHTS {
+                let len = (*header).cmsg_len as usize - libc::CMSG_LEN(0) as usize;
+                let place = libc::CMSG_DATA(header).cast::<RawFd>();
+                for i in 0..len / size_of::<RawFd>() {
+                    descriptors.push(OwnedFd::from_raw_fd(place.add(i).read_unaligned()));
+                }
+            }
+            header = libc::CMSG_NXTHDR(&message, header);
+        }
+    }
+    if message.msg_flags & libc::MSG_CTRUNC != 0 {
+        return Err(io::Error::new(io::ErrorKind::InvalidData, "descriptors were lost on the way"));
+    }
+    Ok(received as usize)
+}

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a supervisor has registered with its guard: kept, so that another guard can be told all of it.
+use crate::guard::{Found, Request};
+use crate::wire::{Ask, HandleText, Loss, WardText};
+use crate::{Child, Heartbeat};
+use kernel::SafeHandle;
+use std::collections::BTreeMap;
+use std::io;
+use std::os::fd::OwnedFd;
+
+/// Processes by number.
+#[derive(Debug, Default)]
+pub(crate) struct Registry {
+    wards: BTreeMap<u64, Ward>,
+}
+
+/// A process and its devices.
+#[derive(Debug)]
+pub(crate) struct Ward {
+    text: WardText,
+    process: OwnedFd,
+    heartbeat: Option<Heartbeat>,
+    handles: Vec<(String, SafeHandle)>,
+    loss: Option<Loss>,
+}
+
+impl Ward {
+    pub fn new(text: WardText, process: OwnedFd, heartbeat: Option<Heartbeat>) -> Ward {
+        Ward { text, process, heartbeat, handles: Vec::new(), loss: None }
+    }
+
+    fn ask(&self) -> io::Result<Request> {
+        let mut descriptors = vec![self.process.try_clone()?];
+        if let Some(heartbeat) = &self.heartbeat {
+            descriptors.push(heartbeat.descriptor()?);
+        }
+        Ok((Ask::Ward(self.text.clone()), descriptors))
+    }
+}
+
+fn ask_to_hold(ward: u64, device: &str, handle: &SafeHandle) -> io::Result<Request> {
+    let text = HandleText { ward, device: device.to_owned(), writes: handle.writes.clone() };
+    Ok((Ask::Handle(text), vec![handle.descriptor.try_clone()?]))
+}
+
+fn no_descriptor(error: io::Error) -> String {
+    format!("no descriptor can be made for the guard: {error}")
+}
+
+impl Registry {
+    pub fn is_empty(&self) -> bool {
+        self.wards.values().all(|ward| ward.loss.is_some())
+    }
+
+    fn ward(&mut self, ward: u64) -> Result<&mut Ward, String> {
+        self.wards.get_mut(&ward).ok_or_else(|| format!("no process {ward} is registered with the guard"))
+    }
+
+    pub fn add(&mut self, ward: Ward) -> Result<Request, String> {
+        if let Some(other) = self.wards.get(&ward.text.ward) {
+            return Err(format!("process '{}' is registered with the guard as {} already", other.text.name, ward.text.ward));
+        }
+        let ask = ward.ask().map_err(no_descriptor)?;
+        self.wards.insert(ward.text.ward, ward);
+        Ok(ask)
+    }
+
+    pub fn hold(&mut self, ward: u64, device: &str, handle: SafeHandle) -> Result<Request, String> {
+        let holds = self.ward(ward)?;
+        let ask = ask_to_hold(ward, device, &handle).map_err(no_descriptor)?;
+        holds.handles.push((device.to_owned(), handle));
+        Ok(ask)
+    }
+
+    pub fn release(&mut self, ward: u64, device: &str) -> Result<Request, String> {
+        self.ward(ward)?.handles.retain(|(name, _)| name != device);
+        Ok((Ask::Release { ward, device: device.to_owned() }, Vec::new()))
+    }
+
+    pub fn forget(&mut self, ward: u64) -> Result<Request, String> {
+        self.wards.remove(&ward);
+        Ok((Ask::Forget { ward }, Vec::new()))
+    }
+
+    /// Notes a loss; false where it was known, or the process has been forgotten.
+    pub fn lose(&mut self, loss: &Loss) -> bool {
+        match self.wards.get_mut(&loss.ward) {
+            Some(ward) if ward.loss.is_none() => {
+                ward.loss = Some(loss.clone());
+                true
+            }
+            _ => false,
+        }
+    }
+
+    /// Says everything that is registered, but for processes that are lost: what was to be done for them is done.
+    pub fn everything<E>(&self, mut say: impl FnMut(Ask, &[OwnedFd]) -> Result<(), E>) -> Result<(), E> {
+        for (number, ward) in self.wards.iter().filter(|(_, ward)| ward.loss.is_none()) {
+            let handles = ward.handles.iter().map(|(device, handle)| ask_to_hold(*number, device, handle));
+            // Without a descriptor left it is not registered; the guard has refused nothing, and the others are more use than none.
+            for (ask, descriptors) in std::iter::once(ward.ask()).chain(handles).flatten() {
+                say(ask, &descriptors)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// From a guard that is adopted: a process. None where what was told is nothing of the kind.
+    pub fn told_ward(&mut self, text: WardText, descriptors: Vec<OwnedFd>) -> Option<()> {
+        let mut descriptors = descriptors.into_iter();
+        let process = descriptors.next()?;
+        let heartbeat = match text.bound_ns {
+            Some(_) => Some(Heartbeat::received(descriptors.next()?).ok()?),
+            None => None,
+        };
+        self.wards.insert(text.ward, Ward::new(text, process, heartbeat));
+        Some(())
+    }
+
+    /// From a guard that is adopted: a safe handle.
+    pub fn told_handle(&mut self, text: HandleText, descriptors: Vec<OwnedFd>) -> Option<()> {
+        let descriptor = descriptors.into_iter().next()?;
+        self.wards.get_mut(&text.ward)?.handles.push((text.device, SafeHandle { descriptor, writes: text.writes }));
+        Some(())
+    }
+
+    /// Each process, for the supervisor that adopts it.
+    pub fn found(&self) -> io::Result<Vec<Found>> {
+        let found = |ward: &Ward| {
+            let mut devices: Vec<String> = ward.handles.iter().map(|(device, _)| device.clone()).collect();
+            devices.dedup();
+            let process = Child::adopt(ward.process.try_clone()?)?;
+            Ok(Found { ward: ward.text.ward, name: ward.text.name.clone(), process, devices, loss: ward.loss.clone() })
+        };
+        self.wards.values().map(found).collect()
+    }
+}

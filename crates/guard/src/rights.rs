@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the guard asks of the operating system, so that it outranks every kernel.
+
+/// The highest there is. A source at 99 too would hold the guard up for one firing at most, for equals take turns when one sleeps.
+const PRIORITY: i32 = 99;
+
+/// Takes what is given; says what is not, one line each.
+pub(crate) fn take() -> Vec<String> {
+    let mut missing = Vec::new();
+    // SAFETY: these concern this process and thread alone: ends that are asked for are ignored (it ends by itself when nothing is
+    // left to guard), and waits end when they should.
+    unsafe {
+        for signal in [libc::SIGTERM, libc::SIGINT, libc::SIGHUP, libc::SIGQUIT, libc::SIGPIPE] {
+            libc::signal(signal, libc::SIG_IGN);
+        }
+        libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64);
+        libc::prctl(libc::PR_SET_NAME, c"opengpac-guard".as_ptr());
+    }
+    let first = libc::sched_param { sched_priority: PRIORITY };
+    // SAFETY: this thread's own scheduling.
+    if unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &first) } != 0 {
+        missing.push(format!("the guard runs without priority {PRIORITY}: no right to real-time scheduling (set rtprio in limits.conf)"));
+    }
+    // Only where any amount may be locked: a limit would make later allocations fail.
+    let any = libc::rlimit { rlim_cur: libc::RLIM_INFINITY, rlim_max: libc::RLIM_INFINITY };
+    // SAFETY: a limit and the memory of this process itself.
+    if unsafe { libc::setrlimit(libc::RLIMIT_MEMLOCK, &any) != 0 || libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) != 0 } {
+        missing.push("the guard's memory is not locked: no right to lock all of it (set memlock in limits.conf to unlimited)".to_owned());
+    }
+    missing
+}

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a supervisor and the guard say to each other: one JSON text a frame, descriptors beside it.
+use serde::{Deserialize, Serialize};
+
+/// To the guard. Each is answered by one [`Tell::Done`] or [`Tell::Refused`] with its number.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct Asked {
+    pub request: u64,
+    pub ask: Ask,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Ask {
+    /// Guard a process. Descriptors: the process, then its heartbeat where there is a bound for it.
+    Ward(WardText),
+    /// What makes outputs of its device safe. Descriptor: where to write.
+    Handle(HandleText),
+    /// The device is closed or safe in good order: its handles are forgotten.
+    Release { ward: u64, device: String },
+    /// The process ends in good order, or its loss has been dealt with: it is forgotten, with its handles.
+    Forget { ward: u64 },
+    /// A supervisor that comes back: tell everything that is guarded, descriptors too, then answer.
+    Adopt,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct WardText {
+    pub ward: u64,
+    pub name: String,
+    /// How long its heartbeat may stand still.
+    pub bound_ns: Option<i64>,
+}
+
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct HandleText {
+    pub ward: u64,
+    pub device: String,
+    pub writes: Vec<(u64, Vec<u8>)>,
+}
+
+/// From the guard.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Tell {
+    /// First on each link: what the operating system did not give.
+    Hello {
+        missing: Vec<String>,
+    },
+    Done {
+        request: u64,
+    },
+    Refused {
+        request: u64,
+        problem: String,
+    },
+    /// A process is lost and its outputs are safe.
+    Lost(Loss),
+    /// For [`Ask::Adopt`], with the descriptors of [`Ask::Ward`] and [`Ask::Handle`].
+    Ward(WardText),
+    Handle(HandleText),
+}
+
+/// A process that was lost, and what the guard did. Times are of the monotonic clock, which all processes of a host share.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Loss {
+    /// The number it was registered with.
+    pub ward: u64,
+    /// Its name.
+    pub name: String,
+    /// What the guard saw.
+    pub cause: Cause,
+    /// When it saw that, ns.
+    pub seen_ns: i64,
+    /// When the last safe value was written, ns.
+    pub safe_ns: i64,
+    /// How many safe handles were written to.
+    pub written: usize,
+    /// Those that could not be written to, and why; the guard goes on trying for some seconds.
+    pub failed: Vec<String>,
+}
+
+/// Why a process counts as lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// It has ended: killed, aborted, crashed, or by itself without a word.
+    Died,
+    /// Its heartbeat stood still for its bound; the guard has killed it.
+    Frozen,
+}
+
+impl std::fmt::Display for Loss {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let what = match self.cause {
+            Cause::Died => "has ended",
+            Cause::Frozen => "stopped answering and was killed",
+        };
+        let span_us = (self.safe_ns - self.seen_ns) as f64 * 1e-3;
+        write!(f, "process '{}' {what}; {} safe handles written after {span_us:.0} us", self.name, self.written)?;
+        if !self.failed.is_empty() {
+            write!(f, "; not made safe: {}", self.failed.join("; "))?;
+        }
+        Ok(())
+    }
+}
+
+/// The bytes of a message.
+pub(crate) fn encode(message: &impl Serialize) -> Vec<u8> {
+    serde_json::to_vec(message).expect("these messages have no map with keys that are no texts")
+}

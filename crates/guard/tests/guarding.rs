@@ -1,0 +1,328 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The guard over real processes: whatever ends a process, its outputs are safe, and nothing is left behind.
+use guard::{Cause, Child, Found, Guard, GuardCommand, GuardEvent, Heartbeat, Launch, Loss, SharedMemory, Status, UnixLink, fresh_folder, now_ns};
+use interconnect::Link;
+use kernel::SafeHandle;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+/// What any wait of these tests may take: only to end a test that hangs.
+const LIMIT: Duration = Duration::from_secs(10);
+const SAFE: u64 = u64::from_ne_bytes([1; 8]);
+
+fn program() -> OsString {
+    env!("CARGO_BIN_EXE_opengpac-guard").into()
+}
+
+/// A guard and what it says.
+fn guard(path: Option<PathBuf>) -> (Guard, Receiver<GuardEvent>) {
+    let (tell, told) = channel();
+    let guard = Guard::start(GuardCommand { command: vec![program()], path }, move |event| tell.send(event).expect("the test is there")).unwrap();
+    (guard, told)
+}
+
+/// A process that stores 1, 2, 3, … to the first word of its output; what makes it safe stores 0 there and a mark to the second.
+struct Rtp {
+    child: Child,
+    output: SharedMemory,
+    heartbeat: Heartbeat,
+}
+
+impl Rtp {
+    fn start() -> Rtp {
+        let (output, heartbeat) = (SharedMemory::new(16).unwrap(), Heartbeat::new().unwrap());
+        let launch = Launch::new([env!("CARGO_BIN_EXE_guard-stand-in").into(), "rtp".into()]).descriptor("output", output.descriptor().unwrap());
+        let child = launch.descriptor("heartbeat", heartbeat.descriptor().unwrap()).start().unwrap();
+        Rtp { child, output, heartbeat }
+    }
+
+    fn guarded(&self, guard: &Guard, ward: u64, bound: Duration) {
+        let heartbeat = Heartbeat::received(self.heartbeat.descriptor().unwrap()).unwrap();
+        guard.watch(ward, "rtp1", self.child.descriptor().unwrap(), Some((heartbeat, bound))).unwrap();
+        guard.hold(ward, "arm", vec![self.handle()]).unwrap();
+    }
+
+    fn handle(&self) -> SafeHandle {
+        SafeHandle { descriptor: self.output.descriptor().unwrap(), writes: vec![(0, vec![0; 8]), (8, SAFE.to_ne_bytes().to_vec())] }
+    }
+
+    /// Waits until it has stored `more` commands from now.
+    fn runs(&self, more: u64) {
+        let from = self.output.word(0).load(Ordering::Acquire);
+        until("the process stores", || self.output.word(0).load(Ordering::Acquire) >= from + more);
+    }
+
+    fn is_safe(&self) -> bool {
+        self.output.word(0).load(Ordering::Acquire) == 0 && self.output.word(8).load(Ordering::Acquire) == SAFE
+    }
+}
+
+fn until(what: &str, mut holds: impl FnMut() -> bool) {
+    let deadline = Instant::now() + LIMIT;
+    while !holds() {
+        assert!(Instant::now() < deadline, "{what}: not within {LIMIT:?}");
+        std::thread::yield_now();
+    }
+}
+
+/// The next event, but for what the operating system does not give here.
+fn next(told: &Receiver<GuardEvent>) -> GuardEvent {
+    loop {
+        match told.recv_timeout(LIMIT).expect("an event is told") {
+            GuardEvent::Missing(_) => {}
+            event => return event,
+        }
+    }
+}
+
+fn loss(told: &Receiver<GuardEvent>) -> Loss {
+    loop {
+        match next(told) {
+            GuardEvent::Lost(loss) => return loss,
+            GuardEvent::Restarted(_) => {}
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+/// No process of that number, or only what its parent has not reaped.
+fn is_gone(pid: i32) -> bool {
+    std::fs::read_to_string(format!("/proc/{pid}/stat")).map_or(true, |stat| stat.contains(") Z "))
+}
+
+fn shared_files() -> usize {
+    std::fs::read_dir("/dev/shm").map_or(0, Iterator::count)
+}
+
+/// Median and 99th percentile, µs.
+fn quantiles(mut spans_ns: Vec<i64>) -> (f64, f64) {
+    spans_ns.sort_unstable();
+    (spans_ns[spans_ns.len() / 2] as f64 * 1e-3, spans_ns[spans_ns.len() * 99 / 100] as f64 * 1e-3)
+}
+
+#[test]
+fn a_killed_process_leaves_safe_outputs_every_time() {
+    let before = shared_files();
+    let (guard, told) = guard(None);
+    let pid = guard.pid().expect("ours");
+    // Another generator of instants would do as well.
+    let mut random = 0x2545_f491_4f6c_dd1d_u64;
+    let (mut from_kill, mut from_seen) = (Vec::new(), Vec::new());
+    for ward in 0..100 {
+        let rtp = Rtp::start();
+        rtp.guarded(&guard, ward, LIMIT);
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        rtp.runs(1 + random % 8);
+        (0..random % 50_000).for_each(|_| std::hint::spin_loop());
+        let killed_ns = now_ns();
+        rtp.child.kill();
+        let loss = loss(&told);
+        assert!(rtp.is_safe(), "{loss}");
+        assert_eq!((loss.ward, loss.cause, loss.written, loss.failed.len()), (ward, Cause::Died, 1, 0));
+        from_kill.push(loss.safe_ns - killed_ns);
+        from_seen.push(loss.safe_ns - loss.seen_ns);
+        assert_eq!(rtp.child.wait(LIMIT), Some(Status::Killed { signal: libc::SIGKILL, core: false }));
+        guard.forget(ward).unwrap();
+    }
+    drop(guard);
+    assert!(is_gone(pid), "a guard with nothing to guard ends");
+    assert!(shared_files() <= before, "nothing is left in /dev/shm");
+    let ((kill, kill_99), (seen, seen_99)) = (quantiles(from_kill), quantiles(from_seen));
+    println!("safe outputs after kill -9: median {kill:.0} us, p99 {kill_99:.0} us; after the guard saw it: median {seen:.0} us, p99 {seen_99:.0} us");
+}
+
+#[test]
+fn a_process_that_stops_answering_is_killed_before_its_outputs_are_made_safe() {
+    let (guard, told) = guard(None);
+    let rtp = Rtp::start();
+    rtp.guarded(&guard, 1, Duration::from_millis(200));
+    rtp.runs(5);
+    // SAFETY: signals our child.
+    unsafe { libc::kill(rtp.child.pid(), libc::SIGSTOP) };
+    let loss = loss(&told);
+    assert_eq!(loss.cause, Cause::Frozen);
+    assert!(rtp.is_safe(), "{loss}");
+    assert_eq!(rtp.child.wait(LIMIT), Some(Status::Killed { signal: libc::SIGKILL, core: false }), "it cannot come back and write");
+    println!("frozen process: safe {:.0} us after its bound", (loss.safe_ns - loss.seen_ns) as f64 * 1e-3);
+}
+
+#[test]
+fn another_guard_takes_over_with_everything() {
+    let (guard, told) = guard(None);
+    let rtp = Rtp::start();
+    rtp.guarded(&guard, 1, LIMIT);
+    for _ in 0..3 {
+        let pid = guard.pid().expect("ours");
+        // SAFETY: signals the guard, which is our child and not reaped before another is there.
+        unsafe { libc::kill(pid, libc::SIGKILL) };
+        let event = next(&told);
+        assert!(matches!(&event, GuardEvent::Restarted(how) if how.contains("SIGKILL")), "{event:?}");
+        assert_ne!(guard.pid(), Some(pid));
+    }
+    rtp.runs(1);
+    rtp.child.kill();
+    assert_eq!(loss(&told).cause, Cause::Died);
+    assert!(rtp.is_safe());
+}
+
+#[test]
+fn a_process_that_dies_while_there_is_no_guard_is_safe_when_there_is_one() {
+    let (guard, told) = guard(None);
+    let rtp = Rtp::start();
+    rtp.guarded(&guard, 1, LIMIT);
+    rtp.runs(1);
+    // SAFETY: signals two of our children.
+    unsafe { libc::kill(guard.pid().expect("ours"), libc::SIGKILL) };
+    rtp.child.kill();
+    assert_eq!(loss(&told).cause, Cause::Died);
+    assert!(rtp.is_safe());
+    // A later guard is not told of it again: it was dealt with.
+    // SAFETY: as above.
+    unsafe { libc::kill(guard.pid().expect("ours"), libc::SIGKILL) };
+    assert!(matches!(next(&told), GuardEvent::Restarted(_)));
+    // The answer of that guard comes after all that it has to say of what it was told before.
+    guard.forget(1).unwrap();
+    assert!(!told.try_iter().any(|event| matches!(event, GuardEvent::Lost(_))));
+}
+
+#[test]
+fn a_guard_that_cannot_stay_is_given_up_in_words() {
+    let (tell, told) = channel();
+    let command = GuardCommand { command: vec![env!("CARGO_BIN_EXE_guard-stand-in").into(), "exit".into(), "3".into()], path: None };
+    let guard = Guard::start(command, move |event| tell.send(event).expect("the test is there")).unwrap();
+    let gone = std::iter::from_fn(|| told.recv_timeout(LIMIT).ok()).find_map(|event| if let GuardEvent::Gone(why) = event { Some(why) } else { None });
+    let gone = gone.expect("it is told");
+    assert!(gone.contains("status 3") && gone.contains("at most 20 restarts within 10s"), "{gone}");
+    assert!(guard.forget(1).expect_err("there is none").to_string().contains("there is no guard"));
+}
+
+#[test]
+fn what_is_released_or_forgotten_is_not_written_to() {
+    let (guard, told) = guard(None);
+    let (released, forgotten, held) = (Rtp::start(), Rtp::start(), Rtp::start());
+    for (rtp, ward) in [(&released, 1), (&forgotten, 2), (&held, 3)] {
+        rtp.guarded(&guard, ward, LIMIT);
+        rtp.runs(1);
+    }
+    guard.release(1, "arm").unwrap();
+    guard.forget(2).unwrap();
+    forgotten.child.kill();
+    released.child.kill();
+    assert_eq!((loss(&told).written, released.is_safe()), (0, false));
+    held.child.kill();
+    assert_eq!((loss(&told).ward, held.is_safe(), forgotten.is_safe()), (3, true, false));
+    // A device that is registered when its process is dead already is made safe at once.
+    guard.hold(1, "arm", vec![released.handle()]).unwrap();
+    assert!(released.is_safe());
+    assert!(guard.hold(2, "arm", vec![]).expect_err("forgotten").to_string().contains("no process 2"));
+    assert!(guard.watch(3, "again", held.child.descriptor().unwrap(), None).expect_err("in use").to_string().contains("'rtp1'"));
+}
+
+#[test]
+fn a_handle_that_cannot_be_written_is_named_and_the_others_are_safe() {
+    let (guard, told) = guard(None);
+    let rtp = Rtp::start();
+    guard.watch(1, "rtp1", rtp.child.descriptor().unwrap(), None).unwrap();
+    let read_only = std::fs::File::open("/dev/null").unwrap().into();
+    guard.hold(1, "broken", vec![SafeHandle { descriptor: read_only, writes: vec![(0, vec![0])] }]).unwrap();
+    let (mut reads, writes) = std::io::pipe().unwrap();
+    guard.hold(1, "line", vec![SafeHandle { descriptor: writes.into(), writes: vec![(5, b"safe".to_vec())] }]).unwrap();
+    guard.hold(1, "arm", vec![rtp.handle()]).unwrap();
+    rtp.runs(1);
+    rtp.child.kill();
+    let loss = loss(&told);
+    assert_eq!((loss.written, loss.failed.len(), rtp.is_safe()), (2, 1, true), "{loss}");
+    assert!(loss.to_string().contains("not made safe: device 'broken'"), "{loss}");
+    let mut line = [0; 4];
+    std::io::Read::read_exact(&mut reads, &mut line).unwrap();
+    assert_eq!(&line, b"safe");
+}
+
+/// A supervisor with an rtp and a guard, killed.
+struct Orphans {
+    folder: PathBuf,
+    rtp: Child,
+    output: SharedMemory,
+    guard_pid: i32,
+}
+
+impl Orphans {
+    fn make() -> Orphans {
+        let folder = fresh_folder().unwrap();
+        let output = SharedMemory::new(16).unwrap();
+        let (link, theirs) = UnixLink::pair().unwrap();
+        let launch = Launch::new([env!("CARGO_BIN_EXE_guard-stand-in").into(), "supervisor".into()]).descriptor("link", theirs);
+        let launch =
+            launch.descriptor("output", output.descriptor().unwrap()).variable("TEST_GUARD", program()).variable("TEST_GUARD_PATH", folder.join("guard"));
+        let supervisor = launch.start().unwrap();
+        let (pid, mut rtp) = link.receive_with(LIMIT).unwrap().expect("in time");
+        let rtp = Child::adopt(rtp.pop().expect("the rtp")).unwrap();
+        supervisor.kill();
+        assert_eq!(supervisor.wait(LIMIT), Some(Status::Killed { signal: libc::SIGKILL, core: false }));
+        assert!(link.receive(LIMIT).is_err());
+        Orphans { folder, rtp, output, guard_pid: String::from_utf8(pid).unwrap().parse().unwrap() }
+    }
+
+    fn is_safe(&self) -> bool {
+        self.output.word(0).load(Ordering::Acquire) == 0 && self.output.word(8).load(Ordering::Acquire) == SAFE
+    }
+
+    fn runs(&self) {
+        let from = self.output.word(0).load(Ordering::Acquire);
+        until("the orphan goes on", || self.output.word(0).load(Ordering::Acquire) > from + 2);
+    }
+
+    /// The guard has ended and taken its socket away.
+    fn end(&self) {
+        until("the guard ends", || is_gone(self.guard_pid));
+        std::fs::remove_dir(&self.folder).expect("nothing is left in it");
+    }
+}
+
+#[test]
+fn the_guard_goes_on_when_its_supervisor_is_gone() {
+    let orphans = Orphans::make();
+    orphans.runs();
+    orphans.rtp.kill();
+    until("the outputs are safe", || orphans.is_safe());
+    orphans.end();
+}
+
+impl Drop for Orphans {
+    /// Also where a test failed: then the guard ends too.
+    fn drop(&mut self) {
+        self.rtp.kill();
+    }
+}
+
+fn adopt(folder: &Path) -> (Guard, Vec<Found>, Receiver<GuardEvent>) {
+    let (tell, told) = channel();
+    let command = GuardCommand { command: vec![program()], path: Some(folder.join("guard")) };
+    let (guard, found) = Guard::adopt(command, move |event| tell.send(event).expect("the test is there")).unwrap();
+    (guard, found, told)
+}
+
+#[test]
+fn a_new_supervisor_adopts_the_guard_and_what_it_guards() {
+    let orphans = Orphans::make();
+    let (guard, found, told) = adopt(&orphans.folder);
+    let [found] = found.as_slice() else { panic!("one process is guarded: {found:?}") };
+    assert_eq!((found.ward, found.name.as_str(), found.devices.as_slice(), found.loss.as_ref()), (7, "rtp1", &["arm".to_owned()][..], None));
+    assert_eq!(found.process.pid(), orphans.rtp.pid());
+    orphans.runs();
+    // What was adopted is enough to start another guard.
+    // SAFETY: a number of the test's own: the guard was started by its supervisor, and nothing has reaped it.
+    unsafe { libc::kill(orphans.guard_pid, libc::SIGKILL) };
+    assert!(matches!(next(&told), GuardEvent::Restarted(_)));
+    found.process.kill();
+    assert_eq!(loss(&told).cause, Cause::Died);
+    assert!(orphans.is_safe());
+    guard.forget(7).unwrap();
+    drop(guard);
+    orphans.end();
+}
