@@ -13,14 +13,14 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("interconnect", &[]),
     ("kernel", &["opengpac", "interconnect"]),
     ("guard", &["interconnect", "kernel"]),
-    ("drivers", &["kernel", "guard"]),
+    ("drivers", &["interconnect", "kernel", "guard"]),
     ("modules", &["opengpac"]),
     ("library", &["opengpac"]),
     ("rtp", &["opengpac", "interconnect", "kernel", "drivers", "modules", "library"]),
     ("supervisor", &["opengpac", "model", "interconnect", "kernel", "drivers", "modules", "library", "rtp"]),
     ("places", &["interconnect", "guard", "shared-memory", "rtp", "modules"]),
     ("session", &["model", "interconnect", "kernel", "supervisor", "places"]),
-    ("bindings", &["opengpac", "model", "supervisor", "session", "places"]),
+    ("bindings", &["opengpac", "model", "guard", "drivers", "supervisor", "session", "places"]),
     ("c-package", &["session"]),
 ];
 
