@@ -34,6 +34,18 @@ def number_in(text: str, unit: str) -> float:
 
 def run_processor() -> str | None:
     """The life of a process that a system started for a processor; returns at its end, with the reason where it could not serve."""
+def run_guard() -> str | None:
+    """The guard process: returns when nothing is left to guard and nobody is connected, or with the reason why it could not serve.
+    `processes.command("run_guard")` starts it."""
+
+def run_plant() -> str | None:
+    """A plant process: returns when it is put away. `processes.command("run_plant")` starts it."""
+
+def plant_state(name: str) -> str | None:
+    """How the plant process of that name is, for who watches it; None where there is none.
+
+    {"is_safe", "obeyed_ns": monotonic, "steps", "failed": text or null, "readings": bytes, "pid"}.
+    """
 
 class System:
     """One real-time system, embedded in this process."""

@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .errors import DeviceFailed, refuse
+from . import processes
+from .errors import CallError, DeviceFailed, refuse
 from .quantities import Quantity, duration_ns, optional_ns
 
 
@@ -57,6 +59,37 @@ def loopback(
             fail_at_ns=optional_ns(fail_at, "fail_at"),
             nan_at_ns=optional_ns(nan_at, "nan_at"),
             slew=slew,
+        ),
+    )
+
+
+def plant_process(
+    driver: Driver,
+    *,
+    name: str | None = None,
+    step: Quantity | None = None,
+    linger: Quantity | None = None,
+    silent: Quantity | None = None,
+) -> Driver:
+    """A simulated machine in a process of its own, at its own pace: it outlives the processor that commands it, as a real one does.
+
+    `driver` is what it runs, `gpac.drivers.mujoco("arm.xml")` or another; channels and parts are the same. Under the virtual clock it
+    runs in place. The value stands for one machine: whoever opens it while it runs takes it over, so give each device a value of its
+    own. `name` is what it is found by (else one is made up), `step` its period (else the model's, or 1 ms). It ends when its device is
+    closed, and `linger` (10 s) after whoever commanded it was lost and nobody has come back. A plant that makes no step for `silent`
+    (0.5 s) is `device_lost`.
+    """
+    if not isinstance(driver, Driver):
+        refuse(CallError, f"a plant process is given {driver!r}", 'give what it runs: gpac.drivers.mujoco("arm.xml")')
+    return Driver(
+        "plant_process",
+        _set(
+            driver={"kind": driver.kind, "options": dict(driver.options)},
+            command=processes.command("run_plant"),
+            name=f"{driver.kind}-{secrets.token_hex(6)}" if name is None else name,
+            step_ns=optional_ns(step, "the step"),
+            linger_ns=optional_ns(linger, "the time to linger"),
+            silent_ns=optional_ns(silent, "the time without a step"),
         ),
     )
 

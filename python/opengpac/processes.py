@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processes for processors: how this installation starts one."""
+"""Processes that are started for one purpose: how this installation starts one."""
 
 from __future__ import annotations
 
@@ -14,10 +14,15 @@ loader = importlib.machinery.ExtensionFileLoader("opengpac._native", sys.argv[1]
 spec = importlib.util.spec_from_file_location("opengpac._native", sys.argv[1], loader=loader)
 native = importlib.util.module_from_spec(spec)
 loader.exec_module(native)
-sys.exit(native.run_processor())
+sys.exit(getattr(native, sys.argv[2])())
 """
+
+
+def command(entry: str) -> list[str]:
+    """A process that calls `_native.ENTRY()` and ends when that returns; a text that it returns is the reason of a failure."""
+    return [sys.executable, "-I", "-S", "-c", _BODY, _native.__file__, entry]
 
 
 def processes_json() -> dict[str, object]:
     """How processors get processes, as a system is told."""
-    return {"command": [sys.executable, "-I", "-S", "-c", _BODY, _native.__file__], "python": sys.executable}
+    return {"command": command("run_processor"), "python": sys.executable}

@@ -57,7 +57,7 @@ GROUPS: dict[str, tuple[str, str]] = {
         "opengpac.library",
         "list search show get block blocks add problems refresh padded Component Found Manual Problem",
     ),
-    "Drivers": ("opengpac.drivers", "mujoco loopback scripted Driver"),
+    "Drivers": ("opengpac.drivers", "mujoco loopback scripted plant_process Driver"),
 }
 """Title → the module, and its names in the order of the page."""
 

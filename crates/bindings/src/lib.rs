@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Bindings: the supervisor's `System` for Python. Conversions only; `python/opengpac/_native.pyi` says what each call means.
 mod convert;
+mod processes;
 mod system;
 
 use crate::convert::{Refused, from_json, refused, to_json};
@@ -71,5 +72,8 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(type_json, m)?)?;
     m.add_function(wrap_pyfunction!(number_in, m)?)?;
     m.add_function(wrap_pyfunction!(run_processor, m)?)?;
+    m.add_function(wrap_pyfunction!(processes::run_guard, m)?)?;
+    m.add_function(wrap_pyfunction!(processes::run_plant, m)?)?;
+    m.add_function(wrap_pyfunction!(processes::plant_state, m)?)?;
     Ok(())
 }

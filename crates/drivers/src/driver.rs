@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The one door to the drivers: a name and options give a driver and a description of its parts.
-use crate::{DriverError, loopback, mujoco, scripted};
+use crate::{DriverError, loopback, mujoco, plant_process, scripted};
 use kernel::Driver;
 use serde_json::Value;
 
 /// The names that [`open`] knows.
-pub const KINDS: &[&str] = &["mujoco", "loopback", "scripted"];
+pub const KINDS: &[&str] = &["mujoco", "loopback", "plant_process", "scripted"];
 
 /// Makes the driver `kind` from its options (a JSON object; each driver's page lists its own), not yet opened.
 ///
@@ -15,6 +15,7 @@ pub fn open(kind: &str, options: &Value) -> Result<(Box<dyn Driver>, Value), Dri
     match kind {
         "mujoco" => mujoco::open(options),
         "loopback" => loopback::open(options),
+        "plant_process" => plant_process::open(options),
         "scripted" => scripted::open(options),
         _ => Err(DriverError::UnknownKind { kind: kind.into(), known: KINDS.join(", ") }),
     }

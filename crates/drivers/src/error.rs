@@ -32,4 +32,7 @@ pub enum DriverError {
     /// The model has nothing to command.
     #[error("the model '{}' has no actuated joint: give it an <actuator> with a joint that is a hinge or a slide", path.display())]
     NoActuatedJoint { path: PathBuf },
+    /// A process that a driver runs in could not be started, or is gone.
+    #[error("driver '{kind}': {problem}")]
+    Process { kind: String, problem: String },
 }

@@ -57,6 +57,9 @@ fn a_plant_allocates_nothing_after_it_is_open() {
         // Some joints commanded, some braked: the whole path.
         assert_eq!(allocations(machine, &[true, true, false, true, true, false, true]), 0);
     });
-    let machine = Machine::open("loopback", json!({ "parts": ["a", "b"] }));
+    let loopback = json!({ "parts": ["a", "b"] });
+    let machine = Machine::open("loopback", loopback.clone());
     assert_eq!(allocations(machine, &[true; 2]), 0);
+    let apart = json!({ "driver": { "kind": "loopback", "options": loopback }, "command": [env!("CARGO_BIN_EXE_opengpac-plant")], "silent_ns": i64::MAX });
+    assert_eq!(allocations(Machine::open("plant_process", apart), &[true; 2]), 0);
 }

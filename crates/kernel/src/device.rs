@@ -180,6 +180,17 @@ struct Service {
     out: Vec<u8>,
     engaged: Vec<bool>,
     written_ns: Option<i64>,
+    is_closed: bool,
+}
+
+impl Service {
+    /// Once: safe state, then the end of the driver.
+    fn close(&mut self) {
+        if !std::mem::replace(&mut self.is_closed, true) {
+            self.driver.safe_state();
+            self.driver.close();
+        }
+    }
 }
 
 // SAFETY: `service` is touched only by the kernel of the device's source; the rest is atomic or never changes.
@@ -209,7 +220,7 @@ impl Device {
             commands.part(channel.offset, channel.len).store(&channel.safe);
         }
         let writes = channels.iter().filter(|channel| channel.direction == Direction::Write).count();
-        let service = Service { driver, out: commands.load(), engaged: vec![false; writes], written_ns: None };
+        let service = Service { driver, out: commands.load(), engaged: vec![false; writes], written_ns: None, is_closed: false };
         Ok(Arc::new(Device {
             name: name.to_owned(),
             readings,
@@ -475,6 +486,15 @@ impl Device {
         service.driver.safe_state();
     }
 
+    /// Closes the driver: the last call of its kernel, before the value itself goes, which others may hold for long.
+    ///
+    /// # Safety
+    /// As for `read`.
+    pub(crate) unsafe fn close(&self) {
+        // SAFETY: the caller is the one that touches it.
+        unsafe { &mut *self.service.get() }.close();
+    }
+
     fn checked(&self, service: &mut Service, result: Result<(), DeviceError>) -> Result<(), DeviceError> {
         if result.is_err() {
             self.lost.store(true, Ordering::Release);
@@ -486,9 +506,7 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        let service = self.service.get_mut();
-        service.driver.safe_state();
-        service.driver.close();
+        self.service.get_mut().close();
     }
 }
 

@@ -192,11 +192,14 @@ impl Preempt for Within<'_> {
 }
 
 impl Kernel {
-    /// The end of a source: devices are safe.
+    /// The end of a source: devices are safe, and closed though others may still hold them.
     pub(crate) fn close(&mut self) {
         for device in &self.table.devices {
             // SAFETY: this is the kernel of the device's source, and its last call.
-            unsafe { device.safe_state() };
+            unsafe {
+                device.safe_state();
+                device.close();
+            }
         }
     }
 }

@@ -194,7 +194,9 @@ impl System {
             }
             Some(_) => {}
         }
-        let (device, description, opened) = (self.open_device(processor, name, kind, options))
+        // Under the virtual clock nothing can run at a pace of its own.
+        let (kind, options) = if self.shared.is_virtual { drivers::plant_process::in_place(kind, options) } else { (kind.to_owned(), options.clone()) };
+        let (device, description, opened) = (self.open_device(processor, name, &kind, &options))
             .map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {why}"), "", place.clone()))?;
         let channels: Vec<Channel> = (device.channels().iter())
             .map(|c| Channel { name: c.name.clone(), write: c.direction == Direction::Write, type_text: c.type_text.clone(), unit: c.unit.clone() })

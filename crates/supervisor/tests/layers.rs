@@ -13,8 +13,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("interconnect", &[]),
     ("kernel", &["opengpac", "interconnect"]),
     ("guard", &["interconnect", "kernel"]),
-    ("drivers", &["kernel", "guard"]),
-    ("drivers", &["kernel"]),
+    ("drivers", &["kernel", "guard", "interconnect"]),
     ("shared-memory", &["interconnect"]),
     ("modules", &["opengpac"]),
     ("library", &["opengpac"]),
@@ -22,7 +21,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("supervisor", &["opengpac", "model", "interconnect", "kernel", "drivers", "modules", "library", "rtp"]),
     ("places", &["interconnect", "guard", "shared-memory", "rtp", "modules"]),
     ("session", &["model", "interconnect", "kernel", "supervisor", "places"]),
-    ("bindings", &["opengpac", "model", "supervisor", "session", "places"]),
+    ("bindings", &["opengpac", "model", "guard", "drivers", "supervisor", "session", "places"]),
     ("c-package", &["session"]),
 ];
 

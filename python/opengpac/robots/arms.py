@@ -33,6 +33,7 @@ def load(
     scene: str | os.PathLike[str] | None = None,
     arbitration: str = "refuse",
     clock: str = "monotonic",
+    apart: bool = False,
 ) -> Arm:
     """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
@@ -40,8 +41,8 @@ def load(
     (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints only. `on` is the
     timer that exchanges with it and runs the servos, else the fastest of `rtp`. `arbitration` says what happens to a second motion
     while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp`
-    it makes a system of its own, of the arm's name, with `clock`. The physical device is `system.physical_devices[NAME]`; the joints
-    are `NAME.JOINT`.
+    it makes a system of its own, of the arm's name, with `clock`. `apart` simulates it in a process of its own
+    (`gpac.drivers.plant_process`). The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     file = _file(path)
     name = name or file.stem
@@ -51,7 +52,7 @@ def load(
         rtp = System(name, clock=clock).processor("rtp0")
         rtp.timer("slow", period="20 ms", priority=60)
         on = rtp.timer("fast", period="1 ms", priority=80)
-    device = _device(rtp, name, file, tool, scene, on or _fastest(rtp))
+    device = _device(rtp, name, file, (tool, scene), on or _fastest(rtp), apart)
     known = device.parts if tool is None and scene is None else joint_names(file)
     own = [part for part in device.parts if part in known]
     joints: list[Joint] = []
@@ -69,14 +70,20 @@ def load(
         raise
 
 
-def _device(rtp: Processor, name: str, arm: Path, tool: _Model, scene: _Model, on: Source) -> PhysicalDevice:
+def _device(rtp: Processor, name: str, arm: Path, around: tuple[_Model, _Model], on: Source, apart: bool) -> PhysicalDevice:
     """The machine, from one file or from one that is put together."""
+
+    def simulated(model: Path) -> PhysicalDevice:
+        driver = drivers.mujoco(model)
+        return rtp.physical_device(name, drivers.plant_process(driver) if apart else driver, exchange=on)
+
+    tool, scene = around
     if tool is None and scene is None:
-        return rtp.physical_device(name, drivers.mujoco(arm), exchange=on)
+        return simulated(arm)
     with tempfile.TemporaryDirectory() as folder:
         whole = Path(folder) / f"{arm.stem}.xml"
         whole.write_text(assemble(arm, None if tool is None else _file(tool), None if scene is None else _file(scene)))
-        return rtp.physical_device(name, drivers.mujoco(whole), exchange=on)
+        return simulated(whole)
 
 
 def _joint(arm: str, part: Part, source: Source, arbitration: str) -> Joint:

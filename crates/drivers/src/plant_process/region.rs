@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The memory that a plant and its driver share for one session.
+//!
+//! | | written by | read by |
+//! |---|---|---|
+//! | readings, a triple buffer | the plant, after each step | the driver: the newest whole group |
+//! | commands, a triple buffer | the driver, at each firing | the plant, before each step |
+//! | safe commands, and the flag | the guard, when the driver's process is gone | the plant, before each step |
+//! | steps, failure | the plant | the driver |
+//!
+//! Nobody waits for anybody. The memory is new for each session: a driver that was cut off writes where nobody reads any more.
+use guard::SharedMemory;
+use interconnect::triple::{BACK_AT_FIRST, FRONT_AT_FIRST, MIDDLE_AT_FIRST};
+use interconnect::{TripleMemory, TripleReader, TripleWriter};
+use kernel::{Channel, Direction};
+use std::io;
+use std::os::fd::OwnedFd;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+
+/// Bytes that start a line of their own.
+const LINE: usize = 64;
+/// Not 0: the safe commands count, and no others.
+const FLAG: usize = 0;
+const STEPS: usize = LINE;
+/// Length of the text of the failure; 0: none.
+const FAILED: usize = 2 * LINE;
+const TEXT: usize = FAILED + 8;
+const TEXT_MAX: usize = 4 * LINE - 8;
+const SAFE: usize = 6 * LINE;
+
+/// How many bytes there are of what.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Shape {
+    pub readings: usize,
+    pub commands: usize,
+    /// Write channels: each has a byte that says whether it is claimed, behind the commands.
+    pub writes: usize,
+}
+
+impl Shape {
+    pub fn of(channels: &[Channel]) -> Shape {
+        let of = |direction| channels.iter().filter(move |channel| channel.direction == direction);
+        let end = |direction| of(direction).map(|channel| channel.offset + channel.len).max().unwrap_or(0);
+        Shape { readings: end(Direction::Read), commands: end(Direction::Write), writes: of(Direction::Write).count() }
+    }
+
+    /// Commands and whether they are claimed.
+    pub fn group(&self) -> usize {
+        self.commands + self.writes
+    }
+
+    /// The safe group: safe commands, of which none is claimed.
+    pub fn safe_group(&self, channels: &[Channel]) -> Vec<u8> {
+        let mut group = vec![0; self.group()];
+        for channel in channels.iter().filter(|channel| channel.direction == Direction::Write) {
+            group[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
+        }
+        group
+    }
+
+    fn commands_start(&self) -> usize {
+        SAFE + lines(self.group())
+    }
+
+    fn readings_start(&self) -> usize {
+        self.commands_start() + triple_len(self.group())
+    }
+
+    fn len(&self) -> usize {
+        self.readings_start() + triple_len(self.readings)
+    }
+}
+
+/// `len` and what fills its last line; at least one line.
+fn lines(len: usize) -> usize {
+    len.max(1).next_multiple_of(LINE)
+}
+
+/// The word and three buffers.
+fn triple_len(len: usize) -> usize {
+    LINE + 3 * lines(len)
+}
+
+/// The memory of one session.
+pub(super) struct Region {
+    memory: Arc<SharedMemory>,
+    shape: Shape,
+}
+
+impl Region {
+    /// New memory, by the plant.
+    pub fn new(shape: Shape, safe_group: &[u8]) -> io::Result<Region> {
+        let region = Region { memory: Arc::new(SharedMemory::new(shape.len())?), shape };
+        for triple in [region.commands(), region.readings()] {
+            triple.middle().store(MIDDLE_AT_FIRST, Ordering::Release);
+        }
+        region.set_safe_group(safe_group);
+        Ok(region)
+    }
+
+    /// What the plant sent, by the driver.
+    pub fn received(descriptor: OwnedFd, shape: Shape) -> io::Result<Region> {
+        Ok(Region { memory: Arc::new(SharedMemory::received(descriptor, shape.len())?), shape })
+    }
+
+    pub fn memory(&self) -> &SharedMemory {
+        &self.memory
+    }
+
+    fn commands(&self) -> Shared {
+        Shared { memory: self.memory.clone(), start: self.shape.commands_start(), len: self.shape.group() }
+    }
+
+    fn readings(&self) -> Shared {
+        Shared { memory: self.memory.clone(), start: self.shape.readings_start(), len: self.shape.readings }
+    }
+
+    /// The two ends of the plant. Once for each region.
+    pub fn plant_ends(&self) -> (TripleReader<Shared>, TripleWriter<Shared>) {
+        // SAFETY: the plant alone makes these ends, once, of memory that it has just made; so each buffer is where it is at first.
+        unsafe { (TripleReader::in_memory(self.commands(), FRONT_AT_FIRST), TripleWriter::in_memory(self.readings(), BACK_AT_FIRST)) }
+    }
+
+    /// The two ends of the driver. Once for each region.
+    pub fn driver_ends(&self) -> (TripleWriter<Shared>, TripleReader<Shared>) {
+        // SAFETY: the plant sends the memory of a session to one driver, which makes these ends once; it has exchanged nothing before, and
+        // what the plant has exchanged it has exchanged against the middle.
+        unsafe { (TripleWriter::in_memory(self.commands(), BACK_AT_FIRST), TripleReader::in_memory(self.readings(), FRONT_AT_FIRST)) }
+    }
+
+    /// Whether the safe commands count.
+    pub fn is_safe(&self) -> bool {
+        self.memory.word(FLAG).load(Ordering::Acquire) != 0
+    }
+
+    /// What the guard writes: the safe commands, then the flag.
+    pub fn safe_writes(&self, safe_group: &[u8]) -> Vec<(u64, Vec<u8>)> {
+        // Any byte of the flag but 0 will do, so it counts from the first byte that has arrived.
+        vec![(SAFE as u64, safe_group.to_vec()), (FLAG as u64, vec![1; 8])]
+    }
+
+    fn set_safe_group(&self, group: &[u8]) {
+        for (place, byte) in (SAFE..).zip(group) {
+            self.byte(place).store(*byte, Ordering::Relaxed);
+        }
+    }
+
+    /// Takes the safe commands.
+    pub fn load_safe_group(&self, group: &mut [u8]) {
+        for (place, byte) in (SAFE..).zip(group) {
+            *byte = self.byte(place).load(Ordering::Relaxed);
+        }
+    }
+
+    /// Steps of the plant.
+    pub fn steps(&self) -> &AtomicU64 {
+        self.memory.word(STEPS)
+    }
+
+    /// The plant does not go on, and why.
+    pub fn fail(&self, why: &str) {
+        let text = why.as_bytes();
+        let len = text.len().clamp(1, TEXT_MAX);
+        for (place, byte) in (TEXT..TEXT + len).zip(text) {
+            self.byte(place).store(*byte, Ordering::Relaxed);
+        }
+        self.memory.word(FAILED).store(len as u64, Ordering::Release);
+    }
+
+    /// Why the plant does not go on. Allocates only where it does not.
+    pub fn failure(&self) -> Option<String> {
+        let len = (self.memory.word(FAILED).load(Ordering::Acquire) as usize).min(TEXT_MAX);
+        let text = |len| (TEXT..TEXT + len).map(|place| self.byte(place).load(Ordering::Relaxed)).collect::<Vec<u8>>();
+        (len > 0).then(|| String::from_utf8_lossy(&text(len)).into_owned())
+    }
+
+    fn byte(&self, place: usize) -> &AtomicU8 {
+        assert!(place < self.memory.len(), "the shape fits the memory");
+        // SAFETY: within the mapping, which lives as long as `self`; bytes are always aligned.
+        unsafe { AtomicU8::from_ptr(self.memory.start().add(place)) }
+    }
+}
+
+/// A triple buffer in the memory of a session.
+pub(super) struct Shared {
+    memory: Arc<SharedMemory>,
+    start: usize,
+    len: usize,
+}
+
+impl Shared {
+    fn buffer(&self, index: u8) -> *mut [u8] {
+        // Another process holds the word too: whatever stands there names one of the three.
+        let place = self.start + LINE + usize::from(index.min(2)) * lines(self.len);
+        // SAFETY: the shape, which `start` and `len` are of, fits the mapping: checked when it was made or received.
+        std::ptr::slice_from_raw_parts_mut(unsafe { self.memory.start().add(place) }, self.len)
+    }
+}
+
+// SAFETY: the mapping stays as long as the value lives; buffers are a line and more apart; there is one end of each kind
+// (`plant_ends`, `driver_ends`).
+unsafe impl TripleMemory for Shared {
+    #[inline]
+    fn middle(&self) -> &AtomicU8 {
+        // SAFETY: within the mapping, which lives as long as `self`.
+        unsafe { AtomicU8::from_ptr(self.memory.start().add(self.start)) }
+    }
+
+    #[inline]
+    fn for_reading(&self, index: u8) -> *const [u8] {
+        self.buffer(index)
+    }
+
+    #[inline]
+    fn for_writing(&self, index: u8) -> *mut [u8] {
+        self.buffer(index)
+    }
+}

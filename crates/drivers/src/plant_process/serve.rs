@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The plant process: one thread that makes steps at its own pace and, between two of them, hears who talks to it.
+use super::region::{Region, Shape, Shared};
+use super::words::{Answer, Ask, ChannelText, Described, Made, PlantState};
+use super::{ANSWER, LINK, place};
+use guard::{Listener, UnixLink, inherited, now_ns};
+use interconnect::{Closed, TripleReader, TripleWriter};
+use kernel::Driver;
+use std::os::fd::{AsFd, BorrowedFd};
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+const STEP_NS: i64 = 1_000_000;
+/// A plant that is later than this goes on from the present: time that it missed does not count.
+const LATE_STEPS_MAX: i64 = 10;
+/// Below the guard, above every kernel: a machine does not wait for software.
+const PRIORITY: i32 = 97;
+
+/// What the plant process runs. Returns when it was put away, or nobody has been connected for its time to linger.
+///
+/// # Errors
+/// For people: it was not started by a driver.
+pub fn run() -> Result<(), String> {
+    let descriptor = inherited(LINK).map_err(|error| error.to_string())?;
+    let link = UnixLink::from_descriptor(descriptor).map_err(|error| format!("the link of the plant cannot be used: {error}"))?;
+    let Ok(Some((frame, _))) = link.receive_with(ANSWER) else { return Err("nobody says which plant to make".to_owned()) };
+    let Ok(Ask::Make(made)) = serde_json::from_slice(&frame) else { return Err("what came first does not say which plant to make".to_owned()) };
+    match Plant::make(made) {
+        Ok(mut plant) => {
+            prioritise();
+            answer(&link, &Answer::Described(plant.described.clone()), &[]);
+            plant.links.push((0, link));
+            plant.serve();
+            Ok(())
+        }
+        Err(problem) => {
+            // Whoever asked for it says so.
+            answer(&link, &Answer::Refused(problem), &[]);
+            Ok(())
+        }
+    }
+}
+
+/// Where it is given; a plant without it is only less punctual.
+fn prioritise() {
+    let parameter = libc::sched_param { sched_priority: PRIORITY };
+    // SAFETY: this thread's own scheduling and timers.
+    unsafe {
+        libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64);
+        libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter);
+    }
+}
+
+struct Plant {
+    driver: Box<dyn Driver>,
+    described: Described,
+    shape: Shape,
+    safe_group: Vec<u8>,
+    listener: Option<Listener>,
+    /// Who talks to it, each with a number.
+    links: Vec<(u64, UnixLink)>,
+    next_link: u64,
+    session: Option<Session>,
+    /// Commands and whether they are claimed, as they are obeyed.
+    group: Vec<u8>,
+    engaged: Vec<bool>,
+    readings: Vec<u8>,
+    /// Its own time: steps since it was made.
+    time_ns: i64,
+    steps: u64,
+    failed: Option<String>,
+    /// When it first obeyed the safe commands of this session.
+    obeyed_ns: i64,
+    is_put_away: bool,
+}
+
+/// What it shares with the driver that has opened it.
+struct Session {
+    region: Region,
+    commands: TripleReader<Shared>,
+    readings: TripleWriter<Shared>,
+    holder: u64,
+}
+
+impl Plant {
+    fn make(made: Made) -> Result<Plant, String> {
+        let (mut driver, about) = crate::open(&made.kind, &made.options).map_err(|error| error.to_string())?;
+        driver.open(0).map_err(|error| error.message)?;
+        let path = made.name.as_deref().map(place).transpose().map_err(|error| error.to_string())?;
+        let listener = path.map(|path| Listener::listen(&path)).transpose().map_err(|error| format!("a plant of that name cannot be had: {error}"))?;
+        let own_ns = about["timestep"].as_f64().map(|s| (s * 1e9).round() as i64);
+        let step_ns = made.step_ns.or(own_ns).unwrap_or(STEP_NS);
+        let shape = Shape::of(driver.channels());
+        let safe_group = shape.safe_group(driver.channels());
+        let channels = driver.channels().iter().map(ChannelText::from).collect();
+        Ok(Plant {
+            described: Described { made, channels, about, step_ns },
+            group: safe_group.clone(),
+            engaged: vec![false; shape.writes],
+            readings: vec![0; shape.readings],
+            driver,
+            shape,
+            safe_group,
+            listener,
+            links: Vec::new(),
+            next_link: 1,
+            session: None,
+            time_ns: 0,
+            steps: 0,
+            failed: None,
+            obeyed_ns: 0,
+            is_put_away: false,
+        })
+    }
+
+    fn serve(&mut self) {
+        let step_ns = self.described.step_ns;
+        let mut next_ns = now_ns();
+        let mut seen_ns = next_ns;
+        self.step();
+        while !self.is_put_away && now_ns() - seen_ns < self.described.made.linger_ns {
+            next_ns += step_ns;
+            if now_ns() - next_ns > LATE_STEPS_MAX * step_ns {
+                next_ns = now_ns();
+            }
+            sleep_until(next_ns);
+            self.step();
+            self.hear();
+            if !self.links.is_empty() {
+                seen_ns = now_ns();
+            }
+        }
+        self.driver.close();
+    }
+
+    fn step(&mut self) {
+        self.take_commands();
+        if self.failed.is_none() {
+            self.time_ns += self.described.step_ns;
+            let written = self.driver.write(self.time_ns, &self.group[..self.shape.commands], &self.engaged);
+            if let Err(error) = written.and_then(|()| self.driver.read(self.time_ns, &mut self.readings)) {
+                self.driver.safe_state();
+                self.failed = Some(error.message);
+            }
+        }
+        self.steps += 1;
+        self.tell();
+    }
+
+    fn take_commands(&mut self) {
+        let Some(session) = &mut self.session else { return };
+        if session.region.is_safe() {
+            session.region.load_safe_group(&mut self.group);
+            if self.obeyed_ns == 0 {
+                self.obeyed_ns = now_ns();
+            }
+        } else if session.commands.latch() {
+            self.group.copy_from_slice(session.commands.front());
+        }
+        self.engaged.iter_mut().zip(&self.group[self.shape.commands..]).for_each(|(engaged, byte)| *engaged = *byte != 0);
+    }
+
+    fn tell(&mut self) {
+        let Some(session) = &mut self.session else { return };
+        session.readings.back().copy_from_slice(&self.readings);
+        session.readings.publish();
+        session.region.steps().store(self.steps, Ordering::Release);
+        if let Some(why) = &self.failed {
+            session.region.fail(why);
+        }
+    }
+
+    fn hear(&mut self) {
+        // A link that cannot be taken now is still there after the next step.
+        if let Some(Ok(Some(link))) = self.listener.as_ref().map(Listener::accept) {
+            self.links.push((self.next_link, link));
+            self.next_link += 1;
+        }
+        let mut links = std::mem::take(&mut self.links);
+        links.retain(|(number, link)| match link.receive_with(Duration::ZERO) {
+            Ok(Some((frame, _))) => self.act(&frame, *number, link),
+            Ok(None) => true,
+            Err(Closed) => false,
+        });
+        self.links = links;
+    }
+
+    /// False when the link is gone or says nothing that makes sense.
+    fn act(&mut self, frame: &[u8], number: u64, link: &UnixLink) -> bool {
+        let Ok(ask) = serde_json::from_slice(frame) else { return false };
+        let told = match ask {
+            Ask::Make(_) => Answer::Refused("a plant is made once".to_owned()),
+            Ask::Describe => Answer::Described(self.described.clone()),
+            Ask::State => Answer::State(self.state()),
+            Ask::Close => match &self.session {
+                Some(session) if session.holder != number => Answer::Refused("another driver has opened it".to_owned()),
+                _ => {
+                    self.is_put_away = true;
+                    Answer::Closed
+                }
+            },
+            Ask::Open => match self.open(number) {
+                Ok(()) => {
+                    let memory = self.session.as_ref().map(|session| session.region.memory().as_fd());
+                    return answer(link, &Answer::Opened, memory.as_slice());
+                }
+                Err(problem) => Answer::Refused(problem),
+            },
+        };
+        answer(link, &told, &[])
+    }
+
+    /// A new session, safe until commands come; whoever had the one before commands no more.
+    fn open(&mut self, holder: u64) -> Result<(), String> {
+        if let Some(why) = &self.failed {
+            return Err(why.clone());
+        }
+        let region = Region::new(self.shape, &self.safe_group).map_err(|error| format!("no memory can be shared: {error}"))?;
+        let (commands, readings) = region.plant_ends();
+        self.session = Some(Session { region, commands, readings, holder });
+        self.group.copy_from_slice(&self.safe_group);
+        self.obeyed_ns = 0;
+        self.tell();
+        Ok(())
+    }
+
+    fn state(&self) -> PlantState {
+        PlantState {
+            is_safe: self.obeyed_ns != 0,
+            obeyed_ns: self.obeyed_ns,
+            steps: self.steps,
+            failed: self.failed.clone(),
+            readings: self.readings.clone(),
+            pid: std::process::id(),
+        }
+    }
+}
+
+/// False when the link is gone.
+fn answer(link: &UnixLink, answer: &Answer, descriptors: &[BorrowedFd<'_>]) -> bool {
+    let frame = serde_json::to_vec(answer).expect("an answer has no map with keys that are no texts");
+    link.send_with(&frame, descriptors, Some(Duration::from_secs(1))).is_ok()
+}
+
+fn sleep_until(time_ns: i64) {
+    let until = libc::timespec { tv_sec: time_ns / 1_000_000_000, tv_nsec: time_ns % 1_000_000_000 };
+    // SAFETY: a time of our own. A signal ends the sleep early, which makes one step early.
+    unsafe { libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &until, std::ptr::null_mut()) };
+}

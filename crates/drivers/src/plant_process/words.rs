@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a driver and its plant process say to each other while nothing is in real time: one JSON text a frame.
+use kernel::{Channel, Direction};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// To the plant process. Each has one [`Answer`].
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Ask {
+    /// First of all, once: which driver it runs.
+    Make(Made),
+    Describe,
+    /// A new session: memory comes with the answer, and the one before is cut off.
+    Open,
+    /// The plant is put away; from whoever holds the session, or anybody where there is none.
+    Close,
+    State,
+}
+
+/// What a plant was made from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Made {
+    pub kind: String,
+    pub options: Value,
+    pub step_ns: Option<i64>,
+    pub linger_ns: i64,
+    pub name: Option<String>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Answer {
+    Described(Described),
+    Opened,
+    Closed,
+    State(PlantState),
+    Refused(String),
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Described {
+    pub made: Made,
+    pub channels: Vec<ChannelText>,
+    /// What the driver says of itself.
+    pub about: Value,
+    pub step_ns: i64,
+}
+
+/// How a plant process is, for who watches it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlantState {
+    /// It obeys its safe commands, and has at least one step behind it in which it did.
+    pub is_safe: bool,
+    /// When that step began, on the monotonic clock of the host, ns; 0 while it is not safe.
+    pub obeyed_ns: i64,
+    /// Steps since it was made.
+    pub steps: u64,
+    /// Why it does not go on, if it does not.
+    pub failed: Option<String>,
+    /// The newest readings, as the channels lie.
+    pub readings: Vec<u8>,
+    /// Number of the process.
+    pub pid: u32,
+}
+
+/// A [`Channel`] that can be sent.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct ChannelText {
+    name: String,
+    write: bool,
+    type_text: String,
+    unit: String,
+    doc: String,
+    offset: usize,
+    len: usize,
+    safe: Vec<u8>,
+    slew_max: Option<f64>,
+}
+
+impl From<&Channel> for ChannelText {
+    fn from(of: &Channel) -> ChannelText {
+        let Channel { name, direction, type_text, unit, doc, offset, len, safe, slew_max } = of.clone();
+        ChannelText { name, write: direction == Direction::Write, type_text, unit, doc, offset, len, safe, slew_max }
+    }
+}
+
+impl From<ChannelText> for Channel {
+    fn from(of: ChannelText) -> Channel {
+        let ChannelText { name, write, type_text, unit, doc, offset, len, safe, slew_max } = of;
+        Channel { name, direction: if write { Direction::Write } else { Direction::Read }, type_text, unit, doc, offset, len, safe, slew_max }
+    }
+}
