@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import opengpac as gpac
-from mappings.mapping import Realization
 from opengpac import activate, deactivate, on, wait
 
 LENGTH = 200
@@ -24,9 +23,8 @@ Model = Mapping[str, Sequence[Any]]
 class Stage:
     """Processors 0, 1, … with their interrupt sources, made when a graph asks for them, and the blocks of `tests/blocks`."""
 
-    def __init__(self, cell: gpac.System, mapping: Realization, built: Mapping[str, str]) -> None:
+    def __init__(self, cell: gpac.System, built: Mapping[str, str]) -> None:
         self.cell = cell
-        self.mapping = mapping
         self.code = cell.download(built["mapping"], "mapping")
         self._processors: dict[int, gpac.Processor] = {}
         self._sources: dict[str, gpac.Source] = {}
@@ -34,7 +32,7 @@ class Stage:
     def processor(self, number: int) -> gpac.Processor:
         """Processor `number`; those before it are made first, so that the first one is the supervisor's."""
         for missing in range(len(self._processors), number + 1):
-            self._processors[missing] = self.mapping.processor(self.cell, missing)
+            self._processors[missing] = self.cell.processor(f"rtp{missing}")
         return self._processors[number]
 
     def source(self, place: str) -> gpac.Source:

@@ -22,7 +22,7 @@ _references: dict[str, dict[str, Any]] = {}
 def recorded(name: str, mapping: Realization, built: dict[str, str]) -> tuple[dict[str, Any], str]:
     """What the recorders of a graph hold on a mapping, and what went late there."""
     with mapping.open(name) as cell:
-        stage = Stage(cell, mapping, built)
+        stage = Stage(cell, built)
         values = run(stage, name, GRAPHS[name].make(stage))
         sources = cell.statistics["sources"]
     late = [
@@ -88,7 +88,7 @@ def test_a_graph_gives_what_its_model_computes(name: str, built: dict[str, str])
 @pytest.mark.parametrize("name", GRAPHS)
 def test_a_graph_fills_its_recorders_and_is_placed_on_several_processors(name: str, built: dict[str, str]) -> None:
     with REFERENCE.open(name) as cell:
-        stage = Stage(cell, REFERENCE, built)
+        stage = Stage(cell, built)
         made = GRAPHS[name].make(stage)
         values = run(stage, name, made)
         assert stage.processors >= 2
