@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import opengpac as gpac
-from opengpac import _native
 from mappings.mapping import MAPPINGS
+from opengpac import _native
 from rig import Rig
 
 BLOCKS = Path(__file__).parent.parent / "blocks"
