@@ -3,6 +3,7 @@
 //! what it would say differently. `fuzz/` drives them with libFuzzer; the tests here replay the corpus and change it at random.
 mod definitions;
 mod packets;
+mod scripts;
 
 use indexmap::IndexMap;
 use model::types::Type;
@@ -11,7 +12,14 @@ use model::types::Type;
 pub type Target = fn(&[u8]);
 
 /// Every target by its name, which is the name of its folder in `corpus`.
-pub const TARGETS: &[(&str, Target)] = &[("packets", packets::packets), ("types", types), ("definitions", definitions::definitions), ("modules", modules)];
+pub const TARGETS: &[(&str, Target)] = &[
+    ("packets", packets::packets),
+    ("types", types),
+    ("definitions", definitions::definitions),
+    ("modules", modules),
+    ("frames", scripts::frames),
+    ("parcels", scripts::parcels),
+];
 
 /// The type parser: a declaration, and after each further line break `name declaration` of a type that it may use. What was read
 /// once is read again as the same type.

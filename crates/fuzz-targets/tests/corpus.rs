@@ -85,6 +85,16 @@ fn modules_hold() {
 }
 
 #[test]
+fn frames_hold() {
+    hold("frames");
+}
+
+#[test]
+fn parcels_hold() {
+    hold("parcels");
+}
+
+#[test]
 fn every_target_is_tested_and_has_a_corpus() {
     let text = include_str!("corpus.rs");
     for (name, _) in TARGETS {

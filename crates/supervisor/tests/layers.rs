@@ -21,7 +21,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("session", &["model", "interconnect", "kernel", "supervisor", "places"]),
     ("bindings", &["opengpac", "model", "supervisor", "session", "places"]),
     ("c-package", &["session"]),
-    ("fuzz-targets", &["model", "interconnect", "modules"]),
+    ("fuzz-targets", &["opengpac", "model", "interconnect", "kernel", "modules", "library", "rtp"]),
 ];
 
 /// What some crates must not know of the world.
