@@ -51,6 +51,8 @@ test-python: setup
 
 faults: setup
 	$(BIN)/python tests/faults/campaign.py
+	$(BIN)/python tests/faults/fuzz.py
+	$(BIN)/python tests/faults/sixteen.py
 
 bench: setup
 	$(BIN)/python bench/run.py

@@ -61,12 +61,16 @@ class Before:
     def __init__(self) -> None:
         self._processes, self._shared_memory = processes(), shared_memory()
 
+    def new(self) -> set[int]:
+        """The processes that have come since."""
+        return processes() - self._processes
+
     def left_over(self, within_s: float = 10.0) -> list[str]:
         """What is there now and was not, once nothing of it goes away any more, or `within_s` has passed; in words."""
         end = time.monotonic() + within_s
         while True:
-            new = processes() - self._processes
-            left = [f"process {pid} ({_command(pid)})" for pid in sorted(new)]
+            new = self.new()
+            left = [f"process {pid} ({command_of(pid)[:120]})" for pid in sorted(new)]
             left += [f"shared memory {name}" for name in sorted(shared_memory() - self._shared_memory)]
             if not left or time.monotonic() > end:
                 return left
@@ -85,8 +89,9 @@ def _until_one_ends(pids: set[int], limit_s: float) -> None:
             os.close(descriptor)
 
 
-def _command(pid: int) -> str:
+def command_of(pid: int) -> str:
+    """The beginning of a process's command line."""
     try:
-        return (Path("/proc") / str(pid) / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")[:120]
+        return (Path("/proc") / str(pid) / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
     except OSError:
         return "gone"

@@ -3,16 +3,17 @@
 
 from __future__ import annotations
 
+import json
 import sys
 
 import application
 import opengpac as gpac
 
 
-def main(blocks: str) -> None:
+def main(blocks: str, doomed: str) -> None:
     """Runs until it is killed."""
     with gpac.System("campaign", progress=False) as cell:
-        made = application.run(cell, blocks, "counts", at=0, doomed={})
+        made = application.run(cell, blocks, "counts", at=0, doomed=json.loads(doomed))
         while True:
             try:
                 made.healthy.wait(timeout="2 ms")
@@ -21,4 +22,4 @@ def main(blocks: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(sys.argv[1], sys.argv[2])

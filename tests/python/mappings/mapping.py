@@ -55,5 +55,7 @@ MAPPINGS = {
         Realization("virtual", "virtual", {"seed": 1}),
         Realization("message", "virtual", {"seed": 1, "interconnect": FAULTY}),
         Realization("threads", "monotonic"),
+        Realization("processes", "monotonic", processors=({"process": True},)),
+        Realization("mixture", "monotonic", processors=({}, {"process": True})),
     )
 }
