@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # make run     the main job: a simulated UR5e moves, in real time; report and plot in out/
 # make test    every test, Rust and Python
+# make faults  the whole fault campaign, the fuzzers and the cell of 16 processors: an hour and a half; reports in out/
 # make bench   ratios against hand-written loops and peers, taken in one run
 # make c-package   target/release/libopengpac_ps.so, for programming systems in C
-.PHONY: run test bench c-package setup test-rust test-loom test-sanitizer test-python lint clean
+.PHONY: run test faults bench c-package setup test-rust test-loom test-sanitizer test-python lint clean
 .DEFAULT_GOAL := run
 
 PYTHON ?= python3
@@ -47,6 +48,11 @@ test-sanitizer:
 
 test-python: setup
 	$(BIN)/python -m pytest
+
+faults: setup
+	$(BIN)/python tests/faults/campaign.py
+	$(BIN)/python tests/faults/fuzz.py
+	$(BIN)/python tests/faults/sixteen.py
 
 bench: setup
 	$(BIN)/python bench/run.py

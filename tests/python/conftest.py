@@ -1,32 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A small system for tests, on each interconnect, under the virtual clock; and the C blocks of `tests/blocks`, built once."""
+"""A small system for tests, on each mapping; and the C blocks of `tests/blocks`, built once."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 import opengpac as gpac
+from mappings.mapping import MAPPINGS
 from opengpac import _native
 from rig import Rig
 
 BLOCKS = Path(__file__).parent.parent / "blocks"
 
-INTERCONNECTS: dict[str, Any] = {
-    "memory": {"kind": "memory"},
-    "message": {
-        "kind": "message",
-        "seed": 7,
-        "delay_ns": [0, 100_000],
-        "drop": 0.02,
-        "repeat": 0.02,
-        "reorder": 0.02,
-        "corrupt": 0.01,
-    },
-}
+IN_VIRTUAL_TIME = ("virtual", "message")
 
 
 @pytest.fixture(scope="session")
@@ -36,16 +25,16 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return {f.stem: _native.build([str(f)], str(folder / f"{f.stem}.so")) for f in sorted(BLOCKS.glob("*.c"))}
 
 
-@pytest.fixture(params=list(INTERCONNECTS))
+@pytest.fixture(params=IN_VIRTUAL_TIME)
 def cell(request: pytest.FixtureRequest) -> Iterator[gpac.System]:
-    """A system under the virtual clock, on each interconnect."""
-    with gpac.System("cell", clock="virtual", seed=1, interconnect=INTERCONNECTS[request.param]) as made:
+    """A system on each mapping of the virtual clock."""
+    with MAPPINGS[request.param].open("cell") as made:
         yield made
 
 
 @pytest.fixture
 def rig(cell: gpac.System, built: dict[str, str]) -> Rig:
-    """A small system, on each interconnect."""
+    """A small system, on each mapping."""
     return Rig(cell, built)
 
 

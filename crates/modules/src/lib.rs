@@ -6,7 +6,8 @@
 
 mod build;
 mod diagnosis;
-mod elf;
+#[doc(hidden)]
+pub mod elf;
 mod folder;
 mod load;
 mod probe;

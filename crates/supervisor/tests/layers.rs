@@ -23,6 +23,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("session", &["model", "interconnect", "kernel", "supervisor", "places"]),
     ("bindings", &["opengpac", "model", "guard", "drivers", "supervisor", "session", "places"]),
     ("c-package", &["session"]),
+    ("fuzz-targets", &["opengpac", "model", "interconnect", "kernel", "modules", "library", "rtp"]),
 ];
 
 /// What some crates must not know of the world.

@@ -12,6 +12,8 @@ mod packet;
 mod traffic;
 
 pub use link::{Counters, Faults};
+#[doc(hidden)]
+pub use packet::sealed;
 
 use crate::aligned::AlignedBytes;
 use crate::carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
@@ -37,6 +39,13 @@ impl Message {
     pub fn set_faults(&self, faults: Faults) {
         faults.check();
         self.traffic().link.faults = faults;
+    }
+
+    /// Lets `bytes` come to one end of connection `connection` (from 0, in the order of their making) as the link would: a packet that
+    /// somebody forged. True where they were taken. For tests of what reads packets.
+    #[doc(hidden)]
+    pub fn arrive(&self, connection: u32, to_reader: bool, bytes: &[u8]) -> bool {
+        self.traffic().arrive(connection, to_reader, bytes).is_ok()
     }
 
     fn traffic(&self) -> MutexGuard<'_, Traffic> {

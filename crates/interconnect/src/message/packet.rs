@@ -90,17 +90,12 @@ impl<'a> Repr<'a> {
             Content::RowsPopped { count } => (5, count, 0, 0, &[]),
             Content::RoomKnown { count } => (6, count, 0, 0, &[]),
         };
-        let len = u32::try_from(PAYLOAD + payload.len()).expect("groups and rows are far below 4 GiB");
-        let mut bytes = vec![0; CHECKED];
-        bytes.extend_from_slice(&len.to_le_bytes());
-        bytes.extend_from_slice(&self.connection.to_le_bytes());
+        let mut bytes = self.connection.to_le_bytes().to_vec();
         for word in [kind, sequence, number, time_ns.cast_unsigned()] {
             bytes.extend_from_slice(&word.to_le_bytes());
         }
         bytes.extend_from_slice(payload);
-        let sum = checksum(&bytes[CHECKED..]);
-        bytes[..CHECKED].copy_from_slice(&sum.to_le_bytes());
-        bytes
+        sealed(&bytes)
     }
 
     /// True for a packet to the writing end.
@@ -109,8 +104,21 @@ impl<'a> Repr<'a> {
     }
 }
 
+/// The packet of these bytes, all that comes after its length: with that length and their checksum.
+#[doc(hidden)]
+pub fn sealed(content: &[u8]) -> Vec<u8> {
+    let len = u32::try_from(CONTENT + content.len()).expect("groups and rows are far below 4 GiB");
+    let mut bytes = vec![0; CHECKED];
+    bytes.extend_from_slice(&len.to_le_bytes());
+    bytes.extend_from_slice(content);
+    let sum = checksum(&bytes[CHECKED..]);
+    bytes[..CHECKED].copy_from_slice(&sum.to_le_bytes());
+    bytes
+}
+
 const CHECKED: usize = 8;
 const LENGTH: usize = 8;
+const CONTENT: usize = 12;
 const KIND: usize = 16;
 const SEQUENCE: usize = 24;
 const NUMBER: usize = 32;

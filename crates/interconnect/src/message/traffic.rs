@@ -82,12 +82,10 @@ impl Traffic {
         self.send_rows(connection, sequence);
         self.run_until(now_ns);
         let Connection { reader, reading, .. } = self.connection(connection);
-        let (reader, arrived) = (*reader, reading.received() > sequence);
-        if arrived {
-            let raise = self.raises.iter().rposition(|raised| *raised == reader).expect("a row that became readable raises its reader");
-            self.raises.remove(raise);
-        }
-        arrived
+        let (reader, received) = (*reader, reading.received());
+        // A row that somebody forged has raised the reader before, when it came.
+        let raise = self.raises.iter().rposition(|raised| *raised == reader).filter(|_| received > sequence);
+        raise.map(|raise| self.raises.remove(raise)).is_some()
     }
 
     pub(super) fn reading(&mut self, connection: u32) -> &mut ReadingEnd {
@@ -146,7 +144,8 @@ impl Traffic {
         Some(self.connection(connection)).filter(|connection| connection.open)
     }
 
-    fn arrive(&mut self, connection: u32, to_reader: bool, bytes: &[u8]) -> Result<(), Damaged> {
+    /// Lets a packet come to the reading or the writing end.
+    pub(super) fn arrive(&mut self, connection: u32, to_reader: bool, bytes: &[u8]) -> Result<(), Damaged> {
         let repr = Repr::parse(Packet::new_checked(bytes)?)?;
         if repr.connection != connection || repr.answers() == to_reader {
             return Err(Damaged);

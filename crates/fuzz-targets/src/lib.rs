@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What reads bytes that others wrote, one function each: a fuzzer may give it any bytes, and it neither panics nor takes for good
+//! what it would say differently. `fuzz/` drives them with libFuzzer; the tests here replay the corpus and change it at random.
+mod definitions;
+mod packets;
+mod scripts;
+
+use indexmap::IndexMap;
+use model::types::Type;
+
+/// A function that takes any bytes.
+pub type Target = fn(&[u8]);
+
+/// Every target by its name, which is the name of its folder in `corpus`.
+pub const TARGETS: &[(&str, Target)] = &[
+    ("packets", packets::packets),
+    ("types", types),
+    ("definitions", definitions::definitions),
+    ("modules", modules),
+    ("frames", scripts::frames),
+    ("parcels", scripts::parcels),
+];
+
+/// The type parser: a declaration, and after each further line break `name declaration` of a type that it may use. What was read
+/// once is read again as the same type.
+fn types(bytes: &[u8]) {
+    let Ok(text) = std::str::from_utf8(bytes) else { return };
+    let mut lines = text.lines();
+    let declaration = lines.next().unwrap_or_default();
+    let known: IndexMap<String, String> =
+        lines.filter_map(|line| line.split_once(' ')).map(|(name, declaration)| (name.to_string(), declaration.to_string())).collect();
+    let Ok(read) = Type::parse_sized(declaration, &known, Some(3)) else { return };
+    assert!(read.size().is_multiple_of(read.align()), "{declaration}: its size is whole alignments");
+    let again = Type::parse(&read.normalised(), &IndexMap::new()).expect("a normalised declaration can be read");
+    assert_eq!(read, again, "{declaration} is {}", read.normalised());
+    if read.size() <= 1 << 16 {
+        let zero = vec![0; read.size()];
+        let value = read.decode(&zero);
+        assert_eq!(read.encode(&value, "").expect("a value of its own is one of the type"), zero, "{declaration}");
+    }
+}
+
+/// The reader of shared objects.
+fn modules(bytes: &[u8]) {
+    let _ = modules::elf::check(bytes);
+}

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The message link: forged packets, with right checksums, between the publications and rows of a connection.
+use interconnect::{Carrier, ConnectionSpec, Faults, Message};
+
+const GROUP: usize = 8;
+const ROW: usize = 4;
+const DEPTH: usize = 3;
+
+/// Each piece of the input is a length, a way, and a packet without its checksum and length. The reader sees no row but those that
+/// have the length of its rows, and never more than are said to be there; the link comes to rest.
+pub(crate) fn packets(mut bytes: &[u8]) {
+    let mut link = Message::new(1, Faults::none());
+    let (mut sender, mut receiver) = link.connect(&ConnectionSpec { writer: 1, reader: 5, asynchronous_len: GROUP, queue_depth: DEPTH, queue_row_len: ROW });
+    let mut now_ns = 0;
+    while let [len, way, rest @ ..] = bytes {
+        let (packet, after) = rest.split_at(rest.len().min(usize::from(*len)));
+        bytes = after;
+        match way % 4 {
+            0 => {
+                sender.group().fill(7);
+                sender.publish(7, now_ns);
+            }
+            1 => {
+                let _ = sender.push(9, now_ns, &mut |row| row.fill(9));
+            }
+            way => {
+                link.arrive(0, way == 2, &interconnect::message::sealed(packet));
+            }
+        }
+        now_ns += 1_000;
+        link.deliver(now_ns, &mut |_| ());
+        receiver.latch(now_ns);
+        assert_eq!(receiver.group().len(), GROUP);
+        if receiver.peek_row().map(|(_, row)| row.len()).inspect(|len| assert_eq!(*len, ROW)).is_some() {
+            assert!(receiver.rows() > 0 && receiver.pop_row());
+        }
+    }
+    drop((sender, receiver));
+    assert_eq!(link.next_arrival(), None, "nothing is under way where both ends are gone");
+}

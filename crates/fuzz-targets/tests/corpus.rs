@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The corpus of each fuzzer, as it is and changed at random: seconds of what `make faults` does for ten minutes each.
+use fuzz_targets::{TARGETS, Target};
+use std::path::Path;
+
+/// Changed inputs of each target.
+const CHANGED: usize = 4_000;
+
+fn corpus(name: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(name);
+    let mut files: Vec<_> = std::fs::read_dir(&folder).expect("each target has a corpus").map(|entry| entry.expect("it can be read").path()).collect();
+    files.sort();
+    files.iter().map(|file| std::fs::read(file).expect("it can be read")).collect()
+}
+
+/// A generator of numbers, the same ones on each run.
+struct Chosen(u64);
+
+impl Chosen {
+    fn below(&mut self, bound: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 % bound.max(1) as u64) as usize
+    }
+}
+
+/// One to four changes: a byte, a bit, a piece left out, repeated, or taken from another input.
+fn change(chosen: &mut Chosen, corpus: &[Vec<u8>]) -> Vec<u8> {
+    let mut bytes = corpus[chosen.below(corpus.len())].clone();
+    for _ in 0..=chosen.below(4) {
+        let at = chosen.below(bytes.len());
+        let end = (at + 1 + chosen.below(24)).min(bytes.len());
+        match chosen.below(5) {
+            _ if bytes.is_empty() => bytes.push(0),
+            0 => bytes[at] = chosen.below(256) as u8,
+            1 => bytes[at] ^= 1 << chosen.below(8),
+            2 => drop(bytes.drain(at..end)),
+            3 => {
+                let piece = bytes[at..end].to_vec();
+                bytes.splice(at..at, piece);
+            }
+            _ => {
+                let other = &corpus[chosen.below(corpus.len())];
+                let from = chosen.below(other.len());
+                let piece = other[from..(from + 24).min(other.len())].to_vec();
+                bytes.splice(at..end, piece);
+            }
+        }
+    }
+    bytes
+}
+
+fn hold(name: &str) {
+    let target: Target = TARGETS.iter().find(|(known, _)| *known == name).expect("it is a target").1;
+    let corpus = corpus(name);
+    assert!(!corpus.is_empty());
+    for input in &corpus {
+        target(input);
+    }
+    let mut chosen = Chosen(0x9e37_79b9_7f4a_7c15);
+    for _ in 0..CHANGED {
+        target(&change(&mut chosen, &corpus));
+    }
+}
+
+#[test]
+fn packets_hold() {
+    hold("packets");
+}
+
+#[test]
+fn types_hold() {
+    hold("types");
+}
+
+#[test]
+fn definitions_hold() {
+    hold("definitions");
+}
+
+#[test]
+fn modules_hold() {
+    hold("modules");
+}
+
+#[test]
+fn frames_hold() {
+    hold("frames");
+}
+
+#[test]
+fn parcels_hold() {
+    hold("parcels");
+}
+
+#[test]
+fn every_target_is_tested_and_has_a_corpus() {
+    let text = include_str!("corpus.rs");
+    for (name, _) in TARGETS {
+        assert!(text.contains(&format!("hold(\"{name}\")")), "{name}");
+        assert!(!corpus(name).is_empty(), "{name}");
+    }
+}

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The application that a campaign makes faults in: a doomed processor with a drive, a healthy one beside it, four verbs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import opengpac as gpac
+from opengpac import activate
+from opengpac import library as lib
+
+PUSH = 1.0
+"""What the doomed processor writes to the drive; its safe value is 0."""
+
+
+@dataclass
+class Application:
+    """What runs in one round."""
+
+    cell: gpac.System
+    doomed: dict[str, gpac.VerbInstance[Any]]
+    """Verbs on the doomed processor: each must have an end report of its own."""
+    healthy: gpac.VerbInstance[Any]
+    """A verb on the other processor: it must go on."""
+    count: gpac.SVV[int]
+    """What the healthy verb counts."""
+
+
+def run(cell: gpac.System, blocks: str, failing: str, at: int, doomed: Mapping[str, Any]) -> Application:
+    """Starts the application; the block `failing` of the doomed processor fails in invocation `at`. `doomed`: what that processor is."""
+    safe = cell.processor("rtp0")
+    lost = cell.processor("rtp1", **doomed)
+    beside = safe.timer("beside", period="2 ms", priority=60)
+    fast, slow = lost.timer("fast", period="2 ms", priority=50), lost.timer("slow", period="10 ms", priority=40)
+    drive = lost.physical_device("drive", gpac.drivers.loopback("x"), exchange=fast)
+    code = cell.download(blocks, "faulty")
+    pushing = gpac.Verb(
+        "pushing",
+        blocks={"push": lib.block("write_channel")},
+        instantiation_parameters={"effort": "push.channel"},
+        input_parameters={"u": "push.u"},
+        modes={"push.u": "asynchronous"},
+        command_lists={"start": [activate("push", every="2 ms")]},
+    )
+    counting = {
+        name: _stepping(name, code[block]) for name, block in (("healthy", "counts"), ("bystander", "counts"), ("failing", failing))
+    }
+    count = cell.svv("healthy_count", "int64_t")
+    return Application(
+        cell,
+        healthy=counting["healthy"].on(beside).asynch(count),
+        doomed={
+            "pushing": pushing.on(fast).asynch(drive["x"].effort, u=PUSH),
+            "bystander": counting["bystander"].on(slow, every={"it": "10 ms"}).asynch(cell.svv("bystander_count", "int64_t")),
+            "failing": counting["failing"]
+            .on(fast)
+            .asynch(cell.svv("failing_count", "int64_t"), **({} if failing == "counts" else {"at": at})),
+        },
+        count=count,
+    )
+
+
+def _stepping(name: str, block: gpac.Block) -> gpac.Verb[..., Any]:
+    return gpac.Verb(
+        name,
+        blocks={"it": block},
+        instantiation_parameters={"k": "it.k"},
+        input_parameters={"at": "it.at"} if "at" in block.parameters else {},
+        command_lists={"start": [activate("it", every="2 ms", budget="20 ms")]},
+    )

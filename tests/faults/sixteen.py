@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sixteen processors in a ring, a thousand blocks at 250 Hz: what is lost, and whether the machine itself was late then.
+
+    python tests/faults/sixteen.py                         ten minutes, each processor a process
+    python tests/faults/sixteen.py --seconds 20 --threads  all in one process
+
+Each processor numbers its firings, passes the numbers along a chain, and the next processor expects each of them. Beside it a process
+on each core sleeps from period to period. A skipped release or a number that did not come, in a time in which that process was late
+too, is the machine's; any other is a failure. The report is in `out/sixteen.json`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import logging
+import sys
+import tempfile
+import time
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import opengpac as gpac
+import wakes
+from opengpac import _native, activate
+
+HERE = Path(__file__).parent
+OUT = HERE.parent.parent / "out" / "sixteen.json"
+PROCESSORS = 16
+PERIOD_NS = 4_000_000
+LOOK = "250 ms"
+"""How often it is looked whether something was lost."""
+
+
+@dataclass
+class Loss:
+    """Something that was lost between two looks."""
+
+    begin_ns: int
+    end_ns: int
+    what: str
+    by_machine: bool = False
+
+
+@dataclass
+class Found:
+    """The report."""
+
+    processors: int
+    blocks: int
+    seconds: float = 0.0
+    firings: int = 0
+    numbers: int = 0
+    losses: list[Loss] = field(default_factory=list)
+    late_wakes: int = 0
+    latest_wake_ms: float = 0.0
+
+
+class Ring:
+    """The cell."""
+
+    def __init__(self, cell: gpac.System, module: str, blocks: int, processor: dict[str, Any]) -> None:
+        self.cell = cell
+        self.code = cell.download(module, "ring")
+        self.blocks = 0
+        self.seen, self.lost = [], []
+        self.instances: list[gpac.VerbInstance[Any]] = []
+        sources = []
+        for number in range(PROCESSORS):
+            made = cell.processor(f"rtp{number}", **processor)
+            sources.append((made.timer("fast", period="4 ms", priority=70), made.software("soft", priority=60)))
+        sent = [cell.svv(f"sent{number}") for number in range(PROCESSORS)]
+        for number, (_, soft) in enumerate(sources):
+            self.instances.append(self._expecting(number).on(soft).asynch(sent[number - 1], *self._counters(number)))
+        each = blocks // PROCESSORS
+        for number, (fast, _) in enumerate(sources):
+            self.instances.append(self._numbering(number, each - 2).on(fast).asynch(sent[number]))
+            self.blocks += each
+
+    def counts(self) -> dict[str, int]:
+        """Everything that must stay at 0, by its name."""
+        sources = self.cell.statistics["sources"]
+        skipped = {f"{name}: releases skipped": source["overruns"] for name, source in sources.items()}
+        late = {f"{name}: values late": source["late"] for name, source in sources.items()}
+        return {**skipped, **late, **{f"{svv.name}: numbers lost": int(svv.value) for svv in self.lost}}
+
+    def _counters(self, number: int) -> list[gpac.SVV[Any]]:
+        self.seen.append(self.cell.svv(f"seen{number}", "int64_t"))
+        self.lost.append(self.cell.svv(f"lost{number}", "int64_t"))
+        return [self.seen[-1], self.lost[-1]]
+
+    def _expecting(self, number: int) -> gpac.Verb[..., Any]:
+        return gpac.Verb(
+            f"expecting{number}",
+            blocks={"it": self.code.expects},
+            instantiation_parameters={"u": "it.u", "seen": "it.seen", "lost": "it.lost"},
+            command_lists={"start": [activate("it")]},
+        )
+
+    def _numbering(self, number: int, length: int) -> gpac.Verb[..., Any]:
+        chain = [f"along{n}" for n in range(length)]
+        return gpac.Verb(
+            f"numbering{number}",
+            blocks={"number": self.code.number, **dict.fromkeys(chain, self.code.along)},
+            instantiation_parameters={"sent": f"{chain[-1]}.y"},
+            cells={label: [f"{before}.y", f"{label}.u"] for before, label in zip(["number", *chain], chain, strict=False)},
+            command_lists={"start": [*(activate(label) for label in chain), activate("number", every="4 ms")]},
+        )
+
+
+def watch(ring: Ring, seconds: float) -> Found:
+    """Looks at it for that long."""
+    found = Found(PROCESSORS, ring.blocks)
+    before, begin = ring.counts(), time.monotonic_ns()
+    start = begin
+    while time.monotonic_ns() - start < seconds * 1e9:
+        with contextlib.suppress(TimeoutError):
+            ring.instances[0].wait(timeout=LOOK)
+        now, end = ring.counts(), time.monotonic_ns()
+        found.losses += [Loss(begin, end, f"{now[what] - before[what]} {what}") for what in now if now[what] > before.get(what, 0)]
+        before, begin = now, end
+    found.seconds = (begin - start) * 1e-9
+    found.numbers = sum(int(svv.value) for svv in ring.seen)
+    found.firings = sum(source["firings"] for source in ring.cell.statistics["sources"].values())
+    return found
+
+
+def blame(found: Found, late: list[tuple[int, int, int]]) -> None:
+    """Marks what was lost while the machine itself was late by a period."""
+    for loss in found.losses:
+        loss.by_machine = any(loss.begin_ns <= at and at - by <= loss.end_ns and by >= PERIOD_NS for _, at, by in late)
+    found.late_wakes = len(late)
+    found.latest_wake_ms = max((by for _, _, by in late), default=0) * 1e-6
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Sixteen processors in a ring, a thousand blocks at 250 Hz.")
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--blocks", type=int, default=1008)
+    parser.add_argument("--threads", action="store_true", help="all processors in this process")
+    options = parser.parse_args()
+    logging.getLogger("opengpac").setLevel(logging.ERROR)
+    with tempfile.TemporaryDirectory() as folder, gpac.System("sixteen", progress=False) as cell:
+        module = _native.build([str(HERE / "ring.c")], str(Path(folder) / "ring.so"))
+        ring = Ring(cell, module, options.blocks, {} if options.threads else {"process": True})
+        with wakes.measured(PERIOD_NS, Path(folder)) as files:
+            found = watch(ring, options.seconds)
+        blame(found, wakes.misses(files))
+    OUT.parent.mkdir(exist_ok=True)
+    OUT.write_text(json.dumps(asdict(found), indent=1) + "\n")
+    own = [loss for loss in found.losses if not loss.by_machine]
+    print(
+        f"{found.processors} processors, {found.blocks} blocks at 250 Hz, {found.seconds:.1f} s: {found.firings} firings, "
+        f"{found.numbers} numbers from processor to processor"
+    )
+    print(f"lost: {len(own)} times; and {len(found.losses) - len(own)} times while this machine was late itself")
+    print(f"the machine: {found.late_wakes} wakes later than half a period, the latest by {found.latest_wake_ms:.1f} ms")
+    for loss in own:
+        print(f"at {loss.begin_ns * 1e-9:.2f} s: {loss.what}")
+    return 1 if own or found.numbers == 0 else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

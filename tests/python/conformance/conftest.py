@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The suite runs on every mapping. A test that advances time itself stands on the virtual clock; every other runs in real time too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+import opengpac as gpac
+from mappings.mapping import MAPPINGS
+from mappings.suite import mappings_of
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "cell" in metafunc.fixturenames:
+        metafunc.parametrize("cell", mappings_of(metafunc.function), indirect=True)
+
+
+@pytest.fixture
+def cell(request: pytest.FixtureRequest) -> Iterator[gpac.System]:
+    """A system on each mapping that the test can run on."""
+    with MAPPINGS[request.param].open("cell") as made:
+        yield made

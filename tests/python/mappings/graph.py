@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A graph under test: blocks, cells, places and what is recorded; made on any mapping, run until its last recorder is full."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import opengpac as gpac
+from opengpac import activate, deactivate, on, wait
+
+LENGTH = 200
+"""Values that each recorder takes."""
+
+PERIODS = {"fast": ("2 ms", 80), "slow": ("10 ms", 60), "other": ("2 ms", 75)}
+PRIORITIES = {"soft": 70, "low": 40, "trigger": 85}
+
+Model = Mapping[str, Sequence[Any]]
+
+
+class Stage:
+    """Processors 0, 1, … with their interrupt sources, made when a graph asks for them, and the blocks of `tests/blocks`."""
+
+    def __init__(self, cell: gpac.System, built: Mapping[str, str]) -> None:
+        self.cell = cell
+        self.code = cell.download(built["mapping"], "mapping")
+        self._processors: dict[int, gpac.Processor] = {}
+        self._sources: dict[str, gpac.Source] = {}
+
+    def processor(self, number: int) -> gpac.Processor:
+        """Processor `number`; those before it are made first, so that the first one is the supervisor's."""
+        for missing in range(len(self._processors), number + 1):
+            self._processors[missing] = self.cell.processor(f"rtp{missing}")
+        return self._processors[number]
+
+    def source(self, place: str) -> gpac.Source:
+        """`"1.soft"`: a software source of processor 1; `fast`, `other` and `slow` are timers of 2, 2 and 10 ms, `trigger` a trigger."""
+        if place not in self._sources:
+            number, name = place.split(".")
+            processor = self.processor(int(number))
+            if name in PERIODS:
+                period, priority = PERIODS[name]
+                made = processor.timer(name, period=period, priority=priority)
+            elif name == "trigger":
+                made = processor.trigger(name, priority=PRIORITIES[name])
+            else:
+                made = processor.software(name, priority=PRIORITIES[name])
+            self._sources[place] = made
+        return self._sources[place]
+
+    @property
+    def processors(self) -> int:
+        """How many processors the graph has asked for."""
+        return len(self._processors)
+
+    def run_for(self, instance: gpac.VerbInstance[Any], time: str) -> None:
+        """Lets it run for that time of the system's clock, whichever that is."""
+        with contextlib.suppress(TimeoutError):
+            instance.wait(timeout=time)
+
+
+@dataclass
+class Graph:
+    """What a function of `mappings.graphs` gives: a verb without its recorders, and where each block goes."""
+
+    blocks: dict[str, Any]
+    cells: dict[str, list[str]]
+    place: dict[str, str]
+    """Label (or `graph.label`) → `"processor.source"`."""
+    record: dict[str, str]
+    """Name → output port whose values are recorded."""
+    start: list[gpac.Command] = field(default_factory=list)
+    """What is activated; the recorders are activated before, and waited for after it."""
+    lists: dict[str, list[gpac.Command]] | None = None
+    """Instead of `start`: several lists, the first one initial; those recorders that the last one activates are waited for there."""
+    recorder: dict[str, str] = field(default_factory=dict)
+    """Name → block that records it, where that is not `record`."""
+    objects: dict[str, Any] = field(default_factory=dict)
+    """Instantiation parameters: name → ports; their SVVs are in `svvs`."""
+    svvs: dict[str, Any] = field(default_factory=dict)
+    """Instantiation parameter → its type, or a list of types for a port that is bound to a list of SVVs."""
+    conditions: dict[str, Any] = field(default_factory=dict)
+    transitions: dict[tuple[str, str], str] = field(default_factory=dict)
+    modes: dict[str, Any] = field(default_factory=dict)
+    inputs: dict[str, Any] = field(default_factory=dict)
+    """Input parameters: name → port, condition or parameter."""
+    values: dict[str, Any] = field(default_factory=dict)
+    """Their values at the start."""
+    arguments: dict[str, Any] = field(default_factory=dict)
+    """Instantiation parameters that the graph has made itself: channels, SVVs."""
+    before: Callable[[], None] | None = None
+    """Called before the verb is started: others that it stands beside."""
+    during: Callable[[gpac.VerbInstance[Any]], object] | None = None
+    """What the programming system does while it runs."""
+    ending: str | None = None
+    """Which of the lists is the ending list."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An entry of the table of graphs: how it is made, and what its recorders must hold, computed without OpenGPAC."""
+
+    name: str
+    make: Callable[[Stage], Graph]
+    model: Callable[[], Model] | None
+
+
+def graph(model: Callable[[], Model] | None = None) -> Callable[[Callable[[Stage], Graph]], Entry]:
+    """Makes an entry of a function; its name is the function's."""
+    return lambda make: Entry(make.__name__, make, model)
+
+
+def verb_of(stage: Stage, name: str, made: Graph) -> tuple[gpac.Verb[..., Any], dict[str, gpac.Source]]:
+    """The graph with its recorders, as a verb, and its placement."""
+    blocks, cells = dict(made.blocks), {cell: list(ports) for cell, ports in made.cells.items()}
+    objects = {parameter: _ports(ports) for parameter, ports in made.objects.items()}
+    places = dict(made.place)
+    for recorded, port in made.record.items():
+        label = f"record_{recorded}"
+        blocks[label] = stage.code[made.recorder.get(recorded, "record")]
+        if label not in places:
+            places[label] = places[max((key for key in places if port.startswith(f"{key}.")), key=len)]
+        meeting = next((ports for ports in [*cells.values(), *objects.values()] if port in ports), None)
+        if meeting is None:
+            cells[f"recorded_{recorded}"] = [port, f"{label}.u"]
+        else:
+            meeting.append(f"{label}.u")
+    ending: dict[str, Any] = {"ending": made.ending, "ending_limit": "5 s"} if made.ending else {}
+    verb = gpac.Verb(
+        name,
+        blocks=blocks,
+        cells=cells,
+        instantiation_parameters=objects,
+        input_parameters=made.inputs,
+        output_values={recorded: f"record_{recorded}.values" for recorded in made.record},
+        command_lists=_lists(made),
+        initial=next(iter(made.lists)) if made.lists else "start",
+        conditions={**made.conditions, "completed": on(returns=[*made.record])},
+        transitions=made.transitions,
+        modes=made.modes,
+        **ending,
+    )
+    return verb, {label: stage.source(place) for label, place in places.items()}
+
+
+def run(stage: Stage, name: str, made: Graph) -> dict[str, Any]:
+    """Runs it until the last recorder is full: name → what was recorded."""
+    verb, places = verb_of(stage, name, made)
+    arguments = {**made.arguments, **{parameter: _svvs(stage, parameter, types) for parameter, types in made.svvs.items()}}
+    if made.before:
+        made.before()
+    instance = verb.on(places).new_instance(**arguments)
+    instance.start(**made.values, time_limit="30 s")
+    if made.during:
+        made.during(instance)
+    report = instance.wait()
+    assert report.condition == "completed", report
+    return dict(report.outputs)
+
+
+def _lists(made: Graph) -> dict[str, list[gpac.Command]]:
+    recorders = [f"record_{recorded}" for recorded in made.record]
+    lists = {name: [*commands] for name, commands in (made.lists or {"start": [*map(activate, recorders), *made.start]}).items()}
+    last = lists[[name for name in lists if name != made.ending][-1]]
+    active = [command["block"] for command in last if command["command"] == "activate"]
+    gone = {command["block"] for command in last if command["command"] == "deactivate"}
+    last += [wait(f"{label}.full") for label in recorders if label in active]
+    last += [deactivate(label) for label in reversed(active) if label not in gone]
+    return lists
+
+
+def _ports(ports: Any) -> list[str]:
+    return [ports] if isinstance(ports, str) else list(ports)
+
+
+def _svvs(stage: Stage, parameter: str, types: Any) -> Any:
+    if isinstance(types, list):
+        return [stage.cell.svv(f"{parameter}_{number}", type) for number, type in enumerate(types)]
+    return stage.cell.svv(parameter, types)
+
+
+def scattered(seed: int = 40503, length: int = LENGTH) -> list[float]:
+    """The values of the stimulus `scatter`, without OpenGPAC."""
+    return [((k * 2654435769 + seed * 69069) % 2**32) * 2.0**-32 - 0.5 for k in range(length)]

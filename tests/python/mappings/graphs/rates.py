@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rates: ratio inputs and outputs, blocks that run once where others run several times, histories, intervals that change."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import opengpac as gpac
+from mappings.graph import LENGTH, Graph, Model, Stage, graph, scattered
+from opengpac import activate
+from opengpac import library as lib
+
+
+def _means(values: list[float]) -> list[float]:
+    return [(((values[k] + values[k + 1]) + values[k + 2]) + values[k + 3]) / 4.0 for k in range(0, len(values), 4)]
+
+
+@graph(lambda: {"y": _means(scattered(length=4 * LENGTH))})
+def ratio_output_to_another_processor(stage: Stage) -> Graph:
+    """Every fourth invocation gives a mean, and only that drives the reader elsewhere."""
+    return Graph(
+        blocks={"wave": stage.code.scatter, "mean": stage.code.mean_of_four, "pass": lib.block("gain")(k=1.0)},
+        cells={"u": ["wave.y", "mean.u"], "m": ["mean.y", "pass.u"]},
+        place={"wave": "0.fast", "mean": "1.soft", "pass": "2.soft"},
+        record={"y": "pass.y"},
+        start=[activate("pass"), activate("mean"), activate("wave", every="2 ms")],
+    )
+
+
+def _pairs(values: list[float]) -> list[float]:
+    return [a + b for a, b in zip(values[::2], values[1::2], strict=True)]
+
+
+@graph(lambda: {"y": _pairs(_pairs(scattered(length=4 * LENGTH)))})
+def decimation_in_two_steps(stage: Stage) -> Graph:
+    """Sums of two, then sums of two of those, on two processors."""
+    return Graph(
+        blocks={"wave": stage.code.scatter, "first": stage.code.pair_sum, "second": stage.code.pair_sum},
+        cells={"u": ["wave.y", "first.u"], "v": ["first.y", "second.u"]},
+        place={"wave": "0.fast", "first": "1.soft", "second": "2.soft", "record_y": "0.soft"},
+        record={"y": "second.y"},
+        start=[activate("second"), activate("first"), activate("wave", every="2 ms")],
+    )
+
+
+@graph(lambda: {"y": [float(4 * k + 3) for k in range(LENGTH)]})
+def ratio_output_of_a_timer(stage: Stage) -> Graph:
+    """A block of a timer that stores every fourth value."""
+    return Graph(
+        blocks={"ramp": stage.code.paced_ramp, "pass": lib.block("gain")(k=1.0)},
+        cells={"u": ["ramp.y", "pass.u"]},
+        place={"ramp": "0.fast", "pass": "1.soft"},
+        record={"y": "pass.y"},
+        start=[activate("pass"), activate("ramp", every="2 ms")],
+    )
+
+
+@graph(lambda: {"y": [1000.0 * max(0, j // 5 - 1) + j for j in range(LENGTH)]})
+def ratio_input_from_another_timer(stage: Stage) -> Graph:
+    """A slow processor's values by number in a fast one: invocation j has value j // 5 - 1."""
+    return Graph(
+        blocks={"ramp": stage.code.ramp, "held": stage.code.held},
+        cells={"u": ["ramp.y", "held.u"]},
+        place={"ramp": "0.slow", "held": "1.fast"},
+        record={"y": "held.y"},
+        start=[activate("ramp", every="10 ms"), activate("held", every="2 ms")],
+    )
+
+
+@graph()
+def ratio_input_beside_a_synchronous_one(stage: Stage) -> Graph:
+    """A slow value from elsewhere beside one of the own source, and a reader on a third processor."""
+    return Graph(
+        blocks={
+            "slow": stage.code.ramp,
+            "fast": stage.code.scatter,
+            "beside": stage.code.beside,
+            "pass": lib.block("bias")(b=0.5),
+        },
+        cells={"s": ["slow.y", "beside.slow"], "f": ["fast.y", "beside.fast"], "y": ["beside.y", "pass.u"]},
+        place={"slow": "1.slow", "fast": "0.fast", "beside": "0.fast", "pass": "2.soft"},
+        record={"y": "pass.y"},
+        start=[activate("pass"), activate("slow", every="10 ms"), activate("beside"), activate("fast", every="2 ms")],
+    )
+
+
+@graph()
+def divided_graph(stage: Stage) -> Graph:
+    """In one graph a block runs once where the others run five times; both results go elsewhere."""
+    law = gpac.Graph(
+        "law",
+        blocks={"quick": stage.code.ramp, "slow": stage.code.ramp(step=100.0)},
+        outputs={"quick": "quick.y", "slow": "slow.y"},
+        divide={"slow": 5},
+    )
+    return Graph(
+        blocks={"law": law, "quick": lib.block("gain")(k=1.0), "slow": lib.block("gain")(k=1.0)},
+        cells={"a": ["law.quick", "quick.u"], "b": ["law.slow", "slow.u"]},
+        place={"law": "0.fast", "quick": "1.soft", "slow": "1.soft"},
+        record={"quick": "quick.y", "slow": "slow.y"},
+        start=[activate("quick"), activate("slow"), activate("law", every="2 ms")],
+    )
+
+
+@graph(lambda: {"fast": scattered(31), "slow": scattered(32)})
+def two_rates_beside_each_other(stage: Stage) -> Graph:
+    """Two timers of different periods feed one software source, each its own reader."""
+    return Graph(
+        blocks={
+            "fast": stage.code.scatter(seed=31),
+            "slow": stage.code.scatter(seed=32),
+            "a": lib.block("gain")(k=1.0),
+            "b": lib.block("gain")(k=1.0),
+        },
+        cells={"f": ["fast.y", "a.u"], "s": ["slow.y", "b.u"]},
+        place={"fast": "0.fast", "slow": "1.fast", "a": "2.soft", "b": "2.soft"},
+        record={"fast": "a.y", "slow": "b.y"},
+        start=[activate("a"), activate("b"), activate("fast", every="2 ms"), activate("slow", every="4 ms")],
+    )
+
+
+@graph()
+def interval_that_changes(stage: Stage) -> Graph:
+    """The interval is changed while it runs: values come faster or slower, and stay the same."""
+
+    def change(instance: gpac.VerbInstance[Any]) -> None:
+        for every in ("4 ms", "2 ms"):
+            instance.set(every={"wave": every})
+
+    return Graph(
+        blocks={"wave": stage.code.scatter, "low": lib.block("lowpass")(alpha=0.125)},
+        cells={"u": ["wave.y", "low.u"]},
+        place={"wave": "0.fast", "low": "1.soft"},
+        record={"y": "low.y"},
+        start=[activate("low"), activate("wave", every=gpac.interval("2 ms", tunable=True))],
+        during=change,
+    )
+
+
+def _windows() -> Model:
+    past = [0.0, 0.0, 0.0]
+    values = [0.5 * k for k in range(LENGTH)]
+    return {"y": [[*past, *values][k : k + 4] for k in range(LENGTH)]}
+
+
+@graph(_windows)
+def history_of_the_own_source(stage: Stage) -> Graph:
+    """The last four values, of an SVV that remembers them, in the firing that wrote the newest."""
+    return Graph(
+        blocks={"ramp": stage.code.ramp(step=0.5), "recent": stage.code.recent},
+        cells={"u": ["ramp.y", "recent.u"]},
+        place={"ramp": "0.fast", "recent": "0.fast", "record_y": "1.soft"},
+        record={"y": "recent.y"},
+        recorder={"y": "record_vector"},
+        start=[activate("ramp", every="2 ms"), activate("recent", every="2 ms")],
+    )
+
+
+@graph()
+def history_then_a_filter_elsewhere(stage: Stage) -> Graph:
+    """A slope of the last three values, filtered on another processor."""
+    return Graph(
+        blocks={"wave": stage.code.scatter, "slope": stage.code.steepness, "low": lib.block("lowpass")(alpha=0.5)},
+        cells={"u": ["wave.y", "slope.u"], "v": ["slope.y", "low.u"]},
+        place={"wave": "0.fast", "slope": "0.fast", "low": "1.soft"},
+        record={"y": "low.y"},
+        start=[activate("low"), activate("wave", every="2 ms"), activate("slope", every="2 ms")],
+    )

@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: Apache-2.0
+"""On which mappings a conformance test runs, and the table of docs/mappings.md that says it."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+from mappings.mapping import MAPPINGS
+
+SUITE = Path(__file__).parent.parent / "conformance"
+
+VIRTUAL_ONLY: dict[str, str] = {}
+"""Tests that advance no time themselves and yet need the virtual clock, and why."""
+
+NOT_ON: dict[str, dict[str, str]] = {}
+"""Mapping → test that does not run there, and why."""
+
+
+def mappings_of(test: Callable[..., Any]) -> list[str]:
+    """The names of the mappings that a conformance test runs on."""
+    return _mappings(test.__name__, inspect.getsource(test))
+
+
+def table() -> str:
+    """For each file of the suite: its tests, those that need no system, those on the virtual clock only, and those in real time too."""
+    lines = ["| file | tests | without a system | virtual clock only | in real time too |", "|---|---|---|---|---|"]
+    sums = [0, 0, 0, 0]
+    for file in sorted(SUITE.glob("test_*.py")):
+        counts = [0, 0, 0, 0]
+        for test, source in _tests(file):
+            without = not {"cell", "rig"} & {argument.arg for argument in test.args.args}
+            real = not without and any(not MAPPINGS[name].virtual for name in _mappings(test.name, source))
+            counts = [count + one for count, one in zip(counts, (1, without, not (without or real), real), strict=True)]
+        sums = [a + b for a, b in zip(sums, counts, strict=True)]
+        lines.append(f"| `{file.stem}` | {' | '.join(map(str, counts))} |")
+    return "\n".join([*lines, f"| all | {' | '.join(map(str, sums))} |"])
+
+
+def in_real_time() -> list[str]:
+    """The names of the tests that run on every mapping."""
+    return [test.name for file in sorted(SUITE.glob("test_*.py")) for test, source in _tests(file) if _runs_in_real_time(test, source)]
+
+
+def _runs_in_real_time(test: ast.FunctionDef, source: str) -> bool:
+    has_system = bool({"cell", "rig"} & {argument.arg for argument in test.args.args})
+    return has_system and any(not MAPPINGS[name].virtual for name in _mappings(test.name, source))
+
+
+def _mappings(name: str, source: str) -> list[str]:
+    virtual = ".advance(" in source or name in VIRTUAL_ONLY
+    return [key for key, mapping in MAPPINGS.items() if (mapping.virtual or not virtual) and name not in NOT_ON.get(key, {})]
+
+
+def _tests(file: Path) -> Iterator[tuple[ast.FunctionDef, str]]:
+    text = file.read_text()
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+            yield node, ast.get_source_segment(text, node) or ""

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""docs/mappings.md says which tests run where, and names every graph."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from mappings.graphs import GRAPHS
+from mappings.mapping import MAPPINGS
+from mappings.suite import in_real_time, table
+
+PAGE = Path(__file__).parent.parent.parent.parent / "docs" / "mappings.md"
+
+
+def made() -> dict[str, str]:
+    """The parts of the page that are made, by the word in their marks."""
+    rows = [f"| `{name}` | {(entry.make.__doc__ or '').strip()} | {'yes' if entry.model else ''} |" for name, entry in GRAPHS.items()]
+    return {
+        "suite": f"{table()}\n\nIn real time: {', '.join(f'`{name}`' for name in in_real_time())}.",
+        "graphs": "\n".join(["| graph | what it is | computed apart |", "|---|---|---|", *rows]),
+    }
+
+
+@pytest.mark.parametrize("word", ["suite", "graphs"])
+def test_the_page_says_what_there_is(word: str, request: pytest.FixtureRequest) -> None:
+    pattern = re.compile(rf"(?<=<!-- made: {word} -->\n).*?(?=\n<!-- end: {word} -->)", re.DOTALL)
+    if request.config.getoption("--renew"):
+        PAGE.write_text(pattern.sub(lambda _: made()[word], PAGE.read_text()))
+    found = pattern.search(PAGE.read_text())
+    assert found and found[0] == made()[word], "renew it: pytest --renew tests/python/mappings/test_page.py"
+
+
+def test_the_page_names_every_mapping() -> None:
+    page = PAGE.read_text()
+    assert all(f"| `{name}` |" in page for name in MAPPINGS)
+    assert f"{len(GRAPHS)} graphs" in page and f"{sum(entry.model is not None for entry in GRAPHS.values())} of them" in page
