@@ -163,6 +163,28 @@ impl Host {
         })
     }
 
+    /// Passes the requests of a source that lies elsewhere on: a channel here raises it. A thread of its own waits for them, until the host
+    /// is closed.
+    ///
+    /// # Errors
+    /// The thread cannot be made.
+    pub fn pass_on(&self, source: SourceId, request: Box<dyn Fn() + Send>) -> std::io::Result<()> {
+        let raised = self.source(source);
+        let body = move || {
+            while !raised.closing.load(Ordering::Acquire) {
+                let seen = raised.bell.rings();
+                let requests = raised.requests.swap(0, Ordering::SeqCst);
+                (0..requests).for_each(|_| request());
+                if requests == 0 {
+                    raised.bell.sleep(seen, None);
+                }
+            }
+        };
+        let thread = std::thread::Builder::new().name("passes-on".into()).spawn(body)?;
+        self.keep_thread(thread);
+        Ok(())
+    }
+
     /// What came from elsewhere: one of the events, in order.
     pub fn tell(&self, event: Event) {
         let serial = self.shared.serials.fetch_add(1, Ordering::AcqRel);
@@ -207,11 +229,13 @@ impl Host {
                     return Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns, value };
                 };
                 let word = process.word();
-                let remembers = matches!(watch.response, Response::Remember) && word.remembers();
+                let remembers = matches!(watch.response, Response::Remember) && word.remembers() && process.is_of_list(generation);
                 if remembers {
                     process.remember(watch.condition);
                 }
-                let acted = !remembers && generation == present && word.acts() && process.freeze(word);
+                // What was reported before a wait of the same list was reached still counts for it.
+                let acted = !remembers && process.is_of_list(generation) && word.acts() && process.freeze(word);
+                let generation = if acted { present } else { generation };
                 let condition = watch.condition;
                 let (ended, stage, alone, captured) = (false, None, false, Vec::new());
                 Event::Condition {

@@ -304,6 +304,11 @@ impl Host {
         executor.lock().expect("nobody panics with the lock held")
     }
 
+    /// Joined when the host is closed.
+    pub(crate) fn keep_thread(&self, thread: JoinHandle<()>) {
+        self.threads().push(thread);
+    }
+
     pub(crate) fn sources(&self) -> RwLockReadGuard<'_, Vec<Arc<Source>>> {
         self.sources.read().expect("nobody panics with the lock held")
     }

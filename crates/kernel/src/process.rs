@@ -6,7 +6,7 @@ use crate::{BlockId, Op, Script, SourceId};
 use opengpac::abi::Invocation;
 use std::cell::UnsafeCell;
 use std::ptr;
-use std::sync::atomic::{AtomicPtr, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
 /// What the kernel does when a watched condition comes.
@@ -59,6 +59,8 @@ pub struct Process {
     pub(crate) stages: OnceLock<Vec<Stage>>,
     /// One bit a condition that came, unserved, in this generation.
     remembered: AtomicU64,
+    /// The generation in which the present list began.
+    list: AtomicU32,
     /// Its running times, one a source: a list that only grows.
     times: AtomicPtr<RunningTime>,
 }
@@ -136,9 +138,10 @@ impl Word {
         self.flags == 0
     }
 
-    /// True while a condition that comes belongs to the present generation: also while the supervisor carries it on.
+    /// True while a condition that comes counts for the waits of the present list: also while the supervisor has taken it to carry it on.
+    /// Where it goes to another list, what was remembered is forgotten.
     pub(crate) fn remembers(self) -> bool {
-        self.flags & (CLAIMED | ENDED) == 0
+        self.flags & ENDED == 0
     }
 
     /// The generation that what runs now belongs to.
@@ -157,7 +160,16 @@ impl Process {
     /// The same where its sources, or some of them, lie elsewhere: see `Host::process`.
     pub(crate) fn at(id: u64, created: u64, home: Home) -> Arc<Process> {
         let word = AtomicU64::new(Word { generation: 0, stage: 0, flags: FROZEN }.pack());
-        Arc::new(Process { id, created, home, word, stages: OnceLock::new(), remembered: AtomicU64::new(0), times: AtomicPtr::new(ptr::null_mut()) })
+        Arc::new(Process {
+            id,
+            created,
+            home,
+            word,
+            stages: OnceLock::new(),
+            remembered: AtomicU64::new(0),
+            list: AtomicU32::new(0),
+            times: AtomicPtr::new(ptr::null_mut()),
+        })
     }
 
     /// Gives the stages; once. Panics the second time, where a reaction swaps a table, or where a remembered condition's index
@@ -288,9 +300,15 @@ impl Process {
         if let (Some(before), Some(generation)) = (entered, generation)
             && before.generation != generation
         {
+            self.list.store(generation, Ordering::Release);
             self.remembered.store(0, Ordering::Release);
         }
         entered.is_some()
+    }
+
+    /// True where what was reported in `generation` was so in the present list.
+    pub(crate) fn is_of_list(&self, generation: u32) -> bool {
+        generation >= self.list.load(Ordering::Acquire)
     }
 
     pub(crate) fn remember(&self, condition: u16) {

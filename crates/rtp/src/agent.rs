@@ -8,7 +8,7 @@ use kernel::wire::{Parcel, Reader};
 use kernel::{ClockKind, Device, DeviceCall, Host, SourceId};
 use modules::Probe;
 use opengpac::abi::ABI as ABI_VERSION;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
@@ -76,6 +76,7 @@ pub fn serve(link: &Arc<dyn Link>, reaches: Reaches, probe: Probe) -> Result<(),
         farewells: HashMap::new(),
         patience: Duration::ZERO,
         count: 0,
+        passed: HashSet::new(),
     };
     let served = agent.run();
     agent.shared.ends.store(true, Ordering::Release);
@@ -112,6 +113,8 @@ struct Agent {
     patience: Duration,
     /// Sources of the system so far, here or not.
     count: u32,
+    /// Sources elsewhere that channels here raise.
+    passed: HashSet<SourceId>,
 }
 
 impl Agent {
@@ -226,7 +229,21 @@ impl Agent {
     fn work(&mut self, source: SourceId, submission: u64, parcel: Parcel) -> Result<(), String> {
         let source = self.mine(source)?;
         let script = locked(&self.shared.reader).open(submission, parcel, &mut self.ground)?;
+        self.pass_on()?;
         self.shared.host.submit(source, script);
+        Ok(())
+    }
+
+    /// Sources elsewhere that a channel here raises are raised by who commands.
+    fn pass_on(&mut self) -> Result<(), String> {
+        let raised: Vec<SourceId> =
+            locked(&self.shared.reader).raised().filter(|source| !self.passed.contains(source) && self.mine(*source).is_err()).collect();
+        for source in raised.into_iter().filter(|source| source.0 < self.count) {
+            let link = self.shared.link.clone();
+            let request = move || drop(link.send(&frame(&News::Raised { source })));
+            self.shared.host.pass_on(source, Box::new(request)).map_err(|why| format!("a thread cannot be started: {why}"))?;
+            self.passed.insert(source);
+        }
         Ok(())
     }
 

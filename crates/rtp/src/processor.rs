@@ -321,6 +321,7 @@ impl Processor {
                     event.into_iter().for_each(|event| host.tell(event));
                 }
             }
+            News::Raised { source } => host.request(source),
             News::Beat(beat) => self.take_beat(beat),
         }
         Ok(())

@@ -52,6 +52,8 @@ pub enum News {
     Answer { ticket: u64, answer: Answer },
     /// What kernels told, in order.
     Events { events: Vec<EventAs>, devices: Vec<(String, DeviceState)> },
+    /// A channel there raises a source that runs elsewhere.
+    Raised { source: SourceId },
     /// How it stands.
     Beat(Beat),
     /// An order that cannot be carried out: the two sides do not agree any more.

@@ -3,8 +3,8 @@
 use crate::from_json;
 use interconnect::{Carrier, Faults, Memory, Message};
 use kernel::ClockKind;
-use places::Places;
 use model::refusal::{Class, Refusal, Refusals};
+use places::Places;
 use serde::Deserialize;
 use std::sync::Arc;
 use supervisor::System;

@@ -155,6 +155,7 @@ impl System {
             text if text == "bool" || (text.ends_with("_t") && !text.contains('[')) => Number::Whole,
             text => return refused(Class::TypeMismatch, &format!("it is a {text}"), "name a channel with one number"),
         };
+        self.pass_on(device, source)?;
         self.shared.command(|core| {
             let Some(physical) = core.physical.get(device) else { return Err(unknown("physical device", device, core.physical.keys().map(String::as_str))) };
             let edge = kernel::Edge::new(&physical.device, index, number, core.sources[source]);

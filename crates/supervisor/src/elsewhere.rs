@@ -94,6 +94,19 @@ impl System {
         made
     }
 
+    /// A channel of a device here may raise a source elsewhere.
+    pub(crate) fn pass_on(&self, device: &str, source: &str) -> Result<(), Refusals> {
+        let (id, far, is_here) = {
+            let core = self.shared.locked();
+            let of = |source: &str| core.elsewhere.get(source.split('.').next().unwrap_or_default()).cloned();
+            let is_here = core.physical.get(device).is_some_and(|physical| of(core.source_name(physical.source)).is_none());
+            (core.sources[source], of(source), is_here)
+        };
+        let Some(far) = far.filter(|_| is_here) else { return Ok(()) };
+        let passed = self.shared.host.pass_on(id, Box::new(move || kernel::Far::request(&*far, id)));
+        passed.map_err(|why| refuse(Class::InvalidState, format!("cannot raise source '{source}' elsewhere: {why}"), "close other programs and try again"))
+    }
+
     /// Opens a device where its processor runs: the device, what the driver says of itself, and how to open it again.
     pub(crate) fn open_device(
         &self,

@@ -4,8 +4,8 @@ use super::{AppendAs, CellAt, CodeName, DueAs, Made, MemberAs, OpAs, Parcel, Res
 use crate::connection::{QueueMember, RowsEnd};
 use crate::firing::CAPTURED_MAX;
 use crate::{
-    Activation, Append, Block, Cell, Device, Due, Edge, Extent, Inbound, Op, Outbound, Process, Response, Rows, Script, Stage, Step, StepKind, Table, Watch,
-    Way, Window,
+    Activation, Append, Block, Cell, Device, Due, Edge, Extent, Inbound, Op, Outbound, Process, Response, Rows, Script, SourceId, Stage, Step, StepKind, Table,
+    Watch, Way, Window,
 };
 use interconnect::{Receiver, RowsReader, Sender};
 use opengpac::abi::Descriptor;
@@ -95,6 +95,11 @@ impl Reader {
     /// A reader of each ring of rows, with its number.
     pub fn rings(&self) -> impl Iterator<Item = (u64, RowsReader)> {
         self.objects.iter().filter_map(|(number, object)| if let Object::Rows(rows) = object { Some((*number, rows.reader())) } else { None })
+    }
+
+    /// The sources that channels of devices raise.
+    pub fn raised(&self) -> impl Iterator<Item = SourceId> {
+        self.objects.values().filter_map(|object| if let Object::Edge(edge) = object { Some(edge.raises) } else { None })
     }
 
     /// How many objects there are.
