@@ -9,7 +9,7 @@ use crate::instance::{reached, under_way};
 use crate::sequence::{Builder, Movement};
 use indexmap::IndexMap;
 use kernel::{Op, Response, Script, SourceId, Stage, Watch};
-use model::plan::{Claim, Plan, PlannedCommand, Wait};
+use model::plan::{Claim, Due, Plan, PlannedCommand, Wait};
 use std::sync::Arc;
 
 /// What a condition leads to.
@@ -213,10 +213,30 @@ impl Verbatim<'_> {
             }
         }
         self.open(builder, list, stage, generation);
-        for command in &planned.commands {
-            self.command(builder, command, generation);
-        }
+        self.commands(builder, &planned.commands, generation);
         self.reach(builder, list, stage, generation);
+    }
+
+    /// Commands in their order. Of blocks that are switched on side by side those that take values from other sources are on before
+    /// anything runs: a value that came before a reader was on would be none that it has not had.
+    pub fn commands(&self, builder: &mut Builder, commands: &[PlannedCommand], generation: Option<u32>) {
+        let is_on = |command: &PlannedCommand| matches!(command, PlannedCommand::On { .. });
+        let takes = |command: &&PlannedCommand| match command {
+            PlannedCommand::On { activation, .. } => matches!(self.plan.activations[*activation].due, Due::Queued { .. }),
+            _ => false,
+        };
+        for side_by_side in commands.chunk_by(|a, b| is_on(a) && is_on(b)) {
+            let (readers, others): (Vec<_>, Vec<_>) = side_by_side.iter().partition(takes);
+            for command in &readers {
+                self.command(builder, command, generation);
+            }
+            if !readers.is_empty() && !others.is_empty() {
+                builder.barrier();
+            }
+            for command in others {
+                self.command(builder, command, generation);
+            }
+        }
     }
 
     /// The stage is entered, its commands follow.
@@ -250,7 +270,7 @@ impl Verbatim<'_> {
     }
 
     /// One command. What follows an `execute` acts only if that did not end the process.
-    pub fn command(&self, builder: &mut Builder, command: &PlannedCommand, generation: Option<u32>) {
+    fn command(&self, builder: &mut Builder, command: &PlannedCommand, generation: Option<u32>) {
         match command {
             PlannedCommand::Install(blocks) => {
                 for block in blocks {

@@ -221,9 +221,7 @@ impl Core {
         let stage = &instance.plan.lists[list].stages[0];
         of.open(builder, list, 0, generation);
         let leading = stage.commands.iter().take_while(|c| matches!(c, PlannedCommand::Execute(_) | PlannedCommand::Install(_))).count();
-        for command in &stage.commands[..leading] {
-            of.command(builder, command, generation);
-        }
+        of.commands(builder, &stage.commands[..leading], generation);
         let copies = &self.logical[instance.owner.as_ref().expect("it has one")].copies;
         for (_, from) in copies {
             let svv = &self.svvs[from];
@@ -234,9 +232,7 @@ impl Core {
         }
         builder.then(Movement::CopyInitial);
         of.engage(builder);
-        for command in &stage.commands[leading..] {
-            of.command(builder, command, generation);
-        }
+        of.commands(builder, &stage.commands[leading..], generation);
         of.reach(builder, list, 0, generation);
     }
 
