@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a publication and a row take to another thread and to another process, as JSON lines for `bench/run.py`.
+//!
+//!     crossing ROUNDS [threads] [processes]
+//!
+//! Polled: a group goes there and an equal one comes back, half of that; both copy all values in and out. Waking: from before the push to the call that
+//! raises the reader. Each is measured in turns with what it is compared with, on the same two cores, at real-time priority where the rights
+//! are given: a bare word in memory with the values behind it, a bare futex, and the publish-subscribe and event services of iceoryx2.
+mod far;
+mod place;
+mod polled;
+#[path = "../../../kernel/examples/bench/report.rs"]
+mod report;
+mod waking;
+mod wires;
+
+use report::Line;
+
+/// Values of a double in a group.
+const SIZES: [usize; 4] = [1, 8, 100, 1_000];
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match words.as_slice() {
+        ["far", kind, len, run, core] => {
+            place::pin(core.parse().expect("a core"));
+            far::serve(kind, len.parse().expect("a length"), run.parse().expect("a number"));
+        }
+        [rounds, only @ ..] => {
+            let rounds = rounds.parse().expect("ROUNDS is a number");
+            let wanted = |row: &str| only.is_empty() || only.contains(&row);
+            if place::core() == 0 {
+                return not_taken();
+            }
+            if wanted("threads") {
+                SIZES.iter().for_each(|values| polled::between_threads(*values, rounds));
+            }
+            if wanted("processes") {
+                SIZES.iter().for_each(|values| polled::between_processes(*values, rounds));
+                waking::between_processes(rounds);
+                place::clear();
+            }
+        }
+        [] => {
+            eprintln!("crossing ROUNDS [threads] [processes]");
+            std::process::exit(2);
+        }
+    }
+}
+
+fn not_taken() {
+    Line {
+        row: "processes",
+        what: "publication to another core".into(),
+        ours: String::new(),
+        peer: String::new(),
+        value: 0.0,
+        shown: String::new(),
+        bar: None,
+        bar_text: "",
+        note: "not taken: this process has one core".into(),
+    }
+    .print();
+}
+
+/// A line that compares medians taken in turns: of each turn the ratio, of the ratios the median.
+fn compare(row: &str, what: &str, beside: &str, turns: &[(f64, f64)], bar: Option<(f64, &str)>, note: &str) {
+    let ratio = report::median(turns.iter().map(|(ours, theirs)| ours / theirs));
+    let median = |of: fn(&(f64, f64)) -> f64| report::time(report::median(turns.iter().map(of)));
+    Line {
+        row,
+        what: what.into(),
+        ours: median(|turn| turn.0),
+        peer: format!("{beside}: {}", median(|turn| turn.1)),
+        value: ratio,
+        shown: format!("{ratio:.2} ×"),
+        bar: bar.map(|bar| bar.0),
+        bar_text: bar.map_or("", |bar| bar.1),
+        note: note.into(),
+    }
+    .print();
+}

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where things run and lie: cores, clocks, and memory with nothing around it.
+use std::path::PathBuf;
+use std::ptr::NonNull;
+use std::sync::OnceLock;
+
+const RTTIME_MAX_US: u64 = 5_000_000;
+pub const PRIORITY: i32 = 60;
+
+/// The last core that this process may use when it starts: the far side's. This side has the one before.
+pub fn core() -> usize {
+    static CORE: OnceLock<usize> = OnceLock::new();
+    // SAFETY: reads a set of our own.
+    *CORE.get_or_init(|| unsafe {
+        let mut cores: libc::cpu_set_t = std::mem::zeroed();
+        libc::sched_getaffinity(0, size_of::<libc::cpu_set_t>(), &mut cores);
+        (0..libc::CPU_SETSIZE as usize).rev().find(|core| libc::CPU_ISSET(*core, &cores)).unwrap_or(0)
+    })
+}
+
+/// Puts this thread, and those that it starts, on a core, at a real-time priority where the rights are given.
+pub fn pin(core: usize) {
+    // SAFETY: this thread's own affinity, limit and scheduling.
+    unsafe {
+        let mut cores: libc::cpu_set_t = std::mem::zeroed();
+        libc::CPU_SET(core, &mut cores);
+        libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &cores);
+        let mut limit: libc::rlimit = std::mem::zeroed();
+        libc::getrlimit(libc::RLIMIT_RTTIME, &mut limit);
+        limit.rlim_cur = RTTIME_MAX_US.min(limit.rlim_max);
+        let parameter = libc::sched_param { sched_priority: PRIORITY };
+        if libc::setrlimit(libc::RLIMIT_RTTIME, &limit) == 0 {
+            libc::sched_setscheduler(0, libc::SCHED_FIFO, &parameter);
+        }
+    }
+}
+
+pub fn now_ns() -> i64 {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: fills in a time of our own.
+    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &mut time) };
+    time.tv_sec * 1_000_000_000 + time.tv_nsec
+}
+
+/// Lets time pass asleep.
+pub fn rest(ns: i64) {
+    let time = libc::timespec { tv_sec: 0, tv_nsec: ns };
+    // SAFETY: a time of our own.
+    unsafe { libc::nanosleep(&time, std::ptr::null_mut()) };
+}
+
+/// A folder of this measurement, which [`clear`] removes.
+pub fn folder(run: u64) -> PathBuf {
+    let folder = PathBuf::from(format!("/dev/shm/crossing-{run:x}"));
+    std::fs::create_dir_all(&folder).expect("there is shared memory");
+    folder
+}
+
+/// The run of this process and of those that it starts.
+pub fn run() -> u64 {
+    static RUN: OnceLock<u64> = OnceLock::new();
+    *RUN.get_or_init(shared_memory::new_run)
+}
+
+/// Removes what this measurement made.
+pub fn clear() {
+    std::fs::remove_dir_all(folder(run())).expect("it is ours");
+}
+
+/// Zeros that every process which asks for the same name and run sees, for as long as it lives.
+pub fn bare(name: &str, len: usize, run: u64) -> NonNull<u8> {
+    let path = folder(run).join(name);
+    let file = std::fs::OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).expect("there is shared memory");
+    file.set_len(len as u64).expect("there is room");
+    let (access, flags) = (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_SHARED | libc::MAP_POPULATE);
+    // SAFETY: a new mapping at an address of the system's choice.
+    let base = unsafe { libc::mmap(std::ptr::null_mut(), len, access, flags, std::os::fd::AsRawFd::as_raw_fd(&file), 0) };
+    assert_ne!(base, libc::MAP_FAILED);
+    NonNull::new(base.cast()).expect("nothing is mapped at address 0")
+}

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Groups that the reader polls for.
+use crate::compare;
+use crate::far::Far;
+use crate::place::{core, now_ns, pin, run};
+use crate::report::thousands;
+use crate::wires::{Connections, PublishSubscribe, Wire, Word};
+
+/// Groups in a burst, and in one before that is not counted.
+const BURST: u64 = 2_000;
+const WARM_UP: u64 = 200;
+
+/// One side of a way there and back.
+struct Side<W> {
+    wire: W,
+    far: Far,
+    values: Vec<u8>,
+    number: u64,
+}
+
+impl<W: Wire> Side<W> {
+    fn new(wire: W, far: Far, len: usize) -> Self {
+        Side { wire, far, values: vec![1; len], number: 0 }
+    }
+
+    /// ns of one way.
+    fn burst(&mut self) -> f64 {
+        self.far.tell(WARM_UP + BURST);
+        self.there_and_back(WARM_UP);
+        let began = now_ns();
+        self.there_and_back(BURST);
+        (now_ns() - began) as f64 / (2 * BURST) as f64
+    }
+
+    fn there_and_back(&mut self, count: u64) {
+        for _ in 0..count {
+            self.number += 1;
+            self.wire.send(self.number, &self.values);
+            while self.wire.poll(&mut self.values) != Some(self.number) {
+                std::hint::spin_loop();
+            }
+        }
+    }
+}
+
+fn what(values: usize, to: &str) -> String {
+    if values == 1 { format!("SVV (one double) to {to}, polled") } else { format!("group of {} values to {to}, polled", thousands(values)) }
+}
+
+pub fn between_threads(values: usize, rounds: usize) {
+    pin(core() - 1);
+    let len = values * 8;
+    let (near, far) = Connections::in_memory(len);
+    let mut ours = Side::new(near, Far::thread(far, len), len);
+    let mut word = Side::new(Word::new(0, len, run()), Far::thread(Word::new(1, len, run()), len), len);
+    let turns: Vec<_> = (0..=rounds).map(|_| (ours.burst(), word.burst())).skip(1).collect();
+    compare("processes", &what(values, "another thread"), "bare word", &turns, Some((2.0, "≤ 2 ×")), "each copies the values in and out");
+}
+
+pub fn between_processes(values: usize, rounds: usize) {
+    pin(core() - 1);
+    let (len, run) = (values * 8, run());
+    // The far side first: of iceoryx2, whose late subscriber waits for the next publication, and so in all.
+    let far = |kind| Far::process(kind, len, run);
+    let (ours, word, peer) = (far("connections"), far("word"), far("publish-subscribe"));
+    let mut ours = Side::new(Connections::shared(0, len, run), ours, len);
+    let mut word = Side::new(Word::new(0, len, run), word, len);
+    let mut peer = Side::new(PublishSubscribe::new(0, len, run), peer, len);
+    let turns: Vec<_> = (0..=rounds).map(|_| (ours.burst(), peer.burst(), word.burst())).skip(1).collect();
+    let beside = |of: fn(&(f64, f64, f64)) -> f64| turns.iter().map(|turn| (turn.0, of(turn))).collect::<Vec<_>>();
+    let what = what(values, "another process");
+    compare("processes", &what, "iceoryx2", &beside(|turn| turn.1), Some((1.5, "≤ 1.5 ×")), "each copies the values in and out");
+    compare("processes", &what, "bare word", &beside(|turn| turn.2), Some((2.0, "≤ 2 ×")), "the word is right only while each waits for the other");
+}
