@@ -125,6 +125,10 @@ fn a_plant_that_is_gone_or_fails_loses_the_device() {
     assert_eq!(machine.try_read(500 * MS), Ok(()));
     assert_eq!(machine.try_read(502 * MS), Err("the plant process has made no step for 501 ms".to_owned()));
 
+    drop(machine);
+    let left = guard::run_folder().unwrap().join(format!("plant-{name}"));
+    assert!(!left.exists(), "its socket is taken away by who closes the device");
+
     let mut machine = Machine::open("plant_process", {
         let mut options = loopback(&["a"]);
         options["driver"]["options"]["fail_at_ns"] = json!(20 * MS);

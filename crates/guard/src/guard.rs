@@ -46,7 +46,8 @@ pub enum GuardEvent {
 
 /// The guard of one supervisor.
 ///
-/// Calls wait for the guard's answer, some tens of microseconds; none is for a real-time thread, nor for the function that events are told to.
+/// Calls wait for the guard's answer, some tens of microseconds; none is for a real-time thread, nor for the function that events are told to,
+/// which must not drop it either.
 /// When it is dropped, the guard goes on with the processes that have not been forgotten, and ends where there are none.
 pub struct Guard {
     shared: Arc<Shared>,
@@ -137,7 +138,7 @@ impl Guard {
     /// # Errors
     /// [`GuardError`]: the number is in use, or the guard is gone.
     pub fn watch(&self, ward: u64, name: &str, process: OwnedFd, heartbeat: Option<(Heartbeat, Duration)>) -> Result<(), GuardError> {
-        let bound_ns = heartbeat.as_ref().map(|(_, bound)| i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX).max(10_000_000));
+        let bound_ns = heartbeat.as_ref().map(|(_, bound)| i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX));
         let text = WardText { ward, name: name.to_owned(), bound_ns };
         self.shared.request(|registry| registry.add(Ward::new(text, process, heartbeat.map(|(heartbeat, _)| heartbeat))))
     }

@@ -50,6 +50,9 @@ impl Heartbeat {
     }
 }
 
+/// A shorter bound would judge the scheduler, not the process.
+const BOUND_NS_MIN: i64 = 10_000_000;
+
 /// Judges a heartbeat that is looked at now and then.
 #[derive(Debug)]
 pub(crate) struct Pulse {
@@ -62,7 +65,7 @@ pub(crate) struct Pulse {
 
 impl Pulse {
     pub fn new(heartbeat: Heartbeat, bound_ns: i64, now_ns: i64) -> Pulse {
-        Pulse { seen: heartbeat.count(), heartbeat, bound_ns, looked_ns: now_ns, still_ns: 0 }
+        Pulse { seen: heartbeat.count(), heartbeat, bound_ns: bound_ns.max(BOUND_NS_MIN), looked_ns: now_ns, still_ns: 0 }
     }
 
     /// How often to look.

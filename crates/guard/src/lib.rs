@@ -8,6 +8,7 @@
 //! | [`UnixLink`], [`Listener`], [`connect`] | frames and descriptors between two processes |
 //! | [`SharedMemory`], [`Heartbeat`] | memory that processes share and that nobody has to clean up |
 //! | [`Guard`] | the supervisor's side of the guard: what to guard, and what to do when the guard itself is gone |
+//! | [`send_handles`], [`receive_handles`] | how the supervisor of a process gets what it registers there |
 //! | [`run`], [`serve`](serve::serve) | the guard process: one thread, one loop; `serve.rs` and `ward.rs` are all of it |
 //! | [`Restarts`] | how often a lost process may be started again |
 //!
@@ -15,6 +16,7 @@
 mod child;
 mod clock;
 mod guard;
+mod handles;
 mod heartbeat;
 mod inherited;
 mod launch;
@@ -33,6 +35,7 @@ mod wire;
 pub use child::{Child, this_process};
 pub use clock::now_ns;
 pub use guard::{Found, Guard, GuardCommand, GuardError, GuardEvent};
+pub use handles::{receive_handles, send_handles};
 pub use heartbeat::Heartbeat;
 pub use inherited::{DESCRIPTORS, NotInherited, inherited};
 pub use launch::{Launch, LaunchError};

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The link between two processes: whole frames, in order, with descriptors, and an end that both sides see.
-use guard::{FRAME_LEN_MAX, Listener, SharedMemory, UnixLink, connect, fresh_folder, run_folder};
+use guard::{FRAME_LEN_MAX, Listener, SharedMemory, UnixLink, connect, fresh_folder, receive_handles, run_folder, send_handles};
 use interconnect::{Closed, Link};
+use kernel::SafeHandle;
 use proptest::prelude::*;
 use std::io::Write;
 use std::os::fd::AsFd;
@@ -86,6 +87,23 @@ fn descriptors_arrive_with_their_frame() {
         values.extend(descriptors.into_iter().map(|descriptor| SharedMemory::received(descriptor, 8).unwrap().word(0).load(Ordering::Acquire)));
     }
     assert_eq!(values, [1, 2, 3]);
+}
+
+#[test]
+fn safe_handles_reach_the_supervisor_with_their_device() {
+    let (a, b) = pair();
+    let memory = SharedMemory::new(16).unwrap();
+    let handle = |writes| SafeHandle { descriptor: memory.descriptor().unwrap(), writes };
+    send_handles(&a, "arm", &[handle(vec![(0, vec![1; 8])]), handle(vec![(8, vec![2; 4]), (12, vec![3; 4])])]).unwrap();
+    send_handles(&a, "lamp", &[]).unwrap();
+    let (device, handles) = receive_handles(&b, LIMIT).unwrap().expect("in time");
+    let writes: Vec<_> = handles.iter().map(|handle| handle.writes.clone()).collect();
+    assert_eq!((device.as_str(), writes), ("arm", vec![vec![(0, vec![1; 8])], vec![(8, vec![2; 4]), (12, vec![3; 4])]]));
+    assert!(handles.into_iter().all(|handle| SharedMemory::received(handle.descriptor, 16).is_ok()));
+    assert!(receive_handles(&b, LIMIT).unwrap().is_some_and(|(device, handles)| device == "lamp" && handles.is_empty()));
+    assert!(receive_handles(&b, Duration::ZERO).unwrap().is_none());
+    a.send(br#"{"device": "arm", "writes": [[]]}"#).unwrap();
+    assert_eq!(receive_handles(&b, LIMIT).err(), Some(Closed), "a handle without its descriptor");
 }
 
 #[test]

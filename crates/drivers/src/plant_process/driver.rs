@@ -3,9 +3,11 @@
 use super::region::{Region, Shape, Shared};
 use super::words::{Answer, Ask};
 use super::{ask, ask_with};
-use guard::{Child, UnixLink};
+use guard::{Child, UnixLink, connect};
 use interconnect::{TripleReader, TripleWriter};
 use kernel::{Channel, DeviceError, Driver, SafeHandle};
+use std::io::ErrorKind;
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -19,6 +21,8 @@ pub(super) struct PlantProcess {
     channels: Vec<Channel>,
     shape: Shape,
     silent_ns: i64,
+    /// Where others find it.
+    path: Option<PathBuf>,
     session: Option<Session>,
 }
 
@@ -32,8 +36,8 @@ struct Session {
 }
 
 impl PlantProcess {
-    pub fn new(link: UnixLink, child: Option<Child>, channels: Vec<Channel>, silent_ns: i64) -> PlantProcess {
-        PlantProcess { shape: Shape::of(&channels), link, child, channels, silent_ns, session: None }
+    pub fn new(link: UnixLink, child: Option<Child>, channels: Vec<Channel>, silent_ns: i64, path: Option<PathBuf>) -> PlantProcess {
+        PlantProcess { shape: Shape::of(&channels), link, child, channels, silent_ns, path, session: None }
     }
 
     fn leave(&mut self, group: &[u8], engaged: Option<&[bool]>) {
@@ -111,6 +115,13 @@ impl Driver for PlantProcess {
             if matches!(closed, Ok(Answer::Refused(_))) || child.wait(END).is_none() {
                 child.leave();
             }
+        }
+        // One that was killed could not take its socket away.
+        if let Some(path) = &self.path
+            && connect(path).is_err_and(|error| error.kind() == ErrorKind::ConnectionRefused)
+        {
+            // Gone meanwhile is as good.
+            let _removed = std::fs::remove_file(path);
         }
     }
 

@@ -76,7 +76,8 @@ pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverEr
         linger_ns: options.linger_ns.unwrap_or(LINGER_NS),
         name: options.name.clone(),
     };
-    let (link, child) = match options.name.as_deref().and_then(|name| connect(&place(name).ok()?).ok()) {
+    let path = options.name.as_deref().map(place).transpose().map_err(|error| lost(error.to_string()))?;
+    let (link, child) = match path.as_deref().and_then(|path| connect(path).ok()) {
         Some(link) => (link, None),
         None => start(options.command)?,
     };
@@ -100,7 +101,7 @@ pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverEr
     }
     let Described { channels, about, .. } = described;
     let channels = channels.into_iter().map(Into::into).collect();
-    Ok((Box::new(driver::PlantProcess::new(link, child, channels, options.silent_ns.unwrap_or(SILENT_NS))), about))
+    Ok((Box::new(driver::PlantProcess::new(link, child, channels, options.silent_ns.unwrap_or(SILENT_NS), path)), about))
 }
 
 /// How the plant of that name is.

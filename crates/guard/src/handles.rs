@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Safe handles on their way from the process that runs a device to the supervisor that registers them with the guard.
+use crate::{DESCRIPTORS_MAX, UnixLink};
+use interconnect::{Closed, Link};
+use kernel::SafeHandle;
+use serde::{Deserialize, Serialize};
+use std::os::fd::{AsFd, BorrowedFd};
+use std::time::Duration;
+
+/// How long the other side may leave a frame unread.
+const UNREAD: Duration = Duration::from_secs(5);
+
+#[derive(Serialize, Deserialize)]
+struct Text {
+    device: String,
+    /// The writes of each handle; its descriptor has the same place among those of the frame.
+    writes: Vec<Vec<(u64, Vec<u8>)>>,
+}
+
+/// Sends what makes a device safe, at most [`DESCRIPTORS_MAX`] handles; none: the device is closed. Over a link that carries nothing else.
+///
+/// # Errors
+/// [`Closed`]: the other side is gone, does not read, or there are too many handles.
+pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Result<(), Closed> {
+    let text = Text { device: device.to_owned(), writes: handles.iter().map(|handle| handle.writes.clone()).collect() };
+    let descriptors: Vec<BorrowedFd<'_>> = handles.iter().map(|handle| handle.descriptor.as_fd()).collect();
+    if descriptors.len() > DESCRIPTORS_MAX {
+        return Err(Closed);
+    }
+    link.send_with(&crate::wire::encode(&text), &descriptors, Some(UNREAD))
+}
+
+/// The next device and what makes it safe, for [`Guard::hold`](crate::Guard::hold); none where `limit` passed without one.
+///
+/// # Errors
+/// [`Closed`]: the other side is gone, or what came is no handles of a device.
+pub fn receive_handles(link: &UnixLink, limit: Duration) -> Result<Option<(String, Vec<SafeHandle>)>, Closed> {
+    let Some((frame, descriptors)) = link.receive_with(limit)? else { return Ok(None) };
+    match serde_json::from_slice::<Text>(&frame) {
+        Ok(text) if text.writes.len() == descriptors.len() => {
+            let handles = descriptors.into_iter().zip(text.writes).map(|(descriptor, writes)| SafeHandle { descriptor, writes }).collect();
+            Ok(Some((text.device, handles)))
+        }
+        _ => {
+            link.close();
+            Err(Closed)
+        }
+    }
+}
