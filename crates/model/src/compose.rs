@@ -173,6 +173,7 @@ fn empty(of: &Composition, parts: &[PartOf<'_>]) -> Verb {
         ending: None,
         ending_limit_ns: parts.iter().filter_map(|part| part.verb.ending_limit_ns).max(),
         suspend: Suspend::Hold,
+        if_cut_off: None,
         requires: IndexMap::new(),
         parts: known,
         place: of.place.clone(),

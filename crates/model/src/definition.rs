@@ -256,6 +256,10 @@ pub struct Verb {
     pub ending_limit_ns: Option<i64>,
     #[serde(default)]
     pub suspend: Suspend,
+    /// What a running instance does when the programming system that started it is cut off; absent: an action is halted, the own verb
+    /// of a logical device continues.
+    #[serde(default)]
+    pub if_cut_off: Option<IfCutOff>,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -291,6 +295,18 @@ pub enum Suspend {
     Safe,
     /// Its blocks come to rest first; a composed verb has a way for each part that has one.
     Holding(Vec<Holding>),
+}
+
+/// What a running verb instance does when the programming system that started it dies or cannot be reached any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum IfCutOff {
+    /// It goes on as if nothing had happened.
+    Continue,
+    /// It is halted: τ on `halted`, its ending list.
+    Halt,
+    /// The outputs of its devices go to their safe values at once, and it ends with `aborted`.
+    Safe,
 }
 
 /// `set`, a bool input or parameter, becomes true; when the condition `until` comes, the verb stops. Going on clears `set`. It

@@ -5,6 +5,7 @@ use crate::alarms::Alarms;
 use crate::claims::Request;
 use crate::connect::Pair;
 use crate::emergency::Emergency;
+use crate::ends::Ends;
 use crate::instance::Instance;
 use crate::log::Log;
 use crate::modes::Modes;
@@ -87,6 +88,8 @@ pub(crate) struct Core {
     pub reads: HashMap<u64, (i64, Vec<u8>)>,
     /// Ends not yet told to an event loop.
     pub ended: u64,
+    /// The latest end reports, for who was not there.
+    pub ends: Ends,
     /// The latest connection of each pair.
     pub latest: HashMap<Pair, u64>,
     pub last_connection: u64,
@@ -120,6 +123,7 @@ impl Core {
             poisoned: HashMap::new(),
             reads: HashMap::new(),
             ended: 0,
+            ends: Ends::default(),
             latest: HashMap::new(),
             last_connection: 0,
             named: HashMap::new(),
