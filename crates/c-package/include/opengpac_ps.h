@@ -68,16 +68,16 @@ void opengpac_close(opengpac_system *system);
  * verb instances
  *   check                  an application -> its plan;   create: an application -> the number of the instance
  *   start                  instance, [values], [limits]                     values: {input parameter: value}
- *   wait                   instance, [timeout_ns] -> the end report, null after the timeout
+ *   wait                   instance, [timeout_ns] or [until_ns] -> the end report, null after the timeout
  *   halt                   instance -> the end report;   suspend, resume, delete, state, instance, report: instance
  *   set                    instance, [values], [every_ns]                   tunable input parameters, tunable intervals {label: ns}
  * values and time
- *   read                   names -> {"time_ns", "values": {name: {"value", "number", "time_ns"}}}, one consistent snapshot
- *   write                  name, value;   history: name, count;   svv_about: name
+ *   read                   names, [raw] -> {"time_ns", "values": {name: {"value", "number", "time_ns"}}}, one consistent snapshot
+ *   write                  name, value;   history: name, count, [raw];   svv_about: name;   raw: "bytes" in base64 instead of "value"
  *   now                    -> ns;   advance: duration_ns;   step -> bool
  * cell
  *   emergency_stop         reason;   emergency_stop_input: device, channel, [at_zero];   reset
- *   pause, resume_program  [devices] -> the instances that stop and go on
+ *   pause, resume_program  [devices] -> the instances that stop and go on;   paused: instances, names: waits until these have stopped
  *   mode                   -> "automatic" or "manual";   set_mode: mode;   enabling_switch: device, channel
  *   define_alarm           code, text, [remedy], [severity];   raise_alarm: code, [source], [text];   clear_alarm: code, [source]
  *   alarms                 -> all and their history;   acknowledge_alarms: [number];   restore_alarms: history
