@@ -20,6 +20,7 @@ use std::sync::Arc;
 
 /// An SVV as it is asked for: its specification, and the struct types that its type needs.
 #[derive(Clone, Debug, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SvvRequest {
     #[serde(flatten)]
     pub specification: SvvSpecification,

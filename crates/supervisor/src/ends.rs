@@ -10,6 +10,7 @@ const ENDS_MAX: usize = 1024;
 
 /// One end of one start.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct End {
     /// Counted from 0 over the life of the system.
     pub number: u64,
