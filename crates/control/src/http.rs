@@ -176,15 +176,14 @@ pub(crate) struct Held {
 
 impl Held {
     pub fn new(service: Arc<Service>, id: String) -> Held {
+        service.sessions.hold(&id);
         Held { service, id, in_order: false }
     }
 }
 
 impl Drop for Held {
     fn drop(&mut self) {
-        if !self.in_order {
-            self.service.sessions.broke(&self.id);
-        }
+        self.service.sessions.let_go(&self.id, !self.in_order);
     }
 }
 

@@ -41,7 +41,8 @@ struct Session {
     lost_after: Duration,
     /// Requests under way: nobody is silent who waits for an answer.
     in_flight: usize,
-    /// The connection that it held has broken.
+    /// Connections that hold it, and whether one has broken.
+    holds: usize,
     broken: bool,
     instances: BTreeSet<u64>,
     reports: VecDeque<Kept>,
@@ -86,6 +87,8 @@ pub struct Listed {
     pub from: String,
     pub commands: bool,
     pub alive: bool,
+    /// A connection holds it: where that breaks it is lost at once.
+    pub held: bool,
     pub kept_reports: usize,
 }
 
@@ -152,6 +155,7 @@ impl Sessions {
                 seen: now,
                 lost_after: Duration::ZERO,
                 in_flight: 0,
+                holds: 0,
                 broken: false,
                 instances: BTreeSet::new(),
                 reports: VecDeque::new(),
@@ -162,7 +166,8 @@ impl Sessions {
         let session = state.by_name.get_mut(&asked.name).expect("it was there, or has just been put there");
         let returned = !session.alive;
         (session.id, session.role, session.from, session.seen) = (id.clone(), caller.role, caller.from.clone(), now);
-        (session.alive, session.in_flight, session.broken, session.lost_after) = (true, 0, false, Duration::from_millis(asked.lost_after_ms));
+        (session.alive, session.broken, session.lost_after) = (true, false, Duration::from_millis(asked.lost_after_ms));
+        (session.in_flight, session.holds) = (0, 0);
         Ok(Opened {
             session: id,
             name: asked.name.clone(),
@@ -209,10 +214,18 @@ impl Sessions {
         Ok(name)
     }
 
-    /// The connection by which the session was held has broken: it is lost at the next look.
-    pub fn broke(&self, id: &str) {
+    /// A connection holds the session from now on.
+    pub fn hold(&self, id: &str) {
         if let Some((_, session)) = self.locked().of_id(id) {
-            session.broken = true;
+            session.holds += 1;
+        }
+    }
+
+    /// A connection holds the session no longer. One that broke loses it, at the next look.
+    pub fn let_go(&self, id: &str, broke: bool) {
+        if let Some((_, session)) = self.locked().of_id(id) {
+            session.holds = session.holds.saturating_sub(1);
+            session.broken |= broke;
         }
     }
 
@@ -351,6 +364,7 @@ impl Sessions {
             from: session.from.clone(),
             commands: state.commander.as_ref() == Some(name),
             alive: session.alive,
+            held: session.holds > 0,
             kept_reports: session.reports.len(),
         };
         state.by_name.iter().map(listed).collect()

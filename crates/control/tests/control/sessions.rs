@@ -60,7 +60,9 @@ fn a_session_is_lost_when_it_is_silent_longer_than_its_bound() {
 fn a_connection_that_breaks_loses_its_session_at_once() {
     let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
     let id = sessions.open(&me, &asked("panel", false), now).expect("it opens").session;
-    sessions.broke(&id);
+    sessions.hold(&id);
+    assert!(sessions.list()[0].held);
+    sessions.let_go(&id, true);
     assert_eq!(sessions.lose(now), [("panel".to_owned(), Vec::new())]);
 }
 
