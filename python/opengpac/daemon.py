@@ -26,7 +26,9 @@ def add_to(commands: Any) -> None:
     rts.add_argument("--clock", choices=["monotonic", "virtual"], help="default: monotonic")
     rts.add_argument("--seed", type=int, help="of preemptions and faults under the virtual clock")
     rts.add_argument("--socket", metavar="PATH", help="the Unix socket, instead of one in a private folder")
-    rts.add_argument("--listen", metavar="HOST:PORT", help="TCP besides; an address that is not loopback needs TLS and callers that are known")
+    rts.add_argument(
+        "--listen", metavar="HOST:PORT", help="TCP besides; an address that is not loopback needs TLS and callers that are known"
+    )
     rts.add_argument("--tls-cert", metavar="PEM")
     rts.add_argument("--tls-key", metavar="PEM")
     rts.add_argument("--client-ca", metavar="PEM", help="who signs client certificates")
@@ -58,8 +60,9 @@ def _rts(given: argparse.Namespace) -> int:
     # A daemon is ended as by Ctrl-C: in order.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     options = {
-        "socket": given.socket, "listen": given.listen, "tls_cert": given.tls_cert, "tls_key": given.tls_key, "client_ca": given.client_ca,
-        "tokens": given.tokens, "audit": given.audit, "insecure_loopback": given.insecure_loopback, "hosts": given.host, "origins": given.origin,
+        "socket": given.socket, "listen": given.listen, "tls_cert": given.tls_cert, "tls_key": given.tls_key,
+        "client_ca": given.client_ca, "tokens": given.tokens, "audit": given.audit,
+        "insecure_loopback": given.insecure_loopback, "hosts": given.host, "origins": given.origin,
     }  # fmt: skip
     try:
         served = _of_program(given) if given.program else _of_words(given)
@@ -89,7 +92,8 @@ def _of_program(given: argparse.Namespace) -> system.System:
     made = runpy.run_path(given.program, run_name="opengpac.rts")
     opened = [s for s in system._open.values() if not s.closed and any(s is value for value in made.values())]
     if len(opened) != 1:
-        refuse(CallError, f"program '{given.program}' leaves {len(opened)} systems open", "let it make one, without 'with', as a global name")
+        left = f"program '{given.program}' leaves {len(opened)} systems open"
+        refuse(CallError, left, "let it make one, without 'with', as a global name")
     return opened[0]
 
 

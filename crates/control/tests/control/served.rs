@@ -92,7 +92,7 @@ fn what_runs_follows_its_policy_when_its_programming_system_is_gone() {
     let (_, back) = rig.ask("POST", "/v1/sessions", &[], r#"{"name": "panel"}"#);
     let back = &back["result"];
     assert_eq!((&back["returned"], &back["kept_reports"]), (&json!(true), &json!(1)));
-    assert_eq!(back["instances"], json!([{ "instance": going, "name": "goes_on 1", "state": "running" }]), "{back}");
+    assert_eq!(back["instances"], json!([{ "instance": going, "name": "goes_on#1", "state": "running" }]), "{back}");
     let number = kept["number"].as_u64().expect("a number");
     assert_eq!(rig.ask("DELETE", &format!("/v1/sessions/panel/reports?through={number}"), &[], "").0, 200);
     assert_eq!(reports(&rig)["reports"], json!([]));
