@@ -11,10 +11,17 @@ use std::net::{IpAddr, SocketAddr};
 #[derive(Clone, Debug)]
 pub enum Peer {
     /// A Unix socket, with the user of the process there.
-    Unix { uid: u32 },
-    Tcp { from: SocketAddr },
+    Unix {
+        uid: u32,
+    },
+    Tcp {
+        from: SocketAddr,
+    },
     /// `certificate`: SHA-256 of the client certificate's DER, which our authority has signed.
-    Tls { from: SocketAddr, certificate: Option<[u8; 32]> },
+    Tls {
+        from: SocketAddr,
+        certificate: Option<[u8; 32]>,
+    },
 }
 
 /// Who calls.

@@ -98,8 +98,9 @@ impl Files {
         for name in ["path", "library"] {
             match options.get(name) {
                 Some(Json::Object(_)) if name == "path" => {
-                    let reference: Reference = serde_json::from_value(options[name].clone())
-                        .map_err(|why| Failure::new(Class::CallError, format!("option '{name}': {why}"), "write {\"main\": NAME, \"files\": {NAME: SHA256}}"))?;
+                    let reference: Reference = serde_json::from_value(options[name].clone()).map_err(|why| {
+                        Failure::new(Class::CallError, format!("option '{name}': {why}"), "write {\"main\": NAME, \"files\": {NAME: SHA256}}")
+                    })?;
                     let path = self.lay_out(&reference)?;
                     options.insert(name.to_owned(), Json::String(path.display().to_string()));
                 }
@@ -119,7 +120,11 @@ impl Files {
         for (name, sha256) in &reference.files {
             check_relative(name)?;
             if self.size(sha256).is_none() {
-                return Err(Failure::new(Class::UnknownName, format!("there is no file with SHA-256 '{sha256}' for '{name}'"), "put it first: PUT /v1/files/SHA256"));
+                return Err(Failure::new(
+                    Class::UnknownName,
+                    format!("there is no file with SHA-256 '{sha256}' for '{name}'"),
+                    "put it first: PUT /v1/files/SHA256",
+                ));
             }
             digest.update(format!("{name}\0{sha256}\n"));
         }

@@ -99,7 +99,10 @@ fn needed(presence: Option<Presence>) -> Result<Presence, Failure> {
 
 /// A body of this size at the most.
 async fn body(body: Body, most: usize, time: Duration) -> Result<Bytes, Failure> {
-    let late = |_| Failure::new(Class::LimitExceeded, format!("the body has not arrived within {} s", time.as_secs()), "send it faster").status(StatusCode::REQUEST_TIMEOUT);
+    let late = |_| {
+        Failure::new(Class::LimitExceeded, format!("the body has not arrived within {} s", time.as_secs()), "send it faster")
+            .status(StatusCode::REQUEST_TIMEOUT)
+    };
     let read = tokio::time::timeout(time, axum::body::to_bytes(body, most)).await.map_err(late)?;
     read.map_err(|_| Failure::new(Class::LimitExceeded, format!("the body has more than {most} bytes, or was broken off"), "send less at once"))
 }
@@ -240,13 +243,25 @@ struct Through {
     through: u64,
 }
 
-async fn collect_reports(State(service): Shared, Extension(caller): Extension<Caller>, Path(name): Path<String>, query: Result<Query<Through>, axum::extract::rejection::QueryRejection>) -> Answer {
+async fn collect_reports(
+    State(service): Shared,
+    Extension(caller): Extension<Caller>,
+    Path(name): Path<String>,
+    query: Result<Query<Through>, axum::extract::rejection::QueryRejection>,
+) -> Answer {
     let Query(Through { through }) = query.map_err(|why| Failure::new(Class::CallError, why.body_text(), "write ?through=NUMBER"))?;
     service.sessions.collect(&name, &caller, through)?;
     Ok(Json(json!({ "result": null })))
 }
 
-async fn module(State(service): Shared, Extension(caller): Extension<Caller>, Path(name): Path<String>, query: Result<Query<code::Named>, axum::extract::rejection::QueryRejection>, headers: HeaderMap, given: Body) -> Answer {
+async fn module(
+    State(service): Shared,
+    Extension(caller): Extension<Caller>,
+    Path(name): Path<String>,
+    query: Result<Query<code::Named>, axum::extract::rejection::QueryRejection>,
+    headers: HeaderMap,
+    given: Body,
+) -> Answer {
     let presence = present(&service, &headers, &caller)?;
     service.recorded(&Act::new(&caller, "", "module", b""), Role::Observe, || service.require_role(&caller, Role::Download, "modules"))?;
     let Query(named) = query.map_err(|why| Failure::new(Class::CallError, why.body_text(), "write ?file=NAME&sha256=HEX"))?;

@@ -13,12 +13,14 @@ use crate::tokens::Tokens;
 use model::refusal::{Class, Refusal, Refusals};
 use serde::Deserialize;
 use std::net::{SocketAddr, ToSocketAddrs};
+use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use supervisor::System;
 use tokio::runtime::Runtime;
 use tokio::sync::Semaphore;
+use tokio_rustls::TlsAcceptor;
 
 /// How the control interface is served.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -62,8 +64,11 @@ fn refuse(message: impl Into<String>, remedy: &str) -> Refusals {
     vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]
 }
 
+/// An address, and what accepts TLS there.
+type Tcp = (SocketAddr, Option<TlsAcceptor>);
+
 /// What listens on TCP, checked against what an address that is not loopback needs.
-fn tcp(options: &Options) -> Result<Option<(SocketAddr, Option<tokio_rustls::TlsAcceptor>)>, Refusals> {
+fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
     let Some(listen) = &options.listen else {
         let alone = [("--tls-cert", options.tls_cert.is_some()), ("--tls-key", options.tls_key.is_some()), ("--client-ca", options.client_ca.is_some())];
         return match alone.iter().find(|(_, given)| *given) {
@@ -79,10 +84,16 @@ fn tcp(options: &Options) -> Result<Option<(SocketAddr, Option<tokio_rustls::Tls
             return Err(refuse(format!("--insecure-loopback does not go with '{listen}'"), "it is for addresses of this machine only"));
         }
         if options.tls_cert.is_none() || options.tls_key.is_none() {
-            return Err(refuse(format!("'{listen}' can be reached from other machines and has no TLS"), "give --tls-cert and --tls-key, or listen on 127.0.0.1"));
+            return Err(refuse(
+                format!("'{listen}' can be reached from other machines and has no TLS"),
+                "give --tls-cert and --tls-key, or listen on 127.0.0.1",
+            ));
         }
         if !knows_callers {
-            return Err(refuse(format!("'{listen}' can be reached from other machines and knows nobody"), "give --tokens (opengpac token new), or --client-ca"));
+            return Err(refuse(
+                format!("'{listen}' can be reached from other machines and knows nobody"),
+                "give --tokens (opengpac token new), or --client-ca",
+            ));
         }
     } else if !knows_callers && !options.insecure_loopback {
         return Err(refuse(
@@ -108,7 +119,8 @@ fn host_name() -> Option<String> {
 fn service(system: Arc<System>, options: &Options, socket: &Path) -> Result<Service, Refusals> {
     let beside = || socket.with_extension("audit.jsonl");
     let audit = options.audit.clone().unwrap_or_else(beside);
-    let tokens = options.tokens.as_deref().map(Tokens::open).transpose().map_err(|why| refuse(format!("tokens: {why}"), "make the file with opengpac token new"))?;
+    let tokens =
+        options.tokens.as_deref().map(Tokens::open).transpose().map_err(|why| refuse(format!("tokens: {why}"), "make the file with opengpac token new"))?;
     Ok(Service {
         system,
         gate: Gate {
@@ -134,7 +146,16 @@ impl Server {
         let path = options.socket.clone().unwrap_or_else(|| socket::default_path(system.name()));
         let tcp = tcp(options)?;
         let bound = socket::bind(&path, options.socket.is_none())?;
-        let service = Arc::new(service(system, options, &path)?);
+        let served = Server::serve(system, options, bound, &path, tcp);
+        if served.is_err() {
+            // What was bound is of no use to anybody; the refusal is what is told.
+            let _gone = std::fs::remove_file(&path);
+        }
+        served
+    }
+
+    fn serve(system: Arc<System>, options: &Options, bound: UnixListener, path: &Path, tcp: Option<Tcp>) -> Result<Server, Refusals> {
+        let service = Arc::new(service(system, options, path)?);
         let failed = |why: std::io::Error| refuse(format!("cannot serve: {why}"), "close other programs and try again");
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
@@ -157,7 +178,7 @@ impl Server {
             runtime.spawn(listen::accept(listener, router.clone()));
         }
         runtime.spawn(look_after(service.clone()));
-        Ok(Server { runtime: Some(runtime), service, addresses, socket: path })
+        Ok(Server { runtime: Some(runtime), service, addresses, socket: path.to_owned() })
     }
 
     /// Where it listens: `unix://PATH`, `http://HOST:PORT`, `https://HOST:PORT`.

@@ -232,7 +232,8 @@ impl Sessions {
     /// The sessions that count as lost from now on, each with its instances; who of them commanded does so no longer.
     pub fn lose(&self, now: Instant) -> Vec<(String, Vec<u64>)> {
         let mut state = self.locked();
-        let is_lost = |session: &Session| session.alive && (session.broken || (session.in_flight == 0 && now.duration_since(session.seen) > session.lost_after));
+        let is_lost =
+            |session: &Session| session.alive && (session.broken || (session.in_flight == 0 && now.duration_since(session.seen) > session.lost_after));
         let names: Vec<String> = state.by_name.iter().filter(|(_, session)| is_lost(session)).map(|(name, _)| name.clone()).collect();
         names.iter().for_each(|name| state.release(name));
         let mut lost = Vec::new();

@@ -28,7 +28,8 @@ fn refuse(class: Class, message: String, remedy: &str) -> Refusals {
 /// that is not there is made with mode 0700; the default one must be ours, and closed to others.
 pub fn bind(path: &Path, is_default: bool) -> Result<UnixListener, Refusals> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let failed = |why: std::io::Error| refuse(Class::DefinitionError, format!("cannot listen on '{}': {why}", path.display()), "give another path with --socket");
+    let failed =
+        |why: std::io::Error| refuse(Class::DefinitionError, format!("cannot listen on '{}': {why}", path.display()), "give another path with --socket");
     DirBuilder::new().recursive(true).mode(0o700).create(folder).map_err(failed)?;
     if is_default {
         let about = fs::symlink_metadata(folder).map_err(failed)?;

@@ -52,7 +52,9 @@ pub(crate) async fn open(
         let upgrade = upgrade.map_err(|why| Failure::new(Class::CallError, why.body_text(), "the stream is a WebSocket"))?;
         let held = match (options.hold, presence) {
             (true, Some(presence)) => Some(Held::new(service.clone(), presence.id.clone())),
-            (true, None) => return Err(Failure::new(Class::CallError, "there is no session to hold", "open one and send its ID in the header OpenGPAC-Session")),
+            (true, None) => {
+                return Err(Failure::new(Class::CallError, "there is no session to hold", "open one and send its ID in the header OpenGPAC-Session"));
+            }
             (false, _) => None,
         };
         Ok(upgrade.max_message_size(FRAME_MAX).max_frame_size(FRAME_MAX).on_upgrade(move |socket| serve(service, socket, held)))

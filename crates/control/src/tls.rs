@@ -41,14 +41,17 @@ fn private_key(path: &Path) -> Result<PrivateKeyDer<'static>, Refusals> {
 /// What accepts TLS connections. `client_ca`: who signs client certificates; `only_certificates`: nobody comes in without one.
 pub fn acceptor(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<TlsAcceptor, Refusals> {
     let provider = Arc::new(rustls::crypto::ring::default_provider());
-    let failed = |why: &dyn std::fmt::Display| wrong(format!("TLS with '{}' and '{}': {why}", certificate.display(), key.display()), "do they belong together?");
+    let failed =
+        |why: &dyn std::fmt::Display| wrong(format!("TLS with '{}' and '{}': {why}", certificate.display(), key.display()), "do they belong together?");
     let builder = ServerConfig::builder_with_provider(provider.clone()).with_safe_default_protocol_versions().map_err(|why| failed(&why))?;
     let builder = match client_ca {
         None => builder.with_no_client_auth(),
         Some(path) => {
             let mut roots = RootCertStore::empty();
             for root in certificates(path)? {
-                roots.add(root).map_err(|why| wrong(format!("'{}' has a certificate that cannot be used: {why}", path.display()), "give that of the authority"))?;
+                roots
+                    .add(root)
+                    .map_err(|why| wrong(format!("'{}' has a certificate that cannot be used: {why}", path.display()), "give that of the authority"))?;
             }
             let verifier = WebPkiClientVerifier::builder_with_provider(Arc::new(roots), provider);
             let verifier = if only_certificates { verifier } else { verifier.allow_unauthenticated() };

@@ -75,7 +75,7 @@ fn every_command_by_role_token_and_transport() {
             options.tokens = Some(folder.file("tokens.json"));
         });
         let router = rig.server.router();
-        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).build().expect("a runtime");
+        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().expect("a runtime");
         for (method, path, least, commands) in asked() {
             for (role, [expired, revoked, right]) in Role::ALL.into_iter().zip(&kept) {
                 for state in [Token::None, Token::Wrong, Token::Expired, Token::Revoked, Token::Right] {
@@ -115,7 +115,7 @@ fn control_uid() -> u32 {
 #[test]
 fn another_user_of_the_machine_needs_a_token() {
     let rig = Rig::new();
-    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).build().expect("a runtime");
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().expect("a runtime");
     let other = Peer::Unix { uid: control_uid() + 4_711 };
     let (status, answer) = runtime.block_on(answer(&rig.server.router(), &other, None, "GET", "/v1/version"));
     assert_eq!((status, class(&answer)), (403, "NotAllowed"));

@@ -29,7 +29,9 @@ fn a_verb_lives_by_requests_alone() {
 fn one_commands_and_all_may_look_and_stop() {
     let rig = Rig::new();
     let (first, second) = (rig.commander("first"), rig.open("second"));
-    let of = |session| [("opengpac-session", session)];
+    fn of(session: &str) -> [(&str, &str); 1] {
+        [("opengpac-session", session)]
+    }
     let (status, answer) = rig.ask("POST", "/v1/command", &of(&second), "{}");
     assert_eq!((status, class(&answer)), (403, "NotCommanding"));
     assert!(answer["errors"][0]["message"].as_str().is_some_and(|m| m.contains("'first'")), "{answer}");

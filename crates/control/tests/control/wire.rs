@@ -21,7 +21,16 @@ fn sessions_have_names_and_bounds() {
     let opened = open(r#"{"name": "panel-1.a_b"}"#).expect("right");
     assert_eq!((opened.lost_after_ms, opened.take_up), (5_000, false));
     let long = format!(r#"{{"name": "{}"}}"#, "a".repeat(65));
-    for text in ["", "{}", r#"{"name": ""}"#, r#"{"name": "a b"}"#, r#"{"name": "a/b"}"#, r#"{"name": "a", "lost_after_ms": 999}"#, r#"{"name": "a", "more": 1}"#, &long] {
+    for text in [
+        "",
+        "{}",
+        r#"{"name": ""}"#,
+        r#"{"name": "a b"}"#,
+        r#"{"name": "a/b"}"#,
+        r#"{"name": "a", "lost_after_ms": 999}"#,
+        r#"{"name": "a", "more": 1}"#,
+        &long,
+    ] {
         assert!(open(text).is_err(), "{text}");
     }
     assert!(!wire::object::<TakeCommand>(b"").expect("nothing").force);
