@@ -218,6 +218,10 @@ class System:
     def names_json(self) -> str:
         """{processors, sources, devices, svvs, logical_devices, verbs, modules, instances}: what there is."""
 
+    def configuration_json(self) -> str:
+        """What there is, in full: {processors: {name: {core, supervisor}}, sources: {name: {processor, kind: "trigger" | "software" | {"timer": {period_ns}}, priority}},
+        physical_devices: {name: {source, channels, parts, …}}, logical_devices: {name: device type}, device_types: {name: definition}}."""
+
     def log_json(self, since: int) -> str:
         """Recorded conditions, faults, transitions, end reports: [{sequence, time_s, kind, text, …}]."""
 

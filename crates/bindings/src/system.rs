@@ -340,6 +340,10 @@ impl System {
         to_json(&self.inner.names_json())
     }
 
+    fn configuration_json(&self) -> PyResult<String> {
+        to_json(&self.inner.configuration_json())
+    }
+
     fn log_json(&self, since: u64) -> PyResult<String> {
         to_json(&self.inner.log_since(since))
     }

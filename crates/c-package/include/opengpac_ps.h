@@ -82,6 +82,7 @@ void opengpac_close(opengpac_system *system);
  *   define_alarm           code, text, [remedy], [severity];   raise_alarm: code, [source], [text];   clear_alarm: code, [source]
  *   alarms                 -> all and their history;   acknowledge_alarms: [number];   restore_alarms: history
  *   raises                 device, channel, source      exchange_verb: device, verb      compose: a composition      verbs
+ *   configuration          -> processors, sources, devices as their drivers describe them, device types
  *   statistics, names      -> what there is and how it runs;   log: [since] -> conditions, faults, transitions, end reports
  *
  * A verb: {"name", "blocks": {label: {"block": {"subroutine": "library.pid"}, "constants": {}}}, "instantiation_parameters": {name: [ports]},

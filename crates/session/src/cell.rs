@@ -86,6 +86,7 @@ fn changes(system: &System, name: &str, a: &mut Arguments) -> Answer {
         }
         "compose" => told(system.compose(&a.whole()?)?),
         "verbs" => a.none_left().and_then(|()| told(system.verbs_json())),
+        "configuration" => a.none_left().and_then(|()| told(system.configuration_json())),
         _ => Ok(None),
     }
 }

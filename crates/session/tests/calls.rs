@@ -66,6 +66,7 @@ const CALLS: &[&str] = &[
     "exchange_verb",
     "compose",
     "verbs",
+    "configuration",
     "statistics",
     "names",
     "log",
@@ -223,4 +224,18 @@ fn values_that_json_cannot_say_come_as_bytes() {
     let values = say(&system, "read", json!({ "names": ["y"], "raw": true }));
     assert_eq!(values["values"]["y"]["bytes"], "AAAAAAAAAAA=");
     assert!(values["values"]["y"].get("value").is_none());
+}
+
+#[test]
+fn who_comes_later_is_told_what_there_is() {
+    let system = system();
+    let options = json!({ "channels": [{ "name": "lamp", "direction": "write", "type": "bool" }], "table": [] });
+    say(&system, "physical_device", json!({ "processor": "rtp0", "name": "io", "kind": "scripted", "options": options, "source": "rtp0.fast" }));
+    let there = say(&system, "configuration", json!({}));
+    assert_eq!(there["processors"]["rtp0"], json!({ "core": null, "supervisor": true }));
+    assert_eq!(there["sources"]["rtp0.fast"], json!({ "processor": "rtp0", "kind": { "timer": { "period_ns": 1_000_000 } }, "priority": 80 }));
+    let io = &there["physical_devices"]["io"];
+    assert_eq!((io["source"].as_str(), io["channels"][0]["name"].as_str()), (Some("rtp0.fast"), Some("lamp")));
+    let instance = wave(&system);
+    assert_eq!(say(&system, "statistics", json!({}))["instances"][0]["id"], instance);
 }

@@ -45,6 +45,8 @@ pub(crate) struct PhysicalRecord {
     pub lost: Option<String>,
     /// Of one that lies elsewhere: how it was opened.
     pub opened: Option<(String, String)>,
+    /// What its driver says of itself.
+    pub about: serde_json::Value,
 }
 
 /// Whose script it was that a kernel acknowledges.

@@ -29,6 +29,7 @@ mod follow;
 mod histories;
 mod install;
 mod instance;
+mod inventory;
 mod life;
 mod log;
 mod lost;
