@@ -154,6 +154,7 @@ pub const CALLS: &[Call] = &[
     call("exchange_verb", Configure, &[must("device", Text), must("verb", Text), may("place", Place)], Of::Nothing),
     whole("compose", Observe, Composition, NONE, Verb),
     call("verbs", Observe, NONE, Any),
+    call("configuration", Observe, NONE, Any),
     call("statistics", Observe, NONE, Any),
     call("names", Observe, NONE, Any),
     call("log", Observe, &[may("since", Int)], Of::Log),
