@@ -63,7 +63,7 @@ void opengpac_close(opengpac_system *system);
  *   library                                                                 -> every block of the library
  * logical devices
  *   device                 name, device_type, [parameters], [arguments], [source]
- *   enable                 name -> its instance; wait_enabled: name, [timeout_ns] -> bool; disable, delete_device, device_state: name
+ *   enable                 name -> its instance; wait_enabled: name, [timeout_ns] or [until_ns] -> bool; disable, delete_device, device_state: name
  *   device_parameter       name, parameter -> value;   set_device_parameter: name, parameter, value
  * verb instances
  *   check                  an application -> its plan;   create: an application -> the number of the instance

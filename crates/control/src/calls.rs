@@ -81,12 +81,7 @@ const WAIT: &[Argument] = &[must("instance", Int), may("timeout_ns", Int), may("
 
 /// The calls, in the order of `opengpac_ps.h`. `download` is not among them: code comes by `PUT /v1/modules`.
 pub const CALLS: &[Call] = &[
-    call(
-        "processor",
-        Configure,
-        &[must("name", Text), may("core", Int), may("supervisor", Bool), may("process", Bool), may("host", Text)],
-        Of::Nothing,
-    ),
+    call("processor", Configure, &[must("name", Text), may("core", Int), may("supervisor", Bool), may("process", Bool), may("host", Text)], Of::Nothing),
     call(
         "source",
         Configure,

@@ -124,7 +124,6 @@ async fn call(State(service): Shared, Extension(caller): Extension<Caller>, Path
     let Some(call) = calls::find(&name) else {
         return Err(Failure::new(Class::UnknownName, format!("there is no call '{name}'"), "see docs/control.md"));
     };
-    // Who may not is not asked for the body.
     let waits = call.lasts().then(|| service.waits.clone().try_acquire_owned());
     let permit = match waits {
         Some(Err(_)) => return Err(Failure::new(Class::LimitExceeded, "too many wait at a time", "come again").again_in(1)),

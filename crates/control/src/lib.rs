@@ -32,6 +32,6 @@ pub use rates::Rates;
 pub use role::Role;
 pub use schema::all as schemas;
 pub use serve::{Options, Server};
-pub use sessions::{Kept, Listed, Opened, REPORTS_MAX, SESSIONS_MAX, Sessions};
+pub use sessions::{Kept, Listed, Opened, REPORTS_MAX, SESSIONS_EACH_MAX, SESSIONS_MAX, Sessions};
 pub use socket::default_path;
 pub use tls::{certificates, fingerprint};

@@ -17,6 +17,8 @@ use supervisor::{End, Report};
 
 /// Sessions that are kept, alive and lost.
 pub const SESSIONS_MAX: usize = 64;
+/// Those of one caller: nobody fills the table for all.
+pub const SESSIONS_EACH_MAX: usize = 24;
 /// Reports that are kept for each.
 pub const REPORTS_MAX: usize = 256;
 
@@ -103,14 +105,24 @@ impl State {
         }
     }
 
-    /// Room for one more: the lost session that is out longest goes.
-    fn make_room(&mut self) -> Result<(), Failure> {
-        if self.by_name.len() < SESSIONS_MAX {
-            return Ok(());
+    /// Room for one more of a caller: of his own too many, or of all, the lost session goes that is out longest; of all, first those
+    /// for which nothing is kept.
+    fn make_room(&mut self, who: &str) -> Result<(), Failure> {
+        let own = self.by_name.values().filter(|session| session.who == who).count();
+        if own >= SESSIONS_EACH_MAX {
+            self.evict(|session| session.who == who, &format!("{who} has {own} sessions already"))?;
         }
-        let lost = self.by_name.iter().filter(|(_, session)| !session.alive).min_by_key(|(_, session)| session.seen).map(|(name, _)| name.clone());
-        let Some(name) = lost else {
-            return Err(Failure::new(Class::LimitExceeded, format!("there are {SESSIONS_MAX} sessions already"), "close one").again_in(5));
+        if self.by_name.len() >= SESSIONS_MAX {
+            self.evict(|_| true, &format!("there are {SESSIONS_MAX} sessions already"))?;
+        }
+        Ok(())
+    }
+
+    fn evict(&mut self, of: impl Fn(&Session) -> bool, full: &str) -> Result<(), Failure> {
+        let lost = self.by_name.iter().filter(|(_, session)| !session.alive && of(session));
+        let first = lost.min_by_key(|(_, session)| (!session.reports.is_empty() || !session.instances.is_empty(), session.seen));
+        let Some(name) = first.map(|(name, _)| name.clone()) else {
+            return Err(Failure::new(Class::LimitExceeded, full, "close one").again_in(5));
         };
         self.by_name.shift_remove(&name);
         self.owners.retain(|_, owner| *owner != name);
@@ -145,7 +157,7 @@ impl Sessions {
                 return Err(Failure::new(Class::InUse, message, remedy));
             }
         } else {
-            state.make_room()?;
+            state.make_room(&caller.who)?;
             let session = Session {
                 id: String::new(),
                 who: caller.who.clone(),

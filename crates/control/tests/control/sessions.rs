@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sessions by themselves, with a time that the test says.
 use control::wire::OpenSession;
-use control::{Caller, REPORTS_MAX, Role, SESSIONS_MAX, Sessions};
+use control::{Caller, REPORTS_MAX, Role, SESSIONS_EACH_MAX, SESSIONS_MAX, Sessions};
 use model::refusal::Class;
 use serde_json::json;
 use std::time::{Duration, Instant};
@@ -136,16 +136,37 @@ fn what_is_kept_is_bounded_and_what_is_lost_is_counted() {
 
 #[test]
 fn there_is_room_as_long_as_one_is_lost() {
-    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
+    let (sessions, now) = (Sessions::default(), Instant::now());
+    let of = |index: usize| caller(&format!("token {}", index / SESSIONS_EACH_MAX), Role::Operate);
     for index in 0..SESSIONS_MAX {
-        sessions.open(&me, &asked(&format!("s{index}"), false), now + s(index as u64)).expect("room");
+        sessions.open(&of(index), &asked(&format!("s{index}"), false), now + s(index as u64)).expect("room");
     }
-    let late = now + s(SESSIONS_MAX as u64);
-    assert_eq!(sessions.open(&me, &asked("more", false), late).expect_err("full").class(), Class::LimitExceeded);
+    let (late, other) = (now + s(SESSIONS_MAX as u64), caller("token new", Role::Operate));
+    assert_eq!(sessions.open(&other, &asked("more", false), late).expect_err("full").class(), Class::LimitExceeded);
+    sessions.own("s0", 7);
     assert!(!sessions.lose(late).is_empty());
-    sessions.open(&me, &asked("more", false), late).expect("the oldest lost one makes room");
-    assert_eq!(json!(sessions.list()).as_array().expect("a list").len(), SESSIONS_MAX);
-    assert!(sessions.list().iter().all(|listed| listed.name != "s0"));
+    sessions.open(&other, &asked("more", false), late).expect("a lost one makes room");
+    let names: Vec<String> = sessions.list().into_iter().map(|listed| listed.name).collect();
+    assert_eq!(names.len(), SESSIONS_MAX);
+    assert!(names.contains(&"s0".to_owned()) && !names.contains(&"s1".to_owned()), "first those for which nothing is kept");
+}
+
+#[test]
+fn nobody_fills_the_table_for_all() {
+    let (sessions, now) = (Sessions::default(), Instant::now());
+    let (me, other) = (caller("token a", Role::Observe), caller("token b", Role::Operate));
+    sessions.open(&other, &asked("mine", false), now).expect("room");
+    sessions.lose(now + s(99));
+    for index in 0..SESSIONS_EACH_MAX {
+        sessions.open(&me, &asked(&format!("s{index}"), false), now + s(99)).expect("room");
+    }
+    assert_eq!(sessions.open(&me, &asked("more", false), now + s(99)).expect_err("enough").class(), Class::LimitExceeded);
+    sessions.lose(now + s(999));
+    for index in 0..SESSIONS_MAX {
+        sessions.open(&me, &asked(&format!("t{index}"), false), now + s(999 + 10 * index as u64)).expect("his own make room");
+        sessions.lose(now + s(999 + 10 * index as u64 + 6));
+    }
+    assert!(sessions.list().iter().any(|listed| listed.name == "mine"), "what is kept for others stays");
 }
 
 #[test]
