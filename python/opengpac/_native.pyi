@@ -6,6 +6,8 @@ refuses comes as `Refused`, whose `args[0]` is the JSON of a list of refusals (`
 Times are ns, int. Names of sources are `rtp.source`.
 """
 
+from collections.abc import Callable
+
 class Refused(Exception):
     """One or more refusals, their JSON in `args[0]`; nothing has changed."""
 
@@ -34,6 +36,7 @@ def number_in(text: str, unit: str) -> float:
 
 def run_processor() -> str | None:
     """The life of a process that a system started for a processor; returns at its end, with the reason where it could not serve."""
+
 def run_guard() -> str | None:
     """The guard process: returns when nothing is left to guard and nobody is connected, or with the reason why it could not serve.
     `processes.command("run_guard")` starts it."""
@@ -46,6 +49,28 @@ def plant_state(name: str) -> str | None:
 
     {"is_safe", "obeyed_ns": monotonic, "steps", "failed": text or null, "readings": bytes, "pid"}.
     """
+
+def serve(system: System, options_json: str, ready: Callable[[list[str]], object]) -> None:
+    """Serves a system over the control interface until a signal's exception comes; `ready` gets the addresses first.
+
+    options: {"socket", "listen", "tls_cert", "tls_key", "client_ca", "tokens", "audit": text, "insecure_loopback": bool, "hosts",
+    "origins": [text]}, each may be left out. Nothing listens where something is refused.
+    """
+
+def socket_path(name: str) -> str:
+    """Where the Unix socket of a system lies where nothing else is said."""
+
+def token_new(path: str, name: str, role: str, expires: int | None = None, certificate: str | None = None) -> str:
+    """Enters a new token into the file and returns it; with the PEM file of a client certificate, enters that and returns "".
+
+    `expires`: s since 1970. OSError: the file; ValueError: the role.
+    """
+
+def token_list(path: str) -> str:
+    """[{"name", "role", "sha256", "certificate", "created", "expires", "revoked"}]; no token itself."""
+
+def token_revoke(path: str, name: str) -> bool:
+    """Revokes what has that name; false where there is none."""
 
 class System:
     """One real-time system, embedded in this process."""
@@ -192,6 +217,10 @@ class System:
 
     def names_json(self) -> str:
         """{processors, sources, devices, svvs, logical_devices, verbs, modules, instances}: what there is."""
+
+    def configuration_json(self) -> str:
+        """What there is, in full: {processors: {name: {core, supervisor}}, sources: {name: {processor, kind: "trigger" | "software" | {"timer": {period_ns}}, priority}},
+        physical_devices: {name: {source, channels, parts, …}}, logical_devices: {name: device type}, device_types: {name: definition}}."""
 
     def log_json(self, since: int) -> str:
         """Recorded conditions, faults, transitions, end reports: [{sequence, time_s, kind, text, …}]."""

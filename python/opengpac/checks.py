@@ -15,6 +15,7 @@ from .errors import refusals
 if TYPE_CHECKING:
     from .devices import LogicalDevice
     from .graphs import Graph
+    from .realtime import RealTimeSystem
     from .system import System
     from .verbs import Verb
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 class Definitions:
     """The verbs and device types that a system knows, by name, so that an equal definition is nothing."""
 
-    def __init__(self, native: _native.System) -> None:
+    def __init__(self, native: RealTimeSystem) -> None:
         self._native = native
         self._verbs: dict[str, str] = {}
         self._device_types: dict[str, str] = {}

@@ -34,6 +34,7 @@ def verb(
     ending: str | None = None,
     ending_limit: Quantity | None = None,
     suspend: str | Holding = "hold",
+    if_cut_off: str | None = None,
     name: str | None = None,
     manual: bool = False,
 ) -> Callable[[Callable[P, R]], Verb[P, R]]:
@@ -62,6 +63,7 @@ def verb(
             ending=ending,
             ending_limit=ending_limit,
             suspend=suspend,
+            if_cut_off=if_cut_off,
             doc=inspect.getdoc(function) or "",
             manual=manual,
             function=function,

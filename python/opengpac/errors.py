@@ -145,6 +145,18 @@ class Unreachable(Error):
     """A pose that an arm cannot have, or a way that it cannot go: out of reach, out of a joint's range, or through a singularity."""
 
 
+class ConnectionLost(Error, ConnectionError):
+    """A real-time system elsewhere does not answer. What runs there follows its policy; `gpac.connect` with the same name takes it up."""
+
+
+class NotCommanding(Error):
+    """Somebody else commands the system: the message names the holder. Watching is free to all."""
+
+
+class NotAllowed(Error, PermissionError):
+    """The system elsewhere does not let you do this: no token, a wrong one, or one of a lesser role."""
+
+
 class Terminated(Error):
     """A verb instance ended by a condition that is not normal. Derive from it to give a condition an exception of its own.
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a verb is suspended: it holds, its channels go safe, or it comes to rest first."""
+"""How a verb is suspended: it holds, its channels go safe, or it comes to rest first; and what it does when it is cut off."""
 
 from __future__ import annotations
 
@@ -47,4 +47,11 @@ def suspend_json(given: str | Holding, verb: str) -> Any:
             f"verb '{verb}' has suspend={given!r}",
             "write 'hold', 'safe' or gpac.holding('label.input', 'label.condition')",
         )
+    return given
+
+
+def cut_off_json(given: str | None, verb: str) -> str | None:
+    """A value of `if_cut_off=` in the form that the model takes."""
+    if given not in (None, "continue", "halt", "safe"):
+        refuse(DefinitionError, f"verb '{verb}' has if_cut_off={given!r}", "write 'continue', 'halt' or 'safe'")
     return given

@@ -21,7 +21,7 @@ from .places import here
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import Report
 from .signatures import arguments_signature, call_signature, inputs_signature
-from .suspension import Holding, suspend_json
+from .suspension import Holding, cut_off_json, suspend_json
 
 if TYPE_CHECKING:
     from .composition import ComposedVerb
@@ -43,6 +43,10 @@ class Verb(Generic[P, R]):
     `ending` names the command list that runs at every end but an emergency stop, a lost processor and a second halt, for
     `ending_limit` at most (10 s). `suspend` is `"hold"` (the last commands stay), `"safe"` (the channels that it writes go to their
     safe values meanwhile) or `gpac.holding(...)` (it comes to rest first).
+
+    `if_cut_off` is what a running instance does when the programming system that started it dies or cannot be reached any more:
+    `"continue"`, `"halt"` or `"safe"` (the outputs of its devices go to their safe values at once, it ends with `aborted`). A verb
+    that does not say it is halted; one that keeps a logical device going continues.
     """
 
     def __init__(
@@ -64,6 +68,7 @@ class Verb(Generic[P, R]):
         ending: str | None = None,
         ending_limit: Quantity | None = None,
         suspend: str | Holding = "hold",
+        if_cut_off: str | None = None,
         doc: str = "",
         manual: bool = False,
         function: Any = None,
@@ -89,6 +94,7 @@ class Verb(Generic[P, R]):
         self.ending = ending
         self.ending_limit_ns = optional_ns(ending_limit, f"the ending limit of verb '{name}'")
         self.suspend = suspend_json(suspend, name)
+        self.if_cut_off = cut_off_json(if_cut_off, name)
         self.place = here()
         self.placement: dict[str, str] = {}
         self.intervals: dict[str, int] = {}
@@ -216,6 +222,7 @@ class Verb(Generic[P, R]):
             "cells": self.cells, "input_parameters": inputs, "output_values": {n: t[0] for n, t in self.output_values.items()},
             "command_lists": {n: {"commands": c, "place": place} for n, c in self.command_lists.items()}, "initial": self.initial,
             "ending": self.ending, "ending_limit_ns": self.ending_limit_ns, "suspend": self.suspend,
+            "if_cut_off": self.if_cut_off,
             "conditions": {n: t.json() for n, t in self.conditions.items()},
             "transitions": [{"from": c, "condition": t, "to": to, "place": place} for (c, t), to in self.transitions.items()],
             "modes": self.modes, "requires": {n: r.json() for n, r in self.requires.items()}, "place": place,

@@ -2,6 +2,7 @@
 //! Bindings: the supervisor's `System` for Python. Conversions only; `python/opengpac/_native.pyi` says what each call means.
 mod convert;
 mod processes;
+mod serve;
 mod system;
 
 use crate::convert::{Refused, from_json, refused, to_json};
@@ -75,5 +76,10 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(processes::run_guard, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_plant, m)?)?;
     m.add_function(wrap_pyfunction!(processes::plant_state, m)?)?;
+    m.add_function(wrap_pyfunction!(serve::serve, m)?)?;
+    m.add_function(wrap_pyfunction!(serve::socket_path, m)?)?;
+    m.add_function(wrap_pyfunction!(serve::token_new, m)?)?;
+    m.add_function(wrap_pyfunction!(serve::token_list, m)?)?;
+    m.add_function(wrap_pyfunction!(serve::token_revoke, m)?)?;
     Ok(())
 }

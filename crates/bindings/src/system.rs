@@ -9,6 +9,7 @@ use model::value::Value;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
 use supervisor::{Alarm, AlarmText, DeviceRequest, Limits, Location, Mode, SvvRequest, Waited};
 
@@ -18,7 +19,14 @@ const SLICE: Duration = Duration::from_millis(50);
 /// One real-time system, embedded in this process.
 #[pyclass(frozen, module = "opengpac._native")]
 pub struct System {
-    inner: supervisor::System,
+    inner: Arc<supervisor::System>,
+}
+
+impl System {
+    /// The system itself, for who serves it.
+    pub fn shared(&self) -> Arc<supervisor::System> {
+        self.inner.clone()
+    }
 }
 
 /// Waits in slices, so that Ctrl-C ends it.
@@ -37,7 +45,7 @@ impl System {
     #[new]
     fn new(name: &str, clock: &str, options_json: &str) -> PyResult<Self> {
         let inner = session::open(name, clock, options_json).map_err(refused)?;
-        Ok(System { inner })
+        Ok(System { inner: Arc::new(inner) })
     }
 
     fn processor(&self, py: Python<'_>, name: &str, core: Option<usize>, supervisor: bool, process: bool, host: Option<String>) -> PyResult<()> {
@@ -330,6 +338,10 @@ impl System {
 
     fn names_json(&self) -> PyResult<String> {
         to_json(&self.inner.names_json())
+    }
+
+    fn configuration_json(&self) -> PyResult<String> {
+        to_json(&self.inner.configuration_json())
     }
 
     fn log_json(&self, since: u64) -> PyResult<String> {

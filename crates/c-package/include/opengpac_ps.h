@@ -63,25 +63,26 @@ void opengpac_close(opengpac_system *system);
  *   library                                                                 -> every block of the library
  * logical devices
  *   device                 name, device_type, [parameters], [arguments], [source]
- *   enable                 name -> its instance; wait_enabled: name, [timeout_ns] -> bool; disable, delete_device, device_state: name
+ *   enable                 name -> its instance; wait_enabled: name, [timeout_ns] or [until_ns] -> bool; disable, delete_device, device_state: name
  *   device_parameter       name, parameter -> value;   set_device_parameter: name, parameter, value
  * verb instances
  *   check                  an application -> its plan;   create: an application -> the number of the instance
  *   start                  instance, [values], [limits]                     values: {input parameter: value}
- *   wait                   instance, [timeout_ns] -> the end report, null after the timeout
+ *   wait                   instance, [timeout_ns] or [until_ns] -> the end report, null after the timeout
  *   halt                   instance -> the end report;   suspend, resume, delete, state, instance, report: instance
  *   set                    instance, [values], [every_ns]                   tunable input parameters, tunable intervals {label: ns}
  * values and time
- *   read                   names -> {"time_ns", "values": {name: {"value", "number", "time_ns"}}}, one consistent snapshot
- *   write                  name, value;   history: name, count;   svv_about: name
+ *   read                   names, [raw] -> {"time_ns", "values": {name: {"value", "number", "time_ns"}}}, one consistent snapshot
+ *   write                  name, value;   history: name, count, [raw];   svv_about: name;   raw: "bytes" in base64 instead of "value"
  *   now                    -> ns;   advance: duration_ns;   step -> bool
  * cell
  *   emergency_stop         reason;   emergency_stop_input: device, channel, [at_zero];   reset
- *   pause, resume_program  [devices] -> the instances that stop and go on
+ *   pause, resume_program  [devices] -> the instances that stop and go on;   paused: instances, names: waits until these have stopped
  *   mode                   -> "automatic" or "manual";   set_mode: mode;   enabling_switch: device, channel
  *   define_alarm           code, text, [remedy], [severity];   raise_alarm: code, [source], [text];   clear_alarm: code, [source]
  *   alarms                 -> all and their history;   acknowledge_alarms: [number];   restore_alarms: history
  *   raises                 device, channel, source      exchange_verb: device, verb      compose: a composition      verbs
+ *   configuration          -> processors, sources, devices as their drivers describe them, device types
  *   statistics, names      -> what there is and how it runs;   log: [since] -> conditions, faults, transitions, end reports
  *
  * A verb: {"name", "blocks": {label: {"block": {"subroutine": "library.pid"}, "constants": {}}}, "instantiation_parameters": {name: [ports]},

@@ -6,7 +6,7 @@
 use crate::conditions::{self, CheckedCondition};
 use crate::configuration::Configuration;
 use crate::conformity;
-use crate::definition::{Bound, Graph, Object, Part, Requirement, Verb};
+use crate::definition::{Bound, Graph, IfCutOff, Object, Part, Requirement, Verb};
 use crate::ending::{self, CheckedSuspend};
 use crate::flatten::{Flat, FlatBlock, Group, Labelled, Named, Origin, Port};
 use crate::interface::{Kind, Mode};
@@ -65,6 +65,7 @@ pub struct CheckedVerb {
     pub(crate) initial: usize,
     pub(crate) ending: PlannedEnding,
     pub(crate) suspend: CheckedSuspend,
+    pub(crate) if_cut_off: Option<IfCutOff>,
     pub(crate) conditions: Vec<CheckedCondition>,
     pub(crate) manual: bool,
     pub(crate) remarks: Vec<Remark>,
@@ -149,6 +150,7 @@ impl CheckedVerb {
             initial,
             ending,
             suspend,
+            if_cut_off: verb.if_cut_off,
             conditions,
             manual: verb.manual,
             remarks,

@@ -25,9 +25,11 @@ use serde::{Deserialize, Serialize};
 
 /// A line of the augmented τ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Step {
     /// A part, which stands for every list of it that the condition ends, or one list: `approach`, `approach.back_off`; or several.
     #[serde(deserialize_with = "crate::definition::one_or_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::Names"))]
     pub from: Vec<String>,
     /// A condition, by its name in the composed verb or in the part; absent: every normal end, but a halt.
     #[serde(default)]
@@ -40,6 +42,7 @@ pub struct Step {
 
 /// What a composed verb is made of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Composition {
     pub name: String,
     #[serde(default)]
@@ -173,6 +176,7 @@ fn empty(of: &Composition, parts: &[PartOf<'_>]) -> Verb {
         ending: None,
         ending_limit_ns: parts.iter().filter_map(|part| part.verb.ending_limit_ns).max(),
         suspend: Suspend::Hold,
+        if_cut_off: None,
         requires: IndexMap::new(),
         parts: known,
         place: of.place.clone(),

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a use of a block refers to. JSON: `{"subroutine": "library.pid"}` or `{"graph": {…}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum BlockSource {
     /// `module.block`.
@@ -19,6 +20,7 @@ pub enum BlockSource {
 
 /// One occurrence of a block in a graph or verb.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BlockUse {
     pub block: BlockSource,
     /// Constants for parameters, presets, sizes and inputs of this occurrence (`code.biquad(b0=0.1)`).
@@ -30,6 +32,7 @@ pub struct BlockUse {
 
 /// A data flow graph (f, I, O, L, ρ): `inputs`, `outputs` and `cells` are ρ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Graph {
     pub name: String,
     #[serde(default)]
@@ -53,6 +56,7 @@ pub struct Graph {
 
 /// An object of a verb: one logical device, or (`each`) several of the type.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Object {
     pub device_type: String,
     #[serde(default)]
@@ -61,6 +65,7 @@ pub struct Object {
 
 /// An input parameter: ψ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InputParameter {
     pub targets: Vec<String>,
     #[serde(default)]
@@ -84,6 +89,7 @@ pub struct InputParameter {
 
 /// An end of the range of an input parameter. JSON: a number, `"arm.max_speed"` or `"-arm.max_speed"`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Bound {
     Number(f64),
@@ -93,6 +99,7 @@ pub enum Bound {
 
 /// What must be true of each device of an object when a verb starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Requirement {
     /// Only of devices whose parameter (or SVV) of this name, `arm.needs_home`, is true.
     #[serde(default)]
@@ -107,6 +114,7 @@ pub struct Requirement {
 
 /// A function block command.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "command", rename_all = "snake_case")]
 pub enum Command {
     /// Fresh state for these blocks.
@@ -142,6 +150,7 @@ pub enum Command {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CommandList {
     pub commands: Vec<Command>,
     #[serde(default)]
@@ -150,6 +159,7 @@ pub struct CommandList {
 
 /// A termination condition: an element of t_V with its ν.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Termination {
     /// Block conditions (`label.item`) it stands for; empty: the system condition of its own name.
     #[serde(default)]
@@ -162,6 +172,7 @@ pub struct Termination {
     pub raises: bool,
     /// Only in these command lists; empty: in all. In JSON one name, or several.
     #[serde(default, deserialize_with = "one_or_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "Names"))]
     pub during: Vec<String>,
     #[serde(default)]
     pub priority: i32,
@@ -172,13 +183,16 @@ pub struct Termination {
     pub place: Option<Place>,
 }
 
+/// One name or several, as JSON may have them.
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub(crate) enum Names {
+    One(String),
+    Several(Vec<String>),
+}
+
 pub(crate) fn one_or_several<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum Names {
-        One(String),
-        Several(Vec<String>),
-    }
     Ok(match Option::<Names>::deserialize(deserializer)? {
         None => Vec::new(),
         Some(Names::One(name)) => vec![name],
@@ -188,6 +202,7 @@ pub(crate) fn one_or_several<'de, D: serde::Deserializer<'de>>(deserializer: D) 
 
 /// One line of τ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Transition {
     pub from: String,
     pub condition: String,
@@ -198,6 +213,7 @@ pub struct Transition {
 
 /// A part of a composed verb.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Part {
     /// Name of the verb that it was made from.
     pub verb: String,
@@ -210,6 +226,7 @@ pub struct Part {
 /// In a composed verb, one with `parts`, blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
 /// `conditions` and `output_values`, which may then hold one line for each part; what reports and τ call them is [`Verb::reported`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Verb {
     pub name: String,
     #[serde(default)]
@@ -256,6 +273,10 @@ pub struct Verb {
     pub ending_limit_ns: Option<i64>,
     #[serde(default)]
     pub suspend: Suspend,
+    /// What a running instance does when the programming system that started it is cut off; absent: an action is halted, the own verb
+    /// of a logical device continues.
+    #[serde(default)]
+    pub if_cut_off: Option<IfCutOff>,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -282,6 +303,7 @@ pub const ENDING_LIMIT_NS: i64 = 10_000_000_000;
 
 /// How a verb is suspended. JSON: `"hold"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Suspend {
     /// The last commands stay where they are.
@@ -293,9 +315,23 @@ pub enum Suspend {
     Holding(Vec<Holding>),
 }
 
+/// What a running verb instance does when the programming system that started it dies or cannot be reached any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum IfCutOff {
+    /// It goes on as if nothing had happened.
+    Continue,
+    /// It is halted: τ on `halted`, its ending list.
+    Halt,
+    /// The outputs of its devices go to their safe values at once, and it ends with `aborted`.
+    Safe,
+}
+
 /// `set`, a bool input or parameter, becomes true; when the condition `until` comes, the verb stops. Going on clears `set`. It
 /// counts in the command lists in which the block of `until` is active.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Holding {
     pub set: String,
     pub until: String,
@@ -303,6 +339,7 @@ pub struct Holding {
 
 /// What happens to a start that needs something of a logical device which another verb holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Arbitration {
     /// It is refused, naming the holder.
@@ -316,6 +353,7 @@ pub enum Arbitration {
 
 /// How an SVV of a logical device starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Initial {
     Value(Value),
@@ -324,6 +362,7 @@ pub enum Initial {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SvvSpecification {
     /// C type.
     pub type_text: String,
@@ -343,6 +382,7 @@ pub struct SvvSpecification {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceParameter {
     pub default: Value,
     #[serde(default)]
@@ -353,6 +393,7 @@ pub struct DeviceParameter {
 
 /// A logical device type: an optional verb, SVVs, parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceType {
     pub name: String,
     #[serde(default)]
@@ -372,6 +413,7 @@ pub struct DeviceType {
 
 /// What an instantiation parameter or object is given.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Argument {
     /// An SVV by name.
@@ -395,6 +437,7 @@ pub enum Argument {
 
 /// A verb applied to arguments: what makes a verb instance.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Application {
     /// Name of a verb that was defined in the system.
     pub verb: String,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// Relation of a port's updates to its block's invocations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     Synchronous,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Plans: a verb with its arguments, flattened, placed, bound and checked. The supervisor and the kernels run plans.
 use crate::configuration::{Rate, SvvId};
-use crate::definition::Arbitration;
+use crate::definition::{Arbitration, IfCutOff};
 use crate::interface::Mode;
 use crate::refusal::{Class, Place};
 use crate::value::Value;
@@ -332,6 +332,8 @@ pub struct Plan {
     pub initial: usize,
     pub ending: PlannedEnding,
     pub suspend: PlannedSuspend,
+    /// What it does when the programming system that started it is cut off, where its verb says so.
+    pub if_cut_off: Option<IfCutOff>,
     pub conditions: Vec<PlannedCondition>,
     pub inputs: Vec<PlannedInput>,
     pub requirements: Vec<PlannedRequirement>,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Where in the user's program something was defined.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Place {
     pub file: String,
     pub line: u32,
@@ -11,6 +12,7 @@ pub struct Place {
 
 /// What kind of refusal it is: the name of the Python exception class.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Class {
     /// Parts of a composed verb that do not go together; names both.
     CompositionConflict,
@@ -47,10 +49,21 @@ pub enum Class {
     EmergencyStopped,
     /// Something of that name exists and is in use.
     InUse,
+    /// A role that may not, a token that is missing, wrong, expired or revoked, a request that comes from a foreign page.
+    NotAllowed,
+    /// Another session commands the system, or none does; names the holder.
+    NotCommanding,
+    /// A session that was closed or counts as lost.
+    SessionLost,
+    /// Too many, too large or too often.
+    LimitExceeded,
+    /// What is to be recorded cannot be.
+    AuditFailed,
 }
 
 /// One of the ends that a refusal is about.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct End {
     /// As the message names it, for example `output 'servo.effort' (double, N.m)`.
     pub what: String,
@@ -60,6 +73,7 @@ pub struct End {
 
 /// One thing that is wrong.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Refusal {
     pub class: Class,
     /// Lower case, both ends named: `cannot bind output 'a.y' (double, N.m) to input 'b.u' (float): types differ`.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 /// A value of a parameter, preset, SVV or output. In JSON it is what it looks like.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum Value {
     Bool(bool),

@@ -1,13 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What every call does with texts: takes its arguments, answers, waits.
+//! What every call does with texts: takes its arguments, answers.
 use model::refusal::{Class, Refusal, Refusals};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value as Json};
-use std::time::Duration;
-use supervisor::{System, Waited};
-
-/// How long a wait sleeps before it looks at its deadline again.
-const SLICE: Duration = Duration::from_millis(50);
 
 /// The arguments of a call, taken one by one; what is left over is refused.
 pub(crate) struct Arguments<'a> {
@@ -54,20 +49,4 @@ pub(crate) fn done(of: Result<(), Refusals>) -> Answer {
 
 pub(crate) fn told(of: impl serde::Serialize) -> Answer {
     serde_json::to_value(of).map(Some).map_err(|why| crate::wrong_form(&why))
-}
-
-/// Waits slice by slice; nothing where the timeout has passed.
-pub(crate) fn until_done<T>(
-    timeout_ns: Option<i64>,
-    system: &System,
-    mut wait: impl FnMut(Option<i64>, Duration) -> Result<Waited<T>, Refusals>,
-) -> Result<Option<T>, Refusals> {
-    let until_ns = timeout_ns.map(|timeout| system.now_ns().saturating_add(timeout));
-    loop {
-        match wait(until_ns, SLICE)? {
-            Waited::Done(result) => return Ok(Some(result)),
-            Waited::TimedOut => return Ok(None),
-            Waited::Slice => (),
-        }
-    }
 }

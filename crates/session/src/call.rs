@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Every call on a system by its name, with its arguments as a JSON object.
-use crate::arguments::{Answer, Arguments, done, told, until_done};
+use crate::arguments::{Answer, Arguments, done, told};
 use crate::cell::cell;
 use crate::values::{history, read};
+use crate::waits::{Answered, wait};
 use indexmap::IndexMap;
 use model::configuration::SourceKind;
 use model::definition::{Application, DeviceType, Graph, Verb};
@@ -10,10 +11,14 @@ use model::refusal::{Class, Place, Refusal, Refusals};
 use model::value::Value;
 use serde_json::{Value as Json, json};
 use std::path::PathBuf;
+use std::time::Duration;
 use supervisor::{DeviceRequest, Limits, Location, SvvRequest, System};
 
 /// The interpreter that tries a code module in a process of its own, where no `opengpac-probe` lies beside the program.
 const PYTHON: &str = "python3";
+
+/// How long a wait sleeps before it looks at its deadline again.
+const SLICE: Duration = Duration::from_millis(50);
 
 /// Makes one call. `arguments`: the JSON text of an object, empty for none; the result is JSON.
 ///
@@ -21,10 +26,24 @@ const PYTHON: &str = "python3";
 /// `timeout_ns` has passed, on the system's clock; under the virtual clock they advance time. Errors: the refusals of the
 /// supervisor, `CallError` for a call or an argument that there is not.
 pub fn call(system: &System, name: &str, arguments: &str) -> Result<Json, Refusals> {
+    let mut answered = begin(system, name, arguments, SLICE)?;
+    loop {
+        match answered {
+            Answered::Done(result) => return Ok(result),
+            Answered::Waiting { call, arguments } => answered = begin(system, call, &arguments.to_string(), SLICE)?,
+        }
+    }
+}
+
+/// Begins a call: as [`call`], but one that lasts answers after `slice` of real time at the latest, with the call by which it goes on.
+pub fn begin(system: &System, name: &str, arguments: &str, slice: Duration) -> Result<Answered, Refusals> {
     let mut a = Arguments::of(name, arguments)?;
+    if let Some(answered) = wait(system, name, &mut a, slice)? {
+        return Ok(answered);
+    }
     for group in [configuration, software, devices, instances, commands, observation, time, cell] {
         if let Some(result) = group(system, name, &mut a)? {
-            return Ok(result);
+            return Ok(Answered::Done(result));
         }
     }
     Err(vec![Refusal::new(Class::CallError, format!("there is no call '{name}'")).remedy("see the list in opengpac_ps.h")])
@@ -102,21 +121,19 @@ fn software(system: &System, name: &str, a: &mut Arguments) -> Answer {
 }
 
 fn devices(system: &System, name: &str, a: &mut Arguments) -> Answer {
-    if !matches!(name, "device" | "enable" | "disable" | "delete_device" | "device_state" | "wait_enabled" | "device_parameter" | "set_device_parameter") {
+    if !matches!(name, "device" | "enable" | "delete_device" | "device_state" | "device_parameter" | "set_device_parameter") {
         return Ok(None);
     }
     let device = a.take::<String>("name")?;
     if name == "device" {
         return done(system.device(&device, a.whole::<DeviceRequest>()?));
     }
-    let (timeout_ns, parameter, value) = (a.or::<Option<i64>>("timeout_ns")?, a.or::<String>("parameter")?, a.or::<Option<Value>>("value")?);
+    let (parameter, value) = (a.or::<String>("parameter")?, a.or::<Option<Value>>("value")?);
     a.none_left()?;
     match name {
         "enable" => told(system.enable(&device)?),
-        "disable" => done(until_done(None, system, |_, slice| system.disable(&device, slice)).map(|_| ())),
         "delete_device" => done(system.delete_device(&device)),
         "device_state" => told(system.device_state(&device)?),
-        "wait_enabled" => told(until_done(timeout_ns, system, |until, slice| system.wait_enabled(&device, until, slice))?.unwrap_or(false)),
         "device_parameter" => told(system.device_parameter(&device, &parameter)?),
         _ => match value {
             Some(value) => done(system.set_device_parameter(&device, &parameter, value)),
@@ -144,20 +161,15 @@ fn instances(system: &System, name: &str, a: &mut Arguments) -> Answer {
 }
 
 fn commands(system: &System, name: &str, a: &mut Arguments) -> Answer {
-    if !matches!(name, "instance" | "suspend" | "resume" | "halt" | "wait" | "report" | "state" | "delete") {
+    if !matches!(name, "instance" | "suspend" | "resume" | "report" | "state" | "delete") {
         return Ok(None);
     }
-    let (instance, timeout_ns) = (a.take("instance")?, a.or::<Option<i64>>("timeout_ns")?);
+    let instance = a.take("instance")?;
     a.none_left()?;
     match name {
         "instance" => told(system.instance_json(instance)?),
         "suspend" => done(system.suspend(instance)),
         "resume" => done(system.resume(instance)),
-        "halt" => {
-            system.halt(instance)?;
-            told(until_done(timeout_ns, system, |until, slice| system.wait(instance, until, slice))?)
-        }
-        "wait" => told(until_done(timeout_ns, system, |until, slice| system.wait(instance, until, slice))?),
         "report" => told(system.report(instance)?),
         "state" => told(system.state(instance)),
         _ => done(system.delete(instance)),
@@ -167,9 +179,9 @@ fn commands(system: &System, name: &str, a: &mut Arguments) -> Answer {
 fn observation(system: &System, name: &str, a: &mut Arguments) -> Answer {
     match name {
         "read" => {
-            let names = a.take::<Vec<String>>("names")?;
+            let (names, raw) = (a.take::<Vec<String>>("names")?, a.or("raw")?);
             a.none_left()?;
-            read(system, &names).map(Some)
+            read(system, &names, raw).map(Some)
         }
         "write" => {
             let (svv, value) = (a.take::<String>("name")?, a.take::<Value>("value")?);
@@ -177,9 +189,9 @@ fn observation(system: &System, name: &str, a: &mut Arguments) -> Answer {
             done(system.write(&svv, &value))
         }
         "history" => {
-            let (svv, count) = (a.take::<String>("name")?, a.take("count")?);
+            let (svv, count, raw) = (a.take::<String>("name")?, a.take("count")?, a.or("raw")?);
             a.none_left()?;
-            history(system, &svv, count).map(Some)
+            history(system, &svv, count, raw).map(Some)
         }
         "svv_about" => {
             let svv = a.take::<String>("name")?;
@@ -203,11 +215,6 @@ fn time(system: &System, name: &str, a: &mut Arguments) -> Answer {
         "now" => {
             a.none_left()?;
             told(system.now_ns())
-        }
-        "advance" => {
-            let duration_ns = a.take("duration_ns")?;
-            a.none_left()?;
-            done(system.advance(duration_ns))
         }
         "step" => {
             a.none_left()?;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Calls on a cell: emergency stop, pause, modes, alarms, and what changes while it runs.
-use crate::arguments::{Answer, Arguments, done, told, until_done};
+use crate::arguments::{Answer, Arguments, done, told};
 use model::refusal::Place;
 use supervisor::{Alarm, AlarmText, Mode, System};
 
@@ -19,13 +19,6 @@ pub(crate) fn cell(system: &System, name: &str, a: &mut Arguments) -> Answer {
         "reset" => {
             a.none_left()?;
             done(system.reset())
-        }
-        "pause" => {
-            let devices = a.or::<Option<Vec<String>>>("devices")?;
-            a.none_left()?;
-            let (ids, names): (Vec<u64>, Vec<String>) = system.pause(devices.as_deref())?.into_iter().unzip();
-            until_done(None, system, |_, slice| system.paused(&ids, slice))?;
-            told(names)
         }
         "resume_program" => {
             let devices = a.or::<Option<Vec<String>>>("devices")?;
@@ -93,6 +86,7 @@ fn changes(system: &System, name: &str, a: &mut Arguments) -> Answer {
         }
         "compose" => told(system.compose(&a.whole()?)?),
         "verbs" => a.none_left().and_then(|()| told(system.verbs_json())),
+        "configuration" => a.none_left().and_then(|()| told(system.configuration_json())),
         _ => Ok(None),
     }
 }

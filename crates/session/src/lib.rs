@@ -2,15 +2,19 @@
 //! A session of a programming system with a real-time system: texts in, texts out.
 //!
 //! Definitions, applications, values and reports have one JSON form. Whoever speaks it is a programming system: the Python package
-//! through its bindings, a C program through the C package. [`open`] makes a system; [`call`] is every call on it by its name.
+//! through its bindings, a C program through the C package. [`open`] makes a system; [`call`] is every call on it by its name,
+//! [`begin`] the same for who must not wait long.
 mod arguments;
 mod call;
 mod cell;
 mod open;
 mod values;
+mod waits;
 
-pub use call::{call, source_kind};
+pub use call::{begin, call, source_kind};
 pub use open::open;
+pub use values::read;
+pub use waits::{Answered, WAITS};
 
 pub use model::refusal::Refusals;
 pub use supervisor::System;

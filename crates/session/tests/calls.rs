@@ -51,6 +51,7 @@ const CALLS: &[&str] = &[
     "emergency_stop_input",
     "reset",
     "pause",
+    "paused",
     "resume_program",
     "mode",
     "set_mode",
@@ -65,6 +66,7 @@ const CALLS: &[&str] = &[
     "exchange_verb",
     "compose",
     "verbs",
+    "configuration",
     "statistics",
     "names",
     "log",
@@ -194,4 +196,46 @@ fn a_cell_is_paused_switched_and_alarmed_by_texts_alone() {
     assert!(refused(&system, "start", &json!({ "instance": instance }).to_string()).contains("somebody pressed"));
     say(&system, "reset", json!({}));
     assert!(say(&system, "verbs", json!({})).to_string().contains("wave"));
+}
+
+#[test]
+fn a_call_that_lasts_answers_slice_by_slice() {
+    use session::{Answered, begin};
+    use std::time::Duration;
+    let system = system();
+    let instance = wave(&system);
+    say(&system, "start", json!({ "instance": instance }));
+    let slice = Duration::from_millis(1);
+    let waited = begin(&system, "wait", &json!({ "instance": instance, "timeout_ns": 1_000_000_000_000_i64 }).to_string(), slice).expect("it waits");
+    assert_eq!(waited, Answered::Waiting { call: "wait", arguments: json!({ "instance": instance, "until_ns": 1_000_000_000_000_i64 }) });
+    let now = say(&system, "now", json!({}));
+    let advanced = begin(&system, "advance", r#"{"duration_ns": 1000000000000}"#, slice).expect("it advances");
+    let Answered::Waiting { call: "advance", arguments } = advanced else { panic!("{advanced:?}") };
+    let passed = say(&system, "now", json!({})).as_i64().expect("ns") - now.as_i64().expect("ns");
+    assert_eq!(arguments["duration_ns"].as_i64().expect("ns") + passed, 1_000_000_000_000);
+    let halted = begin(&system, "halt", &json!({ "instance": instance }).to_string(), Duration::from_secs(60)).expect("it halts");
+    assert!(matches!(&halted, Answered::Done(report) if report["condition"] == "halted"), "{halted:?}");
+    assert!(refused(&system, "wait", r#"{"instance": 1, "timeout_ns": 1, "until_ns": 1}"#).contains("not both"));
+}
+
+#[test]
+fn values_that_json_cannot_say_come_as_bytes() {
+    let system = system();
+    let values = say(&system, "read", json!({ "names": ["y"], "raw": true }));
+    assert_eq!(values["values"]["y"]["bytes"], "AAAAAAAAAAA=");
+    assert!(values["values"]["y"].get("value").is_none());
+}
+
+#[test]
+fn who_comes_later_is_told_what_there_is() {
+    let system = system();
+    let options = json!({ "channels": [{ "name": "lamp", "direction": "write", "type": "bool" }], "table": [] });
+    say(&system, "physical_device", json!({ "processor": "rtp0", "name": "io", "kind": "scripted", "options": options, "source": "rtp0.fast" }));
+    let there = say(&system, "configuration", json!({}));
+    assert_eq!(there["processors"]["rtp0"], json!({ "core": null, "supervisor": true }));
+    assert_eq!(there["sources"]["rtp0.fast"], json!({ "processor": "rtp0", "kind": { "timer": { "period_ns": 1_000_000 } }, "priority": 80 }));
+    let io = &there["physical_devices"]["io"];
+    assert_eq!((io["source"].as_str(), io["channels"][0]["name"].as_str()), (Some("rtp0.fast"), Some("lamp")));
+    let instance = wave(&system);
+    assert_eq!(say(&system, "statistics", json!({}))["instances"][0]["id"], instance);
 }

@@ -23,6 +23,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// How urgent an alarm is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
     Low,
@@ -34,6 +35,7 @@ pub enum Severity {
 
 /// What is said of an alarm of one code.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct AlarmText {
     pub text: String,
     #[serde(default)]
@@ -44,6 +46,7 @@ pub struct AlarmText {
 
 /// One alarm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Alarm {
     /// Counts the alarms of the system.
     pub number: u64,

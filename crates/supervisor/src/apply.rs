@@ -17,6 +17,7 @@ use std::time::Duration;
 
 /// A logical device as it is asked for.
 #[derive(Clone, Debug, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceRequest {
     pub device_type: String,
     /// Parameters that differ from the type's.

@@ -20,6 +20,7 @@ use std::sync::Arc;
 
 /// An SVV as it is asked for: its specification, and the struct types that its type needs.
 #[derive(Clone, Debug, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SvvRequest {
     #[serde(flatten)]
     pub specification: SvvSpecification,
@@ -206,7 +207,7 @@ impl System {
             let id = core.sources[source];
             device.obey(core.emergency.stop.clone());
             core.tables.get_mut(&id).expect("a source has its table as long as the system lives").devices.push(device.clone());
-            core.physical.insert(name.to_owned(), PhysicalRecord { device, source: id, lost: None, opened });
+            core.physical.insert(name.to_owned(), PhysicalRecord { device, source: id, lost: None, opened, about: description.clone() });
             let op = core.table_op(id);
             core.submit(id, vec![op], crate::core::Purpose::Nothing);
             Ok(())

@@ -5,6 +5,7 @@ use crate::alarms::Alarms;
 use crate::claims::Request;
 use crate::connect::Pair;
 use crate::emergency::Emergency;
+use crate::ends::Ends;
 use crate::instance::Instance;
 use crate::log::Log;
 use crate::modes::Modes;
@@ -44,6 +45,8 @@ pub(crate) struct PhysicalRecord {
     pub lost: Option<String>,
     /// Of one that lies elsewhere: how it was opened.
     pub opened: Option<(String, String)>,
+    /// What its driver says of itself.
+    pub about: serde_json::Value,
 }
 
 /// Whose script it was that a kernel acknowledges.
@@ -87,6 +90,8 @@ pub(crate) struct Core {
     pub reads: HashMap<u64, (i64, Vec<u8>)>,
     /// Ends not yet told to an event loop.
     pub ended: u64,
+    /// The latest end reports, for who was not there.
+    pub ends: Ends,
     /// The latest connection of each pair.
     pub latest: HashMap<Pair, u64>,
     pub last_connection: u64,
@@ -120,6 +125,7 @@ impl Core {
             poisoned: HashMap::new(),
             reads: HashMap::new(),
             ended: 0,
+            ends: Ends::default(),
             latest: HashMap::new(),
             last_connection: 0,
             named: HashMap::new(),

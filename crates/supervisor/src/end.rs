@@ -141,6 +141,7 @@ impl Core {
             self.alarm_of_end(&report, unasked.map(String::as_str), has_own);
         }
         self.forget_pause(id);
+        self.ends.add(id, report.clone());
         if let Some(instance) = self.instances.get_mut(&id) {
             instance.report = Some(report);
         }

@@ -50,6 +50,7 @@ pub(crate) struct Cause {
 
 /// Limits of one start.
 #[derive(Clone, Copy, Debug, Default, serde::Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Limits {
     /// Running time after which `time_limit` comes, ns.

@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 const ENTRIES_MAX: usize = 4096;
 
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Entry {
     pub sequence: u64,
     pub time_s: f64,

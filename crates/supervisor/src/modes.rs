@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 /// What may be started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     /// Everything: a program runs the machine.

@@ -67,8 +67,8 @@ impl System {
             core.sources.iter().map(|(name, id)| (name.clone(), source_json(&core.host.statistics(*id), core.tables[id].steps.len()))).collect();
         let instances: Vec<Json> = core
             .instances
-            .values()
-            .map(|i| json!({"name": i.name, "verb": i.plan.verb, "state": i.state.name(), "list": i.plan.lists[i.list].name, "owner": i.owner}))
+            .iter()
+            .map(|(id, i)| json!({"id": id, "name": i.name, "verb": i.plan.verb, "state": i.state.name(), "list": i.plan.lists[i.list].name, "owner": i.owner}))
             .collect();
         let devices: serde_json::Map<String, Json> = core.logical.keys().map(|d| (d.clone(), json!(core.device_state(d).unwrap_or("?")))).collect();
         let physical: serde_json::Map<String, Json> = (core.physical.iter())

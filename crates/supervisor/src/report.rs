@@ -6,6 +6,7 @@ use serde::Serialize;
 
 /// Another condition that came in the firing that ended the verb, or while it was moving.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Other {
     pub condition: String,
     pub block: String,
@@ -14,6 +15,7 @@ pub struct Other {
 
 /// How one start of a verb instance ended.
 #[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Report {
     pub instance: String,
     pub verb: String,

@@ -111,6 +111,11 @@ impl System {
         &self.name
     }
 
+    /// Whether time is a number that waits and `advance` move.
+    pub fn is_virtual(&self) -> bool {
+        self.shared.is_virtual
+    }
+
     /// Starts a verb instance.
     pub fn start(&self, instance: u64, values: &IndexMap<String, Value>, limits: Limits) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();

@@ -21,7 +21,8 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("supervisor", &["opengpac", "model", "interconnect", "kernel", "drivers", "modules", "library", "rtp"]),
     ("places", &["interconnect", "guard", "shared-memory", "rtp", "modules"]),
     ("session", &["model", "interconnect", "kernel", "supervisor", "places"]),
-    ("bindings", &["opengpac", "model", "guard", "drivers", "supervisor", "session", "places"]),
+    ("control", &["opengpac", "model", "supervisor", "session"]),
+    ("bindings", &["opengpac", "model", "guard", "drivers", "supervisor", "session", "places", "control"]),
     ("c-package", &["session"]),
     ("fuzz-targets", &["opengpac", "model", "interconnect", "kernel", "modules", "library", "rtp"]),
 ];
@@ -34,7 +35,9 @@ const ABSENT: &[(&str, &[&str])] = &[
     ("interconnect", &["serde", "serde_json", "pyo3"]),
     ("kernel", &["serde_json", "pyo3", "libloading"]),
     ("rtp", &["pyo3", "supervisor", "model"]),
-    ("supervisor", &["pyo3"]),
+    ("supervisor", &["pyo3", "tokio", "axum"]),
+    ("session", &["pyo3", "tokio", "axum"]),
+    ("control", &["pyo3", "kernel", "libc"]),
 ];
 
 /// The crates of the workspace, each with what it is built with (not what only its tests use).

@@ -39,6 +39,7 @@ impl<'a> Draft<'a> {
             initial: checked.initial,
             ending: checked.ending.clone(),
             suspend,
+            if_cut_off: checked.if_cut_off,
             conditions: checked.conditions.iter().map(|condition| condition.planned.clone()).collect(),
             inputs,
             requirements,

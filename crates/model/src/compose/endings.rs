@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How a composed verb ends and is suspended: as the one part does that says so; parts that come to rest each in their own way do so
+//! How a composed verb ends, is suspended and acts when it is cut off: as the one part does that says so; parts that come to rest each in their own way do so
 //! in the composition too. Two that say different things are a conflict.
 use super::Composing;
 use crate::definition::{Holding, Suspend};
 use crate::refusal::Class;
 
 impl Composing<'_> {
-    /// The ending list and the way to be suspended.
+    /// The ending list, the way to be suspended, and what happens when the programming system is cut off.
     pub fn endings(&mut self) {
+        self.cut_off();
         let (mut ending, mut suspend): (Option<usize>, Option<usize>) = (None, None);
         for part in 0..self.parts.len() {
             let verb = self.parts[part].verb;
@@ -38,6 +39,24 @@ impl Composing<'_> {
             Some(plain) => plain.clone(),
             None => Suspend::Hold,
         };
+    }
+}
+
+impl Composing<'_> {
+    /// What the parts say of a programming system that is cut off; those that say nothing agree with any.
+    fn cut_off(&mut self) {
+        let mut says: Option<usize> = None;
+        for part in 0..self.parts.len() {
+            let Some(policy) = self.parts[part].verb.if_cut_off else { continue };
+            match says {
+                Some(first) if self.parts[first].verb.if_cut_off != Some(policy) => {
+                    let message = format!("{} do different things when the programming system is cut off", self.both(first, part));
+                    self.conflict(Class::CompositionConflict, message, "leave if_cut_off= out in one of them", (first, part));
+                }
+                _ => says = says.or(Some(part)),
+            }
+        }
+        self.verb.if_cut_off = says.and_then(|part| self.parts[part].verb.if_cut_off);
     }
 }
 

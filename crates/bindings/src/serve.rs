@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Serving a system over the control interface, and the file of tokens. Conversions only.
+use crate::convert::{from_json, interpreter, refused, to_json};
+use crate::system::System;
+use control::{Options, Role, Server, tokens};
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// How long serving goes on without looking at signals.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Serves a system until a signal's exception comes; `ready` is called with the addresses first.
+#[pyfunction]
+pub fn serve(py: Python<'_>, system: &System, options_json: &str, ready: &Bound<'_, PyAny>) -> PyResult<()> {
+    let mut options: Options = from_json(options_json)?;
+    options.python = Some(interpreter(py)?);
+    let shared = system.shared();
+    let mut server = py.detach(|| Server::start(shared, &options)).map_err(refused)?;
+    let mut looked = ready.call1((server.addresses().to_vec(),)).map(|_| ());
+    while looked.is_ok() {
+        py.detach(|| std::thread::sleep(LOOK));
+        looked = py.check_signals();
+    }
+    py.detach(|| server.stop());
+    looked
+}
+
+/// Where the Unix socket of a system lies where nothing else is said.
+#[pyfunction]
+pub fn socket_path(name: &str) -> String {
+    control::default_path(name).display().to_string()
+}
+
+/// Makes a token and enters it; or enters the holder of a client certificate, and the answer is empty.
+#[pyfunction]
+#[pyo3(signature = (path, name, role, expires=None, certificate=None))]
+pub fn token_new(path: PathBuf, name: &str, role: &str, expires: Option<u64>, certificate: Option<PathBuf>) -> PyResult<String> {
+    let role: Role = role.parse().map_err(PyValueError::new_err)?;
+    let Some(certificate) = certificate else { return tokens::add(&path, name, role, expires).map_err(os_error) };
+    let first = control::certificates(&certificate).map_err(refused)?.into_iter().next().ok_or_else(|| PyValueError::new_err("there is no certificate"))?;
+    tokens::add_certificate(&path, name, role, expires, control::fingerprint(&first)).map_err(os_error)?;
+    Ok(String::new())
+}
+
+/// Every entry of the file of tokens, as JSON; no token itself.
+#[pyfunction]
+pub fn token_list(path: PathBuf) -> PyResult<String> {
+    to_json(&tokens::list(&path).map_err(os_error)?)
+}
+
+/// Revokes what has that name; false where there is none.
+#[pyfunction]
+pub fn token_revoke(path: PathBuf, name: &str) -> PyResult<bool> {
+    tokens::revoke(&path, name).map_err(os_error)
+}
+
+fn os_error(why: std::io::Error) -> PyErr {
+    PyOSError::new_err(why.to_string())
+}

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Who calls, from where, and as what: tokens, client certificates, the user of a Unix socket; the host and origin of a request.
+use crate::failure::Failure;
+use crate::role::Role;
+use crate::tokens::{Rejected, Tokens, now_s};
+use axum::http::{HeaderMap, StatusCode, header};
+use model::refusal::Class;
+use std::net::{IpAddr, SocketAddr};
+
+/// The other end of a connection.
+#[derive(Clone, Debug)]
+pub enum Peer {
+    /// A Unix socket, with the user of the process there.
+    Unix {
+        uid: u32,
+    },
+    Tcp {
+        from: SocketAddr,
+    },
+    /// `certificate`: SHA-256 of the client certificate's DER, which our authority has signed.
+    Tls {
+        from: SocketAddr,
+        certificate: Option<[u8; 32]>,
+    },
+}
+
+/// Who calls.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Caller {
+    /// `user 1000`, `token panel`, `certificate panel`, `anybody`.
+    pub who: String,
+    pub role: Role,
+    pub from: String,
+}
+
+/// Who is let in.
+pub struct Gate {
+    pub tokens: Option<Tokens>,
+    /// The user that the daemon runs as.
+    pub uid: u32,
+    /// Callers without a token may observe from loopback.
+    pub insecure_loopback: bool,
+    /// Names that a `Host` may have, besides addresses and `localhost`.
+    pub hosts: Vec<String>,
+    /// Pages that may call; a browser names them.
+    pub origins: Vec<String>,
+}
+
+impl Gate {
+    /// Who calls, or why nobody is let in.
+    pub fn admit(&self, peer: &Peer, headers: &HeaderMap) -> Result<Caller, Failure> {
+        self.check_host(headers)?;
+        self.check_origin(headers)?;
+        let from = match peer {
+            Peer::Unix { .. } => "unix".to_owned(),
+            Peer::Tcp { from } | Peer::Tls { from, .. } => from.to_string(),
+        };
+        if let Some(token) = bearer(headers)? {
+            let entry = match &self.tokens {
+                Some(tokens) => tokens.verify(token, now_s()).map_err(rejected)?,
+                None => return Err(rejected(Rejected::Wrong)),
+            };
+            return Ok(Caller { who: format!("token {}", entry.name), role: entry.role, from });
+        }
+        match peer {
+            Peer::Unix { uid } if *uid == self.uid || *uid == 0 => Ok(Caller { who: format!("user {uid}"), role: Role::Download, from }),
+            Peer::Unix { uid } => Err(Failure::new(Class::NotAllowed, format!("user {uid} may not use this socket"), "give a token")),
+            Peer::Tls { certificate: Some(sha256), .. } => self.of_certificate(*sha256, from),
+            Peer::Tcp { from: address } if self.insecure_loopback && address.ip().is_loopback() => {
+                Ok(Caller { who: "anybody".to_owned(), role: Role::Observe, from })
+            }
+            Peer::Tcp { .. } | Peer::Tls { .. } => {
+                Err(Failure::new(Class::NotAllowed, "there is no token", "send the header 'Authorization: Bearer TOKEN'").status(StatusCode::UNAUTHORIZED))
+            }
+        }
+    }
+
+    /// A certificate that is signed but not listed may observe.
+    fn of_certificate(&self, sha256: [u8; 32], from: String) -> Result<Caller, Failure> {
+        let known = self.tokens.as_ref().map_or(Err(Rejected::Wrong), |tokens| tokens.verify_certificate(sha256, now_s()));
+        match known {
+            Ok(entry) => Ok(Caller { who: format!("certificate {}", entry.name), role: entry.role, from }),
+            Err(Rejected::Wrong) => Ok(Caller { who: format!("certificate {}", &crate::wire::hex(&sha256)[..16]), role: Role::Observe, from }),
+            Err(other) => Err(rejected(other)),
+        }
+    }
+
+    /// A page of another site can make its own name mean our address, not the `Host` that its browser then sends.
+    fn check_host(&self, headers: &HeaderMap) -> Result<(), Failure> {
+        let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("");
+        let name = name_of(host);
+        let ours = name == "localhost" || name.parse::<IpAddr>().is_ok() || self.hosts.iter().any(|known| known.eq_ignore_ascii_case(name));
+        if ours && headers.get_all(header::HOST).iter().count() == 1 {
+            return Ok(());
+        }
+        Err(Failure::new(Class::NotAllowed, format!("the host '{host}' is not ours"), format!("start the daemon with --host {name}")))
+    }
+
+    /// No page of a browser calls, unless it is named at the start.
+    fn check_origin(&self, headers: &HeaderMap) -> Result<(), Failure> {
+        let Some(origin) = headers.get(header::ORIGIN) else { return Ok(()) };
+        let origin = origin.to_str().unwrap_or("?");
+        if self.origins.iter().any(|known| known == origin) {
+            return Ok(());
+        }
+        Err(Failure::new(Class::NotAllowed, format!("pages of '{origin}' may not call"), format!("start the daemon with --origin {origin}")))
+    }
+}
+
+/// The name of a `Host`, without its port and brackets.
+fn name_of(host: &str) -> &str {
+    if let Some(rest) = host.strip_prefix('[') {
+        return rest.split(']').next().unwrap_or("");
+    }
+    host.rsplit_once(':').map_or(host, |(name, _)| name)
+}
+
+/// The token of a request. What is there and cannot be read is a wrong one.
+fn bearer(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
+    let Some(given) = headers.get(header::AUTHORIZATION) else { return Ok(None) };
+    let token = given.to_str().ok().and_then(|text| text.strip_prefix("Bearer ")).map(str::trim);
+    token.filter(|token| !token.is_empty()).map(Some).ok_or_else(|| rejected(Rejected::Wrong))
+}
+
+fn rejected(why: Rejected) -> Failure {
+    let (message, remedy) = match why {
+        Rejected::Wrong => ("the token is wrong", "ask whoever runs the system for one: opengpac token new"),
+        Rejected::Expired => ("the token has expired", "ask for a new one: opengpac token new"),
+        Rejected::Revoked => ("the token was revoked", "ask for a new one: opengpac token new"),
+    };
+    Failure::new(Class::NotAllowed, message, remedy).status(StatusCode::UNAUTHORIZED)
+}

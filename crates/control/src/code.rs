@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Which code fits: the version of the block interface and the machine that a shared object is for.
+use crate::failure::Failure;
+use crate::service::Service;
+use model::refusal::Class;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+/// What `PUT /v1/modules/NAME` says of its body.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Named {
+    /// Its name; the suffix says what it is.
+    pub file: String,
+    pub sha256: String,
+    /// Of a shared object: the version of the block interface.
+    #[serde(default)]
+    pub abi: Option<u32>,
+    /// Of a shared object: the machine.
+    #[serde(default)]
+    pub target: Option<String>,
+}
+
+/// The machine here: `x86_64-linux`.
+pub fn target() -> String {
+    format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)
+}
+
+/// `GET /v1/version`.
+pub fn version(service: &Service) -> Value {
+    json!({
+        "opengpac": env!("CARGO_PKG_VERSION"), "interface": 1, "abi": opengpac::abi::ABI, "target": target(),
+        "system": service.system.name(), "clock": if service.system.is_virtual() { "virtual" } else { "monotonic" },
+    })
+}
+
+/// Refuses a shared object for another machine or another block interface, by name.
+pub fn check_target(module: &str, named: &Named, bytes: &[u8]) -> Result<(), Failure> {
+    let refuse = |message: String, remedy: &str| Err(Failure::new(Class::ModuleError, message, remedy));
+    if !bytes.starts_with(b"\x7fELF") {
+        return Ok(());
+    }
+    match (&named.target, named.abi) {
+        (Some(for_target), _) if *for_target != target() => {
+            refuse(format!("module '{module}' is for {for_target}, this system runs on {}", target()), "build it for that, or send its source")
+        }
+        (_, Some(abi)) if abi != opengpac::abi::ABI => {
+            refuse(format!("module '{module}' has version {abi} of the block interface, this system has {}", opengpac::abi::ABI), "build it anew")
+        }
+        (Some(_), Some(_)) => Ok(()),
+        _ => refuse(format!("module '{module}' is a shared object that does not say for which machine"), "send abi= and target= as GET /v1/version has them"),
+    }
+}

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Files that a programming system brings: by their content, into a private folder that goes with the daemon.
+use crate::failure::Failure;
+use crate::wire::{hex, is_sha256};
+use model::refusal::Class;
+use serde::Deserialize;
+use serde_json::Value as Json;
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::os::unix::fs::DirBuilderExt;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Mutex;
+
+/// The largest file, bytes.
+pub const FILE_MAX: usize = 64 << 20;
+/// All files together, bytes.
+const FILES_MAX: u64 = 512 << 20;
+
+/// The private folder.
+pub struct Files {
+    folder: PathBuf,
+    /// Bytes that are there.
+    total: Mutex<u64>,
+}
+
+/// What stands in the options of a device instead of a path.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reference {
+    /// Which of the files is meant.
+    pub main: String,
+    /// Relative name → SHA-256.
+    pub files: BTreeMap<String, String>,
+}
+
+impl Files {
+    /// A new folder of mode 0700. Folders of daemons that were killed are removed.
+    pub fn new() -> io::Result<Files> {
+        let home = std::env::temp_dir();
+        remove_orphans(&home);
+        let mut random = [0_u8; 8];
+        getrandom::fill(&mut random).map_err(|why| io::Error::other(why.to_string()))?;
+        let folder = home.join(format!("{PREFIX}{}-{}", std::process::id(), hex(&random)));
+        for part in [folder.clone(), folder.join("content"), folder.join("models")] {
+            fs::DirBuilder::new().mode(0o700).create(part)?;
+        }
+        Ok(Files { folder, total: Mutex::new(0) })
+    }
+
+    /// Keeps a file. Errors: what it is called is not what it is; no more room.
+    pub fn put(&self, sha256: &str, bytes: &[u8]) -> Result<(), Failure> {
+        check_digest(sha256, bytes, "the file")?;
+        let path = self.folder.join("content").join(sha256);
+        let mut total = self.total.lock().expect("nobody panics with this lock");
+        if path.exists() {
+            return Ok(());
+        }
+        let more = bytes.len() as u64;
+        if *total + more > FILES_MAX {
+            return Err(Failure::new(Class::LimitExceeded, format!("files have {} MiB together at the most", FILES_MAX >> 20), "start the daemon anew"));
+        }
+        fs::write(&path, bytes).map_err(|why| failed("keep a file", &why))?;
+        *total += more;
+        Ok(())
+    }
+
+    /// How many bytes it has; nothing where it is not there.
+    pub fn size(&self, sha256: &str) -> Option<u64> {
+        if !is_sha256(sha256) {
+            return None;
+        }
+        fs::metadata(self.folder.join("content").join(sha256)).ok().map(|about| about.len())
+    }
+
+    /// Runs something on a file of this name in a folder of its own, which is removed afterwards.
+    pub fn with<T>(&self, name: &str, bytes: &[u8], run: impl FnOnce(&Path) -> T) -> Result<T, Failure> {
+        let is_plain = matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(_)]);
+        if !is_plain {
+            return Err(Failure::new(Class::CallError, format!("a file cannot be named {name:?}"), "give its name without folders"));
+        }
+        let mut random = [0_u8; 8];
+        getrandom::fill(&mut random).map_err(|why| Failure::new(Class::InvalidState, format!("there is no random number: {why}"), "try again"))?;
+        let folder = self.folder.join(hex(&random));
+        fs::DirBuilder::new().mode(0o700).create(&folder).map_err(|why| failed("make a folder", &why))?;
+        let path = folder.join(name);
+        let result = fs::write(&path, bytes).map(|()| run(&path)).map_err(|why| failed("write the file", &why));
+        // The daemon's whole folder is removed at its end, whatever this says.
+        let _gone = fs::remove_dir_all(&folder);
+        result
+    }
+
+    /// The options of a device with each reference replaced by a path of this machine. A path that the caller gives is refused: what
+    /// lies on this machine is not his.
+    pub fn resolve(&self, options: &mut Json) -> Result<(), Failure> {
+        let Json::Object(options) = options else { return Ok(()) };
+        for name in ["path", "library"] {
+            match options.get(name) {
+                Some(Json::Object(_)) if name == "path" => {
+                    let reference: Reference = serde_json::from_value(options[name].clone()).map_err(|why| {
+                        Failure::new(Class::CallError, format!("option '{name}': {why}"), "write {\"main\": NAME, \"files\": {NAME: SHA256}}")
+                    })?;
+                    let path = self.lay_out(&reference)?;
+                    options.insert(name.to_owned(), Json::String(path.display().to_string()));
+                }
+                Some(_) => {
+                    let remedy = if name == "path" { "put its files (PUT /v1/files/SHA256) and name them" } else { "leave it out: the daemon has its own" };
+                    return Err(Failure::new(Class::CallError, format!("option '{name}' is a path on the machine of the system"), remedy));
+                }
+                None => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// The files of a reference under their names, in a folder that stays: a device may be opened again.
+    fn lay_out(&self, reference: &Reference) -> Result<PathBuf, Failure> {
+        let mut digest = Sha256::new();
+        for (name, sha256) in &reference.files {
+            check_relative(name)?;
+            if self.size(sha256).is_none() {
+                return Err(Failure::new(
+                    Class::UnknownName,
+                    format!("there is no file with SHA-256 '{sha256}' for '{name}'"),
+                    "put it first: PUT /v1/files/SHA256",
+                ));
+            }
+            digest.update(format!("{name}\0{sha256}\n"));
+        }
+        if !reference.files.contains_key(&reference.main) {
+            return Err(Failure::new(Class::UnknownName, format!("'{}' is none of the files that are named", reference.main), "main is one of files"));
+        }
+        let folder = self.folder.join("models").join(hex(&digest.finalize()));
+        if !folder.exists() {
+            let new = folder.with_extension("new");
+            // What an attempt before this one has left.
+            let _gone = fs::remove_dir_all(&new);
+            self.link(reference, &new).and_then(|()| fs::rename(&new, &folder)).map_err(|why| failed("lay out the files", &why))?;
+        }
+        Ok(folder.join(&reference.main))
+    }
+
+    fn link(&self, reference: &Reference, folder: &Path) -> io::Result<()> {
+        for (name, sha256) in &reference.files {
+            let path = folder.join(name);
+            fs::DirBuilder::new().recursive(true).mode(0o700).create(path.parent().unwrap_or(folder))?;
+            fs::hard_link(self.folder.join("content").join(sha256), path)?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Files {
+    fn drop(&mut self) {
+        // Nobody is left who could be told; the next daemon removes what stays.
+        let _gone = fs::remove_dir_all(&self.folder);
+    }
+}
+
+const PREFIX: &str = "opengpac-rts-";
+
+/// Removes folders of daemons that are not running any more. Those of other users cannot be removed, and are theirs.
+fn remove_orphans(home: &Path) {
+    for entry in fs::read_dir(home).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let pid = name.to_str().and_then(|name| name.strip_prefix(PREFIX)).and_then(|rest| rest.split('-').next()).and_then(|pid| pid.parse::<u32>().ok());
+        if pid.is_some_and(|pid| !Path::new("/proc").join(pid.to_string()).exists()) {
+            let _gone = fs::remove_dir_all(entry.path());
+        }
+    }
+}
+
+/// Refuses content that is not what it is called.
+pub fn check_digest(sha256: &str, bytes: &[u8], what: &str) -> Result<(), Failure> {
+    if !is_sha256(sha256) {
+        return Err(Failure::new(Class::CallError, format!("'{sha256}' is no SHA-256"), "write 64 lower-case hexadecimal digits"));
+    }
+    let is = hex(&Sha256::digest(bytes));
+    if is == sha256 {
+        return Ok(());
+    }
+    Err(Failure::new(Class::CallError, format!("{what} has SHA-256 {is}, not {sha256}"), "it was changed on its way: send it again"))
+}
+
+fn check_relative(name: &str) -> Result<(), Failure> {
+    let mut parts = Path::new(name).components();
+    if !name.is_empty() && name.len() < 512 && !name.contains('\0') && parts.all(|part| matches!(part, Component::Normal(_))) {
+        return Ok(());
+    }
+    Err(Failure::new(Class::CallError, format!("a file cannot be named {name:?}"), "take a relative name without '..'"))
+}
+
+fn failed(what: &str, why: &io::Error) -> Failure {
+    Failure::new(Class::InvalidState, format!("cannot {what}: {why}"), "make room on the machine of the system")
+}

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How often a caller may come: a bucket each that fills with time.
+use crate::failure::Failure;
+use model::refusal::Class;
+use std::collections::HashMap;
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// Callers that are remembered.
+const CALLERS_MAX: usize = 1024;
+
+/// Buckets of one kind.
+pub struct Rates {
+    per_s: f64,
+    burst: f64,
+    buckets: Mutex<HashMap<String, (f64, Instant)>>,
+}
+
+impl Rates {
+    /// `per_s` requests a second, `burst` at once.
+    pub fn new(per_s: f64, burst: f64) -> Rates {
+        Rates { per_s, burst, buckets: Mutex::default() }
+    }
+
+    /// One request more. Errors: `LimitExceeded`, with the time to wait.
+    pub fn take(&self, caller: &str, now: Instant) -> Result<(), Failure> {
+        let mut buckets = self.buckets.lock().expect("nobody panics with this lock");
+        let filled = |(left, at): (f64, Instant)| (left + now.duration_since(at).as_secs_f64() * self.per_s).min(self.burst);
+        if !buckets.contains_key(caller) && buckets.len() >= CALLERS_MAX {
+            // Who has a full bucket has not come for a while, and loses nothing by being forgotten.
+            buckets.retain(|_, bucket| filled(*bucket) < self.burst);
+            if buckets.len() >= CALLERS_MAX {
+                return Err(self.refusal(caller, 1.0));
+            }
+        }
+        let bucket = buckets.entry(caller.to_owned()).or_insert((self.burst, now));
+        let left = filled(*bucket);
+        if left < 1.0 {
+            *bucket = (left, now);
+            return Err(self.refusal(caller, (1.0 - left) / self.per_s));
+        }
+        *bucket = (left - 1.0, now);
+        Ok(())
+    }
+
+    fn refusal(&self, caller: &str, wait_s: f64) -> Failure {
+        let message = format!("{caller} calls more often than {} times a second", self.per_s);
+        Failure::new(Class::LimitExceeded, message, "wait as long as Retry-After says").again_in((wait_s.ceil() as u64).max(1))
+    }
+}

@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Serving a system: what is asked for is checked before anything listens; then threads of their own answer.
+use crate::audit::Audit;
+use crate::caller::Gate;
+use crate::files::Files;
+use crate::listen::{self, Listener};
+use crate::rates::Rates;
+use crate::service::{Service, WAITS_MAX};
+use crate::sessions::Sessions;
+use crate::socket;
+use crate::tls;
+use crate::tokens::Tokens;
+use model::refusal::{Class, Refusal, Refusals};
+use serde::Deserialize;
+use std::net::{SocketAddr, ToSocketAddrs};
+use std::os::unix::net::UnixListener;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use supervisor::System;
+use tokio::runtime::Runtime;
+use tokio::sync::Semaphore;
+use tokio_rustls::TlsAcceptor;
+
+/// How the control interface is served.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Options {
+    /// Path of the Unix socket, instead of [`socket::default_path`].
+    pub socket: Option<PathBuf>,
+    /// `HOST:PORT` of TCP, besides the socket.
+    pub listen: Option<String>,
+    pub tls_cert: Option<PathBuf>,
+    pub tls_key: Option<PathBuf>,
+    /// Who signs client certificates.
+    pub client_ca: Option<PathBuf>,
+    pub tokens: Option<PathBuf>,
+    /// The audit file, instead of one beside the socket.
+    pub audit: Option<PathBuf>,
+    /// Whoever is on this machine may observe over TCP without a token.
+    pub insecure_loopback: bool,
+    /// Names that a `Host` may have.
+    pub hosts: Vec<String>,
+    /// Pages that may call.
+    pub origins: Vec<String>,
+    /// The interpreter that tries code modules; default `python3`.
+    pub python: Option<String>,
+}
+
+/// How often sessions are looked after.
+const LOOK: Duration = Duration::from_millis(100);
+/// Threads for calls: those that wait, and some that are never taken by waits.
+const BLOCKING_THREADS: usize = WAITS_MAX + 16;
+
+/// A system that is served.
+pub struct Server {
+    runtime: Option<Runtime>,
+    service: Arc<Service>,
+    addresses: Vec<String>,
+    socket: PathBuf,
+}
+
+fn refuse(message: impl Into<String>, remedy: &str) -> Refusals {
+    vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]
+}
+
+/// An address, and what accepts TLS there.
+type Tcp = (SocketAddr, Option<TlsAcceptor>);
+
+/// What listens on TCP, checked against what an address that is not loopback needs.
+fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
+    let Some(listen) = &options.listen else {
+        let alone = [("--tls-cert", options.tls_cert.is_some()), ("--tls-key", options.tls_key.is_some()), ("--client-ca", options.client_ca.is_some())];
+        return match alone.iter().find(|(_, given)| *given) {
+            Some((word, _)) => Err(refuse(format!("{word} is given and nothing listens on TCP"), "add --listen HOST:PORT")),
+            None => Ok(None),
+        };
+    };
+    let failed = |why: &dyn std::fmt::Display| refuse(format!("cannot listen on '{listen}': {why}"), "write --listen HOST:PORT, for example 127.0.0.1:8777");
+    let address = listen.to_socket_addrs().map_err(|why| failed(&why))?.next().ok_or_else(|| failed(&"no such address"))?;
+    let knows_callers = options.tokens.is_some() || options.client_ca.is_some();
+    if !address.ip().is_loopback() {
+        if options.insecure_loopback {
+            return Err(refuse(format!("--insecure-loopback does not go with '{listen}'"), "it is for addresses of this machine only"));
+        }
+        if options.tls_cert.is_none() || options.tls_key.is_none() {
+            return Err(refuse(
+                format!("'{listen}' can be reached from other machines and has no TLS"),
+                "give --tls-cert and --tls-key, or listen on 127.0.0.1",
+            ));
+        }
+        if !knows_callers {
+            return Err(refuse(
+                format!("'{listen}' can be reached from other machines and knows nobody"),
+                "give --tokens (opengpac token new), or --client-ca",
+            ));
+        }
+    } else if !knows_callers && !options.insecure_loopback {
+        return Err(refuse(
+            format!("'{listen}' can be reached by everybody on this machine and knows nobody"),
+            "give --tokens (opengpac token new), or --insecure-loopback to let everybody observe",
+        ));
+    }
+    let acceptor = match (&options.tls_cert, &options.tls_key) {
+        (Some(certificate), Some(key)) => Some(tls::acceptor(certificate, key, options.client_ca.as_deref(), options.tokens.is_none())?),
+        (None, None) if options.client_ca.is_some() => return Err(refuse("client certificates need TLS", "give --tls-cert and --tls-key too")),
+        (None, None) => None,
+        _ => return Err(refuse("TLS needs a certificate and its key", "give --tls-cert and --tls-key")),
+    };
+    Ok(Some((address, acceptor)))
+}
+
+/// The name of this machine.
+fn host_name() -> Option<String> {
+    let name = std::fs::read_to_string("/proc/sys/kernel/hostname").ok()?;
+    Some(name.trim().to_owned()).filter(|name| !name.is_empty())
+}
+
+fn service(system: Arc<System>, options: &Options, socket: &Path) -> Result<Service, Refusals> {
+    let beside = || socket.with_extension("audit.jsonl");
+    let audit = options.audit.clone().unwrap_or_else(beside);
+    let tokens =
+        options.tokens.as_deref().map(Tokens::open).transpose().map_err(|why| refuse(format!("tokens: {why}"), "make the file with opengpac token new"))?;
+    Ok(Service {
+        system,
+        gate: Gate {
+            tokens,
+            uid: socket::uid(),
+            insecure_loopback: options.insecure_loopback,
+            hosts: options.hosts.iter().cloned().chain(host_name()).collect(),
+            origins: options.origins.clone(),
+        },
+        sessions: Sessions::default(),
+        audit: Audit::open(&audit).map_err(|why| refuse(format!("cannot open the audit file '{}': {why}", audit.display()), "give another with --audit"))?,
+        rates: Rates::new(20_000.0, 20_000.0),
+        failures: Rates::new(10.0, 20.0),
+        waits: Arc::new(Semaphore::new(WAITS_MAX)),
+        files: Files::new().map_err(|why| refuse(format!("cannot make a folder for files: {why}"), "make room among the temporary files"))?,
+        python: options.python.clone().unwrap_or_else(|| "python3".to_owned()),
+    })
+}
+
+impl Server {
+    /// Serves a system. Nothing listens where something is refused.
+    pub fn start(system: Arc<System>, options: &Options) -> Result<Server, Refusals> {
+        let path = options.socket.clone().unwrap_or_else(|| socket::default_path(system.name()));
+        let tcp = tcp(options)?;
+        let bound = socket::bind(&path, options.socket.is_none())?;
+        let served = Server::serve(system, options, bound, &path, tcp);
+        if served.is_err() {
+            // What was bound is of no use to anybody; the refusal is what is told.
+            let _gone = std::fs::remove_file(&path);
+        }
+        served
+    }
+
+    fn serve(system: Arc<System>, options: &Options, bound: UnixListener, path: &Path, tcp: Option<Tcp>) -> Result<Server, Refusals> {
+        let service = Arc::new(service(system, options, path)?);
+        let failed = |why: std::io::Error| refuse(format!("cannot serve: {why}"), "close other programs and try again");
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(2)
+            .max_blocking_threads(BLOCKING_THREADS)
+            .thread_name("control")
+            .enable_all()
+            .build()
+            .map_err(failed)?;
+        let mut addresses = vec![format!("unix://{}", path.display())];
+        let mut listeners = vec![Listener::unix(&runtime, bound).map_err(failed)?];
+        if let Some((address, acceptor)) = tcp {
+            let cannot = |why| refuse(format!("cannot listen on '{address}': {why}"), "is the port taken?");
+            let listener = std::net::TcpListener::bind(address).map_err(cannot)?;
+            let scheme = if acceptor.is_some() { "https" } else { "http" };
+            addresses.push(format!("{scheme}://{}", listener.local_addr().map_err(cannot)?));
+            listeners.push(Listener::tcp(&runtime, listener, acceptor).map_err(failed)?);
+        }
+        let router = crate::http::router(service.clone());
+        for listener in listeners {
+            runtime.spawn(listen::accept(listener, router.clone()));
+        }
+        runtime.spawn(look_after(service.clone()));
+        Ok(Server { runtime: Some(runtime), service, addresses, socket: path.to_owned() })
+    }
+
+    /// Where it listens: `unix://PATH`, `http://HOST:PORT`, `https://HOST:PORT`.
+    pub fn addresses(&self) -> &[String] {
+        &self.addresses
+    }
+
+    /// The paths of the interface without a connection: for tests and fuzzers, which say who calls by an extension of the request,
+    /// [`crate::Peer`].
+    pub fn router(&self) -> axum::Router {
+        crate::http::router(self.service.clone())
+    }
+
+    /// Stops answering and removes the socket. Twice is once.
+    pub fn stop(&mut self) {
+        if let Some(runtime) = self.runtime.take() {
+            // The socket may have gone with its folder.
+            let _gone = std::fs::remove_file(&self.socket);
+            runtime.shutdown_timeout(Duration::from_secs(2));
+        }
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+async fn look_after(service: Arc<Service>) {
+    let mut tick = tokio::time::interval(LOOK);
+    tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    loop {
+        tick.tick().await;
+        let service = service.clone();
+        let looked = tokio::task::spawn_blocking(move || service.look_after(Instant::now())).await;
+        if looked.is_err() {
+            eprintln!("control: looking after the sessions failed; please report it");
+        }
+    }
+}

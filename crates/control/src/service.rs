@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What all requests share, and what a call does from its arguments to its answer. Nothing here is of HTTP.
+use crate::audit::{Act, Audit};
+use crate::caller::{Caller, Gate};
+use crate::calls::Call;
+use crate::failure::Failure;
+use crate::files::Files;
+use crate::rates::Rates;
+use crate::role::Role;
+use crate::sessions::Sessions;
+use crate::wire::Asked;
+use model::refusal::Class;
+use serde_json::{Value as Json, json};
+use session::Answered;
+use std::sync::Arc;
+use std::time::Instant;
+use supervisor::System;
+use tokio::sync::Semaphore;
+
+/// Waits at a time.
+pub const WAITS_MAX: usize = 24;
+
+/// A system and all that stands between it and its callers.
+pub struct Service {
+    pub system: Arc<System>,
+    pub gate: Gate,
+    pub sessions: Sessions,
+    pub audit: Audit,
+    /// Requests of each caller.
+    pub rates: Rates,
+    /// Requests that nobody was let in with, from each address.
+    pub failures: Rates,
+    pub waits: Arc<Semaphore>,
+    pub files: Files,
+    /// The interpreter that tries code modules.
+    pub python: String,
+}
+
+/// A request of a session, from its begin to its end.
+pub struct Presence {
+    service: Arc<Service>,
+    pub id: String,
+    pub name: String,
+}
+
+impl Drop for Presence {
+    fn drop(&mut self) {
+        self.service.sessions.end(&self.id, Instant::now());
+    }
+}
+
+impl Service {
+    /// A request of the session of this ID begins; nothing without one.
+    pub fn present(self: &Arc<Self>, id: Option<&str>, caller: &Caller) -> Result<Option<Presence>, Failure> {
+        let Some(id) = id else { return Ok(None) };
+        let name = self.sessions.begin(id, caller, Instant::now())?;
+        Ok(Some(Presence { service: self.clone(), id: id.to_owned(), name }))
+    }
+
+    /// Refuses what a caller may not, naming both roles.
+    pub fn require_role(&self, caller: &Caller, role: Role, what: &str) -> Result<(), Failure> {
+        if caller.role >= role {
+            return Ok(());
+        }
+        let message = format!("'{what}' needs the role {}, and {} has {}", role.word(), caller.who, caller.role.word());
+        Err(Failure::new(Class::NotAllowed, message, "ask whoever runs the system for a token of that role"))
+    }
+
+    /// Makes a call: rights, command, audit, the call itself, and whose the instances are that it makes. It may last; never called on
+    /// a thread that serves others.
+    pub fn call(self: &Arc<Self>, call: &Call, asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
+        let role = call.role_under(self.system.is_virtual());
+        let act = Act::new(caller, presence.map_or("", |p| &p.name), call.name, asked_text(&asked).as_bytes());
+        let allowed = self.require_role(caller, role, call.name).and_then(|()| match role {
+            Role::Observe => Ok(()),
+            _ if call.is_free() => Ok(()),
+            _ => self.sessions.require_command(presence.map(|p| p.name.as_str())),
+        });
+        self.recorded(&act, role, || allowed.and_then(|()| self.make(call, asked, presence)))
+    }
+
+    /// Does something that the audit file records: with the role `configure` and above nothing is done that could not be written
+    /// before. What only observes is recorded where it is refused for want of rights.
+    pub fn recorded<T>(&self, act: &Act, role: Role, run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+        if role >= Role::Configure {
+            self.audit.write(act, "begun")?;
+        }
+        let result = run();
+        let outcome = match &result {
+            Ok(_) => "ok".to_owned(),
+            Err(failure) => format!("{:?}", failure.class()),
+        };
+        let denied = result.as_ref().is_err_and(|failure| failure.class() == Class::NotAllowed);
+        if role > Role::Observe || denied {
+            // A command of the role `operate` is not held up by a full disk; the audit file has said that on standard error.
+            let _said = self.audit.write(act, &outcome);
+        }
+        result
+    }
+
+    fn make(&self, call: &Call, mut asked: Asked, presence: Option<&Presence>) -> Result<Json, Failure> {
+        let instance = asked.arguments.get("instance").and_then(Json::as_u64);
+        if call.name == "physical_device"
+            && let Some(options) = asked.arguments.get_mut("options")
+        {
+            self.files.resolve(options)?;
+        }
+        // Before the start, so that an end which comes at once is not nobody's.
+        if let (Some(presence), "start", Some(instance)) = (presence, call.name, instance) {
+            self.sessions.own(&presence.name, instance);
+        }
+        let answered = session::begin(&self.system, call.name, &asked_text(&asked), asked.slice)?;
+        let result = match answered {
+            Answered::Done(result) => result,
+            Answered::Waiting { call, arguments } => {
+                let go_on = json!({ "call": call, "arguments": arguments });
+                return Ok(json!({ "waiting": true, "go_on": go_on, "now_ns": self.system.now_ns() }));
+            }
+        };
+        if let Some(presence) = presence {
+            self.follow(call, &result, instance, &presence.name);
+        }
+        Ok(json!({ "result": result }))
+    }
+
+    /// Whose the instances are after a call, and what its session knows of them.
+    fn follow(&self, call: &Call, result: &Json, instance: Option<u64>, name: &str) {
+        match (call.name, instance) {
+            ("create" | "enable", _) => {
+                if let Some(made) = result.as_u64().filter(|made| *made > 0) {
+                    self.sessions.own(name, made);
+                }
+            }
+            ("delete", Some(instance)) => self.sessions.disown(instance),
+            ("wait" | "halt" | "report", Some(instance)) if !result.is_null() => {
+                self.drain();
+                self.sessions.told(name, instance);
+            }
+            _ => {}
+        }
+    }
+
+    /// Takes the end reports that have come since the last time.
+    pub fn drain(&self) {
+        let ends = self.system.ends_since(self.sessions.next_end());
+        self.sessions.keep(ends);
+    }
+
+    /// Looks after sessions: who is lost is cut off, and instances of lost sessions that have ended are deleted.
+    pub fn look_after(&self, now: Instant) {
+        self.drain();
+        for (name, instances) in self.sessions.lose(now) {
+            let who = Caller { who: "the system".to_owned(), role: Role::Download, from: "here".to_owned() };
+            // A system that is closed has nothing left that could be cut off.
+            let outcome = self.system.abandon(&instances, &name).map_or("InvalidState", |()| "ok");
+            let _said = self.audit.write(&Act::new(&who, &name, "cut_off", b""), outcome);
+        }
+        self.drain();
+        for instance in self.sessions.orphans() {
+            let state = self.system.state(instance);
+            if state == "deleted" || (matches!(state, "created" | "ended") && self.system.delete(instance).is_ok()) {
+                self.sessions.disown(instance);
+            }
+        }
+    }
+
+    /// Number, name and state of instances that are still there.
+    pub fn described(&self, instances: &[u64]) -> Vec<Json> {
+        let there = instances.iter().filter_map(|id| Some((id, self.system.instance_json(*id).ok()?)));
+        there.map(|(id, about)| json!({ "instance": id, "name": about["name"], "state": about["state"] })).collect()
+    }
+
+    /// Downloads a code module from the bytes of a file. Places in messages name the file as the caller does.
+    pub fn download(&self, name: &str, file: &str, bytes: &[u8]) -> Result<Json, Failure> {
+        self.files.with(file, bytes, |path| {
+            let named = path.display().to_string();
+            self.system.download(path, Some(name), &self.python).map_err(|mut refusals| {
+                for refusal in &mut refusals {
+                    refusal.message = refusal.message.replace(&named, file);
+                    if let Some(place) = refusal.place.as_mut().filter(|place| place.file == named) {
+                        place.file = file.to_owned();
+                    }
+                }
+                Failure::from(refusals)
+            })
+        })?
+    }
+}
+
+fn asked_text(asked: &Asked) -> String {
+    serde_json::to_string(&asked.arguments).expect("JSON came in")
+}

@@ -1,0 +1,396 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Sessions: who is there, who commands, whose the instances are, and the end reports that wait for who was away.
+//!
+//! Nothing here looks at a clock: whoever calls says what time it is.
+use crate::caller::Caller;
+use crate::failure::Failure;
+use crate::role::Role;
+use crate::wire::{OpenSession, hex};
+use axum::http::StatusCode;
+use indexmap::IndexMap;
+use model::refusal::Class;
+use serde::Serialize;
+use std::collections::{BTreeSet, HashMap, VecDeque};
+use std::sync::{Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+use supervisor::{End, Report};
+
+/// Sessions that are kept, alive and lost.
+pub const SESSIONS_MAX: usize = 64;
+/// Those of one caller: nobody fills the table for all.
+pub const SESSIONS_EACH_MAX: usize = 24;
+/// Reports that are kept for each.
+pub const REPORTS_MAX: usize = 256;
+
+/// An end report that waits for its session.
+#[derive(Clone, Debug, Serialize)]
+pub struct Kept {
+    pub number: u64,
+    pub instance: u64,
+    pub report: Report,
+    /// It was in an answer; it goes when the session shows that it has had that.
+    #[serde(skip)]
+    told: bool,
+}
+
+struct Session {
+    id: String,
+    who: String,
+    role: Role,
+    from: String,
+    alive: bool,
+    seen: Instant,
+    lost_after: Duration,
+    /// Requests under way: nobody is silent who waits for an answer.
+    in_flight: usize,
+    /// Connections that hold it, and whether one has broken.
+    holds: usize,
+    broken: bool,
+    instances: BTreeSet<u64>,
+    reports: VecDeque<Kept>,
+    lost_reports: u64,
+}
+
+#[derive(Default)]
+struct State {
+    by_name: IndexMap<String, Session>,
+    commander: Option<String>,
+    owners: HashMap<u64, String>,
+    /// Number of the next end report to be looked at.
+    next_end: u64,
+}
+
+/// All sessions with one system.
+#[derive(Default)]
+pub struct Sessions(Mutex<State>);
+
+/// What the answer to an opened session says.
+#[derive(Debug, Serialize)]
+pub struct Opened {
+    pub session: String,
+    pub name: String,
+    pub role: Role,
+    pub heartbeat_ms: u64,
+    pub lost_after_ms: u64,
+    /// It was there before, and lost.
+    pub returned: bool,
+    #[serde(skip)]
+    pub instances: Vec<u64>,
+    pub kept_reports: usize,
+    pub lost_reports: u64,
+}
+
+/// One line of the list of sessions.
+#[derive(Debug, Serialize)]
+pub struct Listed {
+    pub name: String,
+    pub who: String,
+    pub role: Role,
+    pub from: String,
+    pub commands: bool,
+    pub alive: bool,
+    /// A connection holds it: where that breaks it is lost at once.
+    pub held: bool,
+    pub kept_reports: usize,
+}
+
+impl State {
+    fn of_id(&mut self, id: &str) -> Option<(&String, &mut Session)> {
+        self.by_name.iter_mut().find(|(_, session)| session.alive && session.id == id)
+    }
+
+    fn release(&mut self, name: &str) {
+        if self.commander.as_deref() == Some(name) {
+            self.commander = None;
+        }
+    }
+
+    /// Room for one more of a caller: of his own too many, or of all, the lost session goes that is out longest; of all, first those
+    /// for which nothing is kept.
+    fn make_room(&mut self, who: &str) -> Result<(), Failure> {
+        let own = self.by_name.values().filter(|session| session.who == who).count();
+        if own >= SESSIONS_EACH_MAX {
+            self.evict(|session| session.who == who, &format!("{who} has {own} sessions already"))?;
+        }
+        if self.by_name.len() >= SESSIONS_MAX {
+            self.evict(|_| true, &format!("there are {SESSIONS_MAX} sessions already"))?;
+        }
+        Ok(())
+    }
+
+    fn evict(&mut self, of: impl Fn(&Session) -> bool, full: &str) -> Result<(), Failure> {
+        let lost = self.by_name.iter().filter(|(_, session)| !session.alive && of(session));
+        let first = lost.min_by_key(|(_, session)| (!session.reports.is_empty() || !session.instances.is_empty(), session.seen));
+        let Some(name) = first.map(|(name, _)| name.clone()) else {
+            return Err(Failure::new(Class::LimitExceeded, full, "close one").again_in(5));
+        };
+        self.by_name.shift_remove(&name);
+        self.owners.retain(|_, owner| *owner != name);
+        Ok(())
+    }
+}
+
+fn ended() -> Failure {
+    Failure::new(Class::SessionLost, "there is no such session: it was closed, taken up elsewhere, or counts as lost", "open it again: POST /v1/sessions")
+}
+
+fn fresh_id() -> Result<String, Failure> {
+    let mut random = [0_u8; 16];
+    let why = |why: getrandom::Error| Failure::new(Class::InvalidState, format!("there is no random number: {why}"), "try again");
+    getrandom::fill(&mut random).map_err(why)?;
+    Ok(hex(&random))
+}
+
+impl Sessions {
+    fn locked(&self) -> MutexGuard<'_, State> {
+        self.0.lock().expect("nobody panics with this lock")
+    }
+
+    /// Opens a session, takes up one that is alive, or comes back to one that was lost.
+    pub fn open(&self, caller: &Caller, asked: &OpenSession, now: Instant) -> Result<Opened, Failure> {
+        let id = fresh_id()?;
+        let mut state = self.locked();
+        if let Some(before) = state.by_name.get(&asked.name) {
+            if before.who != caller.who || (before.alive && !asked.take_up) {
+                let is = if before.alive { "is alive" } else { "is kept" };
+                let (message, remedy) = (format!("session '{}' of {} {is}", asked.name, before.who), "take another name, or take it up as the same caller");
+                return Err(Failure::new(Class::InUse, message, remedy));
+            }
+        } else {
+            state.make_room(&caller.who)?;
+            let session = Session {
+                id: String::new(),
+                who: caller.who.clone(),
+                role: caller.role,
+                from: String::new(),
+                alive: true,
+                seen: now,
+                lost_after: Duration::ZERO,
+                in_flight: 0,
+                holds: 0,
+                broken: false,
+                instances: BTreeSet::new(),
+                reports: VecDeque::new(),
+                lost_reports: 0,
+            };
+            state.by_name.insert(asked.name.clone(), session);
+        }
+        let session = state.by_name.get_mut(&asked.name).expect("it was there, or has just been put there");
+        let returned = !session.alive;
+        (session.id, session.role, session.from, session.seen) = (id.clone(), caller.role, caller.from.clone(), now);
+        (session.alive, session.broken, session.lost_after) = (true, false, Duration::from_millis(asked.lost_after_ms));
+        (session.in_flight, session.holds) = (0, 0);
+        Ok(Opened {
+            session: id,
+            name: asked.name.clone(),
+            role: caller.role,
+            heartbeat_ms: 1_000,
+            lost_after_ms: asked.lost_after_ms,
+            returned,
+            instances: session.instances.iter().copied().collect(),
+            kept_reports: session.reports.len(),
+            lost_reports: session.lost_reports,
+        })
+    }
+
+    /// A request of the session begins: a sign of life, and what its last answers told has arrived. The name of the session.
+    pub fn begin(&self, id: &str, caller: &Caller, now: Instant) -> Result<String, Failure> {
+        let mut state = self.locked();
+        let (name, session) = state.of_id(id).filter(|(_, session)| session.who == caller.who).ok_or_else(ended)?;
+        session.seen = now;
+        session.in_flight += 1;
+        session.reports.retain(|kept| !kept.told);
+        Ok(name.clone())
+    }
+
+    /// The request is over.
+    pub fn end(&self, id: &str, now: Instant) {
+        if let Some((_, session)) = self.locked().of_id(id) {
+            session.in_flight = session.in_flight.saturating_sub(1);
+            session.seen = session.seen.max(now);
+        }
+    }
+
+    /// Whether the session of this ID is alive.
+    pub fn is_alive(&self, id: &str) -> bool {
+        self.locked().of_id(id).is_some()
+    }
+
+    /// Closes a session in order: what it has started goes on.
+    pub fn close(&self, id: &str) -> Result<String, Failure> {
+        let mut state = self.locked();
+        let name = state.of_id(id).map(|(name, _)| name.clone()).ok_or_else(ended)?;
+        state.by_name.shift_remove(&name);
+        state.owners.retain(|_, owner| *owner != name);
+        state.release(&name);
+        Ok(name)
+    }
+
+    /// A connection holds the session from now on.
+    pub fn hold(&self, id: &str) {
+        if let Some((_, session)) = self.locked().of_id(id) {
+            session.holds += 1;
+        }
+    }
+
+    /// A connection holds the session no longer. One that broke loses it, at the next look.
+    pub fn let_go(&self, id: &str, broke: bool) {
+        if let Some((_, session)) = self.locked().of_id(id) {
+            session.holds = session.holds.saturating_sub(1);
+            session.broken |= broke;
+        }
+    }
+
+    /// The sessions that count as lost from now on, each with its instances; who of them commanded does so no longer.
+    pub fn lose(&self, now: Instant) -> Vec<(String, Vec<u64>)> {
+        let mut state = self.locked();
+        let is_lost =
+            |session: &Session| session.alive && (session.broken || (session.in_flight == 0 && now.duration_since(session.seen) > session.lost_after));
+        let names: Vec<String> = state.by_name.iter().filter(|(_, session)| is_lost(session)).map(|(name, _)| name.clone()).collect();
+        names.iter().for_each(|name| state.release(name));
+        let mut lost = Vec::new();
+        for name in names {
+            let session = state.by_name.get_mut(&name).expect("it was found just now");
+            session.alive = false;
+            lost.push((name, session.instances.iter().copied().collect()));
+        }
+        lost
+    }
+
+    /// Instances of sessions that are lost.
+    pub fn orphans(&self) -> Vec<u64> {
+        self.locked().by_name.values().filter(|session| !session.alive).flat_map(|session| session.instances.iter().copied()).collect()
+    }
+
+    /// Takes command.
+    pub fn take(&self, name: &str, role: Role, force: bool) -> Result<(), Failure> {
+        let mut state = self.locked();
+        match &state.commander {
+            Some(holder) if holder != name && !(force && role >= Role::Configure) => {
+                let remedy = if force { "taking it from the holder needs the role configure" } else { "wait until it is given back, or take it with force" };
+                Err(Failure::new(Class::NotCommanding, format!("session '{holder}' commands the system"), remedy))
+            }
+            _ => {
+                state.commander = Some(name.to_owned());
+                Ok(())
+            }
+        }
+    }
+
+    /// Gives command back; nothing where it was not had.
+    pub fn give_back(&self, name: &str) {
+        self.locked().release(name);
+    }
+
+    /// Who commands.
+    pub fn holder(&self) -> Option<String> {
+        self.locked().commander.clone()
+    }
+
+    /// Refuses a command of who does not command.
+    pub fn require_command(&self, name: Option<&str>) -> Result<(), Failure> {
+        let state = self.locked();
+        let remedy = "open a session and take command: POST /v1/command";
+        match (&state.commander, name) {
+            (Some(holder), Some(name)) if holder == name => Ok(()),
+            (Some(holder), _) => Err(Failure::new(Class::NotCommanding, format!("session '{holder}' commands the system"), remedy)),
+            (None, _) => Err(Failure::new(Class::NotCommanding, "nobody commands the system", remedy)),
+        }
+    }
+
+    /// An instance belongs to a session: its end is told there, and it follows its policy when that is lost.
+    pub fn own(&self, name: &str, instance: u64) {
+        let mut state = self.locked();
+        if let Some(before) = state.owners.insert(instance, name.to_owned())
+            && before != name
+            && let Some(session) = state.by_name.get_mut(&before)
+        {
+            session.instances.remove(&instance);
+        }
+        if let Some(session) = state.by_name.get_mut(name) {
+            session.instances.insert(instance);
+        }
+    }
+
+    /// The instance is deleted.
+    pub fn disown(&self, instance: u64) {
+        let mut state = self.locked();
+        let owner = state.owners.remove(&instance);
+        if let Some(session) = owner.and_then(|name| state.by_name.get_mut(&name)) {
+            session.instances.remove(&instance);
+        }
+    }
+
+    /// From which number on end reports have not been looked at.
+    pub fn next_end(&self) -> u64 {
+        self.locked().next_end
+    }
+
+    /// End reports as the supervisor numbers them: each is kept for the session that its instance belongs to.
+    pub fn keep(&self, ends: Vec<End>) {
+        let mut state = self.locked();
+        for End { number, instance, report } in ends {
+            if number < state.next_end {
+                continue;
+            }
+            state.next_end = number + 1;
+            let Some(owner) = state.owners.get(&instance).cloned() else { continue };
+            let Some(session) = state.by_name.get_mut(&owner) else { continue };
+            if session.reports.len() == REPORTS_MAX {
+                session.reports.pop_front();
+                session.lost_reports += 1;
+            }
+            session.reports.push_back(Kept { number, instance, report, told: false });
+        }
+    }
+
+    /// An answer tells a session how an instance has ended.
+    pub fn told(&self, name: &str, instance: u64) {
+        if let Some(session) = self.locked().by_name.get_mut(name) {
+            session.reports.iter_mut().filter(|kept| kept.instance == instance).for_each(|kept| kept.told = true);
+        }
+    }
+
+    /// The reports that are kept for a session, and how many were lost; for itself or the role `configure`.
+    pub fn reports(&self, name: &str, caller: &Caller) -> Result<(Vec<Kept>, u64), Failure> {
+        let mut state = self.locked();
+        let session = reader(&mut state, name, caller)?;
+        Ok((session.reports.iter().cloned().collect(), session.lost_reports))
+    }
+
+    /// The reports up to this number have been collected.
+    pub fn collect(&self, name: &str, caller: &Caller, through: u64) -> Result<(), Failure> {
+        let mut state = self.locked();
+        let session = reader(&mut state, name, caller)?;
+        session.reports.retain(|kept| kept.number > through);
+        session.lost_reports = 0;
+        Ok(())
+    }
+
+    /// All sessions.
+    pub fn list(&self) -> Vec<Listed> {
+        let state = self.locked();
+        let listed = |(name, session): (&String, &Session)| Listed {
+            name: name.clone(),
+            who: session.who.clone(),
+            role: session.role,
+            from: session.from.clone(),
+            commands: state.commander.as_ref() == Some(name),
+            alive: session.alive,
+            held: session.holds > 0,
+            kept_reports: session.reports.len(),
+        };
+        state.by_name.iter().map(listed).collect()
+    }
+}
+
+fn reader<'a>(state: &'a mut State, name: &str, caller: &Caller) -> Result<&'a mut Session, Failure> {
+    let Some(session) = state.by_name.get_mut(name) else {
+        return Err(Failure::new(Class::UnknownName, format!("there is no session '{name}'"), "see GET /v1/sessions"));
+    };
+    if session.who != caller.who && caller.role < Role::Configure {
+        let message = format!("the reports of session '{name}' are those of {}", session.who);
+        return Err(Failure::new(Class::NotAllowed, message, "call as that, or with the role configure").status(StatusCode::FORBIDDEN));
+    }
+    Ok(session)
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+//! TLS: our certificate, and whose client certificates we accept.
+use model::refusal::{Class, Refusal, Refusals};
+use rustls::pki_types::{CertificateDer, PrivateKeyDer};
+use rustls::server::WebPkiClientVerifier;
+use rustls::{RootCertStore, ServerConfig};
+use sha2::{Digest, Sha256};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use std::sync::Arc;
+use tokio_rustls::TlsAcceptor;
+
+fn wrong(message: String, remedy: &str) -> Refusals {
+    vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]
+}
+
+/// The certificates of a PEM file.
+pub fn certificates(path: &Path) -> Result<Vec<CertificateDer<'static>>, Refusals> {
+    let failed = |why: std::io::Error| wrong(format!("cannot read certificates from '{}': {why}", path.display()), "give a PEM file");
+    let file = File::open(path).map_err(failed)?;
+    let found: Vec<_> = rustls_pemfile::certs(&mut BufReader::new(file)).collect::<Result<_, _>>().map_err(failed)?;
+    if found.is_empty() {
+        return Err(wrong(format!("there is no certificate in '{}'", path.display()), "give a PEM file"));
+    }
+    Ok(found)
+}
+
+/// The SHA-256 by which a client certificate is known.
+pub fn fingerprint(certificate: &CertificateDer<'_>) -> [u8; 32] {
+    Sha256::digest(certificate).into()
+}
+
+fn private_key(path: &Path) -> Result<PrivateKeyDer<'static>, Refusals> {
+    let failed = |why: std::io::Error| wrong(format!("cannot read the key '{}': {why}", path.display()), "give a PEM file");
+    let file = File::open(path).map_err(failed)?;
+    let key = rustls_pemfile::private_key(&mut BufReader::new(file)).map_err(failed)?;
+    key.ok_or_else(|| wrong(format!("there is no private key in '{}'", path.display()), "give a PEM file"))
+}
+
+/// What accepts TLS connections. `client_ca`: who signs client certificates; `only_certificates`: nobody comes in without one.
+pub fn acceptor(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<TlsAcceptor, Refusals> {
+    let provider = Arc::new(rustls::crypto::ring::default_provider());
+    let failed =
+        |why: &dyn std::fmt::Display| wrong(format!("TLS with '{}' and '{}': {why}", certificate.display(), key.display()), "do they belong together?");
+    let builder = ServerConfig::builder_with_provider(provider.clone()).with_safe_default_protocol_versions().map_err(|why| failed(&why))?;
+    let builder = match client_ca {
+        None => builder.with_no_client_auth(),
+        Some(path) => {
+            let mut roots = RootCertStore::empty();
+            for root in certificates(path)? {
+                roots
+                    .add(root)
+                    .map_err(|why| wrong(format!("'{}' has a certificate that cannot be used: {why}", path.display()), "give that of the authority"))?;
+            }
+            let verifier = WebPkiClientVerifier::builder_with_provider(Arc::new(roots), provider);
+            let verifier = if only_certificates { verifier } else { verifier.allow_unauthenticated() };
+            builder.with_client_cert_verifier(verifier.build().map_err(|why| failed(&why))?)
+        }
+    };
+    let mut config = builder.with_single_cert(certificates(certificate)?, private_key(key)?).map_err(|why| failed(&why))?;
+    config.alpn_protocols = vec![b"http/1.1".to_vec()];
+    Ok(TlsAcceptor::from(Arc::new(config)))
+}

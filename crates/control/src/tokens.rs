@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Tokens: a file of mode 0600 that keeps their SHA-256, with role, expiry and revocation. A token has 256 random bits, so that one
+//! round of a fast hash is enough; comparison takes the same time whatever is equal.
+use crate::role::Role;
+use crate::wire::hex;
+use base64::Engine;
+use base64::engine::general_purpose::URL_SAFE_NO_PAD;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{SystemTime, UNIX_EPOCH};
+use subtle::{Choice, ConditionallySelectable, ConstantTimeEq};
+
+/// One token, or one client certificate, as the file keeps it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    pub name: String,
+    pub role: Role,
+    /// Of the token's text, or of the certificate's DER.
+    pub sha256: String,
+    /// It is a client certificate, not a token.
+    #[serde(default)]
+    pub certificate: bool,
+    /// s since 1970.
+    pub created: u64,
+    #[serde(default)]
+    pub expires: Option<u64>,
+    #[serde(default)]
+    pub revoked: Option<u64>,
+}
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Kept {
+    tokens: Vec<Entry>,
+}
+
+/// Why a token is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rejected {
+    Wrong,
+    Expired,
+    Revoked,
+}
+
+/// Which file it was when it was read.
+type Version = (u64, u64, i64, i64);
+
+/// The tokens file, read again whenever it has changed.
+pub struct Tokens {
+    path: PathBuf,
+    read: Mutex<(Option<Version>, Kept)>,
+}
+
+impl Tokens {
+    /// Opens the file. Errors: it cannot be read, its form, or others than its owner may read it.
+    pub fn open(path: &Path) -> io::Result<Tokens> {
+        let tokens = Tokens { path: path.to_owned(), read: Mutex::default() };
+        tokens.refresh(&mut tokens.read.lock().expect("nobody panics with this lock"))?;
+        Ok(tokens)
+    }
+
+    fn refresh(&self, read: &mut (Option<Version>, Kept)) -> io::Result<()> {
+        let about = fs::metadata(&self.path)?;
+        let version = (about.ino(), about.size(), about.mtime(), about.mtime_nsec());
+        if read.0 != Some(version) {
+            *read = (Some(version), load(&self.path)?);
+        }
+        Ok(())
+    }
+
+    /// Whose token it is.
+    pub fn verify(&self, token: &str, now_s: u64) -> Result<Entry, Rejected> {
+        self.find(&Sha256::digest(token.as_bytes()).into(), false, now_s)
+    }
+
+    /// Whose certificate it is, by the SHA-256 of its DER.
+    pub fn verify_certificate(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, Rejected> {
+        self.find(&sha256, true, now_s)
+    }
+
+    /// Every entry is compared, whichever fits. A file that cannot be read any more lets nobody in.
+    fn find(&self, sha256: &[u8; 32], certificate: bool, now_s: u64) -> Result<Entry, Rejected> {
+        let mut read = self.read.lock().expect("nobody panics with this lock");
+        if self.refresh(&mut read).is_err() {
+            *read = (None, Kept::default());
+        }
+        let asked = hex(sha256);
+        let mut found = u32::MAX;
+        for (index, entry) in read.1.tokens.iter().enumerate() {
+            let index = u32::try_from(index).expect("a file of tokens has fewer than 2^32");
+            let fits: Choice = entry.sha256.as_bytes().ct_eq(asked.as_bytes()) & Choice::from(u8::from(entry.certificate == certificate));
+            found.conditional_assign(&index, fits);
+        }
+        let entry = usize::try_from(found).ok().and_then(|index| read.1.tokens.get(index)).ok_or(Rejected::Wrong)?;
+        match entry {
+            Entry { revoked: Some(_), .. } => Err(Rejected::Revoked),
+            Entry { expires: Some(at), .. } if *at <= now_s => Err(Rejected::Expired),
+            entry => Ok(entry.clone()),
+        }
+    }
+}
+
+/// s since 1970.
+pub fn now_s() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
+}
+
+/// Makes a token of that name and puts it into the file, which is made where there is none. The token: it is told this once.
+pub fn add(path: &Path, name: &str, role: Role, expires: Option<u64>) -> io::Result<String> {
+    let mut random = [0_u8; 32];
+    getrandom::fill(&mut random).map_err(|why| io::Error::other(why.to_string()))?;
+    let token = format!("gpac_{}", URL_SAFE_NO_PAD.encode(random));
+    enter(path, name, role, expires, hex(&Sha256::digest(token.as_bytes())), false)?;
+    Ok(token)
+}
+
+/// Lets the holder of a client certificate in, by the SHA-256 of its DER.
+pub fn add_certificate(path: &Path, name: &str, role: Role, expires: Option<u64>, sha256: [u8; 32]) -> io::Result<()> {
+    enter(path, name, role, expires, hex(&sha256), true)
+}
+
+fn enter(path: &Path, name: &str, role: Role, expires: Option<u64>, sha256: String, certificate: bool) -> io::Result<()> {
+    let mut kept = if path.exists() { load(path)? } else { Kept::default() };
+    if kept.tokens.iter().any(|entry| entry.name == name && entry.revoked.is_none()) {
+        return Err(io::Error::new(io::ErrorKind::AlreadyExists, format!("there is a token '{name}' already; revoke it, or take another name")));
+    }
+    kept.tokens.push(Entry { name: name.to_owned(), role, sha256, certificate, created: now_s(), expires, revoked: None });
+    store(path, &kept)
+}
+
+/// Revokes what has that name. False where there is none that is not revoked already.
+pub fn revoke(path: &Path, name: &str) -> io::Result<bool> {
+    let mut kept = load(path)?;
+    let mut any = false;
+    for entry in kept.tokens.iter_mut().filter(|entry| entry.name == name && entry.revoked.is_none()) {
+        entry.revoked = Some(now_s());
+        any = true;
+    }
+    if any {
+        store(path, &kept)?;
+    }
+    Ok(any)
+}
+
+/// What the file has.
+pub fn list(path: &Path) -> io::Result<Vec<Entry>> {
+    Ok(load(path)?.tokens)
+}
+
+fn load(path: &Path) -> io::Result<Kept> {
+    let file = File::open(path)?;
+    let mode = file.metadata()?.mode() & 0o777;
+    if mode & 0o077 != 0 {
+        let why = format!("others may read '{}' (mode {mode:04o}): chmod 600 it", path.display());
+        return Err(io::Error::new(io::ErrorKind::PermissionDenied, why));
+    }
+    let text = io::read_to_string(file)?;
+    serde_json::from_str(&text).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, format!("'{}' is no file of tokens: {why}", path.display())))
+}
+
+/// A new file takes the place of the old one, so that nobody reads half of it.
+fn store(path: &Path, kept: &Kept) -> io::Result<()> {
+    let new = path.with_extension(format!("new-{}", std::process::id()));
+    let text = serde_json::to_string_pretty(kept).map_err(io::Error::other)?;
+    let mut file = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&new)?;
+    let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).and_then(|()| fs::rename(&new, path));
+    if written.is_err() {
+        // What is left of the attempt is of no use to anybody; the first error is the one that is told.
+        let _gone = fs::remove_file(&new);
+    }
+    written
+}

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What requests say, decoded: pure functions of bytes.
+use crate::failure::Failure;
+use model::refusal::Class;
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value as Json};
+use std::time::Duration;
+
+/// The longest slice of a call that lasts.
+pub const SLICE_MAX: Duration = Duration::from_secs(1);
+
+/// What a body asks of a call.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked {
+    pub arguments: Map<String, Json>,
+    /// How long the request may last.
+    pub slice: Duration,
+}
+
+/// The body of a call: a JSON object, or nothing; `slice_ms` (1 to 1,000) is of the request, not of the call.
+pub fn asked(body: &[u8], lasts: bool) -> Result<Asked, Failure> {
+    let mut arguments: Map<String, Json> = object(body)?;
+    let slice = match arguments.remove("slice_ms") {
+        None => SLICE_MAX,
+        Some(given) if lasts => match given.as_u64().filter(|ms| (1..=1_000).contains(ms)) {
+            Some(ms) => Duration::from_millis(ms),
+            None => return Err(wrong(format!("slice_ms is {given}"), "take 1 to 1,000 ms")),
+        },
+        Some(_) => return Err(wrong("this call does not last and has no slice_ms".to_owned(), "leave it out")),
+    };
+    Ok(Asked { arguments, slice })
+}
+
+/// A body of some form; an empty one is `{}`.
+pub fn object<T: DeserializeOwned>(body: &[u8]) -> Result<T, Failure> {
+    let body = if body.iter().all(u8::is_ascii_whitespace) { b"{}" } else { body };
+    serde_json::from_slice(body).map_err(|why| wrong(format!("the body is not of the right form: {why}"), "see docs/control.md and GET /v1/schema"))
+}
+
+fn wrong(message: String, remedy: &str) -> Failure {
+    Failure::new(Class::CallError, message, remedy)
+}
+
+/// `POST /v1/sessions`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OpenSession {
+    /// The caller's own: letters, digits, `.`, `_` and `-`, 64 at the most.
+    pub name: String,
+    /// After how long without a sign of life it counts as lost, ms, 1,000 to 60,000.
+    #[serde(default = "lost_after_ms")]
+    pub lost_after_ms: u64,
+    /// Takes up a session of that name that is alive, as the same caller.
+    #[serde(default)]
+    pub take_up: bool,
+}
+
+fn lost_after_ms() -> u64 {
+    5_000
+}
+
+impl OpenSession {
+    /// Refuses names and bounds that are none.
+    pub fn checked(self) -> Result<OpenSession, Failure> {
+        let is_letter = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-');
+        if self.name.is_empty() || self.name.len() > 64 || !self.name.chars().all(is_letter) {
+            return Err(wrong(format!("a session cannot be named {:?}", self.name), "take letters, digits, '.', '_' and '-', 64 at the most"));
+        }
+        if !(1_000..=60_000).contains(&self.lost_after_ms) {
+            return Err(wrong(format!("lost_after_ms is {}", self.lost_after_ms), "take 1,000 to 60,000 ms"));
+        }
+        Ok(self)
+    }
+}
+
+/// `POST /v1/command`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TakeCommand {
+    /// Takes it from the holder; needs the role `configure`.
+    #[serde(default)]
+    pub force: bool,
+}
+
+/// A frame that the client of a stream sends.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StreamFrame {
+    /// What is subscribed to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub subscribe: Option<Topic>,
+    /// The client's name of the subscription.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub id: Option<String>,
+    /// The subscription that is over.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unsubscribe: Option<String>,
+    /// Of `svvs`: which.
+    #[serde(default)]
+    pub names: Vec<String>,
+    /// How often it is looked, ms of the wall clock, 10 at the least.
+    #[serde(default = "every_ms")]
+    pub every_ms: u64,
+    /// Of `svvs`: bytes in base64 instead of values.
+    #[serde(default)]
+    pub raw: bool,
+    /// Of `log` and `ends`: from which number on.
+    #[serde(default)]
+    pub since: u64,
+}
+
+/// What a stream carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Topic {
+    Svvs,
+    Log,
+    Ends,
+}
+
+fn every_ms() -> u64 {
+    50
+}
+
+/// What a frame wants.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Wanted {
+    Subscribe { id: String, topic: Topic, names: Vec<String>, every: Duration, raw: bool, since: u64 },
+    Unsubscribe(String),
+}
+
+/// A frame of a stream from its text.
+pub fn frame(text: &str) -> Result<Wanted, Failure> {
+    let frame: StreamFrame = object(text.as_bytes())?;
+    let short = |id: &String| !id.is_empty() && id.len() <= 64;
+    match (frame.subscribe, frame.id, frame.unsubscribe) {
+        (Some(topic), Some(id), None) if short(&id) => {
+            if (topic == Topic::Svvs) == frame.names.is_empty() {
+                return Err(wrong(format!("subscription '{id}' has {} names", frame.names.len()), "a subscription to svvs names them, and no other does"));
+            }
+            let every = Duration::from_millis(frame.every_ms.clamp(10, 3_600_000));
+            Ok(Wanted::Subscribe { id, topic, names: frame.names, every, raw: frame.raw, since: frame.since })
+        }
+        (None, None, Some(id)) => Ok(Wanted::Unsubscribe(id)),
+        _ => Err(wrong("a frame subscribes with an id of 1 to 64 letters, or unsubscribes".to_owned(), "see docs/control.md")),
+    }
+}
+
+/// A SHA-256 as text: 64 lower-case hexadecimal digits.
+pub fn is_sha256(text: &str) -> bool {
+    text.len() == 64 && text.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
+}
+
+/// Bytes as lower-case hexadecimal digits.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
+        use std::fmt::Write;
+        write!(text, "{byte:02x}").expect("a String takes everything");
+        text
+    })
+}

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The control interface, from its decoders to its sockets.
+mod audit;
+mod files;
+mod gate;
+mod rig;
+mod rights;
+mod schemas;
+mod served;
+mod sessions;
+mod start;
+mod stream;
+mod wire;

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A system that is served: sessions, command, calls, waits, and a programming system that is gone.
+use crate::rig::{Rig, class, receive, send, wave};
+use serde_json::{Value as Json, json};
+use std::os::unix::net::UnixStream;
+
+#[test]
+fn a_verb_lives_by_requests_alone() {
+    let rig = Rig::new();
+    let session = rig.commander("panel");
+    let id = rig.running(&session, "wave");
+    rig.call(&session, "advance", json!({ "duration_ns": 5_000_000 }));
+    assert_eq!(rig.call(&session, "read", json!({ "names": ["y"] }))["values"]["y"]["value"], 2.5);
+    let wait = json!({ "instance": id, "timeout_ns": 1_000_000_000_000_000_i64, "slice_ms": 1 });
+    let (status, waiting) = rig.ask("POST", "/v1/call/wait", &[("opengpac-session", &session)], &wait.to_string());
+    assert_eq!((status, &waiting["waiting"], &waiting["go_on"]["call"]), (200, &json!(true), &json!("wait")));
+    let mut arguments = waiting["go_on"]["arguments"].clone();
+    assert_eq!(arguments["instance"], id);
+    arguments["slice_ms"] = json!(1);
+    let (_, again) = rig.ask("POST", "/v1/call/wait", &[("opengpac-session", &session)], &arguments.to_string());
+    assert_eq!(again["go_on"], waiting["go_on"], "the timeout is not begun anew");
+    assert_eq!(rig.call(&session, "halt", json!({ "instance": id }))["condition"], "halted");
+    rig.call(&session, "delete", json!({ "instance": id }));
+    let (_, listed) = rig.ask("GET", "/v1/sessions", &[], "");
+    assert_eq!((&listed["result"][0]["name"], &listed["result"][0]["commands"]), (&json!("panel"), &json!(true)));
+}
+
+#[test]
+fn one_commands_and_all_may_look_and_stop() {
+    let rig = Rig::new();
+    let (first, second) = (rig.commander("first"), rig.open("second"));
+    fn of(session: &str) -> [(&str, &str); 1] {
+        [("opengpac-session", session)]
+    }
+    let (status, answer) = rig.ask("POST", "/v1/command", &of(&second), "{}");
+    assert_eq!((status, class(&answer)), (403, "NotCommanding"));
+    assert!(answer["errors"][0]["message"].as_str().is_some_and(|m| m.contains("'first'")), "{answer}");
+    let start = json!({ "name": "x", "type_text": "double" }).to_string();
+    assert_eq!(class(&rig.ask("POST", "/v1/call/svv", &of(&second), &start).1), "NotCommanding");
+    assert_eq!(class(&rig.ask("POST", "/v1/call/svv", &[], &start).1), "NotCommanding");
+    assert_eq!(rig.call(&second, "mode", json!({})), "automatic");
+    rig.call(&second, "emergency_stop", json!({ "reason": "somebody saw something" }));
+    assert_eq!(class(&rig.ask("POST", "/v1/call/reset", &of(&second), "").1), "NotCommanding");
+    rig.call(&first, "reset", json!({}));
+    let (status, answer) = rig.ask("POST", "/v1/command", &of(&second), r#"{"force": true}"#);
+    assert_eq!((status, &answer["result"]["holder"]), (200, &json!("second")));
+    assert_eq!(class(&rig.ask("POST", "/v1/call/svv", &of(&first), &start).1), "NotCommanding");
+    rig.ask("DELETE", "/v1/command", &of(&second), "");
+    assert_eq!(rig.ask("GET", "/v1/command", &[], "").1["result"]["holder"], Json::Null);
+}
+
+/// Holds a session by a connection.
+fn hold(rig: &Rig, name: &str, session: &str) -> UnixStream {
+    let mut stream = rig.connect();
+    send(&mut stream, "GET", "/v1/hold", &[("opengpac-session", session)], b"");
+    let is_held = |rig: &Rig| {
+        let (_, listed) = rig.ask("GET", "/v1/sessions", &[], "");
+        listed["result"].as_array().expect("a list").iter().any(|s| s["name"] == name && s["held"] == true)
+    };
+    rig.until(is_held);
+    stream
+}
+
+fn is_lost(rig: &Rig, name: &str) -> bool {
+    let (_, listed) = rig.ask("GET", "/v1/sessions", &[], "");
+    listed["result"].as_array().expect("a list").iter().any(|s| s["name"] == name && s["alive"] == false)
+}
+
+#[test]
+fn what_runs_follows_its_policy_when_its_programming_system_is_gone() {
+    let rig = Rig::with("monotonic", |_, _| {});
+    for (verb, policy) in [("goes_on", "continue"), ("stops", "safe")] {
+        session::call(&rig.system, "define_verb", &wave(verb, json!(policy)).to_string()).unwrap_or_else(|r| panic!("{r:?}"));
+    }
+    session::call(&rig.system, "svv", r#"{"name": "z", "type_text": "double"}"#).unwrap_or_else(|r| panic!("{r:?}"));
+    let session = rig.commander("panel");
+    let create = |verb: &str, svv: &str| {
+        let id = rig.call(&session, "create", json!({ "verb": verb, "arguments": { "y": { "svv": svv } }, "placement": { "*": "rtp0.fast" } }));
+        rig.call(&session, "start", json!({ "instance": id }));
+        id
+    };
+    let (halted, going) = (create("wave", "y"), create("goes_on", "z"));
+    drop(hold(&rig, "panel", &session));
+    rig.until(|rig| is_lost(rig, "panel"));
+    assert_eq!(rig.ask("GET", "/v1/command", &[], "").1["result"]["holder"], Json::Null);
+    assert_eq!(class(&rig.ask("POST", "/v1/heartbeat", &[("opengpac-session", &session)], "").1), "SessionLost");
+    let reports = |rig: &Rig| rig.ask("GET", "/v1/sessions/panel/reports", &[], "").1["result"].clone();
+    rig.until(|rig| reports(rig)["reports"].as_array().is_some_and(|r| r.len() == 1));
+    let kept = &reports(&rig)["reports"][0];
+    assert_eq!((&kept["instance"], &kept["report"]["condition"]), (&halted, &json!("halted")));
+    assert!(kept["report"]["message"].as_str().is_some_and(|m| m.contains("'panel' was cut off")), "{kept}");
+    // It has ended and nobody could ask for it: it is deleted, its report is not.
+    rig.until(|rig| rig.system.state(halted.as_u64().expect("a number")) == "deleted");
+    let (_, back) = rig.ask("POST", "/v1/sessions", &[], r#"{"name": "panel"}"#);
+    let back = &back["result"];
+    assert_eq!((&back["returned"], &back["kept_reports"]), (&json!(true), &json!(1)));
+    assert_eq!(back["instances"], json!([{ "instance": going, "name": "goes_on#1", "state": "running" }]), "{back}");
+    let number = kept["number"].as_u64().expect("a number");
+    assert_eq!(rig.ask("DELETE", &format!("/v1/sessions/panel/reports?through={number}"), &[], "").0, 200);
+    assert_eq!(reports(&rig)["reports"], json!([]));
+    assert!(rig.audit().iter().any(|line| line["call"] == "cut_off" && line["session"] == "panel"));
+}
+
+#[test]
+fn a_session_that_is_closed_in_order_cuts_nothing_off() {
+    let rig = Rig::new();
+    let session = rig.commander("panel");
+    let id = rig.running(&session, "wave");
+    let mut held = hold(&rig, "panel", &session);
+    assert_eq!(rig.ask("DELETE", "/v1/sessions", &[("opengpac-session", &session)], "").0, 200);
+    assert_eq!(receive(&mut held).0, 200, "who holds it is told");
+    rig.system.advance(5_000_000).unwrap_or_else(|r| panic!("{r:?}"));
+    assert_eq!(rig.system.state(id), "running");
+    assert_eq!(rig.ask("GET", "/v1/sessions", &[], "").1["result"], json!([]));
+}
+
+#[test]
+fn what_has_been_told_is_not_kept() {
+    let rig = Rig::new();
+    let session = rig.commander("panel");
+    let id = rig.running(&session, "wave");
+    rig.call(&session, "halt", json!({ "instance": id }));
+    let kept = || rig.ask("GET", "/v1/sessions/panel/reports", &[], "").1["result"]["reports"].as_array().map(Vec::len);
+    assert_eq!(kept(), Some(1), "the answer may not have arrived");
+    rig.ask("POST", "/v1/heartbeat", &[("opengpac-session", &session)], "");
+    assert_eq!(kept(), Some(0));
+}
+
+#[test]
+fn requests_that_make_no_sense_are_refused_in_words() {
+    let rig = Rig::new();
+    let ask = |method: &str, path: &str, body: &str| {
+        let (status, answer) = rig.ask(method, path, &[], body);
+        (status, class(&answer).to_owned())
+    };
+    let expect = |status: u16, class: &str| (status, class.to_owned());
+    assert_eq!(ask("POST", "/v1/call/sing", "{}"), expect(404, "UnknownName"));
+    assert_eq!(ask("POST", "/v1/call/download", r#"{"path": "/etc/passwd"}"#), expect(404, "UnknownName"));
+    assert_eq!(ask("GET", "/v2/version", ""), expect(404, "UnknownName"));
+    assert_eq!(ask("DELETE", "/v1/version", ""), expect(405, "CallError"));
+    assert_eq!(ask("POST", "/v1/call/now", "{"), expect(400, "CallError"));
+    assert_eq!(ask("POST", "/v1/call/now", "[]"), expect(400, "CallError"));
+    assert_eq!(ask("POST", "/v1/call/now", r#"{"slice_ms": 5}"#), expect(400, "CallError"));
+    assert_eq!(ask("POST", "/v1/heartbeat", ""), expect(400, "CallError"));
+    assert_eq!(ask("POST", "/v1/sessions", r#"{"name": "a b"}"#), expect(400, "CallError"));
+    assert_eq!(ask("DELETE", "/v1/sessions/x/reports", ""), expect(400, "CallError"));
+    assert_eq!(ask("GET", "/v1/stream", ""), expect(400, "CallError"));
+    assert_eq!(ask("POST", "/v1/call/now", &" ".repeat((1 << 20) + 1)), expect(413, "LimitExceeded"));
+    let (status, answer) = rig.ask("GET", "/v1/version", &[("host", "evil.example")], "");
+    assert_eq!((status, class(&answer)), (403, "NotAllowed"));
+    let (status, answer) = rig.ask("POST", "/v1/heartbeat", &[("opengpac-session", "nonsense")], "");
+    assert_eq!((status, class(&answer)), (410, "SessionLost"));
+}

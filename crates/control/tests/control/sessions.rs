@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Sessions by themselves, with a time that the test says.
+use control::wire::OpenSession;
+use control::{Caller, REPORTS_MAX, Role, SESSIONS_EACH_MAX, SESSIONS_MAX, Sessions};
+use model::refusal::Class;
+use serde_json::json;
+use std::time::{Duration, Instant};
+use supervisor::{End, Report};
+
+fn caller(who: &str, role: Role) -> Caller {
+    Caller { who: who.to_owned(), role, from: "here".to_owned() }
+}
+
+fn asked(name: &str, take_up: bool) -> OpenSession {
+    OpenSession { name: name.to_owned(), lost_after_ms: 5_000, take_up }
+}
+
+fn end(number: u64, instance: u64) -> End {
+    let report = Report {
+        instance: format!("wave {instance}"),
+        verb: "wave".to_owned(),
+        start: 1,
+        condition: "halted".to_owned(),
+        normal: false,
+        command_list: "start".to_owned(),
+        block: None,
+        time_s: 0.0,
+        started_s: 0.0,
+        value: None,
+        message: String::new(),
+        outputs: Default::default(),
+        others: Vec::new(),
+    };
+    End { number, instance, report }
+}
+
+fn s(seconds: u64) -> Duration {
+    Duration::from_secs(seconds)
+}
+
+#[test]
+fn a_session_is_lost_when_it_is_silent_longer_than_its_bound() {
+    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
+    let id = sessions.open(&me, &asked("panel", false), now).expect("it opens").session;
+    sessions.own("panel", 7);
+    sessions.begin(&id, &me, now + s(4)).expect("a sign of life");
+    assert!(sessions.lose(now + s(60)).is_empty(), "it waits for an answer");
+    sessions.end(&id, now + s(60));
+    assert!(sessions.lose(now + s(65)).is_empty());
+    assert_eq!(sessions.lose(now + s(66)), [("panel".to_owned(), vec![7])]);
+    assert!(sessions.lose(now + s(99)).is_empty(), "once");
+    assert_eq!(sessions.begin(&id, &me, now + s(66)).expect_err("lost").class(), Class::SessionLost);
+    assert_eq!(sessions.orphans(), [7]);
+    let back = sessions.open(&me, &asked("panel", false), now + s(70)).expect("it comes back");
+    assert!(back.returned && back.instances == [7] && back.session != id);
+    assert!(sessions.orphans().is_empty());
+}
+
+#[test]
+fn a_connection_that_breaks_loses_its_session_at_once() {
+    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
+    let id = sessions.open(&me, &asked("panel", false), now).expect("it opens").session;
+    sessions.hold(&id);
+    assert!(sessions.list()[0].held);
+    sessions.let_go(&id, true);
+    assert_eq!(sessions.lose(now), [("panel".to_owned(), Vec::new())]);
+}
+
+#[test]
+fn only_the_same_caller_takes_a_session_up() {
+    let (sessions, now) = (Sessions::default(), Instant::now());
+    let (me, other) = (caller("user 1", Role::Operate), caller("token x", Role::Download));
+    let first = sessions.open(&me, &asked("panel", false), now).expect("it opens").session;
+    assert_eq!(sessions.open(&me, &asked("panel", false), now).expect_err("alive").class(), Class::InUse);
+    assert_eq!(sessions.open(&other, &asked("panel", true), now).expect_err("another's").class(), Class::InUse);
+    let second = sessions.open(&me, &asked("panel", true), now).expect("taken up");
+    assert!(!second.returned);
+    assert_eq!(sessions.begin(&first, &me, now).expect_err("superseded").class(), Class::SessionLost);
+    assert_eq!(sessions.begin(&second.session, &other, now).expect_err("another's").class(), Class::SessionLost);
+    sessions.lose(now + s(99));
+    assert_eq!(sessions.open(&other, &asked("panel", true), now).expect_err("kept for its caller").class(), Class::InUse);
+}
+
+#[test]
+fn command_has_one_holder() {
+    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
+    let ids: Vec<String> = ["a", "b"].iter().map(|name| sessions.open(&me, &asked(name, false), now).expect("it opens").session).collect();
+    assert_eq!(sessions.require_command(Some("a")).expect_err("nobody").class(), Class::NotCommanding);
+    sessions.take("a", Role::Operate, false).expect("free");
+    sessions.take("a", Role::Operate, false).expect("twice is once");
+    let refused = sessions.take("b", Role::Operate, true).expect_err("held");
+    assert!(refused.class() == Class::NotCommanding && refused.refusals[0].message.contains("'a'"));
+    assert!(sessions.require_command(None).is_err() && sessions.require_command(Some("b")).is_err());
+    sessions.give_back("b");
+    sessions.require_command(Some("a")).expect("only the holder gives it back");
+    sessions.take("b", Role::Configure, true).expect("by force");
+    assert!(sessions.require_command(Some("a")).is_err());
+    sessions.close(&ids[1]).expect("it closes");
+    assert_eq!(sessions.holder(), None);
+    sessions.take("a", Role::Operate, false).expect("free again");
+    sessions.lose(now + s(99));
+    assert_eq!(sessions.holder(), None, "who is lost commands no longer");
+}
+
+#[test]
+fn reports_wait_until_the_session_shows_that_it_has_them() {
+    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
+    let id = sessions.open(&me, &asked("panel", false), now).expect("it opens").session;
+    sessions.own("panel", 7);
+    sessions.keep(vec![end(0, 7), end(1, 8), end(2, 7)]);
+    sessions.keep(vec![end(2, 7)]);
+    let numbers = || sessions.reports("panel", &me).expect("mine").0.iter().map(|kept| kept.number).collect::<Vec<_>>();
+    assert_eq!((numbers(), sessions.next_end()), (vec![0, 2], 3), "each once, and only its own");
+    sessions.told("panel", 7);
+    assert_eq!(numbers(), [0, 2], "the answer may have been lost on its way");
+    sessions.begin(&id, &me, now).expect("a sign of life");
+    assert!(numbers().is_empty());
+    let other = caller("token x", Role::Operate);
+    assert_eq!(sessions.reports("panel", &other).expect_err("another's").class(), Class::NotAllowed);
+    sessions.reports("panel", &caller("token y", Role::Configure)).expect("who configures may");
+    assert_eq!(sessions.reports("nobody", &me).expect_err("none").class(), Class::UnknownName);
+}
+
+#[test]
+fn what_is_kept_is_bounded_and_what_is_lost_is_counted() {
+    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
+    sessions.open(&me, &asked("panel", false), now).expect("it opens");
+    sessions.own("panel", 7);
+    sessions.keep((0..REPORTS_MAX as u64 + 3).map(|number| end(number, 7)).collect());
+    let (kept, lost) = sessions.reports("panel", &me).expect("mine");
+    assert_eq!((kept.len(), kept[0].number, lost), (REPORTS_MAX, 3, 3));
+    sessions.collect("panel", &me, 5).expect("mine");
+    let (kept, lost) = sessions.reports("panel", &me).expect("mine");
+    assert_eq!((kept[0].number, lost), (6, 0));
+}
+
+#[test]
+fn there_is_room_as_long_as_one_is_lost() {
+    let (sessions, now) = (Sessions::default(), Instant::now());
+    let of = |index: usize| caller(&format!("token {}", index / SESSIONS_EACH_MAX), Role::Operate);
+    for index in 0..SESSIONS_MAX {
+        sessions.open(&of(index), &asked(&format!("s{index}"), false), now + s(index as u64)).expect("room");
+    }
+    let (late, other) = (now + s(SESSIONS_MAX as u64), caller("token new", Role::Operate));
+    assert_eq!(sessions.open(&other, &asked("more", false), late).expect_err("full").class(), Class::LimitExceeded);
+    sessions.own("s0", 7);
+    assert!(!sessions.lose(late).is_empty());
+    sessions.open(&other, &asked("more", false), late).expect("a lost one makes room");
+    let names: Vec<String> = sessions.list().into_iter().map(|listed| listed.name).collect();
+    assert_eq!(names.len(), SESSIONS_MAX);
+    assert!(names.contains(&"s0".to_owned()) && !names.contains(&"s1".to_owned()), "first those for which nothing is kept");
+}
+
+#[test]
+fn nobody_fills_the_table_for_all() {
+    let (sessions, now) = (Sessions::default(), Instant::now());
+    let (me, other) = (caller("token a", Role::Observe), caller("token b", Role::Operate));
+    sessions.open(&other, &asked("mine", false), now).expect("room");
+    sessions.lose(now + s(99));
+    for index in 0..SESSIONS_EACH_MAX {
+        sessions.open(&me, &asked(&format!("s{index}"), false), now + s(99)).expect("room");
+    }
+    assert_eq!(sessions.open(&me, &asked("more", false), now + s(99)).expect_err("enough").class(), Class::LimitExceeded);
+    sessions.lose(now + s(999));
+    for index in 0..SESSIONS_MAX {
+        sessions.open(&me, &asked(&format!("t{index}"), false), now + s(999 + 10 * index as u64)).expect("his own make room");
+        sessions.lose(now + s(999 + 10 * index as u64 + 6));
+    }
+    assert!(sessions.list().iter().any(|listed| listed.name == "mine"), "what is kept for others stays");
+}
+
+#[test]
+fn an_instance_belongs_to_who_started_it_last() {
+    let (sessions, now, me) = (Sessions::default(), Instant::now(), caller("user 1", Role::Operate));
+    for name in ["a", "b"] {
+        sessions.open(&me, &asked(name, false), now).expect("it opens");
+        sessions.own(name, 7);
+    }
+    sessions.disown(8);
+    assert_eq!(sessions.lose(now + s(99)), [("a".to_owned(), vec![]), ("b".to_owned(), vec![7])]);
+    sessions.disown(7);
+    assert!(sessions.orphans().is_empty());
+}

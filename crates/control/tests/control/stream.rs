@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The stream: values, the log, end reports; what a client says wrongly.
+use crate::rig::{Rig, class};
+use serde_json::{Value as Json, json};
+use std::os::unix::net::UnixStream;
+use tungstenite::client::IntoClientRequest;
+use tungstenite::{Message, WebSocket};
+
+fn open(rig: &Rig, path: &str, session: Option<&str>) -> WebSocket<UnixStream> {
+    let mut request = format!("ws://localhost{path}").into_client_request().expect("a request");
+    if let Some(session) = session {
+        request.headers_mut().insert("opengpac-session", session.parse().expect("a value"));
+    }
+    tungstenite::client(request, rig.connect()).unwrap_or_else(|why| panic!("{why}")).0
+}
+
+fn say(stream: &mut WebSocket<UnixStream>, frame: Json) {
+    stream.send(Message::text(frame.to_string())).expect("it takes it");
+}
+
+/// The next frame of text.
+fn next(stream: &mut WebSocket<UnixStream>) -> Json {
+    loop {
+        if let Message::Text(text) = stream.read().expect("it goes on") {
+            return serde_json::from_str(&text).expect("JSON");
+        }
+    }
+}
+
+#[test]
+fn values_the_log_and_ends_come_as_they_are() {
+    let rig = Rig::new();
+    let session = rig.commander("panel");
+    let id = rig.running(&session, "wave");
+    rig.call(&session, "advance", json!({ "duration_ns": 2_000_000 }));
+    let mut stream = open(&rig, "/v1/stream", None);
+    say(&mut stream, json!({ "subscribe": "svvs", "id": "a", "names": ["y"], "every_ms": 3_600_000 }));
+    let frame = next(&mut stream);
+    assert_eq!((&frame["id"], &frame["svvs"]["values"]["y"]["value"], &frame["dropped"]), (&json!("a"), &json!(2.5), &json!(0)));
+    say(&mut stream, json!({ "subscribe": "svvs", "id": "r", "names": ["y"], "every_ms": 3_600_000, "raw": true }));
+    assert_eq!(next(&mut stream)["svvs"]["values"]["y"]["bytes"], "AAAAAAAABEA=");
+    say(&mut stream, json!({ "subscribe": "ends", "id": "c" }));
+    rig.call(&session, "halt", json!({ "instance": id }));
+    let frame = next(&mut stream);
+    assert_eq!((&frame["ends"][0]["instance"], &frame["ends"][0]["report"]["condition"]), (&json!(id), &json!("halted")), "{frame}");
+    say(&mut stream, json!({ "subscribe": "log", "id": "b", "since": 0 }));
+    let frame = next(&mut stream);
+    assert!(frame["log"].as_array().is_some_and(|log| log.iter().any(|entry| entry["kind"] == "end")), "{frame}");
+    say(&mut stream, json!({ "unsubscribe": "c" }));
+    say(&mut stream, json!({ "unsubscribe": "c" }));
+    assert_eq!(class(&next(&mut stream)), "UnknownName");
+}
+
+#[test]
+fn what_is_wrong_with_a_frame_is_said_and_the_stream_goes_on() {
+    let rig = Rig::new();
+    let mut stream = open(&rig, "/v1/stream", None);
+    say(&mut stream, json!({ "sing": true }));
+    assert_eq!(class(&next(&mut stream)), "CallError");
+    say(&mut stream, json!({ "subscribe": "svvs", "id": "a", "names": ["nothing"] }));
+    let frame = next(&mut stream);
+    assert_eq!((&frame["id"], class(&frame)), (&json!("a"), "UnknownName"));
+    for index in 0..17 {
+        say(&mut stream, json!({ "subscribe": "ends", "id": format!("s{index}") }));
+    }
+    assert_eq!(class(&next(&mut stream)), "LimitExceeded");
+    say(&mut stream, json!({ "subscribe": "ends", "id": "s0" }));
+    assert_eq!(class(&next(&mut stream)), "InUse");
+}
+
+#[test]
+fn a_stream_may_hold_its_session() {
+    let rig = Rig::new();
+    let session = rig.commander("panel");
+    let stream = open(&rig, "/v1/stream?hold=true", Some(&session));
+    let listed = |rig: &Rig| rig.ask("GET", "/v1/sessions", &[], "").1["result"][0].clone();
+    rig.until(|rig| listed(rig)["held"] == true);
+    drop(stream);
+    rig.until(|rig| listed(rig)["alive"] == false);
+    assert_eq!(rig.ask("GET", "/v1/command", &[], "").1["result"]["holder"], Json::Null);
+}

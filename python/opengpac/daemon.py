@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The commands `opengpac rts` and `opengpac token`: a real-time system as a daemon, and who may come to it."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import runpy
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from . import _native, system
+from .errors import CallError, FileFailed, refusals, refuse
+
+_ROLES = ("observe", "operate", "configure", "download")
+_DAY_S = 86_400
+
+
+def add_to(commands: Any) -> None:
+    """Adds both to the commands of the parser."""
+    rts = commands.add_parser("rts", help="a real-time system as a daemon; docs/control.md is its interface")
+    rts.add_argument("--name", help="of the system; default: cell")
+    rts.add_argument("--clock", choices=["monotonic", "virtual"], help="default: monotonic")
+    rts.add_argument("--seed", type=int, help="of preemptions and faults under the virtual clock")
+    rts.add_argument("--socket", metavar="PATH", help="the Unix socket, instead of one in a private folder")
+    rts.add_argument(
+        "--listen", metavar="HOST:PORT", help="TCP besides; an address that is not loopback needs TLS and callers that are known"
+    )
+    rts.add_argument("--tls-cert", metavar="PEM")
+    rts.add_argument("--tls-key", metavar="PEM")
+    rts.add_argument("--client-ca", metavar="PEM", help="who signs client certificates")
+    rts.add_argument("--tokens", metavar="FILE", help="made by opengpac token new")
+    rts.add_argument("--audit", metavar="FILE", help="who commanded what, appended; default: beside the socket")
+    rts.add_argument("--insecure-loopback", action="store_true", help="whoever is on this machine may observe over TCP without a token")
+    rts.add_argument("--host", action="append", default=[], metavar="NAME", help="a name by which requests may call this machine")
+    rts.add_argument("--origin", action="append", default=[], metavar="URL", help="a site whose pages may call")
+    rts.add_argument("program", nargs="?", help="runs first; the system that it leaves open is served")
+    rts.add_argument("arguments", nargs=argparse.REMAINDER)
+    rts.set_defaults(run=_rts)
+    token = commands.add_parser("token", help="who may come to a daemon").add_subparsers(required=True, metavar="ACTION")
+    new = token.add_parser("new", help="makes a token, and prints it once")
+    new.add_argument("--name", required=True, help="whose it is")
+    new.add_argument("--role", required=True, choices=_ROLES)
+    new.add_argument("--days", type=float, help="how long it holds; default: until it is revoked")
+    new.add_argument("--certificate", metavar="PEM", help="lets the holder of this client certificate in instead")
+    new.set_defaults(run=_token_new)
+    shown = token.add_parser("list", help="shows what there is")
+    shown.set_defaults(run=_token_list)
+    revoke = token.add_parser("revoke", help="revokes a token")
+    revoke.add_argument("name")
+    revoke.set_defaults(run=_token_revoke)
+    for parser in (new, shown, revoke):
+        parser.add_argument("--tokens", metavar="FILE", default="tokens.json", help="default: tokens.json")
+
+
+def _rts(given: argparse.Namespace) -> int:
+    # A daemon is ended as by Ctrl-C: in order.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    options = {
+        "socket": given.socket, "listen": given.listen, "tls_cert": given.tls_cert, "tls_key": given.tls_key,
+        "client_ca": given.client_ca, "tokens": given.tokens, "audit": given.audit,
+        "insecure_loopback": given.insecure_loopback, "hosts": given.host, "origins": given.origin,
+    }  # fmt: skip
+    try:
+        served = _of_program(given) if given.program else _of_words(given)
+        with served, refusals:
+            _native.serve(served._alive(), json.dumps({k: v for k, v in options.items() if v is not None}), _say)
+    except KeyboardInterrupt:
+        pass
+    return 0
+
+
+def _say(addresses: list[str]) -> None:
+    for address in addresses:
+        print(f"listening on {address}", flush=True)
+
+
+def _of_words(given: argparse.Namespace) -> system.System:
+    return system.System(given.name or "cell", given.clock or "monotonic", seed=given.seed or 0)
+
+
+def _of_program(given: argparse.Namespace) -> system.System:
+    """Runs the program; the one system that it leaves open."""
+    for word in ("name", "clock", "seed"):
+        if getattr(given, word) is not None:
+            refuse(CallError, f"--{word} is given, and program '{given.program}' makes the system", "say it there")
+    sys.argv = [given.program, *given.arguments]
+    sys.path.insert(0, str(Path(given.program).absolute().parent))
+    made = runpy.run_path(given.program, run_name="opengpac.rts")
+    opened = [s for s in system._open.values() if not s.closed and any(s is value for value in made.values())]
+    if len(opened) != 1:
+        left = f"program '{given.program}' leaves {len(opened)} systems open"
+        refuse(CallError, left, "let it make one, without 'with', as a global name")
+    return opened[0]
+
+
+def _token_new(given: argparse.Namespace) -> int:
+    expires = None if given.days is None else int(time.time() + given.days * _DAY_S)
+    try:
+        with refusals:
+            token = _native.token_new(given.tokens, given.name, given.role, expires, given.certificate)
+    except OSError as why:
+        refuse(FileFailed, f"the file of tokens: {why}")
+    print(token or f"the certificate may {given.role}")
+    return 0
+
+
+def _token_list(given: argparse.Namespace) -> int:
+    try:
+        entries = json.loads(_native.token_list(given.tokens))
+    except OSError as why:
+        refuse(FileFailed, f"the file of tokens: {why}")
+    for entry in entries:
+        state = "revoked" if entry["revoked"] else "expired" if entry["expires"] and entry["expires"] <= time.time() else "holds"
+        what = "certificate" if entry["certificate"] else "token"
+        print(f"{entry['name']:<20} {entry['role']:<10} {what:<12} {state}")
+    return 0
+
+
+def _token_revoke(given: argparse.Namespace) -> int:
+    try:
+        revoked = _native.token_revoke(given.tokens, given.name)
+    except OSError as why:
+        refuse(FileFailed, f"the file of tokens: {why}")
+    print(f"'{given.name}' is revoked" if revoked else f"there is no token '{given.name}' that holds")
+    return 0 if revoked else 1

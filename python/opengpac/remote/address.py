@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Where a real-time system elsewhere is: `unix:///path.sock`, `http://127.0.0.1:PORT`, `https://HOST:PORT`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from ..errors import CallError, did_you_mean, refuse
+
+SCHEMES = ("unix", "http", "https")
+FORMS = "write unix:///path.sock, http://127.0.0.1:PORT or https://HOST:PORT"
+
+
+@dataclass(frozen=True)
+class Address:
+    """A way to a control interface: a Unix socket, or a host and port, with TLS or without."""
+
+    url: str
+    path: str = ""
+    """The Unix socket; empty: it is a host."""
+    host: str = "localhost"
+    port: int = 0
+    secure: bool = False
+
+    def __str__(self) -> str:
+        return self.url
+
+
+def address(url: object) -> Address:
+    """Reads the URL of a system. Refused with `CallError`: another scheme, a host without a port, and what is no URL at all."""
+    if not isinstance(url, str) or "://" not in url:
+        refuse(CallError, f"the URL of a system is {url!r}", FORMS)
+    scheme = url.split("://", 1)[0]
+    if scheme not in SCHEMES:
+        refuse(CallError, f"no system is reached by '{scheme}://', in {url!r}", did_you_mean(scheme, SCHEMES) or FORMS)
+    try:
+        parts = urlsplit(url)
+        port = parts.port
+    except ValueError as error:
+        refuse(CallError, f"the URL of a system is {url!r}: {error}".lower(), FORMS)
+    if parts.query or parts.fragment or "@" in parts.netloc:
+        refuse(CallError, f"the URL of a system is {url!r}: it has more than an address", "give a token as token=, never in the URL")
+    if scheme == "unix":
+        return _socket(url, parts.netloc, parts.path)
+    if not parts.hostname or port is None or parts.path not in ("", "/"):
+        refuse(CallError, f"the URL of a system is {url!r}", f"it needs a host and a port, and nothing after them: {scheme}://HOST:PORT")
+    return Address(url, host=parts.hostname, port=port, secure=scheme == "https")
+
+
+def _socket(url: str, host: str, path: str) -> Address:
+    if host or not path.strip("/"):
+        refuse(CallError, f"the URL of a system is {url!r}", "a Unix socket has a whole path, with three strokes: unix:///run/cell.sock")
+    return Address(url, path=str(Path(path)))

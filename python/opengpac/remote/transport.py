@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Requests to a control interface over HTTP: on a Unix socket, a port, or a port with TLS.
+
+Connections are kept and used again, each by one thread at a time, so that a call costs one round trip. A request is sent once and
+never again: whether a call acted whose answer is missing cannot be told from here, and a motion must not begin twice.
+"""
+
+from __future__ import annotations
+
+import http.client
+import select
+import socket
+import ssl
+import threading
+from typing import NamedTuple, NoReturn
+
+from ..errors import ConnectionLost, refuse
+from .address import Address
+
+CONNECT_S = 5.0
+"""How long the other side may take to accept a connection."""
+
+
+class Answer(NamedTuple):
+    """What the other side answered."""
+
+    status: int
+    body: bytes
+
+
+class _OverSocket(http.client.HTTPConnection):
+    """A connection over a Unix socket."""
+
+    def __init__(self, path: str) -> None:
+        super().__init__("localhost", timeout=CONNECT_S)
+        self._path = path
+
+    def connect(self) -> None:
+        """Opens the socket."""
+        self.sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self.sock.settimeout(CONNECT_S)
+        self.sock.connect(self._path)
+
+
+class Transport:
+    """Sends requests to one address. Usable by several threads."""
+
+    def __init__(self, to: Address, token: str | None, tls: ssl.SSLContext | None) -> None:
+        self.address = to
+        self._tls = tls
+        self._headers = {"Authorization": f"Bearer {token}"} if token is not None else {}
+        self._lock = threading.Lock()
+        self._idle: list[http.client.HTTPConnection] = []
+        self._busy: set[http.client.HTTPConnection] = set()
+        self._cut = ""
+        self.remedy = ""
+        """What to do when the connection is lost; said with every error."""
+
+    def request(self, method: str, path: str, body: bytes = b"", *, more: dict[str, str] | None = None, timeout_s: float | None = None) -> Answer:
+        """One request and its answer. `timeout_s`: how long the answer may take; left out, as long as the connection lasts.
+
+        Raises `ConnectionLost` where no answer comes; an interrupt, Ctrl-C, ends it at once.
+        """
+        headers = {**self._headers, "Content-Type": "application/json", **(more or {})}
+        connection = self._take()
+        try:
+            if connection.sock is None:
+                connection.connect()
+            assert connection.sock is not None
+            connection.sock.settimeout(timeout_s)
+            connection.request(method, path, body, headers)
+            answer = connection.getresponse()
+            told = Answer(answer.status, answer.read())
+        except (OSError, http.client.HTTPException) as error:
+            self._drop(connection)
+            self._lost(error)
+        except BaseException:
+            # The answer to this request would be taken for that to the next.
+            self._drop(connection)
+            raise
+        self._give_back(connection, keep=not answer.will_close)
+        return told
+
+    def cut(self, why: str) -> None:
+        """Ends every request that waits, and refuses those to come: the other side does not answer any more."""
+        with self._lock:
+            self._cut = self._cut or why
+            waiting = [*self._busy]
+        for connection in waiting:
+            if connection.sock is not None:
+                # Closing alone would leave another thread's wait on that socket where it is.
+                try:
+                    connection.sock.shutdown(socket.SHUT_RDWR)
+                except OSError:
+                    continue
+        self.close()
+
+    def close(self) -> None:
+        """Closes the connections that nobody uses."""
+        with self._lock:
+            idle, self._idle = self._idle, []
+        for connection in idle:
+            connection.close()
+
+    def _take(self) -> http.client.HTTPConnection:
+        while True:
+            with self._lock:
+                if self._cut:
+                    self._lost(None)
+                connection = self._idle.pop() if self._idle else self._new()
+                if not _hung_up(connection):
+                    self._busy.add(connection)
+                    return connection
+            connection.close()
+
+    def _new(self) -> http.client.HTTPConnection:
+        if self.address.path:
+            return _OverSocket(self.address.path)
+        if self._tls is not None:
+            return http.client.HTTPSConnection(self.address.host, self.address.port, timeout=CONNECT_S, context=self._tls)
+        return http.client.HTTPConnection(self.address.host, self.address.port, timeout=CONNECT_S)
+
+    def _give_back(self, connection: http.client.HTTPConnection, keep: bool) -> None:
+        with self._lock:
+            self._busy.discard(connection)
+            kept = keep and not self._cut
+            if kept:
+                self._idle.append(connection)
+        if not kept:
+            connection.close()
+
+    def _drop(self, connection: http.client.HTTPConnection) -> None:
+        with self._lock:
+            self._busy.discard(connection)
+        connection.close()
+
+    def _lost(self, error: Exception | None) -> NoReturn:
+        why = self._cut or _reason(error)
+        refuse(ConnectionLost, f"the connection to the system at {self.address} is lost: {why}", self.remedy)
+
+
+def _hung_up(connection: http.client.HTTPConnection) -> bool:
+    """Whether the other side has closed a connection that lay idle: there is something to read, which can be its end only."""
+    return connection.sock is not None and bool(select.select([connection.sock], [], [], 0)[0])
+
+
+def _reason(error: Exception | None) -> str:
+    if isinstance(error, ssl.SSLCertVerificationError):
+        return f"its certificate is not accepted: {error.verify_message}"
+    if isinstance(error, TimeoutError):
+        return "it does not answer"
+    if isinstance(error, http.client.HTTPException) and not isinstance(error, OSError):
+        return f"what answers there is no control interface: {type(error).__name__}"
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror.lower()
+    return str(error).lower()
