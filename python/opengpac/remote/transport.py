@@ -12,6 +12,7 @@ import select
 import socket
 import ssl
 import threading
+from collections.abc import Mapping
 from typing import NamedTuple, NoReturn
 
 from ..errors import ConnectionLost, refuse
@@ -21,11 +22,16 @@ CONNECT_S = 5.0
 """How long the other side may take to accept a connection."""
 
 
+_NOTHING: Mapping[str, str] = {}
+
+
 class Answer(NamedTuple):
     """What the other side answered."""
 
     status: int
     body: bytes
+    again_s: float = 0.0
+    """Where it was refused for want of time: how long to wait before it is asked again."""
 
 
 class _OverSocket(http.client.HTTPConnection):
@@ -52,16 +58,21 @@ class Transport:
         self._lock = threading.Lock()
         self._idle: list[http.client.HTTPConnection] = []
         self._busy: set[http.client.HTTPConnection] = set()
+        self._held: set[http.client.HTTPConnection] = set()
         self._cut = ""
+        self.reached = False
+        """Whether somebody has answered there."""
         self.remedy = ""
         """What to do when the connection is lost; said with every error."""
 
-    def request(self, method: str, path: str, body: bytes = b"", *, more: dict[str, str] | None = None, timeout_s: float | None = None) -> Answer:
+    def request(
+        self, method: str, path: str, body: bytes = b"", *, more: Mapping[str, str] = _NOTHING, timeout_s: float | None = None
+    ) -> Answer:
         """One request and its answer. `timeout_s`: how long the answer may take; left out, as long as the connection lasts.
 
         Raises `ConnectionLost` where no answer comes; an interrupt, Ctrl-C, ends it at once.
         """
-        headers = {**self._headers, "Content-Type": "application/json", **(more or {})}
+        headers = {**self._headers, "Content-Type": "application/json", **more}
         connection = self._take()
         try:
             if connection.sock is None:
@@ -70,7 +81,7 @@ class Transport:
             connection.sock.settimeout(timeout_s)
             connection.request(method, path, body, headers)
             answer = connection.getresponse()
-            told = Answer(answer.status, answer.read())
+            told = Answer(answer.status, answer.read(), _seconds(answer.getheader("Retry-After")))
         except (OSError, http.client.HTTPException) as error:
             self._drop(connection)
             self._lost(error)
@@ -81,11 +92,31 @@ class Transport:
         self._give_back(connection, keep=not answer.will_close)
         return told
 
+    def hold(self, path: str, more: Mapping[str, str]) -> http.client.HTTPConnection:
+        """A request on a connection of its own whose answer the caller waits for, and which he gives back to `release`."""
+        connection = self._new()
+        try:
+            connection.request("GET", path, headers={**self._headers, **more})
+            assert connection.sock is not None
+            connection.sock.settimeout(None)
+        except OSError as error:
+            connection.close()
+            self._lost(error)
+        with self._lock:
+            self._held.add(connection)
+        return connection
+
+    def release(self, connection: http.client.HTTPConnection) -> None:
+        """Closes a connection that was held."""
+        with self._lock:
+            self._held.discard(connection)
+        connection.close()
+
     def cut(self, why: str) -> None:
         """Ends every request that waits, and refuses those to come: the other side does not answer any more."""
         with self._lock:
             self._cut = self._cut or why
-            waiting = [*self._busy]
+            waiting = [*self._busy, *self._held]
         for connection in waiting:
             if connection.sock is not None:
                 # Closing alone would leave another thread's wait on that socket where it is.
@@ -94,6 +125,11 @@ class Transport:
                 except OSError:
                     continue
         self.close()
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether the other side has not answered, or was given up."""
+        return bool(self._cut)
 
     def close(self) -> None:
         """Closes the connections that nobody uses."""
@@ -136,12 +172,33 @@ class Transport:
 
     def _lost(self, error: Exception | None) -> NoReturn:
         why = self._cut or _reason(error)
-        refuse(ConnectionLost, f"the connection to the system at {self.address} is lost: {why}", self.remedy)
+        what = f"the connection to the system at {self.address} is lost" if self.reached else f"no system answers at {self.address}"
+        refuse(ConnectionLost, f"{what}: {why}", self.remedy)
+
+
+def spoken(connection: http.client.HTTPConnection) -> bool:
+    """Whether the other side has answered a request that is held, or closed it. What only TLS itself has to say does not count."""
+    assert connection.sock is not None
+    connection.sock.setblocking(False)
+    try:
+        connection.sock.recv(1)
+    except (BlockingIOError, ssl.SSLWantReadError):
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def _hung_up(connection: http.client.HTTPConnection) -> bool:
     """Whether the other side has closed a connection that lay idle: there is something to read, which can be its end only."""
     return connection.sock is not None and bool(select.select([connection.sock], [], [], 0)[0])
+
+
+def _seconds(text: str | None) -> float:
+    try:
+        return min(max(float(text or 0.0), 0.01), 10.0)
+    except ValueError:
+        return 1.0
 
 
 def _reason(error: Exception | None) -> str:
