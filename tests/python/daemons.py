@@ -32,6 +32,7 @@ class Daemon:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "opengpac", *words], env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         )
+        self.killed = False
         self.said: list[str] = []
         try:
             self.urls = self._addresses(1 + options.count("--listen"))
@@ -57,9 +58,12 @@ class Daemon:
         """Kills it, as a fault would."""
         self.process.kill()
         self.process.communicate()
+        self.killed = True
 
     def stop(self) -> None:
         """Ends it in order: with status 0, without its socket."""
+        if self.killed:
+            return
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
         rest, _ = self.process.communicate(timeout=PATIENCE_S)

@@ -92,7 +92,9 @@ def test_a_web_server_that_is_no_control_interface(foreign: Any, answer: tuple[i
 )
 def test_versions_that_do_not_fit_are_refused_in_words(foreign: Any, version: bytes) -> None:
     foreign.answer = (200, version)
-    with pytest.raises(gpac.VersionMismatch, match="is OpenGPAC .* with control interface .*, this is OpenGPAC .*; install the same version"):
+    with pytest.raises(
+        gpac.VersionMismatch, match="is OpenGPAC .* with control interface .*, this is OpenGPAC .*; install the same version"
+    ):
         gpac.connect(f"http://127.0.0.1:{foreign.server_port}")
 
 
