@@ -111,7 +111,8 @@ def test_code_is_compiled_here_and_loaded_there(far: gpac.System, tmp_path: Path
     u, y = far.svv("u", initial=2.0), far.svv("y")
     verb = gpac.Verb(
         "scale", blocks={"g": code.gain, "clock": lib.time_limit(limit=0.01)}, instantiation_parameters={"u": "g.u", "y": "g.y"},
-        command_lists={"start": [activate("g", every="1 ms"), activate("clock", every="1 ms")]}, conditions={"over": on("clock.expired", returns=[])},
+        command_lists={"start": [activate("g", every="1 ms"), activate("clock", every="1 ms")]},
+        conditions={"over": on("clock.expired", returns=[])},
         modes={"g.u": "asynchronous"},
     )  # fmt: skip
     verb.on(far.sources["rtp0.fast"])(u, y)
@@ -137,7 +138,7 @@ def test_a_mistake_in_code_is_shown_at_its_line(far: gpac.System, tmp_path: Path
 def test_a_wait_has_an_end_and_may_be_gone_on_with(far: gpac.System) -> None:
     joint = swing.build(far).enable()
     instance = swing.swing().on(far.sources["rtp0.slow"]).asynch(joint, seconds=1.0)
-    with pytest.raises(TimeoutError, match="has not ended within 0.25 s; it is running"):
+    with pytest.raises(TimeoutError, match=r"has not ended within 0.25 s; it is running"):
         instance.wait("250 ms")
     assert 0.25 <= far.now < 0.5
     instance.suspend()
@@ -173,7 +174,8 @@ def test_an_event_loop_waits_in_virtual_time(far: gpac.System) -> None:
     svv = far.svv("y")
     wave = gpac.Verb(
         "wave", blocks={"wave": lib.signal_generator, "clock": lib.time_limit(limit=0.3)}, instantiation_parameters={"y": "wave.y"},
-        command_lists={"start": [activate("wave", every="1 ms"), activate("clock", every="1 ms")]}, conditions={"over": on("clock.expired", returns=[])},
+        command_lists={"start": [activate("wave", every="1 ms"), activate("clock", every="1 ms")]},
+        conditions={"over": on("clock.expired", returns=[])},
     )  # fmt: skip
     first = swing.swing().on(far.sources["rtp0.slow"]).asynch(joint, seconds=0.5)
     ended = asyncio.run(_both(first, wave.on(far.sources["rtp0.fast"]).asynch(svv)))

@@ -24,7 +24,7 @@ class Operator:
     """A programming system in a process of its own, with a motion under way: `instance` is its name."""
 
     def __init__(self, url: str, name: str, policy: str) -> None:
-        paths = environment()["PYTHONPATH"] + ":" + str(PROGRAM.parent)
+        paths = environment()["PYTHONPATH"] + ":" + str(PROGRAM.parent.parent)
         self.process = subprocess.Popen(
             [sys.executable, str(PROGRAM), url, name, policy], env=environment(PYTHONPATH=paths), stdout=subprocess.PIPE, text=True
         )

@@ -28,7 +28,7 @@ def test_meshes_textures_and_includes_are_named_anew(tmp_path: Path) -> None:
         '<asset><mesh file="base.obj"/><texture name="t" type="cube" fileup="wood.png"/></asset></mujoco>'
     )
     files = model_files(tmp_path / "arm.xml")
-    assert [*files][0] == "arm.xml" and all("/" not in name for name in files)
+    assert next(iter(files)) == "arm.xml" and all("/" not in name for name in files)
     assert sorted(files.values())[-3:] == [b"base", b"other", b"wood"]
     root = ElementTree.fromstring(files["arm.xml"])
     compiler, mesh, include, texture = (root.find(f".//{tag}") for tag in ("compiler", "mesh", "include", "texture"))

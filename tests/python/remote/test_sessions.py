@@ -114,7 +114,7 @@ def test_a_daemon_that_dies_ends_every_wait(real_daemon: Daemon) -> None:
     instance = swing.swing().on(cell.sources["rtp0.slow"]).new_instance(joint).start(seconds=1000.0)
     killer = threading.Thread(target=real_daemon.kill)
     killer.start()
-    with pytest.raises(gpac.ConnectionLost, match="the connection to the system at unix://.* is lost") as caught:
+    with pytest.raises(gpac.ConnectionLost, match=r"the connection to the system at unix://.* is lost") as caught:
         instance.wait()
     killer.join()
     assert caught.value.file == __file__
