@@ -8,6 +8,7 @@ import json
 import threading
 from typing import Any
 
+from .. import _native
 from ..realtime import RealTimeSystem
 from . import files
 from .emptying import leave_empty
@@ -46,12 +47,25 @@ class Remote(RealTimeSystem):
     # ---- configuration ----
 
     def processor(self, name: str, core: int | None, supervisor: bool) -> None:
-        self._call("processor", name=name, core=core, supervisor=supervisor)
+        try:
+            self._call("processor", name=name, core=core, supervisor=supervisor)
+        except _native.Refused:
+            there = self._left("processors", name)
+            if there is None or there["core"] != core or (supervisor and not there["supervisor"]):
+                raise
 
     def source(self, processor: str, name: str, kind: str, period_ns: int, priority: int, virtual_cost_ns: int) -> None:
-        self._call(
-            "source", processor=processor, name=name, kind=kind, period_ns=period_ns, priority=priority, virtual_cost_ns=virtual_cost_ns
-        )
+        asked = {"period_ns": period_ns, "priority": priority, "virtual_cost_ns": virtual_cost_ns}
+        try:
+            self._call("source", processor=processor, name=name, kind=kind, **asked)
+        except _native.Refused:
+            same = {"processor": processor, "kind": {"timer": {"period_ns": period_ns}} if kind == "timer" else kind, "priority": priority}
+            if self._left("sources", f"{processor}.{name}") != same:
+                raise
+
+    def _left(self, kind: str, name: str) -> dict[str, Any] | None:
+        """What a program that took the system for its own has left there: it cannot be deleted, and the next one may make it again."""
+        return self._call("configuration")[kind].get(name) if self.session.whole else None
 
     def request(self, source: str) -> None:
         self._call("request", source=source)
