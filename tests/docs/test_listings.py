@@ -11,9 +11,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from daemons import Daemon
 from listings import PAGES, ROOT, Listing, Program, assert_prints, listings
 
+from daemons import Daemon
 from opengpac import _native, system
 
 
