@@ -23,10 +23,10 @@ KILLS = 20
 class Operator:
     """A programming system in a process of its own, with a motion under way: `instance` is its name."""
 
-    def __init__(self, url: str, name: str, policy: str) -> None:
+    def __init__(self, url: str, *words: str) -> None:
         paths = environment()["PYTHONPATH"] + ":" + str(PROGRAM.parent.parent)
         self.process = subprocess.Popen(
-            [sys.executable, str(PROGRAM), url, name, policy], env=environment(PYTHONPATH=paths), stdout=subprocess.PIPE, text=True
+            [sys.executable, str(PROGRAM), url, *words], env=environment(PYTHONPATH=paths), stdout=subprocess.PIPE, text=True
         )
         self.instance = self.line().removeprefix("started ")
 
@@ -54,8 +54,8 @@ def operator(real_daemon: Daemon) -> Iterator[Callable[..., Operator]]:
     """Starts programming systems; none is left over."""
     made: list[Operator] = []
 
-    def start(name: str, policy: str) -> Operator:
-        made.append(Operator(real_daemon.url, name, policy))
+    def start(*words: str) -> Operator:
+        made.append(Operator(real_daemon.url, *words))
         return made[-1]
 
     yield start
@@ -120,8 +120,9 @@ def test_a_motion_that_is_to_be_safe_ends_at_once(operator: Callable[..., Operat
         assert [report.condition for report in cell.kept_reports()] == ["aborted"]
 
 
-def test_an_interrupt_is_a_failure_of_the_program(operator: Callable[..., Operator], watcher: gpac.System) -> None:
-    victim = operator("victim", "halt")
+@pytest.mark.parametrize("does", ["looks", "waits"])
+def test_an_interrupt_ends_the_program_and_what_it_started(operator: Callable[..., Operator], watcher: gpac.System, does: str) -> None:
+    victim = operator("victim", "halt", does)
     assert victim.end(signal.SIGINT) == -signal.SIGINT
     until(lambda: all(i.device for i in watcher.instances))
     assert not alive(watcher, "victim")
