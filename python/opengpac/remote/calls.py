@@ -46,9 +46,9 @@ class Remote(RealTimeSystem):
 
     # ---- configuration ----
 
-    def processor(self, name: str, core: int | None, supervisor: bool) -> None:
+    def processor(self, name: str, core: int | None, supervisor: bool, process: bool, host: str | None) -> None:
         try:
-            self._call("processor", name=name, core=core, supervisor=supervisor)
+            self._call("processor", name=name, core=core, supervisor=supervisor, process=process, host=host)
         except _native.Refused:
             there = self._left("processors", name)
             if there is None or there["core"] != core or (supervisor and not there["supervisor"]):
