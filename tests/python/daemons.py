@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import os
-import select
 import signal
 import subprocess
 import sys
@@ -13,7 +12,7 @@ from pathlib import Path
 from opengpac import _native
 
 PATIENCE_S = 60
-"""How long a daemon may take to say where it listens, and to end: a hang fails a test, slowness does not."""
+"""How long a daemon may take to end: a hang fails a test, slowness does not."""
 
 
 def environment(**more: str) -> dict[str, str]:
@@ -46,8 +45,7 @@ class Daemon:
         found: list[str] = []
         assert self.process.stdout is not None
         while len(found) < count:
-            ready, _, _ = select.select([self.process.stdout], [], [], PATIENCE_S)
-            line = self.process.stdout.readline() if ready else ""
+            line = self.process.stdout.readline()
             assert line, f"the daemon does not say where it listens: {self.said}"
             self.said.append(line.rstrip())
             if line.startswith("listening on "):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import http.client
 import json
 import os
 import socket
@@ -29,16 +30,16 @@ class Stream:
         key = base64.b64encode(os.urandom(16))
         asked = {"Connection": "Upgrade", "Upgrade": "websocket", "Sec-WebSocket-Version": "13", "Sec-WebSocket-Key": key.decode()}
         self._connection = transport.hold("/v1/stream", {**more, **asked})
+        self._transport = transport
+        self._answer = http.client.HTTPResponse(self._socket())
         try:
-            answer = self._connection.response_class(self._socket())
-            answer.begin()
+            self._answer.begin()
             accepted = base64.b64encode(hashlib.sha1(key + _ACCEPT).digest()).decode()
-            if answer.status != 101 or answer.getheader("Sec-WebSocket-Accept") != accepted:
-                raise ConnectionLost(f"the system at {transport.address} gives no stream: status {answer.status}")
+            if self._answer.status != 101 or self._answer.getheader("Sec-WebSocket-Accept") != accepted:
+                raise ConnectionLost(f"the system at {transport.address} gives no stream: status {self._answer.status}")
         except BaseException:
-            transport.release(self._connection)
+            self.close()
             raise
-        self._transport, self._answer = transport, answer
 
     def send(self, message: Any) -> None:
         """Sends one text."""

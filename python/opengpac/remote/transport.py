@@ -7,6 +7,7 @@ never again: whether a call acted whose answer is missing cannot be told from he
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import select
 import socket
@@ -15,7 +16,7 @@ import threading
 from collections.abc import Mapping
 from typing import NamedTuple, NoReturn
 
-from ..errors import ConnectionLost, refuse
+from ..errors import CallError, ConnectionLost, refuse
 from .address import Address
 
 CONNECT_S = 5.0
@@ -54,6 +55,9 @@ class Transport:
     def __init__(self, to: Address, token: str | None, tls: ssl.SSLContext | None) -> None:
         self.address = to
         self._tls = tls
+        self._host = f"[{to.host}]:{to.port}" if ":" in to.host else f"{to.host}:{to.port}" if to.port else to.host
+        if token is not None and not (token.isascii() and token.isprintable()):
+            refuse(CallError, "the token has characters that no token has", "give it as opengpac token new printed it")
         self._headers = {"Authorization": f"Bearer {token}"} if token is not None else {}
         self._lock = threading.Lock()
         self._idle: list[http.client.HTTPConnection] = []
@@ -72,16 +76,11 @@ class Transport:
 
         Raises `ConnectionLost` where no answer comes; an interrupt, Ctrl-C, ends it at once.
         """
-        headers = {**self._headers, "Content-Type": "application/json", **more}
+        headers = {**self._headers, "Content-Type": "application/json", "Content-Length": str(len(body)), **more}
+        text = self._text(method, path, headers) + body
         connection = self._take()
         try:
-            if connection.sock is None:
-                connection.connect()
-            assert connection.sock is not None
-            connection.sock.settimeout(timeout_s)
-            connection.request(method, path, body, headers)
-            answer = connection.getresponse()
-            told = Answer(answer.status, answer.read(), _seconds(answer.getheader("Retry-After")))
+            told, keep = self._exchange(connection, method, text, timeout_s)
         except (OSError, http.client.HTTPException) as error:
             self._drop(connection)
             self._lost(error)
@@ -89,16 +88,31 @@ class Transport:
             # The answer to this request would be taken for that to the next.
             self._drop(connection)
             raise
-        self._give_back(connection, keep=not answer.will_close)
+        self._give_back(connection, keep)
         return told
+
+    def _exchange(self, connection: http.client.HTTPConnection, method: str, text: bytes, timeout_s: float | None) -> tuple[Answer, bool]:
+        """Sends a request whole and reads its answer; whether the connection can be used again."""
+        wire = _opened(connection)
+        wire.settimeout(timeout_s)
+        # One that is answered before all of it was read is no reason to lose the answer.
+        with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+            wire.sendall(text)
+        answer = http.client.HTTPResponse(wire, method=method)
+        try:
+            answer.begin()
+            told = Answer(answer.status, answer.read(), _seconds(answer.getheader("Retry-After")))
+        finally:
+            answer.close()
+        return told, not answer.will_close
 
     def hold(self, path: str, more: Mapping[str, str]) -> http.client.HTTPConnection:
         """A request on a connection of its own whose answer the caller waits for, and which he gives back to `release`."""
         connection = self._new()
         try:
-            connection.request("GET", path, headers={**self._headers, **more})
-            assert connection.sock is not None
-            connection.sock.settimeout(None)
+            wire = _opened(connection)
+            wire.settimeout(None)
+            wire.sendall(self._text("GET", path, {**self._headers, **more}))
         except OSError as error:
             connection.close()
             self._lost(error)
@@ -138,6 +152,11 @@ class Transport:
         for connection in idle:
             connection.close()
 
+    def _text(self, method: str, path: str, headers: Mapping[str, str]) -> bytes:
+        """The head of a request."""
+        lines = [f"{method} {path} HTTP/1.1", f"Host: {self._host}", *(f"{name}: {value}" for name, value in headers.items())]
+        return "\r\n".join([*lines, "", ""]).encode("latin-1")
+
     def _take(self) -> http.client.HTTPConnection:
         while True:
             with self._lock:
@@ -174,6 +193,14 @@ class Transport:
         why = self._cut or _reason(error)
         what = f"the connection to the system at {self.address} is lost" if self.reached else f"no system answers at {self.address}"
         refuse(ConnectionLost, f"{what}: {why}", self.remedy)
+
+
+def _opened(connection: http.client.HTTPConnection) -> socket.socket:
+    """The socket of a connection, which is opened where it is not yet."""
+    if connection.sock is None:
+        connection.connect()
+    assert connection.sock is not None
+    return connection.sock
 
 
 def spoken(connection: http.client.HTTPConnection) -> bool:

@@ -117,7 +117,9 @@ def test_a_motion_that_is_to_be_safe_ends_at_once(operator: Callable[..., Operat
     until(lambda: all(i.device for i in watcher.instances))
     assert watcher.session is not None
     with gpac.connect(watcher.session.url, name="victim") as cell:
-        assert [report.condition for report in cell.kept_reports()] == ["aborted"]
+        ended = {report.verb: report.condition for report in cell.kept_reports()}
+        assert ended == {"swing_safe": "aborted", "robot_joint_servo": "aborted"}, "who drives an output that is to be safe ends too"
+        assert cell.device("axis").state == "disabled"
 
 
 @pytest.mark.parametrize("does", ["looks", "waits"])
