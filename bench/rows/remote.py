@@ -83,7 +83,7 @@ class _Bare:
         self._headers = cell.session.headers
 
     def request(self) -> None:
-        self._connection.request("POST", "/v1/heartbeat", b"{}", self._headers)
+        self._connection.request("POST", "/v1/heartbeat", headers=self._headers)
         self._connection.getresponse().read()
 
     def close(self) -> None:
