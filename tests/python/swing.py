@@ -23,14 +23,13 @@ def build(cell: gpac.System) -> Joint:
 
 def swing(name: str = "swing", **more: Any) -> gpac.Verb[..., Any]:
     """swing(joint, seconds): the joint swings, until so many seconds are over."""
-    return gpac.Verb(
-        name,
-        blocks={"wave": lib.signal_generator(shape=1, amplitude=0.2, frequency=1.0), "clock": lib.time_limit},
-        objects={"joint": Joint},
-        instantiation_parameters={"joint.commanded": "wave.y"},
-        input_parameters={"seconds": "clock.limit"},
-        output_values={"commanded": "wave.y"},
-        command_lists={"start": [activate("wave", every="20 ms"), activate("clock", every="20 ms")]},
-        conditions={"over": on("clock.expired", returns=["commanded"])},
-        **more,
-    )
+    definition: dict[str, Any] = {
+        "blocks": {"wave": lib.signal_generator(shape=1, amplitude=0.2, frequency=1.0), "clock": lib.time_limit},
+        "objects": {"joint": Joint},
+        "instantiation_parameters": {"joint.commanded": "wave.y"},
+        "input_parameters": {"seconds": "clock.limit"},
+        "output_values": {"commanded": "wave.y"},
+        "command_lists": {"start": [activate("wave", every="20 ms"), activate("clock", every="20 ms")]},
+        "conditions": {"over": on("clock.expired", returns=["commanded"])},
+    }
+    return gpac.Verb(name, **{**definition, **more})

@@ -28,7 +28,12 @@ class Remote(RealTimeSystem):
         self._lock = threading.Lock()
 
     def _call(self, call: str, /, **arguments: Any) -> Any:
-        return self._answer(call, arguments)["result"]
+        """A call by its arguments; what is None is left out."""
+        return self._answer(call, {name: value for name, value in arguments.items() if value is not None})["result"]
+
+    def _whole(self, call: str, definition_json: str, /, **more: Any) -> Any:
+        """A call whose arguments are one definition."""
+        return self._answer(call, {**json.loads(definition_json), **more})["result"]
 
     def _text(self, call: str, /, **arguments: Any) -> str:
         return json.dumps(self._call(call, **arguments))
@@ -38,6 +43,7 @@ class Remote(RealTimeSystem):
 
     def _wait(self, call: str, /, **arguments: Any) -> Any:
         """A call that lasts, in slices, to its end."""
+        arguments = {name: value for name, value in arguments.items() if value is not None}
         while True:
             answer = self._answer(call, {**arguments, "slice_ms": SLICE_MS})
             if not answer.get("waiting"):
@@ -85,28 +91,28 @@ class Remote(RealTimeSystem):
         return json.dumps(files.put_module(self.session, path, name))
 
     def place(self, placement_json: str) -> None:
-        self._call("place", **json.loads(placement_json))
+        self._whole("place", placement_json)
 
     def define_verb(self, verb_json: str) -> None:
-        self._call("define_verb", **json.loads(verb_json))
+        self._whole("define_verb", verb_json)
 
     def check_graph(self, graph_json: str) -> None:
-        self._call("check_graph", **json.loads(graph_json))
+        self._whole("check_graph", graph_json)
 
     def compose(self, composition_json: str) -> str:
-        return self._text("compose", **json.loads(composition_json))
+        return json.dumps(self._whole("compose", composition_json))
 
     def define_device_type(self, type_json: str) -> None:
-        self._call("define_device_type", **json.loads(type_json))
+        self._whole("define_device_type", type_json)
 
     def svv(self, name: str, specification_json: str, place_json: str) -> None:
-        self._call("svv", **{**json.loads(specification_json), "name": name, "place": json.loads(place_json)})
+        self._whole("svv", specification_json, name=name, place=json.loads(place_json))
 
     def delete_svv(self, name: str) -> None:
         self._call("delete_svv", name=name)
 
     def device(self, name: str, device_json: str) -> None:
-        self._call("device", **{**json.loads(device_json), "name": name})
+        self._whole("device", device_json, name=name)
 
     def enable(self, device: str) -> int:
         return self._call("enable", name=device)
@@ -135,10 +141,10 @@ class Remote(RealTimeSystem):
     # ---- verb instances ----
 
     def check(self, application_json: str) -> str:
-        return self._text("check", **json.loads(application_json))
+        return json.dumps(self._whole("check", application_json))
 
     def create(self, application_json: str) -> int:
-        return self._call("create", **json.loads(application_json))
+        return self._whole("create", application_json)
 
     def instance_json(self, instance: int) -> str:
         return self._text("instance", instance=instance)
@@ -160,7 +166,8 @@ class Remote(RealTimeSystem):
             report = self._wait("wait", instance=instance, timeout_ns=timeout_ns)
         else:
             slice_ms = max(1, min(SLICE_MS, slice_ns // 1_000_000))
-            answer = self._answer("wait", {"instance": instance, "timeout_ns": timeout_ns, "slice_ms": slice_ms})
+            limit = {} if timeout_ns is None else {"timeout_ns": timeout_ns}
+            answer = self._answer("wait", {"instance": instance, "slice_ms": slice_ms, **limit})
             report = None if answer.get("waiting") else answer["result"]
         return None if report is None else json.dumps(report)
 
@@ -237,7 +244,7 @@ class Remote(RealTimeSystem):
         self._call("enabling_switch", device=device, channel=channel)
 
     def define_alarm(self, code: str, text_json: str) -> None:
-        self._call("define_alarm", **{**json.loads(text_json), "code": code})
+        self._whole("define_alarm", text_json, code=code)
 
     def raise_alarm(self, code: str, source: str, text: str) -> None:
         self._call("raise_alarm", code=code, source=source, text=text)

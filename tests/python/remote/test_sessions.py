@@ -123,12 +123,34 @@ def test_a_daemon_that_dies_ends_every_wait(real_daemon: Daemon) -> None:
     cell.close()
 
 
-def test_a_session_that_another_takes_up_is_over(daemon: Daemon) -> None:
-    with gpac.connect(daemon.url, name="operator") as old:
-        from opengpac.remote.connecting import _opened
+def test_a_session_lives_while_python_is_busy(real_daemon: Daemon) -> None:
+    with gpac.connect(real_daemon.url, name="busy", lost_after="1 s") as cell, gpac.connect(real_daemon.url, command=False) as clock:
+        begun = clock.now
+        while clock.now < begun + 2.5:
+            sum(range(1000))
+        assert cell.session is not None and not cell.session.lost and cell.session.holder == "busy"
+        assert cell.now > begun
 
-        session = _opened[daemon.url, "operator"]
-        session.transport.cut("a cable was pulled")
+
+def test_the_thread_that_shows_life_may_not_die_unseen(daemon: Daemon, monkeypatch: pytest.MonkeyPatch) -> None:
+    cell = gpac.connect(daemon.url, name="operator")
+    assert cell.session is not None
+
+    def broken(*_: object, **__: object) -> None:
+        raise RuntimeError("a fault in the package")
+
+    monkeypatch.setattr(cell.session, "request", broken)
+    cell.session._alive.join()
+    monkeypatch.undo()
+    with pytest.raises(gpac.ConnectionLost, match="has ended: RuntimeError"):
+        _ = cell.now
+    cell.close()
+
+
+def test_a_program_takes_up_its_own_session_though_the_system_thinks_that_it_lives(daemon: Daemon) -> None:
+    with gpac.connect(daemon.url, name="operator") as old:
+        assert old.session is not None
+        old.session.transport.cut("a cable was pulled")
         with pytest.raises(gpac.ConnectionLost, match="a cable was pulled"):
             _ = old.now
         with gpac.connect(daemon.url, name="operator") as new:
