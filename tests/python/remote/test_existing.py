@@ -56,7 +56,7 @@ def test_a_device_is_of_one_class(cell: gpac.System) -> None:
 
         level: gpac.SVV[float] = gpac.svv()
 
-    with pytest.raises(gpac.CallError, match="device 'axis' is a .*, not a Other"):
+    with pytest.raises(gpac.CallError, match=r"device 'axis' is a .*, not a Other"):
         cell.device("axis", Other)
     with pytest.raises(gpac.UnknownName, match="did you mean 'axis'"):
         cell.device("axes")
