@@ -17,8 +17,10 @@ from .composition import ComposedVerb, compose, together
 from .conditions import Termination, on
 from .devices import LogicalDevice, parameter, svv
 from .errors import (
+    AuditFailed,
     CallError,
     CompositionConflict,
+    ConnectionLost,
     CoverError,
     DefinitionError,
     DeviceFailed,
@@ -28,13 +30,17 @@ from .errors import (
     InstallationErrors,
     InUse,
     InvalidState,
+    LimitExceeded,
     ModuleError,
+    NotAllowed,
+    NotCommanding,
     NotEnabled,
     NotHomed,
     OutOfRange,
     PlacementError,
     SchedulingError,
     SecondWriter,
+    SessionLost,
     SynchronousCycle,
     Terminated,
     TypeMismatch,
@@ -42,6 +48,7 @@ from .errors import (
     UnknownName,
     Unreachable,
     ValueRefused,
+    VersionMismatch,
 )
 from .frames import Frame, Pose
 from .graphs import Graph, ratio
@@ -52,6 +59,7 @@ from .parameters import each, input, required
 from .physical import Channel, Part, PhysicalDevice
 from .points import Point, Points
 from .quantities import Quantity, deg
+from .remote.connecting import connect
 from .reports import Report
 from .sources import Processor, Source
 from .suspension import Holding, holding
@@ -75,12 +83,13 @@ def __getattr__(name: str) -> ModuleType:
 
 
 __all__ = [
-    "SVV", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "CoverError", "DefinitionError",
-    "DeviceFailed", "EmergencyStopped", "Error", "FileFailed", "Frame", "Graph", "Group", "Holding", "InUse", "InstallationErrors",
-    "Interval", "InvalidState", "LogicalDevice", "Module", "ModuleError", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part",
-    "PhysicalDevice", "PlacementError", "Point", "Points", "Pose", "Predicate", "Processor", "Quantity", "Reference", "Report",
-    "SchedulingError", "SecondWriter", "Snapshot", "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination",
-    "TypeMismatch", "UnitMismatch", "UnknownName", "Unreachable", "ValueRefused", "Verb", "VerbInstance", "activate", "cell", "compose",
-    "deactivate", "deg", "drivers", "each", "execute", "holding", "input", "install", "interval", "library", "motion", "on", "parameter",
-    "ratio", "ready", "required", "robots", "svv", "together", "verb", "wait",
+    "SVV", "AuditFailed", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "ConnectionLost",
+    "CoverError", "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "FileFailed", "Frame", "Graph", "Group", "Holding",
+    "InUse", "InstallationErrors", "Interval", "InvalidState", "LimitExceeded", "LogicalDevice", "Module", "ModuleError", "NotAllowed",
+    "NotCommanding", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part", "PhysicalDevice", "PlacementError", "Point", "Points",
+    "Pose", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "SessionLost", "Snapshot",
+    "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch", "UnknownName",
+    "Unreachable", "ValueRefused", "Verb", "VerbInstance", "VersionMismatch", "activate", "cell", "compose", "connect", "deactivate",
+    "deg", "drivers", "each", "execute", "holding", "input", "install", "interval", "library", "motion", "on", "parameter", "ratio",
+    "ready", "required", "robots", "svv", "together", "verb", "wait",
 ]  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import runpy
 import signal
 import sys
@@ -13,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _native, system
+from .drivers import mujoco_folder
 from .errors import CallError, FileFailed, refusals, refuse
 
 _ROLES = ("observe", "operate", "configure", "download")
@@ -59,6 +61,12 @@ def add_to(commands: Any) -> None:
 def _rts(given: argparse.Namespace) -> int:
     # A daemon is ended as by Ctrl-C: in order.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # It is the system that others connect to.
+    os.environ.pop("OPENGPAC_SYSTEM", None)
+    # Programs elsewhere bring their models, and leave out where the library lies: that is of this machine.
+    library = mujoco_folder()
+    if library is not None:
+        os.environ["OPENGPAC_MUJOCO"] = library
     options = {
         "socket": given.socket, "listen": given.listen, "tls_cert": given.tls_cert, "tls_key": given.tls_key,
         "client_ca": given.client_ca, "tokens": given.tokens, "audit": given.audit,
@@ -66,8 +74,10 @@ def _rts(given: argparse.Namespace) -> int:
     }  # fmt: skip
     try:
         served = _of_program(given) if given.program else _of_words(given)
+        embedded = served._alive()
+        assert isinstance(embedded, _native.System)
         with served, refusals:
-            _native.serve(served._alive(), json.dumps({k: v for k, v in options.items() if v is not None}), _say)
+            _native.serve(embedded, json.dumps({k: v for k, v in options.items() if v is not None}), _say)
     except KeyboardInterrupt:
         pass
     return 0

@@ -153,6 +153,22 @@ class NotCommanding(Error):
     """Somebody else commands the system: the message names the holder. Watching is free to all."""
 
 
+class SessionLost(ConnectionLost):
+    """The session has ended, or another one has taken it up. What runs there follows its policy."""
+
+
+class VersionMismatch(Error):
+    """The package here and the system there are of versions that do not understand each other."""
+
+
+class LimitExceeded(Error):
+    """A request that is too large, or one of too many."""
+
+
+class AuditFailed(Error):
+    """The system elsewhere cannot write down who changes what, and lets nobody change anything until it can."""
+
+
 class NotAllowed(Error, PermissionError):
     """The system elsewhere does not let you do this: no token, a wrong one, or one of a lesser role."""
 
@@ -186,7 +202,7 @@ _CLASSES: dict[str, type[Error]] = {
     for c in (
         CompositionConflict, DefinitionError, UnknownName, TypeMismatch, UnitMismatch, CoverError, SecondWriter, SchedulingError,
         SynchronousCycle, PlacementError, ValueRefused, OutOfRange, NotHomed, CallError, NotEnabled, InvalidState, ModuleError,
-        DeviceFailed, EmergencyStopped, InUse,
+        DeviceFailed, EmergencyStopped, InUse, SessionLost, NotCommanding, NotAllowed, LimitExceeded, AuditFailed,
     )
 }  # fmt: skip
 

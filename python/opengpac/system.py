@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A real-time system, embedded in this process: its configuration, its SVVs, its time."""
+"""A real-time system, embedded in this process or elsewhere: its configuration, its SVVs, its time."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import logging
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 from weakref import WeakValueDictionary
 
-from . import _native, checking, restart
+from . import _native, checking, existing, restart
 from .alarms import Alarms
 from .checks import Definitions
 from .devices import LogicalDevice, type_json
@@ -24,9 +24,21 @@ from .physical import Channel, PhysicalDevice
 from .places import here
 from .processes import processes_json
 from .quantities import Quantity, duration_ns
+from .realtime import RealTimeSystem
+from .remote import connecting
+from .remote.calls import Remote
+from .remote.session import Session
+from .reports import Report
 from .sources import Processor, Source, placement_json
 from .svvs import SVV, Snapshot, snapshot
 from .values import plain
+
+if TYPE_CHECKING:
+    from .instances import VerbInstance
+    from .verbs import Verb
+
+R = TypeVar("R")
+D = TypeVar("D", bound=LogicalDevice)
 
 _open: WeakValueDictionary[str, System] = WeakValueDictionary()
 
@@ -40,6 +52,9 @@ class System:
     chooses preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; where there is
     none yet nothing is restored. A context manager: leaving it halts the actions, then disables the
     devices. Making a system again rebuilds it if nothing runs in it.
+
+    Where the environment has `OPENGPAC_SYSTEM`, the URL of a daemon, the system is that one, and the program runs on it unchanged.
+    `gpac.connect(url)` gives a system that others configured.
 
     >>> import opengpac as gpac
     >>> with gpac.System("cell", clock="virtual") as cell:
@@ -62,26 +77,20 @@ class System:
             refuse(CallError, f"the clock of system '{name}' is {clock!r}", "say 'monotonic' or 'virtual'")
         if not isinstance(name, str) or not name:
             refuse(CallError, f"the name of a system is {name!r}", "give a name, for example 'cell'")
+        if "://" in name:
+            refuse(CallError, f"the name of a system is {name!r}, which is a URL", f"connect to the system there: gpac.connect({name!r})")
         _close_last(name)
-        self.name = name
-        self.progress = progress
-        self.closed = False
-        self.sources: dict[str, Source] = {}
-        self.devices: dict[str, LogicalDevice] = {}
-        self.physical_devices: dict[str, PhysicalDevice] = {}
-        self._svvs: dict[str, SVV[Any]] = {}
-        link = {"kind": interconnect, "seed": seed} if interconnect == "message" else interconnect
-        options = {
-            "seed": seed,
-            "interconnect": {"kind": link} if isinstance(link, str) else dict(link),
-            "processes": processes_json(),
-        }
-        self.virtual = clock == "virtual" or checking.active()
-        with refusals:
-            self._native = _native.System(name, "virtual" if self.virtual else clock, json.dumps(options))
-        self._definitions = Definitions(self._native)
-        self._rights_said = self.virtual
-        self._restored: restart.Restored | None = None
+        virtual = clock == "virtual" or checking.active()
+        url = None if checking.active() else os.environ.get("OPENGPAC_SYSTEM")
+        if url:
+            session = connecting.instead(url, name, virtual, interconnect)
+            self._begin(Remote(session), name, virtual, progress, session)
+        else:
+            link = {"kind": interconnect, "seed": seed} if interconnect == "message" else interconnect
+            carrier = {"kind": link} if isinstance(link, str) else dict(link)
+            options = {"seed": seed, "interconnect": carrier, "processes": processes_json()}
+            with refusals:
+                self._begin(_native.System(name, "virtual" if virtual else clock, json.dumps(options)), name, virtual, progress)
         if restore is not None:
             try:
                 self._restored = restart.load(self, _path(restore, "restore="))
@@ -90,6 +99,23 @@ class System:
                 self.closed = True
                 raise
         _open[name] = self
+
+    def _begin(self, native: RealTimeSystem, name: str, virtual: bool, progress: bool | None, session: Session | None = None) -> None:
+        self._native = native
+        self.name = name
+        self.virtual = virtual
+        self.progress = progress
+        self.session = session
+        """Of a system elsewhere the session with it: its name, who commands. None: it is embedded in this process."""
+        self.closed = False
+        self.processors: dict[str, Processor] = {}
+        self.sources: dict[str, Source] = {}
+        self.devices: dict[str, LogicalDevice] = {}
+        self.physical_devices: dict[str, PhysicalDevice] = {}
+        self._svvs: dict[str, SVV[Any]] = {}
+        self._definitions = Definitions(native)
+        self._rights_said = virtual
+        self._restored: restart.Restored | None = None
 
     # ---- configuration ----
 
@@ -103,7 +129,7 @@ class System:
         """
         with refusals:
             self._alive().processor(name, core, supervisor, process, host)
-        return Processor(self, name)
+        return self.processors.setdefault(name, Processor(self, name))
 
     def download(self, path: str | os.PathLike[str], name: str | None = None) -> Module:
         """A code module while the system runs: C or C++ source, a shared object, or a compiled Rust module."""
@@ -121,24 +147,48 @@ class System:
     def svv(
         self,
         name: str,
-        type: Any = "double",
+        type: Any = None,
         *,
         unit: str = "",
         initial: Any = None,
         history: int = 0,
         within: tuple[float, float] | None = None,
     ) -> SVV[Any]:
-        """A state vector variable of the system; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`.
+        """A state vector variable of the system; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`; left
+        out it is `double`.
 
-        `within` is the range of what Python may store in it.
+        `within` is the range of what Python may store in it. Of a system elsewhere a name alone gives the SVV that is there.
         """
-        text, types = type_json(type, f"SVV '{name}'")
+        if self.session is not None and type is None and initial is None and not (unit or history or within) and self._there("svvs", name):
+            return self._svv(name)
+        text, types = type_json("double" if type is None else type, f"SVV '{name}'")
         value = None if initial is None else {"value": plain(initial)}
         specification = {"type_text": text, "unit": unit, "initial": value, "history": history, "within": within, "types": types}
         with refusals:
             self._alive().svv(name, json.dumps(specification), json.dumps(here().json()))
         self._svvs.pop(name, None)
         return self._svv(name)
+
+    # ---- what is there ----
+
+    def instance(self, name: str, verb: Verb[..., R] | None = None) -> VerbInstance[R]:
+        """The verb instance of that name, whoever made it: to be watched, waited for, halted, or started again.
+
+        With its `verb` reports and exceptions are those that it declares; without, `Report` and `Terminated`.
+        """
+        return existing.instance(self, name, verb)
+
+    def device(self, name: str, kind: type[D] = LogicalDevice) -> D:
+        """The logical device of that name, whoever made it, as a device of the class `kind`; without one its members are those of its
+        type there.
+        """
+        return existing.device(self, name, kind)
+
+    def kept_reports(self) -> list[Report]:
+        """The end reports that a system elsewhere has kept for this session's name, oldest first: of what ended while nobody waited
+        for it. Each is given once. Of an embedded system there are none.
+        """
+        return [] if self.session is None else self.session.kept_reports()
 
     # ---- values and time ----
 
@@ -312,7 +362,10 @@ class System:
         return [] if self._restored is None else [*self._restored.left_over]
 
     def close(self) -> None:
-        """Halts the actions, disables the devices, stops the kernels. Closing twice is nothing."""
+        """Halts the actions, disables the devices, stops the kernels. Closing twice is nothing.
+
+        Of a system that `gpac.connect` gave it ends the session only: what runs there goes on.
+        """
         if not self.closed:
             self.closed = True
             if _open.get(self.name) is self:
@@ -323,8 +376,15 @@ class System:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is not None:
+            self._abandon()
         self.close()
+
+    def _abandon(self) -> None:
+        """A program that fails has not left in order: what it started elsewhere follows its policy."""
+        if self.session is not None and not self.session.whole:
+            self.session.abandon()
 
     def __repr__(self) -> str:
         if self.closed:
@@ -335,10 +395,13 @@ class System:
         clock = "virtual" if self.virtual else "monotonic"
         return "\n  ".join([f"system '{self.name}' ({clock} clock, {self.now:.6g} s)", *parts])
 
-    def _alive(self) -> _native.System:
+    def _alive(self) -> RealTimeSystem:
         if self.closed:
             refuse(InvalidState, f"system '{self.name}' is closed", f"make it again: gpac.System('{self.name}')")
         return self._native
+
+    def _there(self, kind: str, name: str) -> bool:
+        return name in self.names[kind]
 
     def _svv(self, name: str) -> SVV[Any]:
         return self._svvs.setdefault(name, SVV(self, name))
@@ -352,6 +415,8 @@ class System:
             self._enter_verb(verb)
 
     def _running(self) -> list[str]:
+        if self.session is not None and self.session.lost:
+            return []
         with refusals:
             instances = json.loads(self._native.statistics_json()).get("instances", [])
         return [i["name"] for i in instances if i.get("state") in ("queued", "running", "suspended")]
@@ -388,4 +453,5 @@ def _close_last(name: str) -> None:
 @atexit.register
 def _close_all() -> None:
     for system in list(_open.values()):
+        system._abandon()
         system.close()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from weakref import WeakKeyDictionary
 
 from . import progress
-from .errors import InvalidState, refusals, refuse
+from .errors import Error, InvalidState, refusals, refuse
 
 if TYPE_CHECKING:
     from .instances import VerbInstance
@@ -117,8 +117,12 @@ class _Watch:
 
     def _look(self) -> None:
         for future, instance in self._waiting.items():
-            if not future.done() and instance.done:
-                future.set_result(None)
+            try:
+                if not future.done() and instance.done:
+                    future.set_result(None)
+            except Error as error:
+                # Whoever waits learns that a system elsewhere does not answer any more; the event loop would only say so.
+                future.set_exception(error)
 
 
 class _Advancing:

@@ -10,6 +10,7 @@ before a fence says more, `<!-- program; file: first.py -->`:
     raises: CoverError   the listing raises that; the exception counts as printed
     pytest               the listing is a file of tests, and they pass
     run                  the lines `$ opengpac …` are run, and what they print is what stands below them
+    daemon               a real-time system is a daemon from here on, with the virtual clock and the socket `cell.sock` in the folder
     prose                it is not run
 
 A C listing is compiled; a Rust listing is the `src/lib.rs` of `examples/rust-module` and is built with cargo, offline.

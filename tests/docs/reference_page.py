@@ -25,7 +25,7 @@ MODULES = ["opengpac", "opengpac.motion", "opengpac.robots", "opengpac.cell", "o
 """The modules whose public names the page has. Those without `__all__` have what they define themselves."""
 
 GROUPS: dict[str, tuple[str, str]] = {
-    "Systems": ("opengpac", "System Processor Source PhysicalDevice Part Channel SVV Snapshot Predicate Module StructType"),
+    "Systems": ("opengpac", "System connect Processor Source PhysicalDevice Part Channel SVV Snapshot Predicate Module StructType"),
     "Blocks and graphs": ("opengpac", "Block BlockUse Occurrence Reference Graph ratio"),
     "Verbs": ("opengpac", "Verb verb VerbInstance Report Terminated"),
     "Tables of a verb": ("opengpac", "each input required on Termination holding Holding"),
@@ -35,9 +35,10 @@ GROUPS: dict[str, tuple[str, str]] = {
     "Quantities, poses, points": ("opengpac", "Quantity deg Pose Frame Point Points"),
     "Errors": (
         "opengpac",
-        "Error InstallationErrors CallError CompositionConflict CoverError DefinitionError DeviceFailed EmergencyStopped FileFailed InUse "
-        "InvalidState ModuleError NotEnabled NotHomed OutOfRange PlacementError SchedulingError SecondWriter SynchronousCycle "
-        "TypeMismatch UnitMismatch UnknownName Unreachable ValueRefused",
+        "Error InstallationErrors AuditFailed CallError CompositionConflict ConnectionLost CoverError DefinitionError DeviceFailed "
+        "EmergencyStopped FileFailed InUse InvalidState LimitExceeded ModuleError NotAllowed NotCommanding NotEnabled NotHomed OutOfRange "
+        "PlacementError SchedulingError SecondWriter SessionLost SynchronousCycle TypeMismatch UnitMismatch UnknownName Unreachable "
+        "ValueRefused VersionMismatch",
     ),
     "Motions": (
         "opengpac.motion",

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from listings import PAGES, ROOT, Listing, Program, assert_prints, listings
 
+from daemons import Daemon
 from opengpac import _native, system
 
 
@@ -102,9 +103,13 @@ def run_listing(listing: Listing, program: Program, folder: Path) -> None:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_listing_of_a_page_runs(page: Path, folder: Path) -> None:
-    program = Program()
+    program, daemons = Program(), list[Daemon]()
     try:
         for listing in listings(page):
+            if "daemon" in listing.words:
+                daemons.append(Daemon(folder))
             run_listing(listing, program, folder)
     finally:
         program.close()
+        for daemon in daemons:
+            daemon.stop()

@@ -39,12 +39,17 @@ class Programs:
     def run(self, program: str, *words: str) -> Run:
         """Runs `examples/PROGRAM.py` under the virtual clock."""
         trace = self._folder / "trace.txt"
+        options = ("--clock", "virtual", "--output", str(self._folder), "--trace", str(trace), *words)
+        done = self.script(f"examples/{program}.py", *options)
+        return Run(done.code, done.printed, trace.read_text() if trace.exists() else "")
+
+    def script(self, path: str, *words: str) -> Run:
+        """Runs a program of the repository with these options."""
         paths = [str(Path(_native.__file__).parent.parent), os.environ.get("PYTHONPATH", "")]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-        options = ("--clock", "virtual", "--output", str(self._folder), "--trace", str(trace), *words)
-        command = [sys.executable, str(ROOT / "examples" / f"{program}.py"), *options]
+        command = [sys.executable, str(ROOT / path), *words]
         done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, env=environment)
-        return Run(done.returncode, done.stdout + done.stderr, trace.read_text() if trace.exists() else "")
+        return Run(done.returncode, done.stdout + done.stderr, "")
 
     def compare(self, name: str, trace: str, within: float) -> None:
         """Compares a trace with `traces/NAME.txt`: the same columns and times, values `within` that; 0 is to the bit."""

@@ -158,6 +158,8 @@ impl Service {
         self.drain();
         for instance in self.sessions.orphans() {
             let state = self.system.state(instance);
+            // One that has ended since the last look has a report by now, which is kept only as long as it is somebody's.
+            self.drain();
             if state == "deleted" || (matches!(state, "created" | "ended") && self.system.delete(instance).is_ok()) {
                 self.sessions.disown(instance);
             }

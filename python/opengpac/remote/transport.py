@@ -7,18 +7,23 @@ never again: whether a call acted whose answer is missing cannot be told from he
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import select
 import socket
 import ssl
 import threading
+from collections.abc import Mapping
 from typing import NamedTuple, NoReturn
 
-from ..errors import ConnectionLost, refuse
+from ..errors import CallError, ConnectionLost, refuse
 from .address import Address
 
 CONNECT_S = 5.0
 """How long the other side may take to accept a connection."""
+
+
+_NOTHING: Mapping[str, str] = {}
 
 
 class Answer(NamedTuple):
@@ -26,6 +31,8 @@ class Answer(NamedTuple):
 
     status: int
     body: bytes
+    again_s: float = 0.0
+    """Where it was refused for want of time: how long to wait before it is asked again."""
 
 
 class _OverSocket(http.client.HTTPConnection):
@@ -48,29 +55,32 @@ class Transport:
     def __init__(self, to: Address, token: str | None, tls: ssl.SSLContext | None) -> None:
         self.address = to
         self._tls = tls
+        self._host = f"[{to.host}]:{to.port}" if ":" in to.host else f"{to.host}:{to.port}" if to.port else to.host
+        if token is not None and not (token.isascii() and token.isprintable()):
+            refuse(CallError, "the token has characters that no token has", "give it as opengpac token new printed it")
         self._headers = {"Authorization": f"Bearer {token}"} if token is not None else {}
         self._lock = threading.Lock()
         self._idle: list[http.client.HTTPConnection] = []
         self._busy: set[http.client.HTTPConnection] = set()
+        self._held: set[http.client.HTTPConnection] = set()
         self._cut = ""
+        self.reached = False
+        """Whether somebody has answered there."""
         self.remedy = ""
         """What to do when the connection is lost; said with every error."""
 
-    def request(self, method: str, path: str, body: bytes = b"", *, more: dict[str, str] | None = None, timeout_s: float | None = None) -> Answer:
+    def request(
+        self, method: str, path: str, body: bytes = b"", *, more: Mapping[str, str] = _NOTHING, timeout_s: float | None = None
+    ) -> Answer:
         """One request and its answer. `timeout_s`: how long the answer may take; left out, as long as the connection lasts.
 
         Raises `ConnectionLost` where no answer comes; an interrupt, Ctrl-C, ends it at once.
         """
-        headers = {**self._headers, "Content-Type": "application/json", **(more or {})}
+        headers = {**self._headers, "Content-Type": "application/json", "Content-Length": str(len(body)), **more}
+        text = self._text(method, path, headers) + body
         connection = self._take()
         try:
-            if connection.sock is None:
-                connection.connect()
-            assert connection.sock is not None
-            connection.sock.settimeout(timeout_s)
-            connection.request(method, path, body, headers)
-            answer = connection.getresponse()
-            told = Answer(answer.status, answer.read())
+            told, keep = self._exchange(connection, method, text, timeout_s)
         except (OSError, http.client.HTTPException) as error:
             self._drop(connection)
             self._lost(error)
@@ -78,14 +88,49 @@ class Transport:
             # The answer to this request would be taken for that to the next.
             self._drop(connection)
             raise
-        self._give_back(connection, keep=not answer.will_close)
+        self._give_back(connection, keep)
         return told
+
+    def _exchange(self, connection: http.client.HTTPConnection, method: str, text: bytes, timeout_s: float | None) -> tuple[Answer, bool]:
+        """Sends a request whole and reads its answer; whether the connection can be used again."""
+        wire = _opened(connection)
+        wire.settimeout(timeout_s)
+        # One that is answered before all of it was read is no reason to lose the answer.
+        with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+            wire.sendall(text)
+        answer = http.client.HTTPResponse(wire, method=method)
+        try:
+            answer.begin()
+            told = Answer(answer.status, answer.read(), _seconds(answer.getheader("Retry-After")))
+        finally:
+            answer.close()
+        return told, not answer.will_close
+
+    def hold(self, path: str, more: Mapping[str, str]) -> http.client.HTTPConnection:
+        """A request on a connection of its own whose answer the caller waits for, and which he gives back to `release`."""
+        connection = self._new()
+        try:
+            wire = _opened(connection)
+            wire.settimeout(None)
+            wire.sendall(self._text("GET", path, {**self._headers, **more}))
+        except OSError as error:
+            connection.close()
+            self._lost(error)
+        with self._lock:
+            self._held.add(connection)
+        return connection
+
+    def release(self, connection: http.client.HTTPConnection) -> None:
+        """Closes a connection that was held."""
+        with self._lock:
+            self._held.discard(connection)
+        connection.close()
 
     def cut(self, why: str) -> None:
         """Ends every request that waits, and refuses those to come: the other side does not answer any more."""
         with self._lock:
             self._cut = self._cut or why
-            waiting = [*self._busy]
+            waiting = [*self._busy, *self._held]
         for connection in waiting:
             if connection.sock is not None:
                 # Closing alone would leave another thread's wait on that socket where it is.
@@ -95,12 +140,22 @@ class Transport:
                     continue
         self.close()
 
+    @property
+    def is_cut(self) -> bool:
+        """Whether the other side has not answered, or was given up."""
+        return bool(self._cut)
+
     def close(self) -> None:
         """Closes the connections that nobody uses."""
         with self._lock:
             idle, self._idle = self._idle, []
         for connection in idle:
             connection.close()
+
+    def _text(self, method: str, path: str, headers: Mapping[str, str]) -> bytes:
+        """The head of a request."""
+        lines = [f"{method} {path} HTTP/1.1", f"Host: {self._host}", *(f"{name}: {value}" for name, value in headers.items())]
+        return "\r\n".join([*lines, "", ""]).encode("latin-1")
 
     def _take(self) -> http.client.HTTPConnection:
         while True:
@@ -136,12 +191,41 @@ class Transport:
 
     def _lost(self, error: Exception | None) -> NoReturn:
         why = self._cut or _reason(error)
-        refuse(ConnectionLost, f"the connection to the system at {self.address} is lost: {why}", self.remedy)
+        what = f"the connection to the system at {self.address} is lost" if self.reached else f"no system answers at {self.address}"
+        refuse(ConnectionLost, f"{what}: {why}", self.remedy)
+
+
+def _opened(connection: http.client.HTTPConnection) -> socket.socket:
+    """The socket of a connection, which is opened where it is not yet."""
+    if connection.sock is None:
+        connection.connect()
+    assert connection.sock is not None
+    return connection.sock
+
+
+def spoken(connection: http.client.HTTPConnection) -> bool:
+    """Whether the other side has answered a request that is held, or closed it. What only TLS itself has to say does not count."""
+    assert connection.sock is not None
+    connection.sock.setblocking(False)
+    try:
+        connection.sock.recv(1)
+    except (BlockingIOError, ssl.SSLWantReadError):
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def _hung_up(connection: http.client.HTTPConnection) -> bool:
     """Whether the other side has closed a connection that lay idle: there is something to read, which can be its end only."""
     return connection.sock is not None and bool(select.select([connection.sock], [], [], 0)[0])
+
+
+def _seconds(text: str | None) -> float:
+    try:
+        return min(max(float(text or 0.0), 0.01), 10.0)
+    except ValueError:
+        return 1.0
 
 
 def _reason(error: Exception | None) -> str:

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Starting a verb from a programming system elsewhere, beside a bare HTTP request over the same Unix socket to the same daemon.
+
+The bare request is one that does nothing there (`POST /v1/heartbeat`), made with the standard library's client on a connection that is
+kept. What is above it is the package's work, JSON, the command's way into the system, and the audit file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import socket
+import subprocess
+import sys
+import tempfile
+import time as clock
+from collections.abc import Iterator
+from pathlib import Path
+
+from lines import Line, median, time
+
+import opengpac as gpac
+from opengpac import execute, on
+from rows.kernel import C
+
+BAR = 1.5
+
+
+def measure(rounds: int, quick: bool) -> Iterator[Line]:
+    """A start alone, and the four calls of a verb's life."""
+    times = 50 if quick else 300
+    with _daemon() as path, gpac.connect(f"unix://{path}", name="bench", progress=False) as cell:
+        soft = cell.processor("rtp0").software("soft", priority=50)
+        block = cell.download(str(C / "blocks.c"), "bench_blocks")["at_once"]
+        verb = gpac.Verb("at_once", blocks={"b": block}, command_lists={"start": [execute("b")]}, conditions={"completed": on()}).on(soft)
+        bare = _Bare(path, cell)
+        starts: list[float] = []
+        lives: list[float] = []
+        requests: list[float] = []
+        with verb.new_instance() as instance:
+            for _ in range(rounds):
+                round_of = [_start(instance, bare) for _ in range(times)]
+                starts.append(median(start for start, _ in round_of))
+                requests.append(median(request for _, request in round_of))
+        for _ in range(rounds):
+            lives.append(median(_life(verb) for _ in range(times)))
+        bare.close()
+    for what, ours, bar in (("start, from elsewhere", starts, BAR), ("create, start, wait, delete, from elsewhere", lives, None)):
+        ratios = [own / other for own, other in zip(ours, requests, strict=True)]
+        value = median(ratios)
+        yield Line(
+            "verb from elsewhere", what, time(median(ours)), f"bare request {time(median(requests))}", value, f"{value:.2f} x", bar,
+            "" if bar is None else f"<= {bar} x",
+        )  # fmt: skip
+
+
+@contextlib.contextmanager
+def _daemon() -> Iterator[Path]:
+    """The socket of a daemon of its own, in real time."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "cell.sock"
+        words = ["rts", "--name", "bench", "--socket", str(path), "--clock", "monotonic"]
+        process = subprocess.Popen([sys.executable, "-m", "opengpac", *words], stdout=subprocess.PIPE, text=True)
+        assert process.stdout is not None
+        try:
+            while not process.stdout.readline().startswith("listening on "):
+                if process.poll() is not None:
+                    raise RuntimeError("the daemon did not start")
+            yield path
+        finally:
+            process.terminate()
+            process.communicate()
+
+
+class _Bare:
+    """A connection of the standard library's client to the same socket, in the same session."""
+
+    def __init__(self, path: Path, cell: gpac.System) -> None:
+        assert cell.session is not None
+        self._connection = http.client.HTTPConnection("localhost")
+        self._connection.sock = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self._connection.sock.connect(str(path))
+        self._headers = cell.session.headers
+
+    def request(self) -> None:
+        self._connection.request("POST", "/v1/heartbeat", headers=self._headers)
+        self._connection.getresponse().read()
+
+    def close(self) -> None:
+        self._connection.close()
+
+
+def _start(instance: gpac.VerbInstance[gpac.Report], bare: _Bare) -> tuple[float, float]:
+    """ns of a start, and of a bare request after it."""
+    begun = clock.perf_counter_ns()
+    instance.start()
+    started = clock.perf_counter_ns()
+    instance.wait()
+    asked = clock.perf_counter_ns()
+    bare.request()
+    answered = clock.perf_counter_ns()
+    return float(started - begun), float(answered - asked)
+
+
+def _life(verb: gpac.Verb[..., gpac.Report]) -> float:
+    """ns of the four calls."""
+    begun = clock.perf_counter_ns()
+    instance = verb.new_instance()
+    instance.start()
+    instance.wait()
+    instance.delete()
+    return float(clock.perf_counter_ns() - begun)

@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files that a system elsewhere needs: code modules, and the models of simulated machines with what they refer to."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import json
+import platform
+import re
+import sys
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote, urlencode
+from xml.etree import ElementTree
+
+from .. import _native
+from ..errors import DeviceFailed, ModuleError, refuse
+from .session import Session
+
+SOURCES = (".c", ".cc", ".cpp", ".cxx")
+"""What is compiled; any other file is taken for a shared object."""
+
+TARGET = f"{platform.machine()}-{sys.platform}"
+"""The kind of machine that shared objects made here run on."""
+
+
+def put_module(session: Session, path: str, name: str | None) -> dict[str, Any]:
+    """Downloads a code module to the system, and gives what that says of it.
+
+    Source is compiled here where the machine there is of the same kind, so that its includes are found and its errors are those of
+    your file; else it is sent as it is, and compiled there.
+    """
+    file = Path(path)
+    if not file.is_file():
+        refuse(ModuleError, f"there is no file '{path}'", "give a C or C++ file, or a shared object")
+    module = name or file.stem.removeprefix("lib")
+    if file.suffix in SOURCES and session.version["target"] == TARGET:
+        with tempfile.TemporaryDirectory() as folder:
+            built = Path(folder) / f"{file.stem}.so"
+            _native.build([path], str(built))
+            return _put(session, module, built)
+    return _put(session, module, file)
+
+
+def _put(session: Session, module: str, file: Path) -> dict[str, Any]:
+    content = _content(file, ModuleError)
+    about = {"file": file.name, "sha256": hashlib.sha256(content).hexdigest()}
+    if file.suffix not in SOURCES:
+        about |= {"abi": str(_abi()), "target": TARGET}
+    return session.answer("PUT", f"/v1/modules/{quote(module, safe='')}?{urlencode(about)}", content)["result"]
+
+
+@functools.cache
+def _abi() -> int:
+    """The version of the block interface that modules built here have."""
+    found = re.search(r"#define OPENGPAC_ABI (\d+)", _native.header_text())
+    assert found is not None, "the header says its version"
+    return int(found[1])
+
+
+def carried(session: Session, kind: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options of a driver as the system there takes them: files are put there, and what is of this machine is left out."""
+    if kind != "mujoco":
+        return dict(options)
+    files = model_files(Path(options["path"]))
+    for content in files.values():
+        _put_file(session, content)
+    names = {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}
+    reference = {"main": next(iter(files)), "files": names}
+    return {name: reference if name == "path" else value for name, value in options.items() if name != "library"}
+
+
+def _put_file(session: Session, content: bytes) -> None:
+    path = f"/v1/files/{hashlib.sha256(content).hexdigest()}"
+    try:
+        session.request("GET", path)
+    except _native.Refused as refused:
+        if json.loads(refused.args[0])[0]["class"] != "UnknownName":
+            raise
+        session.answer("PUT", path, content)
+
+
+def model_files(main: Path) -> dict[str, bytes]:
+    """An MJCF file and all that it refers to, by names that lie beside each other: the main file first.
+
+    A model without references stays as it is, byte for byte. Refused with `DeviceFailed`: a file that is not there or is no XML.
+    """
+    content = _content(main, DeviceFailed)
+    root = _parsed(content, main)
+    if not any("file" in element.attrib for element in root.iter()):
+        return {main.name: content}
+    files: dict[str, bytes] = {main.name: b""}
+    _collect(root, main.parent, main.parent, _folders(root), files)
+    files[main.name] = ElementTree.tostring(root)
+    return files
+
+
+def _folders(root: ElementTree.Element) -> dict[str, str]:
+    """Where meshes and textures lie, as the model's compiler is told."""
+    found: dict[str, str] = {}
+    for compiler in root.iter("compiler"):
+        both = compiler.attrib.pop("assetdir", "")
+        for kind in ("meshdir", "texturedir"):
+            found[kind] = compiler.attrib.pop(kind, "") or both or found.get(kind, "")
+    return found
+
+
+_REFERENCES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
+"""The attributes that name a file; a texture may be six of them."""
+
+
+def _collect(root: ElementTree.Element, folder: Path, top: Path, folders: Mapping[str, str], files: dict[str, bytes]) -> None:
+    """Takes what a tree refers to, and names it anew there."""
+    for element in root.iter():
+        if element.tag == "include":
+            given = element.attrib["file"]
+            file = folder / given if (folder / given).exists() else top / given
+            inner = _parsed(_content(file, DeviceFailed), file)
+            name = _fresh(file, files)
+            _collect(inner, file.parent, top, {**folders, **{k: v for k, v in _folders(inner).items() if v}}, files)
+            files[name] = ElementTree.tostring(inner)
+            element.set("file", name)
+            continue
+        for key in [key for key in element.attrib if key in _REFERENCES]:
+            file = top / folders.get("texturedir" if element.tag == "texture" else "meshdir", "") / element.attrib[key]
+            name = _fresh(file, files)
+            files[name] = _content(file, DeviceFailed)
+            element.set(key, name)
+            # An asset without a name has that of its file, which is another one now.
+            if key == "file" and "name" not in element.attrib:
+                element.set("name", file.stem)
+
+
+def _fresh(file: Path, files: dict[str, bytes]) -> str:
+    """A name that no other file has; it is taken at once."""
+    name, more = file.name, 1
+    while name in files:
+        name, more = f"{file.stem}_{more}{file.suffix}", more + 1
+    files[name] = b""
+    return name
+
+
+def _parsed(content: bytes, file: Path) -> ElementTree.Element:
+    try:
+        return ElementTree.fromstring(content)
+    except ElementTree.ParseError as error:
+        refuse(DeviceFailed, f"'{file}' is not XML: {error}", "give the path of an MJCF file")
+
+
+def _content(file: Path, kind: type[DeviceFailed | ModuleError]) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        refuse(kind, f"cannot read '{file}': {(error.strerror or str(error)).lower()}", "is the path right?")

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A session of a programming system with a real-time system elsewhere: its name, its sign of life, and who commands."""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import json
+import logging
+import os
+import select
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from .. import _native
+from ..errors import ConnectionLost, VersionMismatch, refusals, refuse
+from ..reports import Report
+from .transport import Answer, Transport, spoken
+
+_logger = logging.getLogger("opengpac")
+
+INTERFACE = 1
+"""The version of the control interface that this package speaks."""
+
+ANSWER_S = 5.0
+"""How long the answer to a sign of life may take."""
+
+AGAIN_S = 10.0
+"""How long a request is made again that the system has no time for."""
+
+
+class Session:
+    """A session, `cell.session`: `name`, `role`, whether it `returned`, and who has command.
+
+    A thread sends a sign of life every second, so that Python may be busy; where it gets no answer every call raises
+    `ConnectionLost`, those that wait just then too. The system sees at once when this process ends.
+    """
+
+    def __init__(self, transport: Transport, name: str, lost_after_ns: int, take_up: bool) -> None:
+        self.url = str(transport.address)
+        self.transport = transport
+        self._id = ""
+        self.version: dict[str, Any] = _version(transport)
+        transport.reached = True
+        transport.remedy = f"what runs there follows its policy; gpac.connect({self.url!r}, name={name!r}) takes it up again"
+        asked = {"name": name, "lost_after_ms": lost_after_ns // 1_000_000, "take_up": take_up}
+        with refusals:
+            opened = self.request("POST", "/v1/sessions", asked)
+        self.name: str = opened["name"]
+        self.role: str = opened["role"]
+        self.returned: bool = opened["returned"]
+        """Whether a session of this name was lost, and this one takes up what it left."""
+        self.commands = False
+        self.whole = False
+        """Whether the program takes the system for its own, as an embedded one: it leaves it empty."""
+        self._closing: list[Callable[[], None]] = []
+        self._id = opened["session"]
+        self._every_s: float = opened["heartbeat_ms"] / 1e3
+        self._ended = False
+        self._wake, self._woken = os.pipe()
+        self._alive = threading.Thread(target=self._live, name=f"opengpac {self.url}", daemon=True)
+        self._alive.start()
+
+    # ---- command ----
+
+    def take_command(self, *, force: bool = False) -> None:
+        """Takes command; `NotCommanding` names the holder. `force` takes it from the holder, with the role `configure` or above."""
+        with refusals:
+            self.request("POST", "/v1/command", {"force": True} if force else {})
+        self.commands = True
+
+    def release_command(self) -> None:
+        """Gives command back; from here on this session watches."""
+        with refusals:
+            self.request("DELETE", "/v1/command")
+        self.commands = False
+
+    @property
+    def holder(self) -> str | None:
+        """The name of the session that has command."""
+        with refusals:
+            return self.request("GET", "/v1/command")["holder"]
+
+    @property
+    def sessions(self) -> list[dict[str, Any]]:
+        """All sessions: name, role, where from, whether they command and are alive, how many reports are kept for them."""
+        with refusals:
+            return self.request("GET", "/v1/sessions")
+
+    @property
+    def lost(self) -> bool:
+        """Whether the connection was lost."""
+        return self.transport.is_cut
+
+    def kept_reports(self) -> list[Report]:
+        """As `System.kept_reports` says."""
+        path = f"/v1/sessions/{self.name}/reports"
+        with refusals:
+            kept = self.request("GET", path)
+            if kept["reports"]:
+                self.request("DELETE", f"{path}?through={kept['reports'][-1]['number']}")
+        if kept["lost"]:
+            _logger.warning("%d end reports of session '%s' were not kept: there were too many", kept["lost"], self.name)
+        return [Report(entry["report"]) for entry in kept["reports"]]
+
+    # ---- requests ----
+
+    def request(self, method: str, path: str, body: Any = None, *, timeout_s: float | None = None) -> Any:
+        """One request with a body in JSON; its result. What is refused comes as `_native.Refused`."""
+        return self.answer(method, path, b"" if body is None else json.dumps(body).encode(), timeout_s=timeout_s)["result"]
+
+    def answer(self, method: str, path: str, body: bytes = b"", *, timeout_s: float | None = None) -> dict[str, Any]:
+        """One request; all of its answer. It is made again where the system has no time for it: then it has not acted."""
+        until = time.monotonic() + AGAIN_S
+        while True:
+            answer = self.transport.request(method, path, body, more=self.headers, timeout_s=timeout_s)
+            if answer.status != 429 or time.monotonic() >= until:
+                return _told(answer)
+            time.sleep(answer.again_s)
+
+    @property
+    def headers(self) -> dict[str, str]:
+        """The headers that say whose request it is."""
+        return {"OpenGPAC-Session": self._id} if self._id else {}
+
+    # ---- the end ----
+
+    def close(self) -> None:
+        """Ends the session in order: what it has started goes on as it is."""
+        self._end(in_order=True)
+
+    def abandon(self) -> None:
+        """Ends the connection without a word, as if this process had died: what it has started follows its policy."""
+        self._end(in_order=False)
+
+    def at_end(self, close: Callable[[], None]) -> None:
+        """What is to be closed with it."""
+        self._closing.append(close)
+
+    def _end(self, in_order: bool) -> None:
+        if self._ended:
+            return
+        self._ended, self.commands = True, False
+        for close in self._closing:
+            close()
+        if in_order:
+            # First of all: the system takes the end of the held request for the end of this process. A lost session has ended before.
+            with contextlib.suppress(ConnectionLost, _native.Refused):
+                self.request("DELETE", "/v1/sessions", timeout_s=ANSWER_S)
+        os.close(self._woken)
+        self._alive.join()
+        self.transport.cut("this session is closed")
+
+    # ---- the sign of life ----
+
+    def _live(self) -> None:
+        """The thread: it holds a request that the system answers at the end of the session only, and shows that it is there."""
+        hold: http.client.HTTPConnection | None = None
+        try:
+            hold = self.transport.hold("/v1/hold", self.headers)
+            while not self._ended:
+                ready, _, _ = select.select([hold.sock, self._wake], [], [], self._every_s)
+                if self._ended or self._wake in ready:
+                    return
+                if ready and spoken(hold):
+                    self.transport.cut("the system has ended this session, or itself")
+                    return
+                self.request("POST", "/v1/heartbeat", {}, timeout_s=ANSWER_S)
+        except _native.Refused as refused:
+            self.transport.cut(json.loads(refused.args[0])[0]["message"])
+        except ConnectionLost as lost:
+            self.transport.cut(lost.message)
+        except Exception as error:
+            self.transport.cut(f"the thread that shows that this program is there has ended: {error!r}")
+        finally:
+            if hold is not None:
+                self.transport.release(hold)
+            os.close(self._wake)
+
+    def __repr__(self) -> str:
+        does = "commands" if self.commands else "watches"
+        return f"session '{self.name}' with {self.url}: {does}, role {self.role}{', returned' if self.returned else ''}"
+
+
+def _told(answer: Answer) -> dict[str, Any]:
+    try:
+        told = json.loads(answer.body)
+        errors = None if answer.status < 400 else json.dumps(told["errors"])
+    except (ValueError, KeyError, TypeError):
+        refuse(ConnectionLost, f"what answers there is no control interface: status {answer.status}", "is the address right?")
+    if errors is not None:
+        raise _native.Refused(errors)
+    return told
+
+
+def _version(transport: Transport) -> dict[str, Any]:
+    """Who is there; refused where the two would not understand each other."""
+    transport.remedy = "is the system running there? opengpac rts starts one, and prints its address"
+    with refusals:
+        there = _told(transport.request("GET", "/v1/version", timeout_s=ANSWER_S))
+    there = there.get("result", there)
+    mine, theirs = _native.version(), str(there.get("opengpac"))
+    if there.get("interface") != INTERFACE or mine.split(".")[:2] != theirs.split(".")[:2]:
+        refuse(
+            VersionMismatch,
+            f"the system at {transport.address} is OpenGPAC {theirs} with control interface {there.get('interface')}, "
+            f"this is OpenGPAC {mine} with control interface {INTERFACE}",
+            "install the same version on both sides",
+        )
+    return there
