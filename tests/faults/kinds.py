@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import json
 import os
 import random
@@ -50,11 +51,23 @@ class Kind:
     make: Callable[[random.Random, str], Round]
 
 
-def in_a_block(block: str, doomed: Mapping[str, Any] = THREAD) -> Callable[[random.Random, str], Round]:
-    """A signal or an endless loop inside a block: `fault` for the verbs of its source, and nothing for anybody else."""
+def accounted(broken: Callable[[Round, Before, random.Random, str], None]) -> Callable[[random.Random, str], Round]:
+    """A round of a fault, with what it left behind once the system is closed and nobody holds it any more."""
 
     def make(chosen: random.Random, blocks: str) -> Round:
         found, before = Round(), Before()
+        broken(found, before, chosen, blocks)
+        gc.collect()
+        found.wrong += before.left_over()
+        return found
+
+    return make
+
+
+def in_a_block(block: str, doomed: Mapping[str, Any] = THREAD) -> Callable[[random.Random, str], Round]:
+    """A signal or an endless loop inside a block: `fault` for the verbs of its source, and nothing for anybody else."""
+
+    def broken(found: Round, before: Before, chosen: random.Random, blocks: str) -> None:
         with gpac.System("campaign", progress=False) as cell:
             made = application.run(cell, blocks, block, at=chosen.randint(1, 30), doomed=doomed)
             expected = {"failing": ("fault", "it"), "pushing": ("fault", None)}
@@ -69,17 +82,14 @@ def in_a_block(block: str, doomed: Mapping[str, Any] = THREAD) -> Callable[[rand
             for instance in (made.healthy, made.doomed["bystander"]):
                 instance.halt()
                 found.wrong += [] if instance.report and instance.report.condition == "halted" else [f"'{instance.name}' was not halted"]
-        found.wrong += before.left_over()
-        return found
 
-    return make
+    return accounted(broken)
 
 
 def of_a_processor(how: str) -> Callable[[random.Random, str], Round]:
     """The process of a processor dies: `processor_lost` for every verb that has a block there, and nothing for anybody else."""
 
-    def make(chosen: random.Random, blocks: str) -> Round:
-        found, before = Round(), Before()
+    def broken(found: Round, before: Before, chosen: random.Random, blocks: str) -> None:
         with gpac.System("campaign", progress=False) as cell:
             aborts = how == "aborts"
             made = application.run(cell, blocks, "aborts" if aborts else "counts", at=chosen.randint(1, 60), doomed=PROCESS)
@@ -95,10 +105,8 @@ def of_a_processor(how: str) -> Callable[[random.Random, str], Round]:
                 found.reported_s = cell.now - killed_s
             found.wrong += _goes_on(made)
             made.healthy.halt()
-        found.wrong += before.left_over()
-        return found
 
-    return make
+    return accounted(broken)
 
 
 def _pid(before: Before) -> int:
@@ -110,13 +118,10 @@ def _pid(before: Before) -> int:
 def of_everything(doomed: Mapping[str, Any]) -> Callable[[random.Random, str], Round]:
     """kill -9 of the process of programming system and supervisor, at a random instant: nothing is left, no processor either."""
 
-    def make(chosen: random.Random, blocks: str) -> Round:
-        found, before = Round(), Before()
+    def broken(found: Round, _: Before, chosen: random.Random, blocks: str) -> None:
         _kill_victim(found, chosen, [sys.executable, str(VICTIM), blocks, json.dumps(dict(doomed))])
-        found.wrong += before.left_over()
-        return found
 
-    return make
+    return accounted(broken)
 
 
 def _kill_victim(found: Round, chosen: random.Random, command: list[str]) -> None:
