@@ -429,6 +429,8 @@ impl Far for Processor {
         if let Some(running) = locked(&self.running).take() {
             running.end();
         }
+        // Scripts that were submitted after a loss wait for ever, and hold processes that hold this.
+        (*locked(&self.wire), *locked(&self.near)) = (Wire::default(), None);
     }
 }
 
