@@ -111,10 +111,10 @@ impl Driver for PlantProcess {
         self.session = None;
         // A plant that is gone, or that another driver has opened since, is not ours to put away.
         let closed = ask(&self.link, Ask::Close);
-        if let Some(child) = self.child.take() {
-            if matches!(closed, Ok(Answer::Refused(_))) || child.wait(END).is_none() {
-                child.leave();
-            }
+        if let Some(child) = self.child.take()
+            && (matches!(closed, Ok(Answer::Refused(_))) || child.wait(END).is_none())
+        {
+            child.leave();
         }
         // One that was killed could not take its socket away.
         if let Some(path) = &self.path
