@@ -150,7 +150,7 @@ fn ahead(steady_ns: i64, wall_ns: i64) -> Clocks {
 #[test]
 fn times_are_converted_to_the_readers_clock_and_the_offset_is_shown() {
     const HOUR: i64 = 3_600_000_000_000;
-    let (mut a, endpoint) = listening("clocks");
+    let (a, endpoint) = listening("clocks");
     let mut b = Hosts::join(Options { clocks: ahead(5 * HOUR, HOUR), ..Options::new("clocks", "cell-b", &endpoint) }).expect("cell-a listens");
     let mut c = Hosts::join(Options { clocks: ahead(-3 * HOUR, 0), ..Options::new("clocks", "cell-c", &endpoint) }).expect("cell-a listens");
     assert!(a.wait_for("cell-b", LONG));
