@@ -149,7 +149,7 @@ impl Served for Writing {
     }
 
     fn again(&self, now_ns: i64) {
-        self.send(|state, out| state.outbound.hurry(now_ns, out));
+        self.send(|state, out| state.outbound.again(now_ns, out));
     }
 
     fn is_idle(&self) -> bool {

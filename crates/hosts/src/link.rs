@@ -232,7 +232,7 @@ impl Served for LinkState {
     }
 
     fn again(&self, now_ns: i64) {
-        self.post(|outbound, out| outbound.hurry(now_ns, out));
+        self.post(|outbound, out| outbound.again(now_ns, out));
         let mut answers = Packets::new();
         self.inbox().inbound.ask(now_ns, &mut answers);
         self.answer(answers);

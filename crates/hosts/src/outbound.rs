@@ -20,27 +20,64 @@ pub(crate) type Packets = Vec<Vec<u8>>;
 pub(crate) struct Outbound {
     connection: u64,
     end: WritingEnd,
-    /// When something is sent again; none where everything is known to have arrived.
-    due_ns: Option<i64>,
-    interval_ns: i64,
+    /// When the group, and when rows are sent again. Each has its own: answers to the one say nothing of the others.
+    group: Due,
+    rows: Due,
     group_sent_ns: i64,
+    /// Rows before this one were sent again: those that are still missing follow as soon as there is news of them.
+    again_until: u64,
+}
+
+/// When something is sent again.
+struct Due {
+    /// None where all of it is known to have arrived.
+    at_ns: Option<i64>,
+    interval_ns: i64,
+}
+
+impl Due {
+    fn new() -> Self {
+        Due { at_ns: None, interval_ns: RETRANSMIT_NS }
+    }
+
+    /// Something was sent.
+    fn sent(&mut self, now_ns: i64) {
+        self.at_ns.get_or_insert(now_ns + self.interval_ns);
+    }
+
+    /// There was an answer; more is on its way or not.
+    fn answered(&mut self, waits: bool, now_ns: i64) {
+        self.interval_ns = RETRANSMIT_NS;
+        self.at_ns = waits.then_some(now_ns + self.interval_ns);
+    }
+
+    /// True where it is to be sent again now; then less often.
+    fn take(&mut self, waits: bool, now_ns: i64) -> bool {
+        let due = self.at_ns.is_some_and(|at_ns| at_ns <= now_ns);
+        if due {
+            self.at_ns = waits.then_some(now_ns + self.interval_ns);
+            self.interval_ns = (2 * self.interval_ns).min(RETRANSMIT_NS_MAX);
+        }
+        due && waits
+    }
 }
 
 impl Outbound {
     pub(crate) fn new(connection: u64, depth: usize, window: usize) -> Self {
-        Outbound { connection, end: WritingEnd::new(depth, window), due_ns: None, interval_ns: RETRANSMIT_NS, group_sent_ns: i64::MIN }
+        let end = WritingEnd::new(depth, window);
+        Outbound { connection, end, group: Due::new(), rows: Due::new(), group_sent_ns: i64::MIN, again_until: 0 }
     }
 
     pub(crate) fn publish(&mut self, header: Header, bytes: &[u8], now_ns: i64, out: &mut Packets) {
         self.end.publish(header, bytes);
         self.send_group(now_ns, out);
-        self.arm(now_ns);
+        self.group.sent(now_ns);
     }
 
     pub(crate) fn push(&mut self, number: u64, bytes: Vec<u8>, now_ns: i64, out: &mut Packets) {
         let sequence = self.end.push(number, bytes);
         self.send_rows(sequence, 1, out);
-        self.arm(now_ns);
+        self.rows.sent(now_ns);
     }
 
     pub(crate) fn has_room(&self) -> bool {
@@ -65,13 +102,16 @@ impl Outbound {
                 if sequence < self.end.published() && now_ns.saturating_sub(self.group_sent_ns) > RECENT_NS {
                     self.send_group(now_ns, out);
                 }
-                self.answered(now_ns);
+                self.group.answered(self.end.group().is_some(), now_ns);
                 false
             }
             Content::RowsReceived { count } => {
                 let news = self.end.rows_received(count);
-                if news || !self.end.has_rows() {
-                    self.answered(now_ns);
+                if news {
+                    self.rows.answered(self.end.has_rows(), now_ns);
+                    if self.end.received() < self.again_until {
+                        self.send_rows(0, AGAIN_ROWS, out);
+                    }
                 }
                 news
             }
@@ -86,32 +126,25 @@ impl Outbound {
 
     /// Sends again what had no answer for too long.
     pub(crate) fn tick(&mut self, now_ns: i64, out: &mut Packets) {
-        if self.due_ns.is_some_and(|due_ns| due_ns <= now_ns) {
-            self.again(now_ns, out);
-            self.interval_ns = (2 * self.interval_ns).min(RETRANSMIT_NS_MAX);
+        if self.group.take(self.end.group().is_some(), now_ns) {
+            self.send_group(now_ns, out);
+        }
+        if self.rows.take(self.end.has_rows(), now_ns) {
+            self.send_rows_again(out);
         }
     }
 
-    /// Sends again what is not known to have arrived: at once, as after a partition.
+    /// Sends again, at once, what is not known to have arrived: the way is whole again after a partition.
     pub(crate) fn again(&mut self, now_ns: i64, out: &mut Packets) {
         self.send_group(now_ns, out);
+        self.group.answered(self.end.group().is_some(), now_ns);
+        self.send_rows_again(out);
+        self.rows.answered(self.end.has_rows(), now_ns);
+    }
+
+    fn send_rows_again(&mut self, out: &mut Packets) {
+        self.again_until = self.end.pushed();
         self.send_rows(0, AGAIN_ROWS, out);
-        self.due_ns = (!self.is_idle()).then_some(now_ns + self.interval_ns);
-    }
-
-    /// The way is whole again: the next retransmission does not wait as long as the last.
-    pub(crate) fn hurry(&mut self, now_ns: i64, out: &mut Packets) {
-        self.interval_ns = RETRANSMIT_NS;
-        self.again(now_ns, out);
-    }
-
-    fn answered(&mut self, now_ns: i64) {
-        self.interval_ns = RETRANSMIT_NS;
-        self.due_ns = (!self.is_idle()).then_some(now_ns + self.interval_ns);
-    }
-
-    fn arm(&mut self, now_ns: i64) {
-        self.due_ns.get_or_insert(now_ns + self.interval_ns);
     }
 
     fn send_group(&mut self, now_ns: i64, out: &mut Packets) {

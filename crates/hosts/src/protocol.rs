@@ -199,6 +199,19 @@ fn a_reader_that_comes_later_finds_the_newest_group() {
 }
 
 #[test]
+fn rows_that_were_lost_are_sent_again_while_groups_go_on() {
+    let mut way = Way::new(1, 0);
+    way.cut = true;
+    (0..WINDOW as u64).for_each(|row| assert!(way.push(row)));
+    way.cut = false;
+    for value in 1..=200 {
+        way.write(value);
+        way.step();
+    }
+    assert_eq!(way.rows, (0..WINDOW as u64).collect::<Vec<_>>());
+}
+
+#[test]
 fn a_stranger_cannot_make_a_reader_keep_more_than_a_window() {
     let mut inbound = Inbound::new(1, 0, None, WINDOW);
     for sequence in (1..1_000).rev() {

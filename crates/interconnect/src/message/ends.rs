@@ -63,6 +63,16 @@ impl WritingEnd {
         self.pushed < self.room_until()
     }
 
+    /// Rows pushed so far.
+    pub fn pushed(&self) -> u64 {
+        self.pushed
+    }
+
+    /// Rows that are known to have arrived.
+    pub fn received(&self) -> u64 {
+        self.received
+    }
+
     /// How many rows may have been pushed in all, as far as is known now.
     pub fn room_until(&self) -> u64 {
         if self.received - self.popped < self.depth { self.received + self.window } else { self.pushed }
