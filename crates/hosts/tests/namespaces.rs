@@ -3,7 +3,7 @@
 //!
 //! It needs the rights to make network namespaces. `OPENGPAC_PARTITIONS_S=1,3,10,30` tries longer partitions.
 mod common;
-use common::{Authority, LONG};
+use common::{Authority, LONG, authority};
 use std::collections::VecDeque;
 use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
@@ -180,7 +180,7 @@ fn partitions_s() -> Vec<u64> {
 
 #[test]
 fn two_hosts_part_and_find_each_other_again() {
-    let (network, authority) = (Network::new("p", 2), Authority::new("parted"));
+    let (network, authority) = (Network::new("p", 2), authority("parted"));
     let mut probes = cell(&network, &authority);
     let [near, far] = probes.as_mut_slice() else { panic!("two hosts") };
     near.tell("write 1");
@@ -224,7 +224,7 @@ fn two_hosts_part_and_find_each_other_again() {
 
 #[test]
 fn of_three_hosts_two_go_on_while_one_is_away() {
-    let (network, authority) = (Network::new("t", 3), Authority::new("three"));
+    let (network, authority) = (Network::new("t", 3), authority("three"));
     let mut probes = cell(&network, &authority);
     let [a, b, c] = probes.as_mut_slice() else { panic!("three hosts") };
     // From each to another: 1 to the listening host, 2 from it, 3 between the two that joined.
@@ -250,7 +250,7 @@ fn of_three_hosts_two_go_on_while_one_is_away() {
 
 #[test]
 fn a_host_that_is_killed_closes_its_link_and_its_name_can_be_taken_again() {
-    let (network, authority) = (Network::new("k", 2), Authority::new("killed"));
+    let (network, authority) = (Network::new("k", 2), authority("killed"));
     let mut probes = cell(&network, &authority);
     probes[0].tell("link cell-2 1");
     probes[0].hears("linked");

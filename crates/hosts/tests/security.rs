@@ -26,7 +26,7 @@ fn exchange(a: &Hosts, b: &Hosts) {
 
 #[test]
 fn only_loopback_may_be_plain_and_each_refusal_says_what_to_do() {
-    let authority = Authority::new("table");
+    let authority = authority("table");
     let full = certificates(&authority, "a");
     let token = |token: &str| Security::Token { token: token.to_owned(), authority: None, certificate: None };
     let missing = Security::Certificates { authority: PathBuf::from("no/such.pem"), certificate: PathBuf::new(), key: PathBuf::new() };
@@ -61,7 +61,7 @@ fn only_loopback_may_be_plain_and_each_refusal_says_what_to_do() {
 
 #[test]
 fn certificates_of_one_authority_let_in_and_no_others() {
-    let (authority, other) = (Authority::new("own"), Authority::new("other"));
+    let (authority, other) = (authority("own"), authority("other"));
     let endpoint = format!("tls/127.0.0.1:{}", free_port());
     let options = |name: &str, security| Options { security, join_max: Duration::from_secs(20), ..Options::new("tls", name, &endpoint) };
     let a = Hosts::listen(options("cell-a", certificates(&authority, "a"))).expect("it has certificates");
@@ -81,7 +81,7 @@ fn certificates_of_one_authority_let_in_and_no_others() {
 
 #[test]
 fn a_token_lets_in_and_another_does_not() {
-    let authority = Authority::new("token");
+    let authority = authority("token");
     let endpoint = format!("tls/127.0.0.1:{}", free_port());
     let options = |name: &str, security| Options { security, join_max: Duration::from_secs(20), ..Options::new("token", name, &endpoint) };
     let listens = Security::Token { token: TOKEN.to_owned(), authority: None, certificate: Some(authority.sign("a", &["127.0.0.1"])) };

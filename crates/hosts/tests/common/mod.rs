@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the tests of hosts share: addresses, certificates, and waiting for what happens in real time.
 #![allow(dead_code, reason = "each test uses its part")]
+mod authority;
+pub use authority::Authority;
 use hosts::{Hosts, Options};
 use interconnect::{ConnectionSpec, Header, Receiver, Sender};
 use std::path::{Path, PathBuf};
@@ -78,45 +80,9 @@ pub fn monotonic_ns() -> i64 {
     (hosts::Options::new("x", "x", "tcp/127.0.0.1:1").clocks.steady)()
 }
 
-/// An authority and what it has signed, as PEM files in a folder of their own.
-pub struct Authority {
-    issuer: rcgen::Issuer<'static, rcgen::KeyPair>,
-    folder: PathBuf,
-    pub authority: PathBuf,
-}
-
-impl Authority {
-    pub fn new(name: &str) -> Self {
-        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).expect("the folder can be made");
-        let key = rcgen::KeyPair::generate().expect("a key can be made");
-        let mut params = rcgen::CertificateParams::new(Vec::new()).expect("no names");
-        params.is_ca = rcgen::IsCa::Ca(rcgen::BasicConstraints::Unconstrained);
-        let certificate = params.self_signed(&key).expect("it signs itself");
-        let authority = folder.join("authority.pem");
-        std::fs::write(&authority, certificate.pem()).expect("the folder is ours");
-        Authority { issuer: rcgen::Issuer::new(params, key), folder, authority }
-    }
-
-    /// A certificate for a host with these addresses, and its key.
-    pub fn sign(&self, host: &str, addresses: &[&str]) -> (PathBuf, PathBuf) {
-        use std::os::unix::fs::PermissionsExt;
-        let key = rcgen::KeyPair::generate().expect("a key can be made");
-        let names: Vec<String> = addresses.iter().map(|address| (*address).to_owned()).collect();
-        let params = rcgen::CertificateParams::new(names).expect("addresses can be names");
-        let certificate = params.signed_by(&key, &self.issuer).expect("the authority signs");
-        let (at, key_at) = (self.folder.join(format!("{host}.pem")), self.folder.join(format!("{host}.key")));
-        std::fs::write(&at, certificate.pem()).expect("the folder is ours");
-        std::fs::write(&key_at, key.serialize_pem()).expect("the folder is ours");
-        std::fs::set_permissions(&key_at, std::fs::Permissions::from_mode(0o600)).expect("the file is ours");
-        (at, key_at)
-    }
-}
-
-impl Drop for Authority {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.folder);
-    }
+/// An authority of a test's own.
+pub fn authority(name: &str) -> Authority {
+    Authority::at(PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id())))
 }
 
 pub fn readable_by_all(path: &Path) {
