@@ -249,7 +249,7 @@ impl Reading {
         let readable = self.send(|state, out| {
             if let Some((header, group)) = state.inbound.came(repr.content, out) {
                 state.local.group().copy_from_slice(&group);
-                state.local.publish(header.number, self.time.here(header.time_ns, now_ns));
+                state.local.publish(header.number, self.time.arrived_ns(header.time_ns, now_ns));
             }
             state.give()
         });

@@ -128,8 +128,8 @@ impl Hosts {
     }
 
     /// An instant of the listening host's CLOCK_MONOTONIC on this host's, ns: so that timers of all hosts count from one epoch.
-    pub fn from_listener_ns(&self, listener_ns: i64) -> i64 {
-        self.0.core.time.from_listener_ns(listener_ns)
+    pub fn here_ns(&self, listener_ns: i64) -> i64 {
+        self.0.core.time.here_ns(listener_ns)
     }
 
     /// How far another host's clocks are from this one's; none for a host that is not known or not measured yet.

@@ -36,7 +36,7 @@ impl Timebase {
     }
 
     /// A time of the listening host's CLOCK_MONOTONIC, on this host's.
-    pub(crate) fn from_listener_ns(&self, listener_ns: i64) -> i64 {
+    pub(crate) fn here_ns(&self, listener_ns: i64) -> i64 {
         listener_ns.wrapping_sub(self.offset_ns.load(Ordering::Relaxed))
     }
 
@@ -46,8 +46,8 @@ impl Timebase {
     }
 
     /// A time that travelled, as the system's time here. Not in the future: clocks agree within an uncertainty only.
-    pub(crate) fn here(&self, travelled_ns: i64, now_ns: i64) -> i64 {
-        self.from_listener_ns(travelled_ns).min(now_ns).wrapping_sub(self.epoch_ns.load(Ordering::Relaxed))
+    pub(crate) fn arrived_ns(&self, travelled_ns: i64, now_ns: i64) -> i64 {
+        self.here_ns(travelled_ns).min(now_ns).wrapping_sub(self.epoch_ns.load(Ordering::Relaxed))
     }
 }
 
@@ -65,8 +65,8 @@ mod tests {
         reader.set_epoch(4500);
         let travelled_ns = writer.travelling(300);
         assert_eq!(travelled_ns, 1000);
-        assert_eq!(reader.here(travelled_ns, 6000), 500);
-        assert_eq!(reader.here(travelled_ns, 4900), 400, "a time is not in the future");
-        assert_eq!(writer.here(travelled_ns, 6000), 300);
+        assert_eq!(reader.arrived_ns(travelled_ns, 6000), 500);
+        assert_eq!(reader.arrived_ns(travelled_ns, 4900), 400, "a time is not in the future");
+        assert_eq!(writer.arrived_ns(travelled_ns, 6000), 300);
     }
 }

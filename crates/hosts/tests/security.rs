@@ -90,8 +90,10 @@ fn a_token_lets_in_and_another_does_not() {
     let b = Hosts::join(options("cell-b", joins(TOKEN))).expect("it has the token");
     assert!(a.wait_for("cell-b", LONG));
     exchange(&a, &b);
-    let refused = refusal(Hosts::join(Options { join_max: Duration::from_secs(2), ..options("cell-c", joins("another-token-of-length")) }));
-    assert!(refused.contains(&endpoint), "{refused}");
+    for (security, who) in [(joins("another-token-of-length"), "another token"), (certificates(&authority, "c"), "a certificate and no token")] {
+        let refused = refusal(Hosts::join(Options { join_max: Duration::from_secs(2), ..options("cell-c", security) }));
+        assert!(refused.contains(&endpoint), "{who}: {refused}");
+    }
     assert_eq!(a.peers().len(), 1, "nobody else was let in");
 }
 

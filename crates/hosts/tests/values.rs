@@ -166,8 +166,8 @@ fn times_are_converted_to_the_readers_clock_and_the_offset_is_shown() {
     // Epochs at one instant: 1 s ago.
     let epoch_ns = monotonic_ns() - 1_000_000_000;
     a.set_epoch(epoch_ns);
-    b.set_epoch(b.from_listener_ns(epoch_ns));
-    c.set_epoch(c.from_listener_ns(epoch_ns));
+    b.set_epoch(b.here_ns(epoch_ns));
+    c.set_epoch(c.here_ns(epoch_ns));
     let mut sender = b.sender(1, &SPEC).expect("room");
     let mut receiver = c.receiver(1, &SPEC, nobody()).expect("room");
     let time_ns = 500_000_000;
