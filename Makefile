@@ -3,6 +3,7 @@
 # make test    every test, Rust and Python
 # make faults  the whole fault campaign, the fuzzers and the cell of 16 processors: an hour and a half; reports in out/
 # make bench   ratios against hand-written loops and peers, taken in one run
+# The crate `hosts` is built apart, in one profile and by its name only: zenoh takes minutes.
 # make c-package   target/release/libopengpac_ps.so, for programming systems in C
 .PHONY: run test faults bench c-package setup test-rust test-loom test-sanitizer test-python lint clean
 .DEFAULT_GOAL := run
@@ -33,12 +34,14 @@ test: lint test-rust test-loom test-sanitizer test-python
 
 lint: setup
 	cargo fmt --all --check
-	cargo clippy --workspace --all-targets --quiet -- -D warnings
+	cargo clippy --workspace --exclude hosts --all-targets --quiet -- -D warnings
+	cargo clippy -p hosts --profile checked --all-targets --quiet -- -D warnings
 	$(BIN)/ruff check python tests examples
 	$(BIN)/pyright
 
 test-rust: setup
-	OPENGPAC_MUJOCO=$(MUJOCO) cargo test --workspace --profile checked --quiet
+	OPENGPAC_MUJOCO=$(MUJOCO) cargo test --workspace --exclude hosts --profile checked --quiet
+	cargo test -p hosts --profile checked --quiet
 
 test-loom:
 	RUSTFLAGS="--cfg loom" cargo test -p interconnect --release --test loom --target-dir target/loom
@@ -53,6 +56,7 @@ faults: setup
 	$(BIN)/python tests/faults/campaign.py
 	$(BIN)/python tests/faults/fuzz.py
 	$(BIN)/python tests/faults/sixteen.py
+	OPENGPAC_PARTITIONS_S=1,3,10,30 cargo test -p hosts --profile checked --test namespaces -- --nocapture
 
 bench: setup
 	$(BIN)/python bench/run.py

@@ -13,7 +13,8 @@
 //!
 //! A [`Carrier`] makes connections of these: [`Memory`] between threads, [`Message`] over a link that can delay, drop, repeat,
 //! reorder and corrupt, for tests under the virtual clock. [`Ends`] makes the two ends of a connection apart, where they lie in
-//! different processes or on different hosts. A block, graph or verb cannot tell which.
+//! different processes or on different hosts. A block, graph or verb cannot tell which. [`message::ends`] and [`message::packet`] are the protocol
+//! of the message link without its time: crate `hosts` speaks it over a network.
 //!
 //! ```
 //! use interconnect::{Carrier, ConnectionSpec, Memory};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the two ends of a connection over messages know. No link, no time: those are in `traffic`.
+//! What the two ends of a connection over messages know. No link, no time: those are with who uses them, `traffic` under the virtual
+//! clock, crate `hosts` over a network.
 //!
 //! Group: the newest publication wins. The writing end keeps it until the reading end has said that it is there; an older one
 //! that comes late is ignored.
@@ -10,7 +11,7 @@ use crate::carrier::Header;
 use std::collections::{BTreeMap, VecDeque};
 
 /// The writing end's side.
-pub(super) struct WritingEnd {
+pub struct WritingEnd {
     depth: u64,
     window: u64,
     /// Publications so far: the sequence of the newest.
@@ -26,23 +27,31 @@ pub(super) struct WritingEnd {
 }
 
 impl WritingEnd {
-    pub(super) fn new(depth: usize, window: usize) -> Self {
+    /// For a reader at which `depth` rows may wait, and at most `window` rows on their way.
+    pub fn new(depth: usize, window: usize) -> Self {
         let (depth, window) = (depth as u64, window as u64);
         WritingEnd { depth, window, published: 0, group: None, pushed: 0, received: 0, popped: 0, rows: VecDeque::new() }
     }
 
-    pub(super) fn publish(&mut self, header: Header, bytes: &[u8]) {
+    /// Takes a publication in: the newest.
+    pub fn publish(&mut self, header: Header, bytes: &[u8]) {
         self.published += 1;
         self.group = Some((header, bytes.to_vec()));
     }
 
     /// The newest publication, if it is not known to have arrived.
-    pub(super) fn group(&self) -> Option<Content<'_>> {
+    pub fn group(&self) -> Option<Content<'_>> {
         let (header, bytes) = self.group.as_ref()?;
         Some(Content::Group { sequence: self.published, header: *header, bytes })
     }
 
-    pub(super) fn group_received(&mut self, sequence: u64) {
+    /// Publications so far: the sequence of the newest.
+    pub fn published(&self) -> u64 {
+        self.published
+    }
+
+    /// The reading end has publication `sequence`.
+    pub fn group_received(&mut self, sequence: u64) {
         if sequence == self.published {
             self.group = None;
         }
@@ -50,46 +59,62 @@ impl WritingEnd {
 
     /// True where another row may be pushed: the reader has fewer than `depth` waiting, as far as is known, and fewer than
     /// `window` are on their way.
-    pub(super) fn has_room(&self) -> bool {
-        self.received - self.popped < self.depth && self.pushed - self.received < self.window
+    pub fn has_room(&self) -> bool {
+        self.pushed < self.room_until()
+    }
+
+    /// Rows pushed so far.
+    pub fn pushed(&self) -> u64 {
+        self.pushed
+    }
+
+    /// Rows that are known to have arrived.
+    pub fn received(&self) -> u64 {
+        self.received
+    }
+
+    /// How many rows may have been pushed in all, as far as is known now.
+    pub fn room_until(&self) -> u64 {
+        if self.received - self.popped < self.depth { self.received + self.window } else { self.pushed }
     }
 
     /// Appends a row and returns its sequence.
-    pub(super) fn push(&mut self, number: u64, bytes: Vec<u8>) -> u64 {
+    pub fn push(&mut self, number: u64, bytes: Vec<u8>) -> u64 {
         self.rows.push_back((number, bytes));
         self.pushed += 1;
         self.pushed - 1
     }
 
     /// The rows that are not known to have arrived, from `sequence` on.
-    pub(super) fn rows(&self, sequence: u64) -> impl Iterator<Item = Content<'_>> {
+    pub fn rows(&self, sequence: u64) -> impl Iterator<Item = Content<'_>> {
         let rows = (self.received..).zip(&self.rows).skip_while(move |(of, _)| *of < sequence);
         rows.map(|(sequence, (number, bytes))| Content::Row { sequence, number: *number, bytes })
     }
 
-    pub(super) fn has_rows(&self) -> bool {
+    /// True where rows are not known to have arrived.
+    pub fn has_rows(&self) -> bool {
         !self.rows.is_empty()
     }
 
-    /// True if that is news.
-    pub(super) fn rows_received(&mut self, count: u64) -> bool {
+    /// The reading end has the first `count` rows. True if that is news.
+    pub fn rows_received(&mut self, count: u64) -> bool {
         let news = count.min(self.pushed).saturating_sub(self.received);
         self.rows.drain(..news as usize);
         self.received += news;
         news > 0
     }
 
-    /// Returns how many are known to be popped, of those that are known to have arrived.
-    pub(super) fn rows_popped(&mut self, count: u64) -> u64 {
+    /// The reader has popped `count` rows. Returns how many are known to be popped, of those that are known to have arrived.
+    pub fn rows_popped(&mut self, count: u64) -> u64 {
         self.popped = self.popped.max(count.min(self.received));
         self.popped
     }
 }
 
 /// The reading end's side.
-pub(super) struct ReadingEnd {
+pub struct ReadingEnd {
     group_len: usize,
-    row_len: usize,
+    row_len: Option<usize>,
     /// The sequence of the newest publication that has come.
     newest: u64,
     /// It, until it is latched.
@@ -105,13 +130,14 @@ pub(super) struct ReadingEnd {
 }
 
 impl ReadingEnd {
-    pub(super) fn new(group_len: usize, row_len: usize) -> Self {
+    /// For groups and rows of these lengths; rows of any length without one.
+    pub fn new(group_len: usize, row_len: Option<usize>) -> Self {
         let (early, ready) = (BTreeMap::new(), VecDeque::new());
         ReadingEnd { group_len, row_len, newest: 0, group: None, early, ready, received: 0, popped: 0, popped_known: 0 }
     }
 
     /// A publication came; returns the newest one's sequence. `None`: it is not one of this connection.
-    pub(super) fn group_came(&mut self, sequence: u64, header: Header, bytes: &[u8]) -> Option<u64> {
+    pub fn group_came(&mut self, sequence: u64, header: Header, bytes: &[u8]) -> Option<u64> {
         if bytes.len() != self.group_len {
             return None;
         }
@@ -123,13 +149,13 @@ impl ReadingEnd {
     }
 
     /// Takes the publication that was not latched yet.
-    pub(super) fn latch(&mut self) -> Option<(Header, Vec<u8>)> {
+    pub fn latch(&mut self) -> Option<(Header, Vec<u8>)> {
         self.group.take()
     }
 
     /// A row came; returns how many rows became readable by it. `None`: it is not one of this connection.
-    pub(super) fn row_came(&mut self, sequence: u64, number: u64, bytes: &[u8]) -> Option<usize> {
-        if bytes.len() != self.row_len {
+    pub fn row_came(&mut self, sequence: u64, number: u64, bytes: &[u8]) -> Option<usize> {
+        if self.row_len.is_some_and(|len| len != bytes.len()) {
             return None;
         }
         if sequence >= self.received {
@@ -144,31 +170,59 @@ impl ReadingEnd {
     }
 
     /// Rows that came in order.
-    pub(super) fn received(&self) -> u64 {
+    pub fn received(&self) -> u64 {
         self.received
     }
 
-    pub(super) fn oldest(&self) -> Option<&(u64, Vec<u8>)> {
+    /// The sequence of the newest publication that has come; 0 before the first.
+    pub fn newest(&self) -> u64 {
+        self.newest
+    }
+
+    /// True where a row came before one that is missing.
+    pub fn has_gap(&self) -> bool {
+        !self.early.is_empty()
+    }
+
+    /// The number and bytes of the oldest row, which stays.
+    pub fn oldest(&self) -> Option<&(u64, Vec<u8>)> {
         self.ready.front()
     }
 
-    pub(super) fn ready(&self) -> usize {
+    /// Rows that can be read.
+    pub fn ready(&self) -> usize {
         self.ready.len()
     }
 
     /// True if there was a row to pop.
-    pub(super) fn pop(&mut self) -> bool {
-        let popped = self.ready.pop_front().is_some();
+    pub fn pop(&mut self) -> bool {
+        let popped = self.take().is_some();
         self.popped += u64::from(popped);
         popped
     }
 
+    /// Takes the oldest row out, for a reader that pops it later ([`popped`](Self::popped)).
+    pub fn take(&mut self) -> Option<(u64, Vec<u8>)> {
+        self.ready.pop_front()
+    }
+
+    /// The reader has popped `count` of the rows that were taken out.
+    pub fn popped(&mut self, count: u64) {
+        self.popped = self.popped.max(count.min(self.received));
+    }
+
+    /// Rows that came and are not popped.
+    pub fn waiting(&self) -> u64 {
+        self.received - self.popped
+    }
+
     /// How many rows were popped, if the writing end is not known to know.
-    pub(super) fn room_news(&self) -> Option<Content<'static>> {
+    pub fn room_news(&self) -> Option<Content<'static>> {
         (self.popped_known < self.popped).then_some(Content::RowsPopped { count: self.popped })
     }
 
-    pub(super) fn room_known(&mut self, count: u64) {
+    /// The writing end knows that `count` rows were popped.
+    pub fn room_known(&mut self, count: u64) {
         self.popped_known = self.popped_known.max(count.min(self.popped));
     }
 }
@@ -181,7 +235,7 @@ mod tests {
 
     #[test]
     fn a_row_that_comes_again_is_not_kept() {
-        let mut reading = ReadingEnd::new(0, 1);
+        let mut reading = ReadingEnd::new(0, Some(1));
         for (sequence, readable) in [(2, 0), (1, 0), (2, 0), (0, 3), (0, 0), (1, 0), (3, 1)] {
             assert_eq!(reading.row_came(sequence, sequence, &[0]), Some(readable), "row {sequence}");
         }
@@ -192,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_group_or_row_of_another_length_is_refused() {
-        let mut reading = ReadingEnd::new(2, 3);
+        let mut reading = ReadingEnd::new(2, Some(3));
         assert_eq!(reading.group_came(1, HEADER, &[0; 3]), None);
         assert_eq!(reading.row_came(0, 0, &[0; 2]), None);
         assert!(reading.latch().is_none() && reading.oldest().is_none());

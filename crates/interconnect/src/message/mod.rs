@@ -6,9 +6,9 @@
 //! never an older one after a newer one, never a damaged one; and every row, in order, once. One seed and the same calls give
 //! the same deliveries. Time moves only with the calls: nothing here has a clock, and each end is behind one lock, so this is
 //! not for the real-time path.
-mod ends;
+pub mod ends;
 mod link;
-mod packet;
+pub mod packet;
 mod traffic;
 
 pub use link::{Counters, Faults};

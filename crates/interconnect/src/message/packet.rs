@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What travels on the message link: a checked view of bytes, [`Packet`], and what it says, [`Repr`].
+//! What travels on the message link, and between hosts: a checked view of bytes, [`Packet`], and what it says, [`Repr`].
 //!
 //! | bytes | field |
 //! |---|---|
-//! | 0..8 | FNV-1a checksum of all bytes after it |
+//! | 0..8 | [`checksum`] of all bytes after it |
 //! | 8..12 | length of the packet |
-//! | 12..16 | connection |
-//! | 16..24 | kind |
+//! | 12..16 | kind |
+//! | 16..24 | connection |
 //! | 24..32 | sequence, or a count |
 //! | 32..40 | number |
 //! | 40..48 | time, ns |
@@ -17,11 +17,14 @@ use crate::carrier::Header;
 
 /// Bytes that were found whole: the length and the checksum agree.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Packet<'a>(&'a [u8]);
+pub struct Packet<'a>(&'a [u8]);
 
 impl<'a> Packet<'a> {
     /// Checks length and checksum.
-    pub(crate) fn new_checked(bytes: &'a [u8]) -> Result<Self, Damaged> {
+    ///
+    /// # Errors
+    /// [`Damaged`]: one of them does not agree.
+    pub fn new_checked(bytes: &'a [u8]) -> Result<Self, Damaged> {
         if bytes.len() < PAYLOAD || word(bytes, LENGTH) as u32 as usize != bytes.len() {
             return Err(Damaged);
         }
@@ -31,44 +34,75 @@ impl<'a> Packet<'a> {
         Ok(Packet(bytes))
     }
 
-    fn connection(self) -> u32 {
+    fn kind(self) -> u32 {
         (word(self.0, LENGTH) >> 32) as u32
     }
 }
 
 /// The bytes are not those of a packet as it was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Damaged;
+pub struct Damaged;
 
 /// What a packet says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Repr<'a> {
-    pub(crate) connection: u32,
-    pub(crate) content: Content<'a>,
+pub struct Repr<'a> {
+    /// Which connection, of all that share the way.
+    pub connection: u64,
+    /// What is said of it.
+    pub content: Content<'a>,
 }
 
 /// The kinds of packets, from the writing end to the reading end unless it says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Content<'a> {
+pub enum Content<'a> {
     /// Publication `sequence` (from 1) of the group.
-    Group { sequence: u64, header: Header, bytes: &'a [u8] },
+    Group {
+        /// Which publication, from 1.
+        sequence: u64,
+        /// Who published, and when.
+        header: Header,
+        /// All of its bytes.
+        bytes: &'a [u8],
+    },
     /// To the writing end: publication `sequence` is here; no older one is wanted.
-    GroupReceived { sequence: u64 },
+    GroupReceived {
+        /// The newest that has come.
+        sequence: u64,
+    },
     /// Row `sequence` (from 0).
-    Row { sequence: u64, number: u64, bytes: &'a [u8] },
+    Row {
+        /// Which row, from 0.
+        sequence: u64,
+        /// The writer's number.
+        number: u64,
+        /// All of its bytes.
+        bytes: &'a [u8],
+    },
     /// To the writing end: all of the first `count` rows are here.
-    RowsReceived { count: u64 },
+    RowsReceived {
+        /// Rows that came in order.
+        count: u64,
+    },
     /// To the writing end: the reader has popped `count` rows, so there is room.
-    RowsPopped { count: u64 },
+    RowsPopped {
+        /// Rows that were popped.
+        count: u64,
+    },
     /// The writing end knows that `count` rows were popped.
-    RoomKnown { count: u64 },
+    RoomKnown {
+        /// Rows that were popped.
+        count: u64,
+    },
 }
 
 impl<'a> Repr<'a> {
-    /// What the packet says; an unknown kind is [`Damaged`].
-    pub(crate) fn parse(packet: Packet<'a>) -> Result<Self, Damaged> {
+    /// What the packet says.
+    ///
+    /// # Errors
+    /// [`Damaged`]: its kind is not known.
+    pub fn parse(packet: Packet<'a>) -> Result<Self, Damaged> {
         let (sequence, number, bytes) = (word(packet.0, SEQUENCE), word(packet.0, NUMBER), &packet.0[PAYLOAD..]);
-        let content = match word(packet.0, KIND) {
+        let content = match packet.kind() {
             1 => Content::Group { sequence, header: Header { number, time_ns: word(packet.0, TIME).cast_signed() }, bytes },
             2 => Content::GroupReceived { sequence },
             3 => Content::Row { sequence, number, bytes },
@@ -77,12 +111,12 @@ impl<'a> Repr<'a> {
             6 => Content::RoomKnown { count: sequence },
             _ => return Err(Damaged),
         };
-        Ok(Repr { connection: packet.connection(), content })
+        Ok(Repr { connection: word(packet.0, CONNECTION), content })
     }
 
     /// The packet that says it.
-    pub(crate) fn emit(&self) -> Vec<u8> {
-        let (kind, sequence, number, time_ns, payload): (u64, u64, u64, i64, &[u8]) = match self.content {
+    pub fn emit(&self) -> Vec<u8> {
+        let (kind, sequence, number, time_ns, payload): (u32, u64, u64, i64, &[u8]) = match self.content {
             Content::Group { sequence, header, bytes } => (1, sequence, header.number, header.time_ns, bytes),
             Content::GroupReceived { sequence } => (2, sequence, 0, 0, &[]),
             Content::Row { sequence, number, bytes } => (3, sequence, number, 0, bytes),
@@ -90,8 +124,9 @@ impl<'a> Repr<'a> {
             Content::RowsPopped { count } => (5, count, 0, 0, &[]),
             Content::RoomKnown { count } => (6, count, 0, 0, &[]),
         };
-        let mut bytes = self.connection.to_le_bytes().to_vec();
-        for word in [kind, sequence, number, time_ns.cast_unsigned()] {
+        let mut bytes = Vec::with_capacity(PAYLOAD - CONTENT + payload.len());
+        bytes.extend_from_slice(&kind.to_le_bytes());
+        for word in [self.connection, sequence, number, time_ns.cast_unsigned()] {
             bytes.extend_from_slice(&word.to_le_bytes());
         }
         bytes.extend_from_slice(payload);
@@ -99,7 +134,7 @@ impl<'a> Repr<'a> {
     }
 
     /// True for a packet to the writing end.
-    pub(crate) fn answers(&self) -> bool {
+    pub fn answers(&self) -> bool {
         matches!(self.content, Content::GroupReceived { .. } | Content::RowsReceived { .. } | Content::RowsPopped { .. })
     }
 }
@@ -108,7 +143,8 @@ impl<'a> Repr<'a> {
 #[doc(hidden)]
 pub fn sealed(content: &[u8]) -> Vec<u8> {
     let len = u32::try_from(CONTENT + content.len()).expect("groups and rows are far below 4 GiB");
-    let mut bytes = vec![0; CHECKED];
+    let mut bytes = Vec::with_capacity(CONTENT + content.len());
+    bytes.resize(CHECKED, 0);
     bytes.extend_from_slice(&len.to_le_bytes());
     bytes.extend_from_slice(content);
     let sum = checksum(&bytes[CHECKED..]);
@@ -119,7 +155,7 @@ pub fn sealed(content: &[u8]) -> Vec<u8> {
 const CHECKED: usize = 8;
 const LENGTH: usize = 8;
 const CONTENT: usize = 12;
-const KIND: usize = 16;
+const CONNECTION: usize = 16;
 const SEQUENCE: usize = 24;
 const NUMBER: usize = 32;
 const TIME: usize = 40;
@@ -129,9 +165,15 @@ fn word(bytes: &[u8], at: usize) -> u64 {
     u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes were cut out"))
 }
 
-/// FNV-1a, 64 bits: finds every change within one byte, and all but one in 2^64 of the others.
-fn checksum(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |sum, &byte| (sum ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+/// Eight bytes at a time, as FNV-1a does it with one, and turned so that every bit reaches every other: finds each change within eight
+/// bytes that start at a multiple of eight, and all but one in 2^64 of the others.
+pub fn checksum(bytes: &[u8]) -> u64 {
+    let step = |sum: u64, word: u64| (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
+    let mut words = bytes.chunks_exact(8);
+    let sum = words.by_ref().fold(0xcbf2_9ce4_8422_2325 ^ bytes.len() as u64, |sum, eight| step(sum, word(eight, 0)));
+    let mut rest = [0; 8];
+    rest[..words.remainder().len()].copy_from_slice(words.remainder());
+    step(sum, u64::from_le_bytes(rest))
 }
 
 #[cfg(all(test, not(loom)))]
@@ -180,7 +222,7 @@ mod tests {
     #[test]
     fn an_unknown_kind_is_refused() {
         let mut bytes = Repr { connection: 1, content: Content::GroupReceived { sequence: 1 } }.emit();
-        bytes[KIND] = 99;
+        bytes[LENGTH + 4] = 99;
         let sum = checksum(&bytes[CHECKED..]);
         bytes[..CHECKED].copy_from_slice(&sum.to_le_bytes());
         assert_eq!(Packet::new_checked(&bytes).and_then(Repr::parse), Err(Damaged));

@@ -27,7 +27,7 @@ impl Traffic {
         let connection = self.connections_made;
         self.connections_made = connection.checked_add(1).expect("no system lives to make 2^32 connections");
         let writing = WritingEnd::new(spec.queue_depth, self.link.faults.window);
-        let reading = ReadingEnd::new(spec.asynchronous_len, spec.queue_row_len);
+        let reading = ReadingEnd::new(spec.asynchronous_len, Some(spec.queue_row_len));
         self.connections.insert(connection, Connection { reader: spec.reader, writing, reading, ends: 2, open: true, due_ns: [None; 3] });
         connection
     }
@@ -147,7 +147,7 @@ impl Traffic {
     /// Lets a packet come to the reading or the writing end.
     pub(super) fn arrive(&mut self, connection: u32, to_reader: bool, bytes: &[u8]) -> Result<(), Damaged> {
         let repr = Repr::parse(Packet::new_checked(bytes)?)?;
-        if repr.connection != connection || repr.answers() == to_reader {
+        if repr.connection != u64::from(connection) || repr.answers() == to_reader {
             return Err(Damaged);
         }
         let Connection { reader, writing, reading, .. } = self.connection(connection);
@@ -201,7 +201,7 @@ impl Traffic {
     }
 
     fn send_group(&mut self, connection: u32) {
-        let packet = self.connection(connection).writing.group().map(|content| Repr { connection, content }.emit());
+        let packet = self.connection(connection).writing.group().map(|content| Repr { connection: connection.into(), content }.emit());
         self.send_packets(connection, true, packet);
         self.arm(connection, Retransmission::Group, true);
     }
@@ -209,7 +209,7 @@ impl Traffic {
     /// Sends the rows that are not known to have arrived, from `sequence` on.
     fn send_rows(&mut self, connection: u32, sequence: u64) {
         let rows = self.connection(connection).writing.rows(sequence);
-        let packets: Vec<_> = rows.map(|content| Repr { connection, content }.emit()).collect();
+        let packets: Vec<_> = rows.map(|content| Repr { connection: connection.into(), content }.emit()).collect();
         self.send_packets(connection, true, packets);
         self.arm(connection, Retransmission::Rows, true);
     }
@@ -222,7 +222,7 @@ impl Traffic {
     }
 
     fn send(&mut self, connection: u32, content: Content<'_>) {
-        let repr = Repr { connection, content };
+        let repr = Repr { connection: connection.into(), content };
         self.send_packets(connection, !repr.answers(), [repr.emit()]);
     }
 

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How far another host's clocks are from this one's, from pings.
+//!
+//! A ping that left at t0 and whose answer came at t3, answered at t1 of the other clock, says: offset t1 − (t0 + t3) / 2, wrong by at
+//! most (t3 − t0) / 2, whatever the two ways took. The ping with the smallest round trip of a window says most; what the clocks may
+//! have drifted since is added.
+use std::collections::VecDeque;
+
+/// Pings that are looked at.
+const WINDOW: usize = 64;
+/// How much two crystals may drift apart, parts per million.
+const DRIFT_PPM: i64 = 50;
+
+/// How far another host's clocks are from this one's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ClockOffset {
+    /// The other's CLOCK_MONOTONIC minus this one's, ns: what published times are converted by. It may be days: it starts at boot.
+    pub clock_offset_ns: i64,
+    /// How much that may be wrong, ns.
+    pub uncertainty_ns: i64,
+    /// The other's CLOCK_REALTIME minus this one's, ns, as uncertain: what PTP or NTP keeps small.
+    pub wall_offset_ns: i64,
+}
+
+impl ClockOffset {
+    /// As the other host sees it.
+    pub(crate) fn reversed(self) -> Self {
+        ClockOffset { clock_offset_ns: -self.clock_offset_ns, wall_offset_ns: -self.wall_offset_ns, ..self }
+    }
+
+    /// What a limit is held against: the uncertainty, or the offset of the clocks that should agree, whichever is more.
+    pub fn worst_ns(&self) -> i64 {
+        self.uncertainty_ns.max(self.wall_offset_ns.saturating_abs())
+    }
+}
+
+/// Clocks agree no longer as well as asked for, or do again.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ClockReport {
+    /// The other host.
+    pub host: String,
+    /// What was measured.
+    pub offset: ClockOffset,
+    /// The limit, ns.
+    pub limit_ns: i64,
+    /// True where it is beyond the limit.
+    pub beyond: bool,
+}
+
+/// One ping and its answer.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ping {
+    /// When it left and when its answer came, on this host's steady clock.
+    pub(crate) left_ns: i64,
+    pub(crate) came_ns: i64,
+    /// When it left, on this host's wall clock.
+    pub(crate) left_wall_ns: i64,
+    /// When it was answered, on the other's.
+    pub(crate) answered_ns: i64,
+    pub(crate) answered_wall_ns: i64,
+}
+
+impl Ping {
+    fn round_trip_ns(&self) -> i64 {
+        self.came_ns - self.left_ns
+    }
+}
+
+/// The pings of a window.
+#[derive(Debug, Default)]
+pub(crate) struct Agreement {
+    pings: VecDeque<Ping>,
+}
+
+impl Agreement {
+    pub(crate) fn add(&mut self, ping: Ping) {
+        if ping.round_trip_ns() < 0 {
+            return;
+        }
+        if self.pings.len() == WINDOW {
+            self.pings.pop_front();
+        }
+        self.pings.push_back(ping);
+    }
+
+    /// What the pings say; none before the first.
+    pub(crate) fn offset(&self) -> Option<ClockOffset> {
+        let newest_ns = self.pings.back()?.came_ns;
+        let uncertainty_ns = |ping: &Ping| ping.round_trip_ns() / 2 + 1 + (newest_ns - ping.came_ns) * DRIFT_PPM / 1_000_000;
+        let best = self.pings.iter().min_by_key(|ping| uncertainty_ns(ping))?;
+        let half_ns = best.round_trip_ns() / 2;
+        Some(ClockOffset {
+            clock_offset_ns: best.answered_ns - (best.left_ns + half_ns),
+            uncertainty_ns: uncertainty_ns(best),
+            wall_offset_ns: best.answered_wall_ns - (best.left_wall_ns + half_ns),
+        })
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.pings.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A ping between clocks that differ by `offset_ns`, whose ways take these times.
+    fn ping(left_ns: i64, there_ns: i64, back_ns: i64, offset_ns: i64) -> Ping {
+        let answered_ns = left_ns + there_ns + offset_ns;
+        Ping { left_ns, came_ns: left_ns + there_ns + back_ns, left_wall_ns: left_ns + 7, answered_ns, answered_wall_ns: answered_ns + 9 }
+    }
+
+    #[test]
+    fn nothing_is_known_before_the_first_answer() {
+        assert_eq!(Agreement::default().offset(), None);
+    }
+
+    #[test]
+    fn the_quickest_ping_says_most() {
+        let mut agreement = Agreement::default();
+        agreement.add(ping(0, 900_000, 100_000, 5_000));
+        agreement.add(ping(10_000_000, 1_000, 1_000, 5_000));
+        agreement.add(ping(20_000_000, 500_000, 0, 5_000));
+        let found = agreement.offset().expect("three pings");
+        assert_eq!((found.clock_offset_ns, found.wall_offset_ns), (5_000, 5_002));
+        assert!(found.uncertainty_ns < 3_000, "{found:?}");
+    }
+
+    #[test]
+    fn old_pings_leave_the_window() {
+        let mut agreement = Agreement::default();
+        agreement.add(ping(0, 10, 10, 1_000_000));
+        (1..=WINDOW as i64).for_each(|round| agreement.add(ping(round * 1_000_000, 100_000, 100_000, 0)));
+        assert_eq!(agreement.offset().map(|found| found.clock_offset_ns), Some(0));
+        assert_eq!(agreement.len(), WINDOW);
+    }
+
+    proptest! {
+        #[test]
+        fn the_offset_is_never_more_wrong_than_it_says(
+            offset_ns in -1_000_000_000_000_000i64..1_000_000_000_000_000,
+            ways in prop::collection::vec((0i64..5_000_000, 0i64..5_000_000), 1..100),
+        ) {
+            let mut agreement = Agreement::default();
+            for (round, (there_ns, back_ns)) in ways.into_iter().enumerate() {
+                agreement.add(ping(round as i64 * 100_000_000, there_ns, back_ns, offset_ns));
+            }
+            let found = agreement.offset().expect("there was a ping");
+            prop_assert!((found.clock_offset_ns - offset_ns).abs() <= found.uncertainty_ns);
+            prop_assert_eq!(found.reversed().reversed(), found);
+        }
+    }
+}

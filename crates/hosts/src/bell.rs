@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The bell between real-time ends and the bridge.
+//!
+//! | | real-time end | bridge |
+//! |---|---|---|
+//! | may block the other | never | never |
+//! | steps | three atomic operations; a wake-up (one system call that does not wait) where the bridge sleeps | one swap for each 64 ends |
+//! | retries | none | none |
+//! | if the other is stopped or killed anywhere | goes on | goes on: it wakes by itself after a tick |
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::time::Duration;
+
+/// Ends that can have a bell in one process.
+pub(crate) const PLACES: usize = 4096;
+const WORDS: usize = PLACES / 64;
+const _: () = assert!(WORDS == 64, "one word says which words have news");
+
+pub(crate) struct Bell {
+    rung: Box<[AtomicU64; WORDS]>,
+    /// Which words of `rung` have news.
+    news: AtomicU64,
+    state: AtomicU32,
+}
+
+const QUIET: u32 = 0;
+const RUNG: u32 = 1;
+const SLEEPS: u32 = 2;
+
+impl Bell {
+    pub(crate) fn new() -> Self {
+        Bell { rung: Box::new([const { AtomicU64::new(0) }; WORDS]), news: AtomicU64::new(0), state: AtomicU32::new(QUIET) }
+    }
+
+    /// Rings for the end at `place`. Real-time safe.
+    #[inline]
+    pub(crate) fn ring(&self, place: usize) {
+        self.rung[place / 64].fetch_or(1 << (place % 64), Ordering::Release);
+        self.news.fetch_or(1 << (place / 64), Ordering::Release);
+        if self.state.swap(RUNG, Ordering::AcqRel) == SLEEPS {
+            futex_wake(&self.state);
+        }
+    }
+
+    /// Sleeps until it rings, at most `limit`. Only the bridge.
+    pub(crate) fn wait(&self, limit: Duration) {
+        if self.state.compare_exchange(QUIET, SLEEPS, Ordering::AcqRel, Ordering::Acquire).is_ok() {
+            futex_wait(&self.state, SLEEPS, limit);
+        }
+        // A swap, not a store: with the ring that it takes back, the bit set before that is seen.
+        self.state.swap(QUIET, Ordering::AcqRel);
+    }
+
+    /// The places that rang since the last call, after [`wait`](Self::wait). Only the bridge.
+    pub(crate) fn take(&self, mut each: impl FnMut(usize)) {
+        let mut news = self.news.swap(0, Ordering::AcqRel);
+        while news != 0 {
+            let word = news.trailing_zeros() as usize;
+            news &= news - 1;
+            let mut rung = self.rung[word].swap(0, Ordering::AcqRel);
+            while rung != 0 {
+                each(word * 64 + rung.trailing_zeros() as usize);
+                rung &= rung - 1;
+            }
+        }
+    }
+}
+
+fn futex_wait(word: &AtomicU32, seen: u32, limit: Duration) {
+    let limit = libc::timespec { tv_sec: limit.as_secs() as libc::time_t, tv_nsec: libc::c_long::from(limit.subsec_nanos()) };
+    // SAFETY: the word and the time live through the call; the kernel only reads them.
+    unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAIT | libc::FUTEX_PRIVATE_FLAG, seen, &raw const limit) };
+}
+
+fn futex_wake(word: &AtomicU32) {
+    // SAFETY: the word lives through the call; the kernel only uses its address.
+    unsafe { libc::syscall(libc::SYS_futex, word.as_ptr(), libc::FUTEX_WAKE | libc::FUTEX_PRIVATE_FLAG, 1) };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    fn taken(bell: &Bell) -> Vec<usize> {
+        let mut places = Vec::new();
+        bell.take(|place| places.push(place));
+        places
+    }
+
+    #[test]
+    fn each_place_that_rang_is_found_once() {
+        let bell = Bell::new();
+        for place in [0, 63, 64, PLACES - 1, 64] {
+            bell.ring(place);
+        }
+        bell.wait(Duration::from_secs(60));
+        assert_eq!(taken(&bell), [0, 63, 64, PLACES - 1]);
+        assert!(taken(&bell).is_empty());
+    }
+
+    #[test]
+    fn no_ring_is_lost_between_threads() {
+        let bell = Arc::new(Bell::new());
+        let ringing = bell.clone();
+        let rings = std::thread::spawn(move || (0..10_000).for_each(|round| ringing.ring(round % PLACES)));
+        let mut seen = vec![false; PLACES];
+        while !seen.iter().all(|seen| *seen) {
+            // Would not end within this limit if a ring could be missed.
+            bell.wait(Duration::from_secs(3600));
+            bell.take(|place| seen[place] = true);
+        }
+        rings.join().expect("ringing does not fail");
+    }
+}

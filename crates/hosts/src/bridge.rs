@@ -1,0 +1,285 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The bridge: the one thread of a host that serves its ends, and what it shares with the threads on which packets arrive.
+use crate::agreement::Ping;
+use crate::bell::Bell;
+use crate::control::Control;
+use crate::options::Options;
+use crate::peers::{Heard, Peers};
+use crate::places::{Places, Served};
+use crate::timebase::Timebase;
+use crate::wire::{Outlet, Subscription, Urgency, Wire, WireError};
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How often what is due is looked for, ns.
+const TICK_NS: i64 = 10_000_000;
+/// How often a joined host asks what time it is, ns.
+const PING_NS: i64 = 100_000_000;
+/// Pings at the start come at every tick.
+const QUICK_PINGS: usize = 16;
+/// How long the last frames may take when a host goes.
+const GOODBYE: Duration = Duration::from_secs(1);
+
+/// Everything of a host but its thread.
+pub(crate) struct Core {
+    pub(crate) options: Options,
+    pub(crate) wire: Arc<dyn Wire>,
+    /// This host.
+    pub(crate) id: u64,
+    /// The host that listens.
+    listener: u64,
+    pub(crate) time: Arc<Timebase>,
+    pub(crate) bell: Arc<Bell>,
+    pub(crate) places: Places,
+    peers: Mutex<Peers>,
+    peers_changed: Condvar,
+    /// Where control packets to each host go.
+    outlets: Mutex<HashMap<u64, Arc<dyn Outlet>>>,
+    subscriptions: Mutex<Vec<Subscription>>,
+    whole_again: AtomicBool,
+    stops: AtomicBool,
+}
+
+/// All keys of a system start with this.
+pub(crate) fn root(system: &str) -> String {
+    format!("opengpac/{system}")
+}
+
+impl Core {
+    pub(crate) fn new(options: Options, wire: Arc<dyn Wire>, id: u64, listener: u64) -> Self {
+        let time = Arc::new(Timebase::new(options.clocks.clone()));
+        Core {
+            options,
+            wire,
+            id,
+            listener,
+            time,
+            bell: Arc::new(Bell::new()),
+            places: Places::default(),
+            peers: Mutex::default(),
+            peers_changed: Condvar::new(),
+            outlets: Mutex::default(),
+            subscriptions: Mutex::default(),
+            whole_again: AtomicBool::new(false),
+            stops: AtomicBool::new(false),
+        }
+    }
+
+    pub(crate) fn root(&self) -> String {
+        root(&self.options.system)
+    }
+
+    /// Keys that no earlier life of the system had: a listener has another number each time.
+    pub(crate) fn base(&self) -> String {
+        format!("{}/{:x}", self.root(), self.listener)
+    }
+
+    pub(crate) fn peers(&self) -> MutexGuard<'_, Peers> {
+        self.peers.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Keeps a subscription as long as this host is there.
+    pub(crate) fn keep(&self, subscription: Subscription) {
+        self.subscriptions.lock().unwrap_or_else(PoisonError::into_inner).push(subscription);
+    }
+
+    /// Waits until something holds of the other hosts; false where it did not in time.
+    pub(crate) fn wait_for_peers(&self, until: Instant, holds: impl Fn(&Peers) -> bool) -> bool {
+        let mut peers = self.peers();
+        loop {
+            if holds(&peers) {
+                return true;
+            }
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return false;
+            }
+            peers = self.peers_changed.wait_timeout(peers, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    fn say(&self, to: u64, control: &Control) {
+        let outlet = {
+            let mut outlets = self.outlets.lock().unwrap_or_else(PoisonError::into_inner);
+            match outlets.get(&to) {
+                Some(outlet) => outlet.clone(),
+                None => {
+                    // Without a way nothing is said; what matters is said again.
+                    let Ok(outlet) = self.wire.outlet(&format!("{}/host/{to:x}", self.base()), Urgency::Clock) else { return };
+                    outlets.entry(to).or_insert(outlet.into()).clone()
+                }
+            }
+        };
+        outlet.send(control.emit());
+    }
+
+    /// A control packet came.
+    fn heard(&self, bytes: &[u8]) {
+        let (now_ns, now_wall_ns) = (self.time.steady_ns(), self.time.wall_ns());
+        match Control::parse(bytes) {
+            Some(Control::Ping { from, left_ns, left_wall_ns, offset }) => {
+                let offset = offset.map(|offset| offset.reversed());
+                let heard = self.peers().heard(from, offset, None, self.options.clock_limit_ns, now_ns);
+                // Who is not known, or was replaced, gets no answer: so it learns that it has no part here any more.
+                if heard.is_some() {
+                    self.say(from, &Control::Pong { from: self.id, left_ns, left_wall_ns, answered_ns: now_ns, answered_wall_ns: now_wall_ns });
+                }
+                self.act_on(heard);
+            }
+            Some(Control::Pong { from, left_ns, left_wall_ns, answered_ns, answered_wall_ns }) => {
+                let ping = Ping { left_ns, came_ns: now_ns, left_wall_ns, answered_ns, answered_wall_ns };
+                let heard = {
+                    let mut peers = self.peers();
+                    let heard = peers.heard(from, None, Some(ping), self.options.clock_limit_ns, now_ns);
+                    if let Some(offset) = peers.offset(from).filter(|_| from == self.listener) {
+                        self.time.set_offset(offset.clock_offset_ns);
+                    }
+                    heard
+                };
+                self.act_on(heard);
+            }
+            Some(Control::Bye { from }) => {
+                self.peers().remove(from);
+                self.outlets.lock().unwrap_or_else(PoisonError::into_inner).remove(&from);
+                self.places.each(|served| served.lose(from));
+                self.peers_changed.notify_all();
+            }
+            Some(Control::Hello(_) | Control::Welcome { .. } | Control::Refusal { .. }) | None => {}
+        }
+    }
+
+    fn act_on(&self, heard: Option<Heard>) {
+        let Some(Heard { whole_again, clock }) = heard else { return };
+        self.peers_changed.notify_all();
+        if whole_again {
+            self.whole_again.store(true, Ordering::Release);
+        }
+        if let (Some(report), Some(watch)) = (clock, &self.options.clock_watch) {
+            watch(&report);
+        }
+    }
+
+    /// Serves the ends until the host stops.
+    fn serve(&self) {
+        let mut tick_ns = self.time.steady_ns();
+        let mut ping_ns = tick_ns;
+        while !self.stops.load(Ordering::Acquire) {
+            let left_ns = (tick_ns - self.time.steady_ns()).clamp(0, TICK_NS);
+            if left_ns > 0 {
+                self.bell.wait(Duration::from_nanos(left_ns.unsigned_abs()));
+            }
+            let now_ns = self.time.steady_ns();
+            self.bell.take(|place| {
+                if let Some(served) = self.places.at(place) {
+                    served.rung(now_ns);
+                }
+            });
+            if now_ns >= tick_ns {
+                tick_ns = now_ns + TICK_NS;
+                self.tick(now_ns);
+                let quick = self.id != self.listener && self.peers().pings(self.listener) < QUICK_PINGS;
+                if self.id != self.listener && (quick || now_ns >= ping_ns) {
+                    ping_ns = now_ns + PING_NS;
+                    self.ping();
+                }
+            }
+        }
+    }
+
+    fn tick(&self, now_ns: i64) {
+        if self.whole_again.swap(false, Ordering::AcqRel) {
+            self.places.each(|served| served.again(now_ns));
+        }
+        let silent_max_ns = i64::try_from(self.options.silent_max.as_nanos()).unwrap_or(i64::MAX);
+        let gone = self.peers().take_gone(silent_max_ns, now_ns);
+        for host in gone {
+            self.places.each(|served| served.lose(host));
+            self.peers_changed.notify_all();
+        }
+        self.places.keep(|served| served.tick(now_ns));
+    }
+
+    fn ping(&self) {
+        let offset = self.peers().offset(self.listener);
+        self.say(self.listener, &Control::Ping { from: self.id, left_ns: self.time.steady_ns(), left_wall_ns: self.time.wall_ns(), offset });
+    }
+
+    /// True where everything that was sent is known to have arrived.
+    fn is_idle(&self) -> bool {
+        let idle = AtomicBool::new(true);
+        self.places.each(|served: &dyn Served| {
+            idle.fetch_and(served.is_idle(), Ordering::Relaxed);
+        });
+        idle.into_inner()
+    }
+
+    /// Everyone else is told that this host goes.
+    fn bye(&self) {
+        let others: Vec<u64> = self.outlets.lock().unwrap_or_else(PoisonError::into_inner).keys().copied().collect();
+        others.into_iter().for_each(|host| self.say(host, &Control::Bye { from: self.id }));
+    }
+}
+
+/// The calling thread comes before ordinary programs and behind every source, where the rights are given: values wait for it. It sleeps
+/// whenever there is nothing to send.
+fn hasten() {
+    let parameter = libc::sched_param { sched_priority: 1 };
+    // SAFETY: both set how this thread is scheduled; the parameter lives through the call. What is not given is not needed.
+    unsafe {
+        libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64);
+        libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter);
+    }
+}
+
+/// A host with its thread.
+pub(crate) struct Bridge {
+    pub(crate) core: Arc<Core>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Bridge {
+    pub(crate) fn start(core: Core) -> Result<Arc<Self>, WireError> {
+        let core = Arc::new(core);
+        let hearing = Arc::downgrade(&core);
+        let hear = move |bytes: &[u8]| {
+            if let Some(core) = hearing.upgrade() {
+                core.heard(bytes);
+            }
+        };
+        let subscription = core.wire.subscribe(&format!("{}/host/{:x}", core.base(), core.id), Arc::new(hear))?;
+        core.keep(subscription);
+        let serving = core.clone();
+        let thread = std::thread::Builder::new().name("hosts".to_owned()).spawn(move || {
+            hasten();
+            serving.serve();
+        });
+        let thread = thread.map_err(|error| WireError { message: format!("no thread for the bridge: {error}") })?;
+        Ok(Arc::new(Bridge { core, thread: Some(thread) }))
+    }
+}
+
+impl Drop for Bridge {
+    fn drop(&mut self) {
+        // The last frames and values of those that are closed already get their time, not more.
+        let until = Instant::now() + GOODBYE;
+        while !self.core.is_idle() && Instant::now() < until && self.core.peers().all(0).iter().any(|peer| !peer.gone) {
+            std::thread::park_timeout(Duration::from_millis(1));
+        }
+        self.core.stops.store(true, Ordering::Release);
+        self.core.bell.ring(0);
+        if let Some(thread) = self.thread.take() {
+            // A panic there has been printed; there is nothing left to stop.
+            let _ = thread.join();
+        }
+        self.core.bye();
+        let now_ns = self.core.time.steady_ns();
+        for peer in self.core.peers().take_gone(-1, now_ns) {
+            self.core.places.each(|served| served.lose(peer));
+        }
+        let subscriptions = std::mem::take(&mut *self.core.subscriptions.lock().unwrap_or_else(PoisonError::into_inner));
+        drop(subscriptions);
+    }
+}

@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The two ends of a connection between hosts. What real-time threads touch is memory of this process: the triple buffer and the queue
+//! of `interconnect`, and the bell; the rest is done by the bridge and by the threads on which packets arrive.
+//!
+//! | | real-time writer | bridge | real-time reader |
+//! |---|---|---|---|
+//! | may block another | never | never a real-time thread | never |
+//! | steps | those of memory, then the bell | locks, sends, allocates | those of memory; the bell where the writer waits for room |
+//! | if another is stopped or killed anywhere | goes on; `Full` when the queue is | goes on | goes on with the last complete group |
+use crate::bell::Bell;
+use crate::inbound::Inbound;
+use crate::outbound::{Outbound, Packets};
+use crate::places::Served;
+use crate::timebase::Timebase;
+use crate::wire::{Outlet, Subscription};
+use interconnect::message::packet::{Packet, Repr};
+use interconnect::{Carrier, ConnectionSpec, Full, Header, Memory, Receiver, Sender};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// Rows of a connection that may be on their way, beside those that wait at the reader.
+const WINDOW: usize = 64;
+/// How long a writing end that was dropped is kept, to get its last values over, ns.
+const LINGER_NS: i64 = 5_000_000_000;
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// What both sides of an end in this process share.
+struct Shared {
+    /// How many rows the writer may have pushed; how many the reader has popped.
+    count: AtomicU64,
+    /// The real-time end is dropped.
+    gone: AtomicBool,
+    /// The writer waits for room: the reader's pops ring.
+    starved: AtomicBool,
+}
+
+impl Shared {
+    fn new(count: u64) -> Arc<Self> {
+        Arc::new(Shared { count: AtomicU64::new(count), gone: AtomicBool::new(false), starved: AtomicBool::new(false) })
+    }
+}
+
+/// The bridge's side of a writing end.
+pub(crate) struct Writing {
+    state: Mutex<WritingState>,
+    shared: Arc<Shared>,
+    outlet: Box<dyn Outlet>,
+    time: Arc<Timebase>,
+    connection: u64,
+}
+
+struct WritingState {
+    local: Box<dyn Receiver>,
+    outbound: Outbound,
+    /// Until when the end is kept after it was dropped.
+    until_ns: Option<i64>,
+    /// Packets for this end come as long as it is there.
+    subscription: Option<Subscription>,
+}
+
+/// The real-time side of a writing end.
+struct HostSender {
+    local: Box<dyn Sender>,
+    pushed: u64,
+    shared: Arc<Shared>,
+    bell: Arc<Bell>,
+    place: usize,
+}
+
+pub(crate) fn writing(
+    connection: u64,
+    spec: &ConnectionSpec,
+    outlet: Box<dyn Outlet>,
+    time: Arc<Timebase>,
+    bell: Arc<Bell>,
+    place: usize,
+) -> (Arc<Writing>, Box<dyn Sender>) {
+    let depth = if spec.queue_depth == 0 { 0 } else { WINDOW };
+    let (near, far) = Memory.connect(&ConnectionSpec { queue_depth: depth, ..*spec });
+    let outbound = Outbound::new(connection, spec.queue_depth, WINDOW);
+    let shared = Shared::new(outbound.room_until());
+    let state = Mutex::new(WritingState { local: far, outbound, until_ns: None, subscription: None });
+    let served = Arc::new(Writing { state, shared: shared.clone(), outlet, time, connection });
+    (served, Box::new(HostSender { local: near, pushed: 0, shared, bell, place }))
+}
+
+impl Writing {
+    pub(crate) fn subscribed(&self, subscription: Subscription) {
+        locked(&self.state).subscription = Some(subscription);
+    }
+
+    /// A packet came from the reading end.
+    pub(crate) fn came(&self, bytes: &[u8]) {
+        let Some(repr) = parse(bytes, self.connection) else { return };
+        self.send(|state, out| {
+            if state.outbound.came(repr.content, self.time.steady_ns(), out) {
+                self.shared.count.store(state.outbound.room_until(), Ordering::Release);
+            }
+        });
+    }
+
+    /// Lets the state make packets, and sends them when it is unlocked: whoever gets them may answer at once, on this thread.
+    fn send(&self, make: impl FnOnce(&mut WritingState, &mut Packets)) {
+        let mut out = Packets::new();
+        make(&mut locked(&self.state), &mut out);
+        out.into_iter().for_each(|packet| self.outlet.send(packet));
+    }
+}
+
+impl WritingState {
+    /// Takes what the real-time end has published.
+    fn drain(&mut self, time: &Timebase, now_ns: i64, out: &mut Packets) {
+        if let Some(header) = self.local.latch(now_ns) {
+            let header = Header { time_ns: time.travelling(header.time_ns), ..header };
+            self.outbound.publish(header, self.local.group(), now_ns, out);
+        }
+        while let Some((number, row)) = self.local.peek_row().map(|(number, row)| (number, row.to_vec())) {
+            self.outbound.push(number, row, now_ns, out);
+            self.local.pop_row();
+        }
+    }
+}
+
+impl Served for Writing {
+    fn rung(&self, now_ns: i64) {
+        self.send(|state, out| state.drain(&self.time, now_ns, out));
+    }
+
+    fn tick(&self, now_ns: i64) -> bool {
+        let gone = self.shared.gone.load(Ordering::Acquire);
+        let mut stays = true;
+        self.send(|state, out| {
+            state.drain(&self.time, now_ns, out);
+            state.outbound.tick(now_ns, out);
+            if gone {
+                let until_ns = *state.until_ns.get_or_insert(now_ns + LINGER_NS);
+                stays = !state.outbound.is_idle() && now_ns < until_ns;
+            }
+        });
+        if !stays {
+            // Dropped outside the lock: a packet that is arriving may hold it up.
+            let subscription = locked(&self.state).subscription.take();
+            drop(subscription);
+        }
+        stays
+    }
+
+    fn again(&self, now_ns: i64) {
+        self.send(|state, out| state.outbound.again(now_ns, out));
+    }
+
+    fn is_idle(&self) -> bool {
+        locked(&self.state).outbound.is_idle()
+    }
+}
+
+impl Sender for HostSender {
+    fn group(&mut self) -> &mut [u8] {
+        self.local.group()
+    }
+
+    fn publish(&mut self, number: u64, now_ns: i64) {
+        self.local.publish(number, now_ns);
+        self.bell.ring(self.place);
+    }
+
+    fn push(&mut self, number: u64, now_ns: i64, fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full> {
+        if self.pushed >= self.shared.count.load(Ordering::Acquire) {
+            return Err(Full);
+        }
+        self.local.push(number, now_ns, fill)?;
+        self.pushed += 1;
+        self.bell.ring(self.place);
+        Ok(())
+    }
+
+    fn arrived(&self) -> bool {
+        false
+    }
+}
+
+impl Drop for HostSender {
+    fn drop(&mut self) {
+        self.shared.gone.store(true, Ordering::Release);
+        self.bell.ring(self.place);
+    }
+}
+
+/// The bridge's side of a reading end.
+pub(crate) struct Reading {
+    state: Mutex<ReadingState>,
+    shared: Arc<Shared>,
+    outlet: Box<dyn Outlet>,
+    raise: Box<dyn Fn() + Send + Sync>,
+    time: Arc<Timebase>,
+    connection: u64,
+    depth: u64,
+}
+
+struct ReadingState {
+    local: Box<dyn Sender>,
+    inbound: Inbound,
+    subscription: Option<Subscription>,
+}
+
+/// The real-time side of a reading end.
+struct HostReceiver {
+    local: Box<dyn Receiver>,
+    popped: u64,
+    shared: Arc<Shared>,
+    bell: Arc<Bell>,
+    place: usize,
+}
+
+pub(crate) type Raise = Box<dyn Fn() + Send + Sync>;
+
+pub(crate) fn reading(
+    connection: u64,
+    spec: &ConnectionSpec,
+    raise: Raise,
+    outlet: Box<dyn Outlet>,
+    time: Arc<Timebase>,
+    bell: Arc<Bell>,
+    place: usize,
+) -> (Arc<Reading>, Box<dyn Receiver>) {
+    let depth = if spec.queue_depth == 0 { 0 } else { spec.queue_depth + WINDOW };
+    let (far, near) = Memory.connect(&ConnectionSpec { queue_depth: depth, ..*spec });
+    // Without a queue no row fits.
+    let window = if spec.queue_depth == 0 { 0 } else { WINDOW };
+    let inbound = Inbound::new(connection, spec.asynchronous_len, Some(spec.queue_row_len), window);
+    let shared = Shared::new(0);
+    let state = Mutex::new(ReadingState { local: far, inbound, subscription: None });
+    let served = Reading { state, shared: shared.clone(), outlet, raise, time, connection, depth: spec.queue_depth as u64 };
+    (Arc::new(served), Box::new(HostReceiver { local: near, popped: 0, shared, bell, place }))
+}
+
+impl Reading {
+    pub(crate) fn subscribed(&self, subscription: Subscription) {
+        locked(&self.state).subscription = Some(subscription);
+    }
+
+    /// A packet came from the writing end.
+    pub(crate) fn came(&self, bytes: &[u8]) {
+        let Some(repr) = parse(bytes, self.connection) else { return };
+        let now_ns = self.time.steady_ns();
+        let readable = self.send(|state, out| {
+            if let Some((header, group)) = state.inbound.came(repr.content, out) {
+                state.local.group().copy_from_slice(&group);
+                state.local.publish(header.number, self.time.arrived_ns(header.time_ns, now_ns));
+            }
+            state.give()
+        });
+        (0..readable).for_each(|_| (self.raise)());
+    }
+
+    fn send<R>(&self, make: impl FnOnce(&mut ReadingState, &mut Packets) -> R) -> R {
+        let mut out = Packets::new();
+        let made = make(&mut locked(&self.state), &mut out);
+        out.into_iter().for_each(|packet| self.outlet.send(packet));
+        made
+    }
+
+    /// Looks how many rows were popped, and whether the writer waits for more.
+    fn look(&self, state: &mut ReadingState) {
+        state.inbound.popped(self.shared.count.load(Ordering::Acquire));
+        let starved = self.depth > 0 && state.inbound.waiting() >= self.depth;
+        if starved != self.shared.starved.swap(starved, Ordering::AcqRel) && starved {
+            // What was popped before the reader could see that it has to ring; what slips through is found at the next tick.
+            state.inbound.popped(self.shared.count.load(Ordering::Acquire));
+        }
+    }
+}
+
+impl ReadingState {
+    /// Gives the rows that came to the real-time end; returns how many.
+    fn give(&mut self) -> usize {
+        let mut given = 0;
+        while let Some((number, row)) = self.inbound.oldest() {
+            let pushed = self.local.push(*number, 0, &mut |bytes| bytes.copy_from_slice(row));
+            if pushed.is_err() {
+                break;
+            }
+            self.inbound.take();
+            given += 1;
+        }
+        given
+    }
+}
+
+impl Served for Reading {
+    fn rung(&self, now_ns: i64) {
+        self.send(|state, out| {
+            self.look(state);
+            state.inbound.tell_room(now_ns, out);
+        });
+    }
+
+    fn tick(&self, now_ns: i64) -> bool {
+        if self.shared.gone.load(Ordering::Acquire) {
+            // Dropped outside the lock: a packet that is arriving may hold it up.
+            let subscription = locked(&self.state).subscription.take();
+            drop(subscription);
+            return false;
+        }
+        let readable = self.send(|state, out| {
+            self.look(state);
+            state.inbound.tick(now_ns, out);
+            state.give()
+        });
+        (0..readable).for_each(|_| (self.raise)());
+        true
+    }
+
+    fn again(&self, now_ns: i64) {
+        self.send(|state, out| state.inbound.ask(now_ns, out));
+    }
+}
+
+impl Receiver for HostReceiver {
+    fn latch(&mut self, now_ns: i64) -> Option<Header> {
+        self.local.latch(now_ns)
+    }
+
+    fn group(&self) -> &[u8] {
+        self.local.group()
+    }
+
+    fn peek_row(&mut self) -> Option<(u64, &[u8])> {
+        self.local.peek_row()
+    }
+
+    fn pop_row(&mut self) -> bool {
+        let popped = self.local.pop_row();
+        if popped {
+            self.popped += 1;
+            self.shared.count.store(self.popped, Ordering::Release);
+            if self.shared.starved.load(Ordering::Acquire) {
+                self.bell.ring(self.place);
+            }
+        }
+        popped
+    }
+
+    fn rows(&self) -> usize {
+        self.local.rows()
+    }
+}
+
+impl Drop for HostReceiver {
+    fn drop(&mut self) {
+        self.shared.gone.store(true, Ordering::Release);
+    }
+}
+
+/// What a packet says of this connection; none where it is damaged or of another one.
+fn parse(bytes: &[u8], connection: u64) -> Option<Repr<'_>> {
+    let repr = Repr::parse(Packet::new_checked(bytes).ok()?).ok()?;
+    (repr.connection == connection).then_some(repr)
+}

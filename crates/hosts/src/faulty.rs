@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A wire that drops, repeats, reorders and corrupts packets, chosen by a seed, around any other: between the protocol and zenoh.
+//! For tests. (On a byte stream such faults end the session, so they never show above it.)
+use crate::wire::{Arrival, Outlet, Subscription, Urgency, Wire, WireError};
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What a wire does to packets. Probabilities are from 0 to 1, each drawn for each packet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct WireFaults {
+    /// Probability that a packet is lost.
+    pub drop: f64,
+    /// Probability that a packet comes twice.
+    pub repeat: f64,
+    /// Probability that a packet is held back until one to eight others have left.
+    pub reorder: f64,
+    /// Probability that one to three bits of a packet are turned over.
+    pub corrupt: f64,
+}
+
+impl WireFaults {
+    /// One packet in ten lost, repeated, held back, corrupted.
+    pub fn every() -> Self {
+        WireFaults { drop: 0.1, repeat: 0.1, reorder: 0.1, corrupt: 0.1 }
+    }
+
+    /// Nothing passes.
+    pub fn cut() -> Self {
+        WireFaults { drop: 1.0, ..WireFaults::default() }
+    }
+}
+
+/// A wire with faults. A clone is the same wire.
+#[derive(Clone)]
+pub struct Faulty {
+    wire: Arc<dyn Wire>,
+    state: Arc<Mutex<State>>,
+}
+
+struct State {
+    faults: WireFaults,
+    random: u64,
+}
+
+impl Faulty {
+    /// Puts faults, chosen by `seed`, into what is sent by `wire`.
+    pub fn new(wire: Arc<dyn Wire>, seed: u64, faults: WireFaults) -> Self {
+        Faulty { wire, state: Arc::new(Mutex::new(State { faults, random: seed })) }
+    }
+
+    /// Changes the faults from now on.
+    pub fn set(&self, faults: WireFaults) {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).faults = faults;
+    }
+}
+
+impl Wire for Faulty {
+    fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, WireError> {
+        let outlet = self.wire.outlet(key, urgency)?;
+        Ok(Box::new(FaultyOutlet { outlet, state: self.state.clone(), held: Mutex::default() }))
+    }
+
+    fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, WireError> {
+        self.wire.subscribe(key, came)
+    }
+}
+
+struct FaultyOutlet {
+    outlet: Box<dyn Outlet>,
+    state: Arc<Mutex<State>>,
+    /// Packets that are held back, each with how many others leave first.
+    held: Mutex<VecDeque<(u64, Vec<u8>)>>,
+}
+
+impl Outlet for FaultyOutlet {
+    fn send(&self, packet: Vec<u8>) {
+        let leaving = {
+            let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut held = self.held.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut leaving = Vec::new();
+            for (others, _) in held.iter_mut() {
+                *others = others.saturating_sub(1);
+            }
+            state.fate(packet, &mut leaving, &mut held);
+            while let Some(free) = held.iter().position(|(others, _)| *others == 0) {
+                leaving.extend(held.remove(free).map(|(_, packet)| packet));
+            }
+            leaving
+        };
+        leaving.into_iter().for_each(|packet| self.outlet.send(packet));
+    }
+}
+
+impl State {
+    fn fate(&mut self, mut packet: Vec<u8>, leaving: &mut Vec<Vec<u8>>, held: &mut VecDeque<(u64, Vec<u8>)>) {
+        let WireFaults { drop, repeat, reorder, corrupt } = self.faults;
+        if self.chance(drop) {
+            return;
+        }
+        if self.chance(repeat) {
+            leaving.push(packet.clone());
+        }
+        if self.chance(corrupt) && !packet.is_empty() {
+            let (bits, first) = (packet.len() as u64 * 8, self.next());
+            for step in 0..=self.next() % 3 {
+                let bit = (first % bits + step * 13) % bits;
+                packet[(bit / 8) as usize] ^= 1 << (bit % 8);
+            }
+        }
+        if self.chance(reorder) {
+            held.push_back((1 + self.next() % 8, packet));
+        } else {
+            leaving.push(packet);
+        }
+    }
+
+    fn chance(&mut self, probability: f64) -> bool {
+        // 53 bits: as many as a double has.
+        ((self.next() >> 11) as f64) < probability * (1u64 << 53) as f64
+    }
+
+    /// SplitMix64 (Steele, Lea, Flood 2014).
+    fn next(&mut self) -> u64 {
+        self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.random ^ (self.random >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+}

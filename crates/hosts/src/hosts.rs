@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A host of a system: listening or joined.
+use crate::agreement::ClockOffset;
+use crate::bridge::{Bridge, Core};
+use crate::control::{Control, Hello, PROTOCOL_VERSION};
+use crate::ends;
+use crate::link::{HostLink, LinkState, Outlets};
+use crate::options::Options;
+use crate::peers::{Known, Peer};
+use crate::refused::Refused;
+use crate::session::{Side, ZenohWire};
+use crate::wire::{Outlet, Urgency, Wire, WireError};
+use interconnect::{ConnectionSpec, EndError, Ends, Link, Receiver, Sender};
+use std::sync::mpsc;
+use std::sync::{Arc, Weak};
+use std::time::{Duration, Instant};
+
+/// What this build is for.
+pub const TARGET: &str = env!("OPENGPAC_TARGET");
+
+/// Answers to pings that a joining host waits for: until then it does not know what time it is.
+const PINGS_TO_JOIN: usize = 4;
+/// How often a joining host says hello, ms.
+const HELLO_MS: u64 = 100;
+
+/// A host's part in a system of several. A clone is the same; the last one to be dropped says goodbye.
+#[derive(Clone)]
+pub struct Hosts(Arc<Bridge>);
+
+impl Hosts {
+    /// Listens for other hosts: where the supervisor is.
+    ///
+    /// # Errors
+    /// [`Refused`]: the endpoint is taken, or not secured as its address needs.
+    pub fn listen(options: Options) -> Result<Hosts, Refused> {
+        let wire = wire_to_listen(&options)?;
+        Hosts::listen_over(options, wire)
+    }
+
+    /// As [`listen`](Self::listen), over a wire that is there.
+    ///
+    /// # Errors
+    /// As for [`listen`](Self::listen).
+    pub fn listen_over(options: Options, wire: Arc<dyn Wire>) -> Result<Hosts, Refused> {
+        let endpoint = options.check()?.to_string();
+        let no_way = |error: WireError| Refused::NoWay { endpoint: endpoint.clone(), reason: error.message };
+        let id = crate::random::number();
+        let core = Core::new(options, wire, id, id);
+        let bridge = Bridge::start(core).map_err(no_way)?;
+        let greeting = Arc::downgrade(&bridge.core);
+        let root = bridge.core.root();
+        let greet = bridge.core.wire.subscribe(&format!("{root}/hello"), Arc::new(move |bytes| greet(&greeting, bytes))).map_err(no_way)?;
+        bridge.core.keep(greet);
+        Ok(Hosts(bridge))
+    }
+
+    /// Joins the host that listens at the endpoint.
+    ///
+    /// # Errors
+    /// [`Refused`]: nobody there, this host is not let in, or the two builds do not fit.
+    pub fn join(options: Options) -> Result<Hosts, Refused> {
+        let wire = wire_to_join(&options)?;
+        Hosts::join_over(options, wire)
+    }
+
+    /// As [`join`](Self::join), over a wire that is there.
+    ///
+    /// # Errors
+    /// As for [`join`](Self::join).
+    pub fn join_over(options: Options, wire: Arc<dyn Wire>) -> Result<Hosts, Refused> {
+        let endpoint = options.check()?.to_string();
+        let no_way = |error: WireError| Refused::NoWay { endpoint: endpoint.clone(), reason: error.message };
+        let no_answer = || Refused::NoAnswer { system: options.system.clone(), endpoint: endpoint.clone(), seconds: options.join_max.as_secs() };
+        let until = Instant::now() + options.join_max;
+        let id = crate::random::number();
+        let answer = knock(&options, wire.as_ref(), id, until).map_err(no_way)?.ok_or_else(no_answer)?;
+        let (listener, name, target) = match answer {
+            Control::Welcome { id, name, target } => (id, name, target),
+            Control::Refusal { reason } => return Err(Refused::ByListener { system: options.system, endpoint, name: options.name, reason }),
+            _ => return Err(no_answer()),
+        };
+        let core = Core::new(options.clone(), wire, id, listener);
+        let known = Known::new(listener, name, target, core.time.steady_ns());
+        core.peers().admit(known, core.time.steady_ns()).expect("the first host is let in");
+        let bridge = Bridge::start(core).map_err(no_way)?;
+        if !bridge.core.wait_for_peers(until, |peers| peers.pings(listener) >= PINGS_TO_JOIN) {
+            return Err(no_answer());
+        }
+        Ok(Hosts(bridge))
+    }
+
+    /// The other hosts: all that have joined, or the one that listens.
+    pub fn peers(&self) -> Vec<Peer> {
+        let now_ns = self.0.core.time.steady_ns();
+        self.0.core.peers().all(now_ns)
+    }
+
+    /// Waits until a host has joined whose clock is known; false where `limit` passed without.
+    pub fn wait_for(&self, name: &str, limit: Duration) -> bool {
+        let measured = |peers: &crate::peers::Peers| peers.id(name).is_some_and(|id| peers.offset(id).is_some());
+        self.0.core.wait_for_peers(Instant::now() + limit, measured)
+    }
+
+    /// The link with this number to a host, for commands. Both sides make it, in any order, each once.
+    ///
+    /// # Errors
+    /// No such host has joined, or it is gone.
+    pub fn link(&self, host: &str, number: u64) -> Result<Box<dyn Link>, EndError> {
+        let core = &self.0.core;
+        let missing = || EndError { message: format!("no host '{host}' has joined system '{}'; start `opengpac join` there", core.options.system) };
+        let far = core.peers().id(host).ok_or_else(missing)?;
+        let key = |from: u64, to: u64, what: &str| format!("{}/link/{number:x}/{from:x}/{to:x}/{what}", core.base());
+        let outlet = |key: String| core.wire.outlet(&key, Urgency::Commands).map_err(no_end);
+        let outlets = Outlets { parts: outlet(key(core.id, far, "parts"))?, answers: outlet(key(far, core.id, "answers"))? };
+        let state = core.places.take(|_| Arc::new(LinkState::new(number, far, outlets, core.time.clone())))?;
+        let (parts, answers) = (Arc::downgrade(&state), Arc::downgrade(&state));
+        let part_came = Arc::new(move |bytes: &[u8]| with(&parts, |state| state.part_came(bytes)));
+        let answer_came = Arc::new(move |bytes: &[u8]| with(&answers, |state| state.answer_came(bytes)));
+        let link = HostLink(state);
+        let subscriptions = [core.wire.subscribe(&key(far, core.id, "parts"), part_came), core.wire.subscribe(&key(core.id, far, "answers"), answer_came)];
+        link.0.subscribed(subscriptions.into_iter().collect::<Result<_, _>>().map_err(no_end)?);
+        Ok(Box::new(link))
+    }
+
+    /// What the system's times count from, ns on this host's CLOCK_MONOTONIC: until it is told, 0.
+    pub fn set_epoch(&self, epoch_ns: i64) {
+        self.0.core.time.set_epoch(epoch_ns);
+    }
+
+    /// An instant of the listening host's CLOCK_MONOTONIC on this host's, ns: so that timers of all hosts count from one epoch.
+    pub fn here_ns(&self, listener_ns: i64) -> i64 {
+        self.0.core.time.here_ns(listener_ns)
+    }
+
+    /// How far another host's clocks are from this one's; none for a host that is not known or not measured yet.
+    pub fn clock_offset(&self, host: &str) -> Option<ClockOffset> {
+        let peers = self.0.core.peers();
+        peers.id(host).and_then(|id| peers.offset(id))
+    }
+
+    fn outlet(&self, key: &str) -> Result<Box<dyn Outlet>, EndError> {
+        self.0.core.wire.outlet(key, Urgency::Values).map_err(no_end)
+    }
+
+    fn key(&self, number: u64, to: &str) -> String {
+        format!("{}/connection/{number:x}/{to}", self.0.core.base())
+    }
+}
+
+impl Ends for Hosts {
+    fn sender(&mut self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError> {
+        let core = &self.0.core;
+        let outlet = self.outlet(&self.key(number, "reader"))?;
+        let mut near = None;
+        let served = core.places.take(|place| {
+            let (served, sender) = ends::writing(number, spec, outlet, core.time.clone(), core.bell.clone(), place);
+            near = Some(sender);
+            served
+        })?;
+        let far = Arc::downgrade(&served);
+        let subscription = core.wire.subscribe(&self.key(number, "writer"), Arc::new(move |bytes| with(&far, |served| served.came(bytes))));
+        served.subscribed(subscription.map_err(no_end)?);
+        Ok(near.expect("it was made with the place"))
+    }
+
+    fn receiver(&mut self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError> {
+        let core = &self.0.core;
+        let outlet = self.outlet(&self.key(number, "writer"))?;
+        let mut near = None;
+        let served = core.places.take(|place| {
+            let (served, receiver) = ends::reading(number, spec, raise, outlet, core.time.clone(), core.bell.clone(), place);
+            near = Some(receiver);
+            served
+        })?;
+        let far = Arc::downgrade(&served);
+        let subscription = core.wire.subscribe(&self.key(number, "reader"), Arc::new(move |bytes| with(&far, |served| served.came(bytes))));
+        served.subscribed(subscription.map_err(no_end)?);
+        Ok(near.expect("it was made with the place"))
+    }
+}
+
+/// The wire of a host that listens: zenoh. For [`Hosts::listen_over`], with something between.
+///
+/// # Errors
+/// As for [`Hosts::listen`].
+pub fn wire_to_listen(options: &Options) -> Result<Arc<dyn Wire>, Refused> {
+    Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Listens)?))
+}
+
+/// The wire of a host that joins: zenoh. For [`Hosts::join_over`], with something between.
+///
+/// # Errors
+/// As for [`Hosts::join`].
+pub fn wire_to_join(options: &Options) -> Result<Arc<dyn Wire>, Refused> {
+    Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Joins)?))
+}
+
+fn no_end(error: WireError) -> EndError {
+    EndError { message: format!("no way to the other hosts: {}", error.message) }
+}
+
+fn with<T>(far: &Weak<T>, act: impl FnOnce(&T)) {
+    if let Some(there) = far.upgrade() {
+        act(&there);
+    }
+}
+
+/// Says hello until there is an answer: the listening side's first word. None where nobody answered in time.
+fn knock(options: &Options, wire: &dyn Wire, id: u64, until: Instant) -> Result<Option<Control>, WireError> {
+    let root = crate::bridge::root(&options.system);
+    let (heard, answers) = mpsc::channel();
+    let hear = move |bytes: &[u8]| {
+        if let Some(control) = Control::parse(bytes) {
+            // Who waits for it may have had an answer already.
+            let _ = heard.send(control);
+        }
+    };
+    let _listening = wire.subscribe(&format!("{root}/hello/{id:x}"), Arc::new(hear))?;
+    let door = wire.outlet(&format!("{root}/hello"), Urgency::Clock)?;
+    let (name, target) = (options.name.clone(), TARGET.to_owned());
+    let hello = Hello { protocol: PROTOCOL_VERSION, abi: options.abi_version, little_endian: cfg!(target_endian = "little"), id, name, target };
+    let hello = Control::Hello(hello).emit();
+    while Instant::now() < until {
+        door.send(hello.clone());
+        if let Ok(control) = answers.recv_timeout(Duration::from_millis(HELLO_MS)) {
+            return Ok(Some(control));
+        }
+    }
+    Ok(None)
+}
+
+/// A host says hello: it is let in, or told why not.
+fn greet(core: &Weak<Core>, bytes: &[u8]) {
+    let Some(Control::Hello(hello)) = Control::parse(bytes) else { return };
+    with(core, |core| {
+        let answer = match admit(core, &hello) {
+            Ok(()) => Control::Welcome { id: core.id, name: core.options.name.clone(), target: TARGET.to_owned() },
+            Err(reason) => Control::Refusal { reason },
+        };
+        // Without a way back it hears nothing and asks again.
+        if let Ok(outlet) = core.wire.outlet(&format!("{}/hello/{:x}", core.root(), hello.id), Urgency::Clock) {
+            outlet.send(answer.emit());
+        }
+    });
+}
+
+fn admit(core: &Core, hello: &Hello) -> Result<(), String> {
+    let here = &core.options;
+    if hello.protocol != PROTOCOL_VERSION {
+        return Err(format!(
+            "it speaks version {} of the protocol between hosts, this side version {PROTOCOL_VERSION}; install the same OpenGPAC on both",
+            hello.protocol
+        ));
+    }
+    if hello.abi != here.abi_version {
+        let (theirs, ours) = (hello.abi, here.abi_version);
+        return Err(format!("its block interface (ABI) has version {theirs}, this side's version {ours}; install the same OpenGPAC on both"));
+    }
+    if hello.little_endian != cfg!(target_endian = "little") {
+        return Err(format!("it is a {} and this side a {TARGET}, with another order of bytes; values could not be read", hello.target));
+    }
+    if hello.name == here.name {
+        return Err(format!("the host that listens is named '{}' too; give this one another name", here.name));
+    }
+    let now_ns = core.time.steady_ns();
+    let replaced = core.peers().admit(Known::new(hello.id, hello.name.clone(), hello.target.clone(), now_ns), now_ns)?;
+    if let Some(replaced) = replaced {
+        core.places.each(|served| served.lose(replaced));
+    }
+    Ok(())
+}

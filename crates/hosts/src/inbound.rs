@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The reading side of a connection or link: what came, and what is answered. No clock of its own, no wire, as [`crate::outbound`].
+use crate::outbound::Packets;
+use interconnect::Header;
+use interconnect::message::ends::ReadingEnd;
+use interconnect::message::packet::{Content, Repr};
+
+/// After how long without an answer the room is told again, and a reader to whom nothing came asks again, ns.
+const ASK_NS: i64 = 50_000_000;
+/// How often a reader asks at least, after it has asked in vain again and again, ns.
+const ASK_NS_MAX: i64 = 1_000_000_000;
+
+pub(crate) struct Inbound {
+    connection: u64,
+    end: ReadingEnd,
+    window: u64,
+    /// An answer is owed: to a group; to this many rows.
+    group_owed: bool,
+    rows_owed: u64,
+    /// What was last told of the room, and when.
+    told: (u64, i64),
+    /// When the reader asks for what there is; none once something came.
+    ask_ns: Option<i64>,
+    ask_interval_ns: i64,
+}
+
+impl Inbound {
+    /// For groups of a length, and rows of one (of any without it), of which at most `window` are on their way.
+    pub(crate) fn new(connection: u64, group_len: usize, row_len: Option<usize>, window: usize) -> Self {
+        let end = ReadingEnd::new(group_len, row_len);
+        Inbound {
+            connection,
+            end,
+            window: window as u64,
+            group_owed: false,
+            rows_owed: 0,
+            told: (0, i64::MIN),
+            ask_ns: Some(i64::MIN),
+            ask_interval_ns: ASK_NS,
+        }
+    }
+
+    /// The writing side said something. A publication that is newer than all before is returned. What is damaged, late or repeated
+    /// changes nothing.
+    pub(crate) fn came(&mut self, content: Content<'_>, out: &mut Packets) -> Option<(Header, Vec<u8>)> {
+        match content {
+            Content::Group { sequence, header, bytes } => {
+                self.end.group_came(sequence, header, bytes)?;
+                self.ask_ns = None;
+                self.group_owed = true;
+            }
+            Content::Row { sequence, number, bytes } => {
+                // No writer has more on their way: so no packet makes this end keep more.
+                if sequence >= self.end.received() + self.window {
+                    return None;
+                }
+                self.end.row_came(sequence, number, bytes)?;
+                self.ask_ns = None;
+                self.rows_owed += 1;
+                if self.rows_owed * 4 >= self.window {
+                    self.answer_rows(out);
+                }
+            }
+            Content::RoomKnown { count } => self.end.room_known(count),
+            Content::GroupReceived { .. } | Content::RowsReceived { .. } | Content::RowsPopped { .. } => {}
+        }
+        self.end.latch()
+    }
+
+    /// Takes the oldest row out.
+    pub(crate) fn take(&mut self) -> Option<(u64, Vec<u8>)> {
+        self.end.take()
+    }
+
+    /// The number and bytes of the oldest row, which stays.
+    pub(crate) fn oldest(&self) -> Option<&(u64, Vec<u8>)> {
+        self.end.oldest()
+    }
+
+    /// The reader has popped `count` rows in all, of those that were taken out.
+    pub(crate) fn popped(&mut self, count: u64) {
+        self.end.popped(count);
+    }
+
+    /// Rows that came and are not popped.
+    pub(crate) fn waiting(&self) -> u64 {
+        self.end.waiting()
+    }
+
+    /// The answers that are owed: a few for many packets, or the way back would be as busy as the way there.
+    pub(crate) fn tick(&mut self, now_ns: i64, out: &mut Packets) {
+        if self.ask_ns.is_some_and(|ask_ns| ask_ns <= now_ns) {
+            self.ask_ns = Some(now_ns + self.ask_interval_ns);
+            self.ask_interval_ns = (2 * self.ask_interval_ns).min(ASK_NS_MAX);
+            (self.group_owed, self.rows_owed) = (true, 1);
+        }
+        if std::mem::take(&mut self.group_owed) {
+            out.push(self.emit(Content::GroupReceived { sequence: self.end.newest() }));
+        }
+        if self.rows_owed > 0 {
+            self.answer_rows(out);
+        }
+        self.tell_room(now_ns, out);
+    }
+
+    /// Says what has come, so that the writing side sends what is newer: at once, as after a partition.
+    pub(crate) fn ask(&mut self, now_ns: i64, out: &mut Packets) {
+        (self.group_owed, self.rows_owed) = (true, 1);
+        self.tick(now_ns, out);
+    }
+
+    /// Tells how many rows were popped, if that is not known on the other side.
+    pub(crate) fn tell_room(&mut self, now_ns: i64, out: &mut Packets) {
+        let Some(content @ Content::RowsPopped { count }) = self.end.room_news() else { return };
+        let (told, told_ns) = self.told;
+        if count > told || now_ns.saturating_sub(told_ns) > ASK_NS {
+            self.told = (count, now_ns);
+            out.push(self.emit(content));
+        }
+    }
+
+    fn answer_rows(&mut self, out: &mut Packets) {
+        self.rows_owed = 0;
+        out.push(self.emit(Content::RowsReceived { count: self.end.received() }));
+    }
+
+    fn emit(&self, content: Content<'_>) -> Vec<u8> {
+        Repr { connection: self.connection, content }.emit()
+    }
+}

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The link between a supervisor and a processor on another host: the protocol of rows, once there and once back. A frame travels in
+//! parts, so that none is too large for the queues on the way, and values never wait behind a code module.
+use crate::inbound::Inbound;
+use crate::outbound::{Outbound, Packets};
+use crate::places::Served;
+use crate::timebase::Timebase;
+use crate::wire::{Outlet, Subscription};
+use interconnect::message::packet::{Packet, Repr};
+use interconnect::{Closed, Link};
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// Bytes of a part of a frame.
+const PART_BYTES: usize = 16 * 1024;
+/// Parts on their way; what the queues of the wire hold.
+const WINDOW: usize = 32;
+/// Parts that may wait where nobody receives.
+const DEPTH: usize = 1024;
+/// A frame is no larger: what would be kept for a peer that never ends one is bounded.
+const FRAME_BYTES_MAX: usize = 1 << 28;
+/// How long a dropped link is kept, to get its last frames over, ns.
+const LINGER_NS: i64 = 5_000_000_000;
+
+/// A part goes on.
+const MORE: u8 = 0;
+/// A part is the last of its frame.
+const LAST: u8 = 1;
+/// No frame follows.
+const CLOSES: u8 = 2;
+
+/// One side of a link.
+pub(crate) struct LinkState {
+    number: u64,
+    /// The host at the other side.
+    host: u64,
+    time: Arc<Timebase>,
+    outlets: Outlets,
+    out: Mutex<Outbox>,
+    room: Condvar,
+    inbox: Mutex<Inbox>,
+    arrived: Condvar,
+    /// Nothing can be sent any more: closed on either side, or the other host is gone.
+    closed: AtomicBool,
+    /// The other host is gone.
+    lost: AtomicBool,
+    /// Nobody holds this side any more.
+    dropped: AtomicBool,
+    /// One frame at a time.
+    sending: Mutex<()>,
+}
+
+/// Where this side's parts go, and its answers to the other's.
+pub(crate) struct Outlets {
+    pub(crate) parts: Box<dyn Outlet>,
+    pub(crate) answers: Box<dyn Outlet>,
+}
+
+struct Outbox {
+    outbound: Outbound,
+    until_ns: Option<i64>,
+    subscriptions: Vec<Subscription>,
+}
+
+struct Inbox {
+    inbound: Inbound,
+    parts: VecDeque<Vec<u8>>,
+    frame: Vec<u8>,
+    /// Parts that were received by the program.
+    taken: u64,
+    /// The closing part was received.
+    ended: bool,
+}
+
+impl LinkState {
+    pub(crate) fn new(number: u64, host: u64, outlets: Outlets, time: Arc<Timebase>) -> Self {
+        let outbound = Outbound::new(number, DEPTH, WINDOW);
+        let inbound = Inbound::new(number, 0, None, WINDOW);
+        LinkState {
+            number,
+            host,
+            time,
+            outlets,
+            out: Mutex::new(Outbox { outbound, until_ns: None, subscriptions: Vec::new() }),
+            room: Condvar::new(),
+            inbox: Mutex::new(Inbox { inbound, parts: VecDeque::new(), frame: Vec::new(), taken: 0, ended: false }),
+            arrived: Condvar::new(),
+            closed: AtomicBool::new(false),
+            lost: AtomicBool::new(false),
+            dropped: AtomicBool::new(false),
+            sending: Mutex::new(()),
+        }
+    }
+
+    pub(crate) fn subscribed(&self, subscriptions: Vec<Subscription>) {
+        self.outbox().subscriptions = subscriptions;
+    }
+
+    /// A part came from the other side.
+    pub(crate) fn part_came(&self, bytes: &[u8]) {
+        let Some(repr) = self.parse(bytes) else { return };
+        let mut out = Packets::new();
+        {
+            let mut inbox = self.inbox();
+            inbox.inbound.came(repr.content, &mut out);
+            while let Some((_, part)) = inbox.inbound.take() {
+                if part.first() == Some(&CLOSES) {
+                    self.shut();
+                }
+                inbox.parts.push_back(part);
+            }
+        }
+        self.arrived.notify_all();
+        self.answer(out);
+    }
+
+    /// An answer came from the other side.
+    pub(crate) fn answer_came(&self, bytes: &[u8]) {
+        let Some(repr) = self.parse(bytes) else { return };
+        let now_ns = self.time.steady_ns();
+        if self.post(|outbound, out| outbound.came(repr.content, now_ns, out)) {
+            self.room.notify_all();
+        }
+    }
+
+    fn parse<'a>(&self, bytes: &'a [u8]) -> Option<Repr<'a>> {
+        let repr = Repr::parse(Packet::new_checked(bytes).ok()?).ok()?;
+        (repr.connection == self.number).then_some(repr)
+    }
+
+    /// Lets the writing side make packets, and sends them when it is unlocked.
+    fn post<R>(&self, make: impl FnOnce(&mut Outbound, &mut Packets) -> R) -> R {
+        let mut out = Packets::new();
+        let made = make(&mut self.outbox().outbound, &mut out);
+        out.into_iter().for_each(|packet| self.outlets.parts.send(packet));
+        made
+    }
+
+    fn answer(&self, packets: Packets) {
+        packets.into_iter().for_each(|packet| self.outlets.answers.send(packet));
+    }
+
+    /// Sends one part, as soon as there is room.
+    fn send_part(&self, part: Vec<u8>) -> Result<(), Closed> {
+        let mut packets = Packets::new();
+        let mut outbox = self.outbox();
+        while !outbox.outbound.has_room() {
+            if self.closed.load(Ordering::Acquire) {
+                return Err(Closed);
+            }
+            outbox = self.room.wait(outbox).unwrap_or_else(PoisonError::into_inner);
+        }
+        if self.closed.load(Ordering::Acquire) {
+            return Err(Closed);
+        }
+        outbox.outbound.push(0, part, self.time.steady_ns(), &mut packets);
+        drop(outbox);
+        packets.into_iter().for_each(|packet| self.outlets.parts.send(packet));
+        Ok(())
+    }
+
+    /// Nothing is sent any more: wakes who waits for room. True for the first to shut it.
+    fn shut(&self) -> bool {
+        let first = !self.closed.swap(true, Ordering::AcqRel);
+        // Who has looked and not yet waits holds the lock: it must not miss this.
+        drop(self.outbox());
+        self.room.notify_all();
+        first
+    }
+
+    fn close(&self) {
+        if self.shut() {
+            let now_ns = self.time.steady_ns();
+            self.post(|outbound, out| outbound.push(0, vec![CLOSES], now_ns, out));
+        }
+        drop(self.inbox());
+        self.arrived.notify_all();
+    }
+
+    fn outbox(&self) -> MutexGuard<'_, Outbox> {
+        self.out.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn inbox(&self) -> MutexGuard<'_, Inbox> {
+        self.inbox.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Inbox {
+    /// The next frame, if all of it is here. `Closed` behind the last.
+    fn frame(&mut self) -> Result<Option<Vec<u8>>, Closed> {
+        while let Some(part) = self.parts.pop_front() {
+            self.taken += 1;
+            let Some((kind, bytes)) = part.split_first() else { continue };
+            self.frame.extend_from_slice(bytes);
+            match *kind {
+                MORE if self.frame.len() <= FRAME_BYTES_MAX => {}
+                LAST => return Ok(Some(std::mem::take(&mut self.frame))),
+                _ => self.ended = true,
+            }
+        }
+        if self.ended { Err(Closed) } else { Ok(None) }
+    }
+}
+
+impl Served for LinkState {
+    fn rung(&self, _now_ns: i64) {}
+
+    fn tick(&self, now_ns: i64) -> bool {
+        self.post(|outbound, out| outbound.tick(now_ns, out));
+        let mut answers = Packets::new();
+        {
+            let mut inbox = self.inbox();
+            let taken = inbox.taken;
+            inbox.inbound.popped(taken);
+            inbox.inbound.tick(now_ns, &mut answers);
+        }
+        self.answer(answers);
+        if !self.dropped.load(Ordering::Acquire) {
+            return true;
+        }
+        let mut outbox = self.outbox();
+        let until_ns = *outbox.until_ns.get_or_insert(now_ns + LINGER_NS);
+        let stays = !outbox.outbound.is_idle() && now_ns < until_ns && !self.lost.load(Ordering::Acquire);
+        let subscriptions = if stays { Vec::new() } else { std::mem::take(&mut outbox.subscriptions) };
+        // Dropped outside the lock: a packet that is arriving may hold them up.
+        drop(outbox);
+        drop(subscriptions);
+        stays
+    }
+
+    fn again(&self, now_ns: i64) {
+        self.post(|outbound, out| outbound.again(now_ns, out));
+        let mut answers = Packets::new();
+        self.inbox().inbound.ask(now_ns, &mut answers);
+        self.answer(answers);
+    }
+
+    fn lose(&self, host: u64) {
+        if host == self.host {
+            self.lost.store(true, Ordering::Release);
+            self.shut();
+            drop(self.inbox());
+            self.arrived.notify_all();
+        }
+    }
+
+    fn is_idle(&self) -> bool {
+        self.lost.load(Ordering::Acquire) || self.outbox().outbound.is_idle()
+    }
+}
+
+/// What a program holds of a link. Dropping it closes the link.
+pub(crate) struct HostLink(pub(crate) Arc<LinkState>);
+
+impl Link for HostLink {
+    fn send(&self, frame: &[u8]) -> Result<(), Closed> {
+        let _one_at_a_time = self.0.sending.lock().unwrap_or_else(PoisonError::into_inner);
+        let parts = frame.len().div_ceil(PART_BYTES).max(1);
+        for at in 0..parts {
+            let bytes = &frame[at * PART_BYTES..frame.len().min((at + 1) * PART_BYTES)];
+            let mut part = Vec::with_capacity(1 + bytes.len());
+            part.push(if at + 1 == parts { LAST } else { MORE });
+            part.extend_from_slice(bytes);
+            self.0.send_part(part)?;
+        }
+        Ok(())
+    }
+
+    fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, Closed> {
+        let until = Instant::now().checked_add(limit);
+        let mut inbox = self.0.inbox();
+        loop {
+            if let Some(frame) = inbox.frame()? {
+                return Ok(Some(frame));
+            }
+            // Closed here, or the other side is gone: what had come whole was received above.
+            if self.0.lost.load(Ordering::Acquire) || self.0.dropped.load(Ordering::Acquire) || self.0.closed_here(&inbox) {
+                return Err(Closed);
+            }
+            let left = until.map_or(Duration::from_secs(3600), |until| until.saturating_duration_since(Instant::now()));
+            if left.is_zero() {
+                return Ok(None);
+            }
+            inbox = self.0.arrived.wait_timeout(inbox, left).unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+
+    fn close(&self) {
+        self.0.close();
+    }
+}
+
+impl LinkState {
+    /// True where this side closed it: nothing more is expected from the other.
+    fn closed_here(&self, inbox: &Inbox) -> bool {
+        self.closed.load(Ordering::Acquire) && inbox.parts.is_empty()
+    }
+}
+
+impl Drop for HostLink {
+    fn drop(&mut self) {
+        self.0.close();
+        self.0.dropped.store(true, Ordering::Release);
+    }
+}

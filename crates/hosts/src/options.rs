@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a host says when it listens or joins.
+use crate::agreement::ClockReport;
+use crate::endpoint::{Endpoint, Scheme};
+use crate::refused::Refused;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// What is called when clocks agree no longer as well as asked for, and when they do again.
+pub type ClockWatch = Arc<dyn Fn(&ClockReport) + Send + Sync>;
+
+/// How a host takes part in a real-time system.
+#[derive(Clone)]
+pub struct Options {
+    /// The real-time system: letters, digits, `-`, `_` and `.`, at most 64.
+    pub system: String,
+    /// This host, in the same letters; each host of a system has its own.
+    pub name: String,
+    /// Where to listen, or where the other listens: `tcp/HOST:PORT` or `tls/HOST:PORT`.
+    pub endpoint: String,
+    /// Who is let in.
+    pub security: Security,
+    /// The version of the block interface that code modules of this build have.
+    pub abi_version: u32,
+    /// How long a host may be silent until it counts as gone: its links are closed then. Default 5 s.
+    pub silent_max: Duration,
+    /// How long [`Hosts::join`](crate::Hosts::join) tries. Default 10 s.
+    pub join_max: Duration,
+    /// How well clocks are to agree, ns; none for no limit, the default.
+    pub clock_limit_ns: Option<i64>,
+    /// Told when the limit is passed, in either direction.
+    pub clock_watch: Option<ClockWatch>,
+    /// This host's clocks.
+    pub clocks: Clocks,
+}
+
+impl Options {
+    /// A host of a system, with every default: only loopback is let in.
+    pub fn new(system: &str, name: &str, endpoint: &str) -> Self {
+        Options {
+            system: system.to_owned(),
+            name: name.to_owned(),
+            endpoint: endpoint.to_owned(),
+            security: Security::Loopback,
+            abi_version: 0,
+            silent_max: Duration::from_secs(5),
+            join_max: Duration::from_secs(10),
+            clock_limit_ns: None,
+            clock_watch: None,
+            clocks: Clocks::default(),
+        }
+    }
+
+    /// The endpoint, if these options may be used on it.
+    pub(crate) fn check(&self) -> Result<Endpoint, Refused> {
+        for (what, name) in [("system", &self.system), ("host", &self.name)] {
+            let fits = !name.is_empty() && name.len() <= 64 && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
+            if !fits {
+                return Err(Refused::Name { what, name: name.clone() });
+            }
+        }
+        let endpoint: Endpoint = self.endpoint.parse()?;
+        self.security.check(&endpoint)?;
+        Ok(endpoint)
+    }
+}
+
+/// Who is let in. The key file of a certificate must be readable by its owner only.
+#[derive(Clone, Default)]
+pub enum Security {
+    /// Everyone on this host: only for loopback addresses, `tcp/127.0.0.1:PORT`.
+    #[default]
+    Loopback,
+    /// TLS; each side shows a certificate of an authority that the other knows.
+    Certificates {
+        /// PEM file of the authority.
+        authority: PathBuf,
+        /// PEM file of this host's certificate.
+        certificate: PathBuf,
+        /// PEM file of its private key.
+        key: PathBuf,
+    },
+    /// TLS; the listening side shows a certificate, the joining side a token that both know.
+    Token {
+        /// The secret, 16 characters or more, without white space.
+        token: String,
+        /// PEM file of the authority: needed to join.
+        authority: Option<PathBuf>,
+        /// PEM files of certificate and private key: needed to listen.
+        certificate: Option<(PathBuf, PathBuf)>,
+    },
+}
+
+impl Security {
+    fn check(&self, endpoint: &Endpoint) -> Result<(), Refused> {
+        let plain = matches!(self, Security::Loopback);
+        match endpoint.scheme {
+            Scheme::Tcp if !plain => return Err(Refused::CertificatesUnused { endpoint: endpoint.to_string() }),
+            Scheme::Tcp if !endpoint.is_loopback() => return Err(Refused::PlainOutside { endpoint: endpoint.to_string() }),
+            Scheme::Tls if plain => return Err(Refused::NoCertificates { endpoint: endpoint.to_string() }),
+            Scheme::Tcp | Scheme::Tls => {}
+        }
+        if let Security::Token { token, .. } = self
+            && (token.len() < 16 || token.contains(char::is_whitespace))
+        {
+            return Err(Refused::WeakToken);
+        }
+        self.files().try_for_each(|(what, path, secret)| check_file(what, path, secret))
+    }
+
+    /// Each file: what it is, where, whether it is secret.
+    fn files(&self) -> impl Iterator<Item = (&'static str, &Path, bool)> {
+        let (authority, certificate, key) = match self {
+            Security::Loopback => (None, None, None),
+            Security::Certificates { authority, certificate, key } => (Some(authority), Some(certificate), Some(key)),
+            Security::Token { authority, certificate, .. } => {
+                (authority.as_ref(), certificate.as_ref().map(|(certificate, _)| certificate), certificate.as_ref().map(|(_, key)| key))
+            }
+        };
+        let files = [("authority", authority, false), ("certificate", certificate, false), ("private key", key, true)];
+        files.into_iter().filter_map(|(what, path, secret)| path.map(|path| (what, path.as_path(), secret)))
+    }
+}
+
+fn check_file(what: &'static str, path: &Path, secret: bool) -> Result<(), Refused> {
+    use std::os::unix::fs::PermissionsExt;
+    let refused = |reason: String| Refused::File { what, path: path.to_owned(), reason };
+    let found = std::fs::metadata(path).map_err(|error| refused(error.to_string()))?;
+    if secret && found.permissions().mode() & 0o077 != 0 {
+        return Err(refused("others may read it; chmod 600 it".to_owned()));
+    }
+    Ok(())
+}
+
+impl fmt::Debug for Security {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // No secret gets into a log.
+        f.write_str(match self {
+            Security::Loopback => "Loopback",
+            Security::Certificates { .. } => "Certificates",
+            Security::Token { .. } => "Token",
+        })
+    }
+}
+
+/// A host's clocks, ns. Tests put others in.
+#[derive(Clone)]
+pub struct Clocks {
+    /// The clock of the times that are published: CLOCK_MONOTONIC.
+    pub steady: Arc<dyn Fn() -> i64 + Send + Sync>,
+    /// The clock that is set to agree with other hosts', by PTP or NTP: CLOCK_REALTIME.
+    pub wall: Arc<dyn Fn() -> i64 + Send + Sync>,
+}
+
+impl Default for Clocks {
+    fn default() -> Self {
+        Clocks { steady: Arc::new(|| clock_ns(libc::CLOCK_MONOTONIC)), wall: Arc::new(|| clock_ns(libc::CLOCK_REALTIME)) }
+    }
+}
+
+fn clock_ns(clock: libc::clockid_t) -> i64 {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: `time` is a timespec of our own; both clocks always exist.
+    unsafe { libc::clock_gettime(clock, &mut time) };
+    time.tv_sec * 1_000_000_000 + time.tv_nsec
+}

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The places that the bridge serves: one for each end of a connection, and one for each link.
+use crate::bell::PLACES;
+use interconnect::EndError;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What the bridge does for an end or a link. Times are of the host's CLOCK_MONOTONIC.
+pub(crate) trait Served: Send + Sync {
+    /// The real-time end rang.
+    fn rung(&self, now_ns: i64);
+
+    /// Some milliseconds have passed: what is due is sent. False where nothing will ever be due again.
+    fn tick(&self, now_ns: i64) -> bool;
+
+    /// The way is whole again.
+    fn again(&self, now_ns: i64);
+
+    /// The host with this number is gone.
+    fn lose(&self, _host: u64) {}
+
+    /// True where nothing waits to be sent.
+    fn is_idle(&self) -> bool {
+        true
+    }
+}
+
+#[derive(Default)]
+pub(crate) struct Places(Mutex<Vec<Option<Arc<dyn Served>>>>);
+
+impl Places {
+    /// Takes a free place for what `make` makes, given its number.
+    pub(crate) fn take<S: Served + 'static>(&self, make: impl FnOnce(usize) -> Arc<S>) -> Result<Arc<S>, EndError> {
+        let mut places = self.all();
+        let free = places.iter().position(Option::is_none).unwrap_or(places.len());
+        if free == PLACES {
+            return Err(EndError {
+                message: format!(
+                    "there is no room for another end: this host has {PLACES} already; delete verb instances, or share the work with another host"
+                ),
+            });
+        }
+        let served = make(free);
+        if free == places.len() {
+            places.push(None);
+        }
+        places[free] = Some(served.clone());
+        Ok(served)
+    }
+
+    pub(crate) fn at(&self, place: usize) -> Option<Arc<dyn Served>> {
+        self.all().get(place).cloned().flatten()
+    }
+
+    /// Calls every place; one for which that is false is free from now on.
+    pub(crate) fn keep(&self, each: impl Fn(&dyn Served) -> bool) {
+        let served: Vec<_> = self.all().iter().cloned().enumerate().collect();
+        for (place, served) in served.into_iter().filter_map(|(place, served)| Some((place, served?))) {
+            if !each(served.as_ref()) {
+                self.all()[place] = None;
+            }
+        }
+    }
+
+    /// Calls every place.
+    pub(crate) fn each(&self, each: impl Fn(&dyn Served)) {
+        self.keep(|served| {
+            each(served);
+            true
+        });
+    }
+
+    fn all(&self) -> MutexGuard<'_, Vec<Option<Arc<dyn Served>>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

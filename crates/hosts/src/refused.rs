@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Why a host does not listen, join or make an end.
+use std::path::PathBuf;
+
+/// Why a host does not take part. Nothing was started.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refused {
+    /// Not a form of endpoint.
+    #[error("'{endpoint}' is no endpoint; write tcp/HOST:PORT or tls/HOST:PORT")]
+    Endpoint {
+        /// As it was given.
+        endpoint: String,
+    },
+    /// A name that does not fit.
+    #[error("'{name}' cannot name a {what}; use letters, digits, '-', '_' and '.', at most 64")]
+    Name {
+        /// A system or a host.
+        what: &'static str,
+        /// As it was given.
+        name: String,
+    },
+    /// Values and commands would travel for all to read and change.
+    #[error("'{endpoint}' can be reached from other hosts, so it needs TLS; use tls/HOST:PORT with certificates or a token, or tcp/127.0.0.1:PORT")]
+    PlainOutside {
+        /// As it was given.
+        endpoint: String,
+    },
+    /// TLS without certificates.
+    #[error("'{endpoint}' needs certificates: give authority, certificate and key, or a token with the listening side's certificate")]
+    NoCertificates {
+        /// As it was given.
+        endpoint: String,
+    },
+    /// Certificates or a token that would have no effect.
+    #[error("certificates and tokens have no effect on '{endpoint}'; write tls/HOST:PORT")]
+    CertificatesUnused {
+        /// As it was given.
+        endpoint: String,
+    },
+    /// A token that could be guessed.
+    #[error("the token is too weak; use 16 characters or more, without white space")]
+    WeakToken,
+    /// What one side needs and was not given.
+    #[error("a token alone does not do to {purpose}; give {needed} too")]
+    TokenAlone {
+        /// To listen or to join.
+        purpose: &'static str,
+        /// What is missing.
+        needed: &'static str,
+    },
+    /// A file that cannot be used.
+    #[error("the {what} '{}' cannot be used: {reason}", path.display())]
+    File {
+        /// Authority, certificate, private key.
+        what: &'static str,
+        /// Where.
+        path: PathBuf,
+        /// Why.
+        reason: String,
+    },
+    /// The network, or the other side's security, says no.
+    #[error("no way to '{endpoint}': {reason}")]
+    NoWay {
+        /// As it was given.
+        endpoint: String,
+        /// What was said.
+        reason: String,
+    },
+    /// Nobody answered at the endpoint.
+    #[error("no system '{system}' answered at '{endpoint}' within {seconds} s; is it running there, under this name?")]
+    NoAnswer {
+        /// The system.
+        system: String,
+        /// As it was given.
+        endpoint: String,
+        /// How long it was tried.
+        seconds: u64,
+    },
+    /// The listening side said no.
+    #[error("system '{system}' at '{endpoint}' does not take host '{name}' in: {reason}")]
+    ByListener {
+        /// The system.
+        system: String,
+        /// As it was given.
+        endpoint: String,
+        /// This host.
+        name: String,
+        /// In the listening side's words.
+        reason: String,
+    },
+}

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The wire that is zenoh: one session a host. The listening side routes, the joining sides are its clients, so that three hosts need
+//! one address. Multicast and gossip are off: nobody is found that was not named.
+use crate::endpoint::Endpoint;
+use crate::options::{Options, Security};
+use crate::refused::Refused;
+use crate::wire::{Arrival, Outlet, Subscription, Urgency, Wire, WireError};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use zenoh::pubsub::Publisher;
+use zenoh::qos::{CongestionControl, Priority};
+use zenoh::{Config, Session, Wait};
+
+/// Which side of a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Listens,
+    Joins,
+}
+
+/// After how long without a word a way is given up and made anew, ms.
+const LEASE_MS: u32 = 2_000;
+/// After how long an attempt to make a way is given up, ms.
+const OPEN_MS: u32 = 1_000;
+/// The name of all who have the token.
+const USER: &str = "opengpac";
+
+/// A way between hosts over zenoh.
+pub(crate) struct ZenohWire(Session);
+
+impl ZenohWire {
+    pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Self, Refused> {
+        // Removed when this returns: zenoh has read it by then.
+        let dictionary = match (&options.security, side) {
+            (Security::Token { token, .. }, Side::Listens) => Some(Dictionary::write(token)?),
+            _ => None,
+        };
+        let no_way = |reason: String| Refused::NoWay { endpoint: endpoint.to_string(), reason };
+        let mut config = Config::default();
+        for (key, value) in settings(options, endpoint, side)? {
+            config.insert_json5(&key, &value).map_err(|error| no_way(format!("{key}: {error}")))?;
+        }
+        if let Some(Dictionary(path)) = &dictionary {
+            config.insert_json5("transport/auth/usrpwd/dictionary_file", &text(path)).map_err(|error| no_way(error.to_string()))?;
+        }
+        let session = zenoh::open(config).wait().map_err(|error| no_way(error.to_string()))?;
+        Ok(ZenohWire(session))
+    }
+}
+
+impl Drop for ZenohWire {
+    fn drop(&mut self) {
+        // It is closed or was already: there is nothing else to do.
+        let _ = self.0.close().wait();
+    }
+}
+
+impl Wire for ZenohWire {
+    fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, WireError> {
+        let priority = match urgency {
+            Urgency::Clock => Priority::RealTime,
+            Urgency::Values => Priority::InteractiveHigh,
+            Urgency::Commands => Priority::Data,
+        };
+        let declared = self.0.declare_publisher(key.to_owned()).congestion_control(CongestionControl::Drop).priority(priority).express(true).wait();
+        Ok(Box::new(ZenohOutlet(declared.map_err(|error| WireError { message: error.to_string() })?)))
+    }
+
+    fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, WireError> {
+        let declared = self.0.declare_subscriber(key.to_owned()).callback(move |sample| came(&sample.payload().to_bytes())).wait();
+        Ok(Box::new(declared.map_err(|error| WireError { message: error.to_string() })?))
+    }
+}
+
+struct ZenohOutlet(Publisher<'static>);
+
+impl Outlet for ZenohOutlet {
+    fn send(&self, packet: Vec<u8>) {
+        // What zenoh does not take is lost, as on any wire: it is sent again.
+        let _ = self.0.put(packet).wait();
+    }
+}
+
+/// Keys and values of zenoh's configuration.
+fn settings(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Vec<(String, String)>, Refused> {
+    let endpoints = format!("[{:?}]", endpoint.to_string());
+    let mut settings = match side {
+        Side::Listens => vec![("mode", "\"router\"".to_owned()), ("listen/endpoints", endpoints), ("connect/endpoints", "[]".to_owned())],
+        Side::Joins => vec![
+            ("mode", "\"client\"".to_owned()),
+            ("connect/endpoints", endpoints),
+            ("connect/timeout_ms", options.join_max.as_millis().to_string()),
+            ("connect/retry", r#"{ period_init_ms: 100, period_max_ms: 300, period_increase_factor: 1.5 }"#.to_owned()),
+        ],
+    };
+    settings.extend([
+        ("scouting/multicast/enabled", "false".to_owned()),
+        ("scouting/gossip/enabled", "false".to_owned()),
+        ("timestamping/enabled", "false".to_owned()),
+        ("transport/shared_memory/enabled", "false".to_owned()),
+        ("transport/unicast/open_timeout", OPEN_MS.to_string()),
+        ("transport/unicast/accept_timeout", (2 * OPEN_MS).to_string()),
+        ("transport/link/tx/lease", LEASE_MS.to_string()),
+        ("transport/link/tx/keep_alive", "4".to_owned()),
+        // Bounded, and never waited for: what does not fit is lost and sent again.
+        ("transport/link/tx/queue/size/real_time", "4".to_owned()),
+        ("transport/link/tx/queue/size/interactive_high", "16".to_owned()),
+        ("transport/link/tx/queue/size/data", "16".to_owned()),
+        ("transport/link/tx/queue/congestion_control/drop/wait_before_drop", "100".to_owned()),
+        ("transport/link/rx/max_message_size", MESSAGE_BYTES_MAX.to_string()),
+    ]);
+    settings.extend(secrets(&options.security, side)?);
+    Ok(settings.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
+}
+
+/// No group, row or part of a frame is larger.
+const MESSAGE_BYTES_MAX: usize = 1 << 26;
+
+fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)>, Refused> {
+    const ROOT: &str = "transport/link/tls/root_ca_certificate";
+    const LISTEN: [&str; 2] = ["transport/link/tls/listen_certificate", "transport/link/tls/listen_private_key"];
+    const CONNECT: [&str; 2] = ["transport/link/tls/connect_certificate", "transport/link/tls/connect_private_key"];
+    Ok(match (security, side) {
+        (Security::Loopback, _) => Vec::new(),
+        (Security::Certificates { authority, certificate, key }, side) => {
+            let [for_certificate, for_key] = if side == Side::Listens { LISTEN } else { CONNECT };
+            vec![
+                (ROOT, text(authority)),
+                (for_certificate, text(certificate)),
+                (for_key, text(key)),
+                ("transport/link/tls/enable_mtls", "true".to_owned()),
+                ("transport/link/tls/close_link_on_expiration", "true".to_owned()),
+            ]
+        }
+        (Security::Token { certificate, .. }, Side::Listens) => {
+            let missing = Refused::TokenAlone { purpose: "listen", needed: "this host's certificate and its key" };
+            let (certificate, key) = certificate.as_ref().ok_or(missing)?;
+            vec![(LISTEN[0], text(certificate)), (LISTEN[1], text(key))]
+        }
+        (Security::Token { token, authority, .. }, Side::Joins) => {
+            let authority = authority.as_ref().ok_or(Refused::TokenAlone { purpose: "join", needed: "the authority of the other side's certificate" })?;
+            vec![(ROOT, text(authority)), ("transport/auth/usrpwd/user", format!("{USER:?}")), ("transport/auth/usrpwd/password", format!("{token:?}"))]
+        }
+    })
+}
+
+/// A path as a JSON text.
+fn text(path: &Path) -> String {
+    format!("{:?}", path.to_string_lossy())
+}
+
+/// The file in which zenoh looks tokens up. It lives as long as a session takes to open, for its owner only.
+struct Dictionary(PathBuf);
+
+impl Dictionary {
+    fn write(token: &str) -> Result<Self, Refused> {
+        use std::os::unix::fs::OpenOptionsExt;
+        let path = std::env::temp_dir().join(format!("opengpac-{:016x}", crate::random::number()));
+        let refused = |error: std::io::Error| Refused::File { what: "file of tokens", path: path.clone(), reason: error.to_string() };
+        let mut file = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path).map_err(refused)?;
+        let written = Dictionary(path.clone());
+        writeln!(file, "{USER}:{token}").map_err(refused)?;
+        Ok(written)
+    }
+}
+
+impl Drop for Dictionary {
+    fn drop(&mut self) {
+        // It was made here; if it is gone, it is gone.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}

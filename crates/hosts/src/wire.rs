@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What carries packets between hosts: by key, to whoever subscribed to it. It may lose, repeat and reorder them; the protocol above
+//! makes up for that. The real one is zenoh ([`crate::session`]); [`crate::Faulty`] puts faults into any other.
+use std::fmt;
+use std::sync::Arc;
+
+/// A way between hosts. Never used by a real-time thread.
+pub trait Wire: Send + Sync {
+    /// Where packets of a key are sent.
+    ///
+    /// # Errors
+    /// The way cannot be used any more.
+    fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, WireError>;
+
+    /// Calls `came` with every packet of a key, on any thread but a real-time one, until the subscription is dropped.
+    ///
+    /// # Errors
+    /// The way cannot be used any more.
+    fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, WireError>;
+}
+
+/// What is called with each packet.
+pub type Arrival = Arc<dyn Fn(&[u8]) + Send + Sync>;
+
+/// Ends when it is dropped.
+pub type Subscription = Box<dyn Send + Sync>;
+
+/// Where packets of one key are sent.
+pub trait Outlet: Send + Sync {
+    /// Sends a packet, or loses it: it never waits for the other side.
+    fn send(&self, packet: Vec<u8>);
+}
+
+/// Which packets go first where many wait.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Urgency {
+    /// Pings: what they measure is the way, not the queue.
+    Clock,
+    /// Groups and rows.
+    Values,
+    /// Commands, and code modules.
+    Commands,
+}
+
+/// Why a way between hosts cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WireError {
+    /// For people.
+    pub message: String,
+}
+
+impl fmt::Display for WireError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for WireError {}

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the tests of hosts share: addresses, certificates, and waiting for what happens in real time.
+#![allow(dead_code, reason = "each test uses its part")]
+mod authority;
+pub use authority::Authority;
+use hosts::{Hosts, Options};
+use interconnect::{ConnectionSpec, Header, Receiver, Sender};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// Far longer than anything here takes: whoever waits for it in vain has failed.
+pub const LONG: Duration = Duration::from_secs(60);
+
+pub const SPEC: ConnectionSpec = ConnectionSpec { writer: 0, reader: 1, asynchronous_len: 16, queue_row_len: 16, queue_depth: 4 };
+
+/// A port of this host that was free just now.
+pub fn free_port() -> u16 {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    listener.local_addr().expect("it is bound").port()
+}
+
+/// A supervisor's host, and how to join it from this one.
+pub fn listening(system: &str) -> (Hosts, String) {
+    let endpoint = format!("tcp/127.0.0.1:{}", free_port());
+    let hosts = Hosts::listen(Options::new(system, "cell-a", &endpoint)).expect("loopback may be plain");
+    (hosts, endpoint)
+}
+
+/// Waits until something holds.
+pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
+    let until = Instant::now() + LONG;
+    while !holds() {
+        assert!(Instant::now() < until, "in vain: {what}");
+        std::thread::park_timeout(Duration::from_millis(1));
+    }
+}
+
+/// A value and what it must come with.
+pub fn checked(value: u64) -> [u8; 16] {
+    let mut bytes = [0; 16];
+    bytes[..8].copy_from_slice(&value.to_le_bytes());
+    bytes[8..].copy_from_slice(&(!value).wrapping_mul(0x9e37_79b9_7f4a_7c15).to_le_bytes());
+    bytes
+}
+
+/// The value; panics where it did not come as it was written.
+pub fn value_of(bytes: &[u8]) -> u64 {
+    let value = u64::from_le_bytes(bytes[..8].try_into().expect("eight bytes"));
+    assert_eq!(bytes, checked(value), "a value that nobody wrote");
+    value
+}
+
+pub fn publish(sender: &mut dyn Sender, value: u64, now_ns: i64) {
+    sender.group().copy_from_slice(&checked(value));
+    sender.publish(value, now_ns);
+}
+
+/// Pushes a row; false where there is no room.
+pub fn push(sender: &mut dyn Sender, value: u64) -> bool {
+    sender.push(value, 0, &mut |row| row.copy_from_slice(&checked(value))).is_ok()
+}
+
+/// The group that came, if it is a new one.
+pub fn latched(receiver: &mut dyn Receiver, now_ns: i64) -> Option<(Header, u64)> {
+    let header = receiver.latch(now_ns)?;
+    let value = value_of(receiver.group());
+    assert_eq!(header.number, value, "a group and its number belong together");
+    Some((header, value))
+}
+
+/// The oldest row.
+pub fn popped(receiver: &mut dyn Receiver) -> Option<u64> {
+    let (number, value) = receiver.peek_row().map(|(number, row)| (number, value_of(row)))?;
+    assert_eq!(number, value, "a row and its number belong together");
+    assert!(receiver.pop_row());
+    Some(value)
+}
+
+pub fn monotonic_ns() -> i64 {
+    (hosts::Options::new("x", "x", "tcp/127.0.0.1:1").clocks.steady)()
+}
+
+/// An authority of a test's own.
+pub fn authority(name: &str) -> Authority {
+    Authority::at(PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{}", std::process::id())))
+}
+
+pub fn readable_by_all(path: &Path) {
+    use std::os::unix::fs::PermissionsExt;
+    std::fs::set_permissions(path, std::fs::Permissions::from_mode(0o644)).expect("the file is ours");
+}

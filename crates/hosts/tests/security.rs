@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Who is let in, and what is refused before anything starts.
+mod common;
+use common::*;
+use hosts::{Hosts, Options, Refused, Security};
+use interconnect::Link;
+use std::path::PathBuf;
+use std::time::Duration;
+
+const TOKEN: &str = "a-token-of-some-length";
+
+fn refusal(made: Result<Hosts, Refused>) -> String {
+    made.err().expect("it is refused").to_string()
+}
+
+fn certificates(authority: &Authority, host: &str) -> Security {
+    let (certificate, key) = authority.sign(host, &["127.0.0.1"]);
+    Security::Certificates { authority: authority.authority.clone(), certificate, key }
+}
+
+fn exchange(a: &Hosts, b: &Hosts) {
+    let (near, far): (Box<dyn Link>, Box<dyn Link>) = (a.link("cell-b", 1).expect("joined"), b.link("cell-a", 1).expect("listens"));
+    near.send(b"in order").expect("it is open");
+    assert_eq!(far.receive(LONG), Ok(Some(b"in order".to_vec())));
+}
+
+#[test]
+fn only_loopback_may_be_plain_and_each_refusal_says_what_to_do() {
+    let authority = authority("table");
+    let full = certificates(&authority, "a");
+    let token = |token: &str| Security::Token { token: token.to_owned(), authority: None, certificate: None };
+    let missing = Security::Certificates { authority: PathBuf::from("no/such.pem"), certificate: PathBuf::new(), key: PathBuf::new() };
+    for (endpoint, security, words) in [
+        ("tcp/0.0.0.0:7447", Security::Loopback, "so it needs TLS; use tls/HOST:PORT with certificates or a token"),
+        ("tcp/[::]:7447", Security::Loopback, "so it needs TLS"),
+        ("tcp/192.0.2.1:7447", Security::Loopback, "so it needs TLS"),
+        ("tls/0.0.0.0:7447", Security::Loopback, "needs certificates: give authority, certificate and key, or a token"),
+        ("tls/127.0.0.1:7447", Security::Loopback, "needs certificates"),
+        ("tcp/127.0.0.1:7447", full.clone(), "have no effect on 'tcp/127.0.0.1:7447'; write tls/HOST:PORT"),
+        ("tcp/192.0.2.1:7447", token(TOKEN), "have no effect"),
+        ("tls/127.0.0.1:7447", token("short"), "use 16 characters or more"),
+        ("tls/127.0.0.1:7447", token(TOKEN), "a token alone does not do to"),
+        ("tls/127.0.0.1:7447", missing, "the authority 'no/such.pem' cannot be used"),
+        ("http://127.0.0.1", Security::Loopback, "write tcp/HOST:PORT or tls/HOST:PORT"),
+    ] {
+        for make in [Hosts::listen, Hosts::join] {
+            let refused = refusal(make(Options { security: security.clone(), ..Options::new("cell", "cell-a", endpoint) }));
+            assert!(refused.contains(words), "{endpoint}: {refused}");
+        }
+    }
+    for (system, name) in [("a/b", "ok"), ("ok", ""), ("*", "ok"), ("ok", "über")] {
+        assert!(refusal(Hosts::listen(Options::new(system, name, "tcp/127.0.0.1:1"))).contains("use letters, digits"));
+    }
+    if let Security::Certificates { key, .. } = &full {
+        readable_by_all(key);
+    }
+    let refused = refusal(Hosts::listen(Options { security: full.clone(), ..Options::new("cell", "cell-a", "tls/127.0.0.1:1") }));
+    assert!(refused.contains("others may read it; chmod 600 it"), "{refused}");
+    assert!(!format!("{:?}", token(TOKEN)).contains(TOKEN), "no secret gets into a log");
+}
+
+#[test]
+fn certificates_of_one_authority_let_in_and_no_others() {
+    let (authority, other) = (authority("own"), authority("other"));
+    let endpoint = format!("tls/127.0.0.1:{}", free_port());
+    let options = |name: &str, security| Options { security, join_max: Duration::from_secs(20), ..Options::new("tls", name, &endpoint) };
+    let a = Hosts::listen(options("cell-a", certificates(&authority, "a"))).expect("it has certificates");
+    let b = Hosts::join(options("cell-b", certificates(&authority, "b"))).expect("it has certificates of the same authority");
+    assert!(a.wait_for("cell-b", LONG));
+    exchange(&a, &b);
+
+    let (certificate, key) = other.sign("c", &["127.0.0.1"]);
+    let stranger = Security::Certificates { authority: authority.authority.clone(), certificate, key };
+    let none = Security::Token { token: TOKEN.to_owned(), authority: Some(authority.authority.clone()), certificate: None };
+    for (security, who) in [(stranger, "a certificate of another authority"), (none, "no certificate")] {
+        let refused = refusal(Hosts::join(Options { join_max: Duration::from_secs(2), ..options("cell-c", security) }));
+        assert!(refused.contains(&endpoint), "{who}: {refused}");
+    }
+    assert_eq!(a.peers().len(), 1, "nobody else was let in");
+}
+
+#[test]
+fn a_token_lets_in_and_another_does_not() {
+    let authority = authority("token");
+    let endpoint = format!("tls/127.0.0.1:{}", free_port());
+    let options = |name: &str, security| Options { security, join_max: Duration::from_secs(20), ..Options::new("token", name, &endpoint) };
+    let listens = Security::Token { token: TOKEN.to_owned(), authority: None, certificate: Some(authority.sign("a", &["127.0.0.1"])) };
+    let joins = |token: &str| Security::Token { token: token.to_owned(), authority: Some(authority.authority.clone()), certificate: None };
+    let a = Hosts::listen(options("cell-a", listens)).expect("it has a certificate");
+    let b = Hosts::join(options("cell-b", joins(TOKEN))).expect("it has the token");
+    assert!(a.wait_for("cell-b", LONG));
+    exchange(&a, &b);
+    for (security, who) in [(joins("another-token-of-length"), "another token"), (certificates(&authority, "c"), "a certificate and no token")] {
+        let refused = refusal(Hosts::join(Options { join_max: Duration::from_secs(2), ..options("cell-c", security) }));
+        assert!(refused.contains(&endpoint), "{who}: {refused}");
+    }
+    assert_eq!(a.peers().len(), 1, "nobody else was let in");
+}
+
+#[test]
+fn a_host_that_does_not_fit_is_refused_with_words() {
+    let endpoint = format!("tcp/127.0.0.1:{}", free_port());
+    let options = |name: &str| Options { abi_version: 7, ..Options::new("fits", name, &endpoint) };
+    let _a = Hosts::listen(options("cell-a")).expect("loopback");
+    let _b = Hosts::join(options("cell-b")).expect("it fits");
+    let older = refusal(Hosts::join(Options { abi_version: 6, ..options("cell-c") }));
+    assert!(older.contains("does not take host 'cell-c' in: its block interface (ABI) has version 6, this side's version 7"), "{older}");
+    let taken = refusal(Hosts::join(options("cell-b")));
+    assert!(taken.contains("a host 'cell-b' has joined already") && taken.contains("give this one another name"), "{taken}");
+    let listeners = refusal(Hosts::join(options("cell-a")));
+    assert!(listeners.contains("the host that listens is named 'cell-a' too"), "{listeners}");
+    let elsewhere = Options { join_max: Duration::from_secs(1), system: "another".to_owned(), ..options("cell-d") };
+    assert!(refusal(Hosts::join(elsewhere)).contains("no system 'another' answered"));
+    let nobody = Options { join_max: Duration::from_secs(1), ..Options::new("fits", "cell-d", &format!("tcp/127.0.0.1:{}", free_port())) };
+    assert!(refusal(Hosts::join(nobody)).contains("no way to"));
+    let taken = refusal(Hosts::listen(options("cell-e")));
+    assert!(taken.contains("no way to"), "the address is in use: {taken}");
+}
