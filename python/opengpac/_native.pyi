@@ -34,6 +34,9 @@ def type_json(type_text: str, types_json: str) -> str:
 def number_in(text: str, unit: str) -> float:
     """The number that a quantity, `"90 deg"`, is in a unit, `"rad"`. Refused: ValueRefused, UnitMismatch."""
 
+def join_system(system: str, options_json: str) -> str | None:
+    """Lends this host to a system until that is gone; the reason where it could not. options: {"endpoint", "name", ["authority"], ["certificate"], ["key"], ["token"], ["clock_limit_ns"]}."""
+
 def run_processor() -> str | None:
     """The life of a process that a system started for a processor; returns at its end, with the reason where it could not serve."""
 
@@ -76,9 +79,12 @@ class System:
     """One real-time system, embedded in this process."""
 
     def __init__(self, name: str, clock: str, options_json: str) -> None:
-        """clock: "monotonic" or "virtual". options: {"seed": int, "interconnect": {"kind": "memory"} | {"kind": "message", "seed": int, "delay_ns": [lo, hi], "drop": p, "repeat": p, "reorder": p, "corrupt": p}, "processes": {"command": [text], "python": text}}."""
+        """clock: "monotonic" or "virtual". options: {"seed": int, "interconnect": {"kind": "memory"} | {"kind": "message", "seed": int, "delay_ns": [lo, hi], "drop": p, "repeat": p, "reorder": p, "corrupt": p}, "processes": {"command": [text], "guard": [text], "python": text}}."""
 
     # configuration -----------------------------------------------------------------------------------------------------
+    def listen(self, options_json: str) -> None:
+        """Lets other hosts join; options as in `join_system`. Refused: InvalidState."""
+
     def processor(self, name: str, core: int | None, supervisor: bool, process: bool, host: str | None) -> None: ...
     def source(self, processor: str, name: str, kind: str, period_ns: int, priority: int, virtual_cost_ns: int) -> None:
         """kind: "timer", "trigger" or "software"."""

@@ -25,4 +25,4 @@ def command(entry: str) -> list[str]:
 
 def processes_json() -> dict[str, object]:
     """How processors get processes, as a system is told."""
-    return {"command": command("run_processor"), "python": sys.executable}
+    return {"command": command("run_processor"), "guard": command("run_guard"), "python": sys.executable}

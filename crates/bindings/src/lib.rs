@@ -74,6 +74,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(number_in, m)?)?;
     m.add_function(wrap_pyfunction!(run_processor, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_guard, m)?)?;
+    m.add_function(wrap_pyfunction!(processes::join_system, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_plant, m)?)?;
     m.add_function(wrap_pyfunction!(processes::plant_state, m)?)?;
     m.add_function(wrap_pyfunction!(serve::serve, m)?)?;

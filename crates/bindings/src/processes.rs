@@ -19,3 +19,34 @@ pub fn plant_state(py: Python<'_>, name: &str) -> PyResult<Option<String>> {
         Err(_nobody) => Ok(None),
     }
 }
+
+/// Lends this host to a system until that is gone or a signal comes; the text says why it could not.
+#[cfg(feature = "hosts")]
+#[pyfunction]
+pub fn join_system(py: Python<'_>, system: &str, options_json: &str) -> PyResult<Option<String>> {
+    let options: places::JoinOptions = crate::convert::from_json(options_json)?;
+    let python = crate::convert::interpreter(py)?;
+    let signalled = std::sync::Mutex::new(None);
+    let stop = || {
+        let checked = Python::attach(|py| py.check_signals());
+        match checked {
+            Ok(()) => false,
+            Err(signal) => {
+                *signalled.lock().expect("nobody panics with the lock held") = Some(signal);
+                true
+            }
+        }
+    };
+    let joined = py.detach(|| places::join(system, options, python.into(), &stop));
+    match signalled.into_inner().expect("nobody panics with the lock held") {
+        Some(signal) => Err(signal),
+        None => Ok(joined.err()),
+    }
+}
+
+/// This build is without processors on other hosts.
+#[cfg(not(feature = "hosts"))]
+#[pyfunction]
+pub fn join_system(_system: &str, _options_json: &str) -> Option<String> {
+    Some("this build is without processors on other hosts; build it with the feature 'hosts'".to_owned())
+}

@@ -61,6 +61,10 @@ impl System {
         self.inner.request(source).map_err(refused)
     }
 
+    fn listen(&self, py: Python<'_>, options_json: &str) -> PyResult<()> {
+        py.detach(|| self.inner.listen(options_json)).map_err(refused)
+    }
+
     #[pyo3(name = "raise_source")]
     fn raise(&self, py: Python<'_>, device: &str, channel: &str, source: &str, place_json: &str) -> PyResult<()> {
         let place: Option<Place> = from_json(place_json)?;

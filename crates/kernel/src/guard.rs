@@ -22,12 +22,16 @@ unsafe extern "C" {
 }
 
 /// `step` while no block runs.
-pub(crate) const OUTSIDE: u32 = u32::MAX;
+pub const OUTSIDE: u32 = u32::MAX;
+
+/// Bytes of one source in a black box. The first four are the step that runs (`u32::MAX`: none).
+pub const BLACK_BOX_LEN: usize = 1024;
 
 /// Guards the step loop of one source. Its thread runs it; the watchdog reads how old the loop is.
 pub(crate) struct Guard {
     shared: *mut Shared,
-    words: usize,
+    /// Of memory of its own; none where it lies in a black box.
+    words: Option<usize>,
     /// The thread that runs the loop, for the watchdog.
     thread: AtomicPtr<c_void>,
 }
@@ -44,7 +48,21 @@ impl Guard {
         let shared = Box::leak(vec![0u128; words].into_boxed_slice()).as_mut_ptr().cast::<Shared>();
         // SAFETY: all zeroes is a valid `Shared`.
         unsafe { &*shared }.budget_ns.store(budget_ns, Ordering::Relaxed);
-        Guard { shared, words, thread: AtomicPtr::new(ptr::null_mut()) }
+        Guard { shared, words: Some(words), thread: AtomicPtr::new(ptr::null_mut()) }
+    }
+
+    /// The same in memory that others read when this process is gone: [`BLACK_BOX_LEN`] bytes at `memory`, on a cache line, zero, for as long as the
+    /// guard lives.
+    ///
+    /// # Safety
+    /// Nobody else writes there.
+    pub(crate) unsafe fn at(memory: *mut u8, budget_ns: i64) -> Guard {
+        // SAFETY: a constant.
+        assert!(unsafe { opengpac_guard_size() } <= BLACK_BOX_LEN, "a guard fits into its place in a black box");
+        let shared = memory.cast::<Shared>();
+        // SAFETY: the caller's word; all zeroes is a valid `Shared`.
+        unsafe { &*shared }.budget_ns.store(budget_ns, Ordering::Relaxed);
+        Guard { shared, words: None, thread: AtomicPtr::new(ptr::null_mut()) }
     }
 
     fn shared(&self) -> &Shared {
@@ -96,8 +114,10 @@ impl Guard {
 
 impl Drop for Guard {
     fn drop(&mut self) {
-        // SAFETY: leaked in `new` with the same length.
-        drop(unsafe { Box::from_raw(ptr::slice_from_raw_parts_mut(self.shared.cast::<u128>(), self.words)) });
+        if let Some(words) = self.words {
+            // SAFETY: leaked in `new` with the same length.
+            drop(unsafe { Box::from_raw(ptr::slice_from_raw_parts_mut(self.shared.cast::<u128>(), words)) });
+        }
     }
 }
 

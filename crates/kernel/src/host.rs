@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The kernels of one process: a thread for each interrupt source, or all of them under the virtual clock.
 use crate::abroad::Abroad;
+use crate::guard::BLACK_BOX_LEN;
 use crate::clock::monotonic_ns;
 use crate::event::telling;
 use crate::firing::{Kernel, Shared};
@@ -22,6 +23,8 @@ pub struct Host {
     pub(crate) shared: Arc<Shared>,
     /// What lies elsewhere.
     pub(crate) abroad: Abroad,
+    /// Where the next sources say which block runs.
+    black_box: Mutex<Option<BlackBox>>,
     /// Monotonic: when the host was made. Zero under the virtual clock.
     pub(crate) epoch_ns: i64,
     /// Virtual: now.
@@ -39,6 +42,23 @@ pub struct Host {
 unsafe impl Sync for Host {}
 // SAFETY: as for `Sync`.
 unsafe impl Send for Host {}
+
+/// Memory for guards that others read.
+struct BlackBox {
+    memory: *mut u8,
+    /// Places from there on.
+    left: usize,
+}
+
+// SAFETY: an address; whoever gave it promised that nobody else writes there.
+unsafe impl Send for BlackBox {}
+
+impl BlackBox {
+    fn guard(&self, budget_ns: i64) -> guard::Guard {
+        // SAFETY: the promise of `set_black_box`, and each place is given once.
+        unsafe { guard::Guard::at(self.memory, budget_ns) }
+    }
+}
 
 /// The least default time budget of a firing, and the one under the virtual clock.
 const BUDGET_MIN_NS: i64 = 100_000_000;
@@ -62,6 +82,7 @@ impl Host {
             sources: RwLock::default(),
             shared: Arc::default(),
             abroad: Abroad::default(),
+            black_box: Mutex::default(),
             epoch_ns,
             now_ns: AtomicI64::new(0),
             executor,
@@ -87,7 +108,8 @@ impl Host {
             (None, SourceKind::Software) => BUDGET_MIN_NS,
         };
         let (teller, listener) = telling(id);
-        let source = Arc::new(Source::new(id, spec, listener, budget_ns));
+        let guard = self.black_box().map_or_else(|| guard::Guard::new(budget_ns), |place| place.guard(budget_ns));
+        let source = Arc::new(Source::new(id, spec, listener, guard));
         let kernel = Kernel::new(source.clone(), self.shared.clone(), teller, 0, budget_ns);
         match &self.executor {
             Some(executor) => executor.lock().expect("nobody panics with the lock held").add(kernel, self.now_ns()),
@@ -106,12 +128,30 @@ impl Host {
         Ok(id)
     }
 
+    /// From now on sources say in `memory` which step runs, one behind the other in the order in which they are made, each in
+    /// [`BLACK_BOX_LEN`] bytes: so that it can be read when this process is gone. Sources that find no room say it to nobody.
+    ///
+    /// # Safety
+    /// The memory is zero, starts on a cache line, stays as long as the process, and nobody else writes there.
+    pub unsafe fn set_black_box(&self, memory: *mut u8, len: usize) {
+        *self.black_box.lock().expect("nobody panics with the lock held") = Some(BlackBox { memory, left: len / BLACK_BOX_LEN });
+    }
+
+    fn black_box(&self) -> Option<BlackBox> {
+        let mut present = self.black_box.lock().expect("nobody panics with the lock held");
+        let place = present.as_mut().filter(|place| place.left > 0)?;
+        let next = BlackBox { memory: place.memory, left: 1 };
+        // SAFETY: within the memory, or at its end where nothing is left.
+        (place.memory, place.left) = (unsafe { place.memory.add(BLACK_BOX_LEN) }, place.left - 1);
+        Some(next)
+    }
+
     /// Keeps the place of a source that lies elsewhere.
     pub(crate) fn reserve(&self, spec: SourceSpec) -> SourceId {
         let mut sources = self.sources.write().expect("nobody panics with the lock held");
         let id = SourceId(sources.len() as u32);
         let (_, listener) = telling(id);
-        sources.push(Arc::new(Source::new(id, spec, listener, 0)));
+        sources.push(Arc::new(Source::new(id, spec, listener, guard::Guard::new(0))));
         id
     }
 

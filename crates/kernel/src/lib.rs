@@ -47,6 +47,7 @@ pub use device::{Ask, Channel, Device, DeviceCall, DeviceError, DeviceState, Dir
 pub use edge::{Edge, Number};
 pub use event::{Event, Fault};
 pub use far::{Far, Reach, Way};
+pub use guard::{BLACK_BOX_LEN, OUTSIDE as NO_STEP};
 pub use host::Host;
 pub use memory::{Cell, Extent};
 pub use process::{Process, Response, Stage, Taken, Watch};

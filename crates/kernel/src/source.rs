@@ -91,7 +91,7 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    pub(crate) fn new(id: SourceId, spec: SourceSpec, listener: Listener, budget_ns: i64) -> Source {
+    pub(crate) fn new(id: SourceId, spec: SourceSpec, listener: Listener, guard: Guard) -> Source {
         Source {
             id,
             spec,
@@ -102,7 +102,7 @@ impl Source {
             bell: Bell::default(),
             closing: AtomicBool::new(false),
             restarting: AtomicBool::new(false),
-            guard: Guard::new(budget_ns),
+            guard,
             counters: Counters::default(),
             rights_missing: Mutex::new(Vec::new()),
             listener: Mutex::new(listener),

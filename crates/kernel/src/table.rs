@@ -207,6 +207,11 @@ impl Table {
         Table { activations, inbound, outbound, devices, ..table }
     }
 
+    /// The block of each step.
+    pub fn blocks(&self) -> Vec<Option<crate::BlockId>> {
+        self.steps.iter().map(|step| step.block.as_ref().map(|block| block.id())).collect()
+    }
+
     /// The same with channels of its devices that raise sources.
     #[must_use]
     pub fn with_edges(mut self, edges: Vec<Arc<Edge>>) -> Table {

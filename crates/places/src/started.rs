@@ -1,26 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Starting processes for processors.
-use crate::{LINK, PYTHON, RUN, SYSTEM};
-use guard::{Child, Launch, UnixLink};
+use crate::guarding::{Guarded, Guarding};
+use crate::{BLACK_BOX, BLACK_BOX_SOURCES, HANDLES, HEART, LINK, PYTHON, RUN, SYSTEM};
+use guard::{Child, Heartbeat, Launch, UnixLink};
 use interconnect::{Ends, Link};
-use rtp::{Running, Started};
+use kernel::{BLACK_BOX_LEN, NO_STEP};
+use rtp::{Running, Started, Tell};
 use shared_memory::SharedMemory;
 use std::ffi::OsString;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-/// Starts a process of this host for each processor that asks for one.
+/// Command lines of the processes that a system starts.
+#[derive(Clone, Debug)]
+pub struct Commands {
+    /// Comes to call [`crate::processor`].
+    pub processor: Vec<OsString>,
+    /// Comes to call [`guard::run`].
+    pub guard: Vec<OsString>,
+    /// The interpreter that tries code modules.
+    pub python: OsString,
+}
+
+/// Starts a process of this host for each processor that asks for one, guarded; and finds hosts that have joined.
 pub struct Places {
     system: String,
     run: u64,
-    /// Comes to call [`crate::processor`].
-    command: Vec<OsString>,
-    /// Tries code modules.
-    python: OsString,
+    commands: Commands,
+    guarding: Guarding,
+    #[cfg(feature = "hosts")]
+    pub(crate) joined: crate::joined::Joined,
 }
 
-/// How long a processor of this host may be silent: it beats every 20 ms.
-const SILENCE: Duration = Duration::from_secs(2);
+/// How long a processor of this host may be silent: it beats every 20 ms, but machines are held up.
+const SILENCE: Duration = Duration::from_secs(5);
 
 /// Processor time that a real-time thread may take without sleeping.
 const REAL_TIME_MAX: Duration = Duration::from_secs(5);
@@ -29,44 +43,103 @@ const REAL_TIME_MAX: Duration = Duration::from_secs(5);
 const GRACE: Duration = Duration::from_secs(3);
 
 impl Places {
-    /// For a system of this name. `command` starts a process that comes to call [`crate::processor`]; `python`: the interpreter that tries code modules there.
-    pub fn new(system: &str, command: Vec<OsString>, python: OsString) -> Places {
-        Places { system: system.to_owned(), run: shared_memory::new_run(), command, python }
+    /// For a system of this name.
+    pub fn new(system: &str, commands: Commands) -> Places {
+        Places {
+            system: system.to_owned(),
+            run: shared_memory::new_run(),
+            commands,
+            guarding: Guarding::default(),
+            #[cfg(feature = "hosts")]
+            joined: crate::joined::Joined::default(),
+        }
+    }
+
+    /// Number of the guard process, once there is one.
+    pub fn guard_pid(&self) -> Option<i32> {
+        self.guarding.pid()
     }
 }
 
 impl rtp::Places for Places {
+    fn tell_to(&self, tell: Tell) {
+        let tell: Arc<Tell> = Arc::new(tell);
+        #[cfg(feature = "hosts")]
+        {
+            let tell = tell.clone();
+            let _first = self.joined.tell.set(Box::new(move |kind, about, text| tell(kind, about, text)));
+        }
+        self.guarding.tell_to(Box::new(move |kind, about, text| tell(kind, about, text)));
+    }
+
     fn process(&self, processor: &str) -> Result<Started, String> {
-        let (link, other) = UnixLink::pair().map_err(|why| why.to_string())?;
+        let (link, other) = UnixLink::pair().map_err(text)?;
+        let (handles, handles_there) = UnixLink::pair().map_err(text)?;
+        let heart = Heartbeat::new().map_err(text)?;
+        let black_box = guard::SharedMemory::new(BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?;
         // Before the process, which then finds it there.
-        let near: Box<dyn Ends> = Box::new(SharedMemory::new(&self.system, self.run).map_err(|why| why.message)?);
-        let child = Launch::new(self.command.iter().cloned())
+        let near: Box<dyn Ends> = Box::new(SharedMemory::new(&self.system, self.run).map_err(text)?);
+        let child = Launch::new(self.commands.processor.iter().cloned())
             .descriptor(LINK, other)
+            .descriptor(HANDLES, handles_there)
+            .descriptor(HEART, heart.descriptor().map_err(text)?)
+            .descriptor(BLACK_BOX, black_box.descriptor().map_err(text)?)
             .variable(SYSTEM, &self.system)
             .variable(RUN, self.run.to_string())
-            .variable(PYTHON, &self.python)
+            .variable(PYTHON, &self.commands.python)
             .variable("OPENGPAC_PROCESSOR", processor)
             .real_time_max(REAL_TIME_MAX)
             .start()
-            .map_err(|why| why.to_string())?;
-        Ok(Started { link: Arc::new(link) as Arc<dyn Link>, near, running: Arc::new(Process(child)), silence: SILENCE })
+            .map_err(text)?;
+        let descriptor = child.descriptor().map_err(text)?;
+        let guarded = self.guarding.watch(&self.commands.guard, processor, descriptor, heart, handles)?;
+        let running = Arc::new(Process { child, guarded, black_box });
+        Ok(Started { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE })
     }
 
-    fn host(&self, host: &str, _processor: &str) -> Result<Started, String> {
-        Err(format!("no host '{host}' has joined system '{}'", self.system))
+    fn host(&self, host: &str, processor: &str) -> Result<Started, String> {
+        #[cfg(feature = "hosts")]
+        return self.joined.start(&self.system, host, processor);
+        #[cfg(not(feature = "hosts"))]
+        Err(format!("no host '{host}' has joined system '{}' for processor '{processor}': this build is without hosts", self.system))
+    }
+
+    #[cfg(feature = "hosts")]
+    fn listen(&self, options: &str, epoch_ns: i64) -> Result<(), String> {
+        self.joined.listen(&self.system, options, epoch_ns)
     }
 }
 
-struct Process(Child);
+struct Process {
+    child: Child,
+    guarded: Guarded,
+    black_box: guard::SharedMemory,
+}
 
 impl Running for Process {
     fn cause(&self) -> String {
-        self.0.wait(Duration::from_secs(1)).map_or_else(|| "does not answer".to_owned(), |status| status.to_string())
+        self.child.wait(Duration::from_secs(1)).map_or_else(|| "does not answer".to_owned(), |status| status.to_string())
+    }
+
+    fn step(&self, place: usize) -> Option<u32> {
+        let word = (place < BLACK_BOX_SOURCES).then(|| self.black_box.word(place * BLACK_BOX_LEN).load(Ordering::Relaxed))?;
+        let started = self.black_box.word(place * BLACK_BOX_LEN + 8).load(Ordering::Relaxed);
+        // The step is the first half; no loop ran where none was started.
+        let step = word as u32;
+        (step != NO_STEP && started != 0).then_some(step)
+    }
+
+    fn ending(&self) {
+        self.guarded.forget();
     }
 
     fn end(&self) {
-        if self.0.wait(GRACE).is_none() {
-            self.0.end(GRACE);
+        if self.child.wait(GRACE).is_none() {
+            self.child.end(GRACE);
         }
     }
+}
+
+pub(crate) fn text(why: impl std::fmt::Display) -> String {
+    why.to_string()
 }

@@ -22,6 +22,33 @@ pub struct Reaches {
     pub network: Option<Box<dyn Ends>>,
 }
 
+/// What a processor stands on: what its process gives it.
+pub struct Service {
+    /// What carries connections out of the process.
+    pub reaches: Reaches,
+    /// Tries code modules in a process of their own.
+    pub probe: Probe,
+    /// The epoch of the system on this host's CLOCK_MONOTONIC, of that on the commanding host's.
+    pub epoch: Box<dyn Fn(i64) -> i64 + Send>,
+    /// Told of each device that is opened (`true`) or closed.
+    pub device: Box<dyn Fn(&Device, bool) + Send>,
+    /// Called as long as the kernels here serve, every 20 ms.
+    pub beat: Box<dyn Fn() + Send>,
+    /// Where sources say which block runs, and how many bytes there are: zero, on a cache line, for as long as the process lives.
+    pub black_box: Option<(*mut u8, usize)>,
+}
+
+// SAFETY: the black box is an address that the one who serves hands to its host.
+unsafe impl Send for Service {}
+
+impl Service {
+    /// One that stands alone: no connections, no guard.
+    pub fn new(probe: Probe) -> Service {
+        let (epoch, device, beat) = (Box::new(|epoch_ns| epoch_ns), Box::new(|_: &Device, _| {}), Box::new(|| {}));
+        Service { reaches: Reaches::default(), probe, epoch, device, beat, black_box: None }
+    }
+}
+
 /// What is to be done with one process if whoever commands is gone.
 struct Farewell {
     source: SourceId,
@@ -47,13 +74,18 @@ pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 const LOOK: Duration = Duration::from_millis(100);
 
 /// Serves until the other side closes it, or is gone and what runs here has had its farewell: then devices are safe and everything is
-/// closed. `probe`: tries code modules in a process of their own.
+/// closed.
 ///
 /// # Errors
 /// In words: no greeting, another version, orders that cannot be understood.
-pub fn serve(link: &Arc<dyn Link>, reaches: Reaches, probe: Probe) -> Result<(), String> {
+pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
     let (epoch_ns, name) = greet(link)?;
-    let host = Arc::new(Host::since(ClockKind::Monotonic, Box::new(Memory), epoch_ns));
+    let Service { reaches, probe, epoch, device, beat, black_box } = service;
+    let host = Arc::new(Host::since(ClockKind::Monotonic, Box::new(Memory), epoch(epoch_ns)));
+    if let Some((memory, len)) = black_box {
+        // SAFETY: what `Service` says of it.
+        unsafe { host.set_black_box(memory, len) };
+    }
     let shared = Arc::new(Shared {
         host: host.clone(),
         link: link.clone(),
@@ -66,7 +98,7 @@ pub fn serve(link: &Arc<dyn Link>, reaches: Reaches, probe: Probe) -> Result<(),
         let shared = shared.clone();
         std::thread::Builder::new()
             .name("tells".into())
-            .spawn(move || tells::run(&shared))
+            .spawn(move || tells::run(&shared, &*beat))
             .map_err(|why| format!("processor '{name}' cannot start a thread: {why}"))?
     };
     let mut agent = Agent {
@@ -77,6 +109,7 @@ pub fn serve(link: &Arc<dyn Link>, reaches: Reaches, probe: Probe) -> Result<(),
         patience: Duration::ZERO,
         count: 0,
         passed: HashSet::new(),
+        device,
     };
     let served = agent.run();
     agent.shared.ends.store(true, Ordering::Release);
@@ -115,6 +148,7 @@ struct Agent {
     count: u32,
     /// Sources elsewhere that channels here raise.
     passed: HashSet<SourceId>,
+    device: Box<dyn Fn(&Device, bool) + Send>,
 }
 
 impl Agent {
@@ -180,7 +214,9 @@ impl Agent {
                 self.answer(ticket, answer);
             }
             Order::Shut { device } => {
-                locked(&self.shared.devices).remove(&device);
+                if let Some(device) = locked(&self.shared.devices).remove(&device) {
+                    (self.device)(&device, false);
+                }
                 self.ground.devices.remove(&device);
             }
             Order::Device { device, call } => {
@@ -240,7 +276,10 @@ impl Agent {
             locked(&self.shared.reader).raised().filter(|source| !self.passed.contains(source) && self.mine(*source).is_err()).collect();
         for source in raised.into_iter().filter(|source| source.0 < self.count) {
             let link = self.shared.link.clone();
-            let request = move || drop(link.send(&frame(&News::Raised { source })));
+            let request = move || {
+                // Where nobody hears it, `receive` says so next.
+                let _heard = link.send(&frame(&News::Raised { source }));
+            };
             self.shared.host.pass_on(source, Box::new(request)).map_err(|why| format!("a thread cannot be started: {why}"))?;
             self.passed.insert(source);
         }
@@ -252,6 +291,7 @@ impl Agent {
         let (driver, description) = drivers::open(kind, &options).map_err(|why| why.to_string())?;
         let device = Device::open(name, driver, self.shared.host.now_ns()).map_err(|why| why.message)?;
         device.obey(self.stop.clone());
+        (self.device)(&device, true);
         let channels = device.channels().to_vec();
         locked(&self.shared.devices).insert(name.to_owned(), device.clone());
         self.ground.devices.insert(name.to_owned(), device);

@@ -7,11 +7,22 @@ use std::time::Duration;
 
 /// Starts processors in processes of this host, and finds those that joined from others. Given to a system by whoever makes it.
 pub trait Places: Send + Sync {
+    /// Where they are to tell what people should know: what it is about, and what happened. Once, before the first process.
+    fn tell_to(&self, _tell: Tell) {}
+
     /// A process of this host for a processor.
     ///
     /// # Errors
     /// What keeps it from starting, in words.
     fn process(&self, processor: &str) -> Result<Started, String>;
+
+    /// Lets other hosts join; `options`: JSON. `epoch_ns`: of the system, on CLOCK_MONOTONIC.
+    ///
+    /// # Errors
+    /// In words: the address is taken, or not secured as it needs.
+    fn listen(&self, _options: &str, _epoch_ns: i64) -> Result<(), String> {
+        Err("this build is without processors on other hosts".to_owned())
+    }
 
     /// A host that has joined, for a processor.
     ///
@@ -19,6 +30,9 @@ pub trait Places: Send + Sync {
     /// None of that name has joined, in words.
     fn host(&self, host: &str, processor: &str) -> Result<Started, String>;
 }
+
+/// Tells people: kind, about what, text.
+pub type Tell = Box<dyn Fn(&'static str, &str, String) + Send + Sync>;
 
 /// A processor that runs, and nobody has greeted yet.
 pub struct Started {
@@ -36,6 +50,14 @@ pub struct Started {
 pub trait Running: Send + Sync {
     /// Why it ended, in words: `was killed by signal 9 (SIGKILL)`. May wait a moment for its end to be known.
     fn cause(&self) -> String;
+
+    /// The step that source `place`, by the order in which the sources there were made, ran when it was looked at; none where none did.
+    fn step(&self, _place: usize) -> Option<u32> {
+        None
+    }
+
+    /// It is about to be told to end.
+    fn ending(&self) {}
 
     /// Waits for its end, and ends it where it takes too long. Nothing of it is left.
     fn end(&self);

@@ -6,7 +6,7 @@ use crate::places::{Running, Started};
 use crate::protocol::{Answer, Beat, News, Order, VERSION, frame, opened};
 use interconnect::{ConnectionSpec, EndError, Ends, Link, Receiver, Sender};
 use kernel::wire::Writer;
-use kernel::{Channel, Device, Event, Far, Host, Script, SourceId, SourceSpec, Statistics, Taken};
+use kernel::{BlockId, Channel, Device, Event, Far, Host, Op, Script, SourceId, SourceSpec, Statistics, Taken};
 use opengpac::abi::ABI as ABI_VERSION;
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -44,6 +44,8 @@ pub struct Processor {
     silence_ms: AtomicU64,
     running: Mutex<Option<Arc<dyn Running>>>,
     process: AtomicU64,
+    /// Of each source there: the blocks of the steps of the table that it has.
+    tables: Mutex<HashMap<SourceId, Vec<Option<BlockId>>>>,
     closing: AtomicBool,
     host: Mutex<Weak<Host>>,
 }
@@ -83,6 +85,7 @@ impl Processor {
             silence_ms: AtomicU64::new(0),
             running: Mutex::default(),
             process: AtomicU64::new(0),
+            tables: Mutex::default(),
             closing: AtomicBool::new(false),
             host: Mutex::default(),
         })
@@ -296,8 +299,11 @@ impl Processor {
         self.answered.notify_all();
         let Some(host) = host.upgrade().filter(|_| !self.closing.load(Ordering::Acquire)) else { return };
         let message = format!("processor '{}' was lost: {why}", self.name);
-        for (source, ..) in locked(&self.sources).iter().filter(|(.., here)| *here) {
-            host.tell(Event::Gone { source: *source, block: None, message: message.clone(), time_ns: host.now_ns() });
+        let running = locked(&self.running).clone();
+        for (place, (source, ..)) in locked(&self.sources).iter().filter(|(.., here)| *here).enumerate() {
+            let step = running.as_ref().and_then(|running| running.step(place));
+            let block = step.and_then(|step| locked(&self.tables).get(source)?.get(step as usize).copied().flatten());
+            host.tell(Event::Gone { source: *source, block, message: message.clone(), time_ns: host.now_ns() });
         }
     }
 
@@ -368,6 +374,9 @@ impl Far for Processor {
         let mut wire = locked(&self.wire);
         wire.last += 1;
         let submission = wire.last;
+        if let Some(Op::Table(table)) = script.ops.iter().find(|op| matches!(op, Op::Table(_))) {
+            locked(&self.tables).insert(source, table.blocks());
+        }
         match wire.writer.parcel(&script, &module::name_of) {
             Ok(parcel) => {
                 wire.scripts.insert(submission, script);
@@ -425,8 +434,12 @@ impl Far for Processor {
 
     fn close(&self) {
         self.closing.store(true, Ordering::Release);
+        let running = locked(&self.running).take();
+        if let Some(running) = &running {
+            running.ending();
+        }
         self.send(&Order::Close);
-        if let Some(running) = locked(&self.running).take() {
+        if let Some(running) = running {
             running.end();
         }
         // Scripts that were submitted after a loss wait for ever, and hold processes that hold this.

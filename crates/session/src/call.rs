@@ -57,6 +57,7 @@ fn configuration(system: &System, name: &str, a: &mut Arguments) -> Answer {
             a.none_left()?;
             done(system.processor_in(&processor, core, supervisor, location))
         }
+        "listen" => done(system.listen(&a.whole::<Json>()?.to_string())),
         "source" => {
             let (processor, source, kind) = (a.take::<String>("processor")?, a.take::<String>("name")?, a.take::<String>("kind")?);
             let (period_ns, priority, cost_ns) = (a.or("period_ns")?, a.take("priority")?, a.or("virtual_cost_ns")?);

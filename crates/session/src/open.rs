@@ -4,7 +4,7 @@ use crate::from_json;
 use interconnect::{Carrier, Faults, Memory, Message};
 use kernel::ClockKind;
 use model::refusal::{Class, Refusal, Refusals};
-use places::Places;
+use places::{Commands, Places};
 use serde::Deserialize;
 use std::sync::Arc;
 use supervisor::System;
@@ -22,6 +22,8 @@ struct Options {
 struct Processes {
     /// Comes to call `places::processor`.
     command: Vec<String>,
+    /// Comes to call `guard::run`.
+    guard: Vec<String>,
     /// The interpreter that tries code modules.
     python: String,
 }
@@ -67,8 +69,9 @@ pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> 
         return refuse("the message interconnect needs the virtual clock".to_owned(), "take clock=\"virtual\"");
     }
     let system = System::new(name, kind, carrier(options.interconnect))?;
-    if let Some(Processes { command, python }) = options.processes {
-        system.set_places(Arc::new(Places::new(name, command.into_iter().map(Into::into).collect(), python.into())));
+    if let Some(Processes { command, guard, python }) = options.processes {
+        let words = |command: Vec<String>| command.into_iter().map(Into::into).collect();
+        system.set_places(Arc::new(Places::new(name, Commands { processor: words(command), guard: words(guard), python: python.into() })));
     }
     Ok(system)
 }

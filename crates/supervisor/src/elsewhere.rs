@@ -40,8 +40,26 @@ type Reopening = Option<(String, String)>;
 impl System {
     /// Says where processors elsewhere come from; once, before the first of them.
     pub fn set_places(&self, places: Arc<dyn rtp::Places>) {
+        let shared = Arc::downgrade(&self.shared);
+        places.tell_to(Box::new(move |kind, about, text| {
+            if let Some(shared) = shared.upgrade() {
+                let mut core = shared.locked();
+                let now_ns = core.host.now_ns();
+                core.log.add(now_ns, kind, about, text);
+            }
+        }));
         // A second call would give what is there already.
         let _first = self.shared.places.set(places);
+    }
+
+    /// Lets other hosts join the system; `options` (JSON): where to listen, and who is let in.
+    pub fn listen(&self, options: &str) -> Result<(), Refusals> {
+        if self.shared.is_virtual {
+            return Ok(());
+        }
+        let cannot = |why: String| refuse(Class::InvalidState, format!("system '{}' cannot listen for other hosts: {why}", self.name), "");
+        let Some(places) = self.shared.places.get() else { return Err(cannot("it was made without a way to reach any".to_owned())) };
+        places.listen(options, self.shared.host.epoch_ns()).map_err(cannot)
     }
 
     /// Starts a processor that is not a thread, and tells it what the system has so far. Nothing under the virtual clock.

@@ -74,7 +74,11 @@ impl Core {
                 let reader = self.source_name(source).to_owned();
                 self.log.add(time_ns, "late", &reader, format!("ratio input {member}: the value was not there yet, the old one is kept"));
             }
-            Event::Gone { source, message, .. } => self.processor_lost(source, &message),
+            Event::Gone { source, block, message, .. } => {
+                let culprit = block.and_then(|block| self.culprit(block));
+                let ran = culprit.map(|(of, index)| format!("; it ran block '{}' of '{}'", of.plan.blocks[index].label, of.name));
+                self.processor_lost(source, &format!("{message}{}", ran.unwrap_or_default()));
+            }
             Event::Unconnected { writer, reader, message } => {
                 let (writer, reader) = (self.source_name(writer).to_owned(), self.source_name(reader).to_owned());
                 self.log.add(self.host.now_ns(), "unconnected", &reader, format!("nothing comes from '{writer}' to '{reader}': {message}"));

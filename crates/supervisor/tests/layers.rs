@@ -20,7 +20,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("library", &["opengpac"]),
     ("rtp", &["opengpac", "interconnect", "kernel", "drivers", "modules", "library"]),
     ("supervisor", &["opengpac", "model", "interconnect", "kernel", "drivers", "modules", "library", "rtp"]),
-    ("places", &["interconnect", "guard", "shared-memory", "rtp", "modules"]),
+    ("places", &["opengpac", "interconnect", "kernel", "guard", "shared-memory", "rtp", "modules", "hosts"]),
     ("session", &["model", "interconnect", "kernel", "supervisor", "places"]),
     ("control", &["opengpac", "model", "supervisor", "session"]),
     ("bindings", &["opengpac", "model", "guard", "drivers", "supervisor", "session", "places", "control"]),

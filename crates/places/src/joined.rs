@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Hosts that have joined, for processors that are to run there; and the life of a process that lends its host.
+//!
+//! The listening host tells a joined one over link 0 which link the next processor has; there a thread serves it. All processors of a
+//! joined host are threads of one process.
+use crate::started::text;
+use hosts::{Hosts, Options, Security};
+use interconnect::{Ends, Link};
+use modules::Probe;
+use rtp::{Reaches, Running, Service, Started, Tell};
+use serde::Deserialize;
+use shared_memory::SharedMemory;
+use std::collections::HashMap;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, OnceLock};
+use std::time::Duration;
+
+/// How long a processor waits for its host.
+const JOINED_MAX: Duration = Duration::from_secs(10);
+
+/// A processor of another host may be silent for so long; its link is closed before that where its host is gone.
+const SILENCE: Duration = Duration::from_secs(6);
+
+/// The link over which a joined host learns of its processors.
+const CONTROL: u64 = 0;
+
+/// How a host listens or joins.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct JoinOptions {
+    /// `tcp/HOST:PORT` or `tls/HOST:PORT`.
+    pub endpoint: String,
+    /// Name of this host.
+    pub name: String,
+    /// PEM files for TLS.
+    #[serde(default)]
+    pub authority: Option<PathBuf>,
+    #[serde(default)]
+    pub certificate: Option<PathBuf>,
+    #[serde(default)]
+    pub key: Option<PathBuf>,
+    /// A secret that both sides know, instead of the joining side's certificate.
+    #[serde(default)]
+    pub token: Option<String>,
+    /// How well the clocks of the hosts are to agree, ns.
+    #[serde(default)]
+    pub clock_limit_ns: Option<i64>,
+}
+
+impl JoinOptions {
+    fn options(self, system: &str, tell: Option<&Arc<OnceLock<Tell>>>) -> Options {
+        let pair = self.certificate.clone().zip(self.key.clone());
+        let security = match (self.token, self.authority, pair) {
+            (Some(token), authority, certificate) => Security::Token { token, authority, certificate },
+            (None, Some(authority), Some((certificate, key))) => Security::Certificates { authority, certificate, key },
+            _ => Security::Loopback,
+        };
+        let mut options = Options { security, abi_version: opengpac::abi::ABI, clock_limit_ns: self.clock_limit_ns, ..Options::new(system, &self.name, &self.endpoint) };
+        if let Some(tell) = tell.cloned() {
+            options.clock_watch = Some(Arc::new(move |report| {
+                let Some(tell) = tell.get() else { return };
+                let (worst_us, limit_us) = (report.offset.worst_ns() as f64 * 1e-3, report.limit_ns as f64 * 1e-3);
+                let how = if report.beyond { "more than" } else { "within" };
+                tell("clock_offset", &report.host, format!("its clock is {worst_us:.0} us off, {how} the limit of {limit_us:.0} us"));
+            }));
+        }
+        options
+    }
+}
+
+/// The hosts that have joined a system.
+#[derive(Default)]
+pub(crate) struct Joined {
+    pub tell: Arc<OnceLock<Tell>>,
+    listening: Mutex<Option<Listening>>,
+}
+
+struct Listening {
+    hosts: Hosts,
+    last_link: u64,
+    controls: HashMap<String, Arc<dyn Link>>,
+}
+
+impl Joined {
+    /// Lets other hosts join. Errors: in words, with what to do.
+    pub fn listen(&self, system: &str, options: &str, epoch_ns: i64) -> Result<(), String> {
+        let mut listening = self.listening.lock().expect("nobody panics with the lock held");
+        if listening.is_some() {
+            return Err(format!("system '{system}' listens already"));
+        }
+        let options: JoinOptions = serde_json::from_str(options).map_err(|why| format!("this is not how a host listens: {why}"))?;
+        let hosts = Hosts::listen(options.options(system, Some(&self.tell))).map_err(text)?;
+        hosts.set_epoch(epoch_ns);
+        *listening = Some(Listening { hosts, last_link: CONTROL, controls: HashMap::new() });
+        Ok(())
+    }
+
+    pub fn start(&self, system: &str, host: &str, processor: &str) -> Result<Started, String> {
+        let hosts = {
+            let listening = self.listening.lock().expect("nobody panics with the lock held");
+            let Some(listening) = listening.as_ref() else { return Err(format!("system '{system}' does not listen for hosts: call listen() before")) };
+            listening.hosts.clone()
+        };
+        if !hosts.wait_for(host, JOINED_MAX) {
+            let seconds = JOINED_MAX.as_secs();
+            return Err(format!("no host '{host}' has joined system '{system}' within {seconds} s; start `opengpac join --system {system} --name {host} --at …` there"));
+        }
+        let mut listening = self.listening.lock().expect("nobody panics with the lock held");
+        let listening = listening.as_mut().expect("it was there above, and never goes");
+        listening.last_link += 1;
+        let number = listening.last_link;
+        let link: Arc<dyn Link> = hosts.link(host, number).map_err(|why| why.message)?.into();
+        let call = |control: &Arc<dyn Link>| control.send(&number.to_le_bytes());
+        let known = listening.controls.get(host).is_some_and(|control| call(control).is_ok());
+        if !known {
+            // The first processor of the host, or the first since it came back.
+            listening.controls.remove(host);
+            let control: Arc<dyn Link> = hosts.link(host, CONTROL).map_err(|why| why.message)?.into();
+            call(&control).map_err(|_| format!("host '{host}' does not take processor '{processor}'"))?;
+            listening.controls.insert(host.to_owned(), control);
+        }
+        let running = Arc::new(Lent { host: host.to_owned() });
+        Ok(Started { link, near: Box::new(hosts) as Box<dyn Ends>, running, silence: SILENCE })
+    }
+}
+
+/// A processor on a host that was lent.
+struct Lent {
+    host: String,
+}
+
+impl Running for Lent {
+    fn cause(&self) -> String {
+        format!("or host '{}' is gone, or the network to it is cut", self.host)
+    }
+
+    fn end(&self) {}
+}
+
+/// Lends this host to a system: serves its processors until the system is gone, or `stop` says so (it is asked a few times a second).
+///
+/// # Errors
+/// In words: nobody listens there, or this host is not let in.
+pub fn join(system: &str, options: JoinOptions, python: OsString, stop: &dyn Fn() -> bool) -> Result<(), String> {
+    let name = options.name.clone();
+    let hosts = Hosts::join(options.options(system, None)).map_err(text)?;
+    let listener = hosts.peers().first().map(|peer| peer.name.clone()).ok_or("the listening host is gone")?;
+    let control = hosts.link(&listener, CONTROL).map_err(|why| why.message)?;
+    let run = shared_memory::new_run();
+    let mut serving = Vec::new();
+    while !stop() {
+        match control.receive(Duration::from_millis(200)) {
+            Ok(None) => {}
+            Err(_) => break,
+            Ok(Some(frame)) => {
+                let number = u64::from_le_bytes(frame.try_into().map_err(|_| "this is no number of a link".to_owned())?);
+                let link: Arc<dyn Link> = hosts.link(&listener, number).map_err(|why| why.message)?.into();
+                let shared = SharedMemory::new(&format!("{system}-{name}"), run).map_err(text)?;
+                let (clocks, probe) = (hosts.clone(), Probe::of([python.clone(), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()]));
+                let reaches = Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: Some(Box::new(hosts.clone()) as Box<dyn Ends>) };
+                let epoch = move |listener_ns: i64| {
+                    let epoch_ns = clocks.here_ns(listener_ns);
+                    clocks.set_epoch(epoch_ns);
+                    epoch_ns
+                };
+                let service = Service { reaches, epoch: Box::new(epoch), ..Service::new(probe) };
+                let served = std::thread::Builder::new().name("processor".into()).spawn(move || rtp::serve(&link, service)).map_err(text)?;
+                serving.push((number, served));
+            }
+        }
+    }
+    control.close();
+    for (number, served) in serving {
+        match served.join() {
+            Ok(Ok(())) => {}
+            Ok(Err(why)) => eprintln!("processor of link {number}: {why}"),
+            Err(_) => eprintln!("processor of link {number} panicked"),
+        }
+    }
+    Ok(())
+}

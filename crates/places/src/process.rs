@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The life of a process that was started for a processor.
+use crate::{BLACK_BOX, BLACK_BOX_SOURCES, HANDLES, HEART, LINK, PYTHON, RUN, SYSTEM};
+use guard::{Heartbeat, UnixLink, send_handles};
+use interconnect::{Ends, Link};
+use kernel::{BLACK_BOX_LEN, Device};
+use modules::Probe;
+use rtp::{Reaches, Service};
+use shared_memory::SharedMemory;
+use std::ffi::OsString;
+use std::os::fd::OwnedFd;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How long a device waits for the guard to have what makes it safe.
+const HELD: Duration = Duration::from_secs(5);
+
+/// The life of a process that was started for a processor.
+///
+/// # Errors
+/// In words: it was not started by a system, or the other side is of another version.
+pub fn processor() -> Result<(), String> {
+    let link: Arc<dyn Link> = Arc::new(UnixLink::from_descriptor(inherited(LINK)?).map_err(text)?);
+    let variable = |name: &str| std::env::var(name).map_err(|_| format!("the environment has no {name}: a system starts this process"));
+    let run: u64 = variable(RUN)?.parse().map_err(|_| format!("{RUN} is no number"))?;
+    let shared = SharedMemory::new(&variable(SYSTEM)?, run).map_err(text)?;
+    let python = variable(PYTHON)?;
+    let handles = UnixLink::from_descriptor(inherited(HANDLES)?).map_err(text)?;
+    let heart = Heartbeat::received(inherited(HEART)?).map_err(text)?;
+    // It stays as long as the process: sources write there to their end.
+    let black_box = Box::leak(Box::new(guard::SharedMemory::received(inherited(BLACK_BOX)?, BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?));
+    let service = Service {
+        reaches: Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: None },
+        device: Box::new(move |device, is_open| hand_over(&handles, device, is_open)),
+        beat: Box::new(move || heart.beat()),
+        black_box: Some((black_box.start(), black_box.len())),
+        ..Service::new(Probe::of([OsString::from(python), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()]))
+    };
+    rtp::serve(&link, service)
+}
+
+/// Gives the guard what makes a device safe, and waits until it has it. Where there is no guard, that was told when it went.
+fn hand_over(handles: &UnixLink, device: &Device, is_open: bool) {
+    let given = if is_open { device.safe_handles() } else { &[] };
+    if (is_open && given.is_empty()) || send_handles(handles, device.name(), given).is_err() {
+        return;
+    }
+    let _held = handles.receive(HELD);
+}
+
+fn inherited(name: &str) -> Result<OwnedFd, String> {
+    guard::inherited(name).map_err(text)
+}
+
+fn text(why: impl std::fmt::Display) -> String {
+    why.to_string()
+}
