@@ -51,7 +51,8 @@ impl Launch {
     }
 
     /// The processor time that a real-time thread of it may use without sleeping (`RLIMIT_RTTIME`): behind it a runaway loop is
-    /// signalled and, a second later, killed. Ours where it is left out.
+    /// signalled and, a second later, killed. It has it from its first instruction, because it inherits it: where ours is higher, it is
+    /// lowered to the same, as every process with kernels has one. Ours where it is left out.
     pub fn real_time_max(mut self, limit: Duration) -> Launch {
         self.real_time_max = Some(limit);
         self
@@ -77,6 +78,9 @@ impl Launch {
             return Err(fail("the command line is empty".to_owned()));
         }
         let descriptors: Vec<RawFd> = self.descriptors.iter().map(|(_, descriptor)| descriptor.as_raw_fd()).collect();
+        if let Some(limit) = self.real_time_max {
+            limit_ours(limit);
+        }
         let pid = spawn(&arguments, &variables, &descriptors).map_err(|error| fail(error.to_string()))?;
         let child = Child::started(pid).map_err(|error| fail(error.to_string()))?;
         settle(pid, self.real_time_max).map_err(|error| fail(error.to_string()))?;
@@ -179,8 +183,21 @@ fn duplicate(descriptor: RawFd, from: RawFd) -> io::Result<OwnedFd> {
     }
 }
 
-/// What a spawn cannot set: the cores of our main thread (the thread that starts it may be pinned), and the limit. The process has
-/// run for some microseconds by then, and has no thread yet that the limit would act on.
+/// Lowers our own limit, for good: raised again it would be so under a thread that relies on it. Where that fails, `settle` is what is left.
+fn limit_ours(limit: Duration) {
+    let us = libc::rlim_t::try_from(limit.as_micros()).unwrap_or(libc::RLIM_INFINITY);
+    // SAFETY: reads and lowers a limit of this process, through a value of our own.
+    unsafe {
+        let mut ours = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+        if libc::getrlimit(libc::RLIMIT_RTTIME, &mut ours) == 0 && ours.rlim_cur > us {
+            ours.rlim_cur = us;
+            libc::setrlimit(libc::RLIMIT_RTTIME, &ours);
+        }
+    }
+}
+
+/// What a spawn cannot set: the cores of our main thread (the thread that starts it may be pinned), and the
+/// limit exactly, where ours is lower or has another end. The process may run already by then.
 fn settle(pid: libc::pid_t, real_time_max: Option<Duration>) -> io::Result<()> {
     // SAFETY: sets of our own; a process that has ended already is left alone.
     unsafe {
