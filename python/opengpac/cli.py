@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac`: run, check, build, new block, blocks, rts, token."""
+"""The command `opengpac`: run, check, build, new block, blocks, rts, token, join."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import _native, daemon, library
+from . import _native, daemon, hosts, library
 from .errors import Error, refusals
 
 _TEMPLATE = """// SPDX-License-Identifier: Apache-2.0
@@ -68,6 +68,7 @@ def _parser() -> argparse.ArgumentParser:
     blocks.add_argument("words", nargs="*", metavar="WORD")
     blocks.set_defaults(run=_blocks)
     daemon.add_to(commands)
+    hosts.add_to(commands)
     return parser
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 from weakref import WeakValueDictionary
 
-from . import _native, checking, existing, restart
+from . import _native, checking, existing, hosts, restart
 from .alarms import Alarms
 from .checks import Definitions
 from .devices import LogicalDevice, type_json
@@ -130,6 +130,35 @@ class System:
         with refusals:
             self._alive().processor(name, core, supervisor, process, host)
         return self.processors.setdefault(name, Processor(self, name))
+
+    def listen(
+        self,
+        endpoint: str,
+        name: str | None = None,
+        *,
+        authority: str | os.PathLike[str] | None = None,
+        certificate: str | os.PathLike[str] | None = None,
+        key: str | os.PathLike[str] | None = None,
+        token: str | None = None,
+        clock_limit: Quantity | None = None,
+    ) -> None:
+        """Lets other hosts join: `cell.listen("tcp/127.0.0.1:7447")`, there `opengpac join`, then `cell.processor("rtp2", host=…)`.
+
+        Beyond this machine it must be `tls/HOST:PORT`, with PEM files of an authority, a certificate and its key, or with a token
+        that both sides know. `clock_limit` says how well the clocks of the hosts are to agree; the log tells when they do not. Nothing under the
+        virtual clock. Raises InvalidState where the address is taken, or not secured as it needs.
+        """
+        given = hosts.options_json(
+            endpoint,
+            name or hosts.host_name(),
+            authority=None if authority is None else os.fspath(authority),
+            certificate=None if certificate is None else os.fspath(certificate),
+            key=None if key is None else os.fspath(key),
+            token=token,
+            clock_limit=clock_limit,
+        )
+        with refusals:
+            self._alive().listen(given)
 
     def download(self, path: str | os.PathLike[str], name: str | None = None) -> Module:
         """A code module while the system runs: C or C++ source, a shared object, or a compiled Rust module."""

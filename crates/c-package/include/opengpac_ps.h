@@ -49,7 +49,8 @@ void opengpac_close(opengpac_system *system);
 /* The calls. Names of sources are "processor.source", times are ns; what stands in [brackets] may be left out.
  *
  * configuration
- *   processor              name, [core], [supervisor]
+ *   processor              name, [core], [supervisor], [process] (a process of its own), [host] (one that has joined)
+ *   listen                 endpoint ("tcp/HOST:PORT", "tls/HOST:PORT"), name, [authority], [certificate], [key], [token], [clock_limit_ns]
  *   source                 processor, name, kind ("timer", "trigger", "software"), [period_ns], priority, [virtual_cost_ns]
  *   request                source
  *   physical_device        processor, name, kind ("mujoco", "loopback", "scripted"), [options], source     -> its channels and parts

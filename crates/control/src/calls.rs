@@ -83,6 +83,20 @@ const WAIT: &[Argument] = &[must("instance", Int), may("timeout_ns", Int), may("
 pub const CALLS: &[Call] = &[
     call("processor", Configure, &[must("name", Text), may("core", Int), may("supervisor", Bool), may("process", Bool), may("host", Text)], Of::Nothing),
     call(
+        "listen",
+        Configure,
+        &[
+            must("endpoint", Text),
+            must("name", Text),
+            may("authority", Text),
+            may("certificate", Text),
+            may("key", Text),
+            may("token", Text),
+            may("clock_limit_ns", Int),
+        ],
+        Of::Nothing,
+    ),
+    call(
         "source",
         Configure,
         &[must("processor", Text), must("name", Text), must("kind", Text), may("period_ns", Int), must("priority", Int), may("virtual_cost_ns", Int)],

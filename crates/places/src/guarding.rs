@@ -93,6 +93,11 @@ impl Guarding {
         Ok(made)
     }
 
+    /// The guard ends where it guards nothing any more.
+    pub fn close(&self) {
+        drop(self.guard.lock().expect("nobody panics with the lock held").take());
+    }
+
     /// Number of the guard process.
     pub fn pid(&self) -> Option<i32> {
         self.guard.lock().expect("nobody panics with the lock held").as_ref().and_then(|guard| guard.pid())

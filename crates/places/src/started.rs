@@ -72,6 +72,10 @@ impl rtp::Places for Places {
         self.guarding.tell_to(Box::new(move |kind, about, text| tell(kind, about, text)));
     }
 
+    fn close(&self) {
+        self.guarding.close();
+    }
+
     fn process(&self, processor: &str) -> Result<Started, String> {
         let (link, other) = UnixLink::pair().map_err(text)?;
         let (handles, handles_there) = UnixLink::pair().map_err(text)?;

@@ -24,6 +24,9 @@ pub trait Places: Send + Sync {
         Err("this build is without processors on other hosts".to_owned())
     }
 
+    /// The system is closed: nothing of what was started for it stays.
+    fn close(&self) {}
+
     /// A host that has joined, for a processor.
     ///
     /// # Errors

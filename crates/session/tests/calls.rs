@@ -8,6 +8,7 @@ const HEADER: &str = include_str!("../../c-package/include/opengpac_ps.h");
 /// Every call, in the order of the header.
 const CALLS: &[&str] = &[
     "processor",
+    "listen",
     "source",
     "request",
     "physical_device",

@@ -248,6 +248,9 @@ impl System {
             let _ended = thread.join();
         }
         self.shared.host.close();
+        if let Some(places) = self.shared.places.get() {
+            places.close();
+        }
     }
 }
 

@@ -60,6 +60,9 @@ class Remote(RealTimeSystem):
             if there is None or there["core"] != core or (supervisor and not there["supervisor"]):
                 raise
 
+    def listen(self, options_json: str) -> None:
+        self._call("listen", **json.loads(options_json))
+
     def source(self, processor: str, name: str, kind: str, period_ns: int, priority: int, virtual_cost_ns: int) -> None:
         asked = {"period_ns": period_ns, "priority": priority, "virtual_cost_ns": virtual_cost_ns}
         try:

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Several hosts: who listens for others, and `opengpac join`, which lends a host to a system."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import platform
+import sys
+from pathlib import Path
+from typing import Any
+
+from . import _native
+from .quantities import Quantity, duration_ns
+
+
+def options_json(
+    endpoint: str,
+    name: str,
+    *,
+    authority: str | Path | None = None,
+    certificate: str | Path | None = None,
+    key: str | Path | None = None,
+    token: str | None = None,
+    clock_limit: Quantity | None = None,
+) -> str:
+    """How a host listens or joins, as the core is told."""
+    files = {"authority": authority, "certificate": certificate, "key": key}
+    given: dict[str, Any] = {what: str(Path(file).expanduser().absolute()) for what, file in files.items() if file is not None}
+    if token is not None:
+        given["token"] = token
+    if clock_limit is not None:
+        given["clock_limit_ns"] = duration_ns(clock_limit, "the limit of the clocks")
+    return json.dumps({"endpoint": endpoint, "name": name, **given})
+
+
+def host_name() -> str:
+    """This host's name, in letters that a host may have."""
+    return "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in platform.node())[:64] or "host"
+
+
+def add_to(commands: Any) -> None:
+    """Adds `join` to the command `opengpac`."""
+    join = commands.add_parser("join", help="lend this host to a system elsewhere: its processors with host=NAME run here")
+    join.add_argument("--system", required=True, help="name of the system")
+    join.add_argument("--at", required=True, metavar="tcp/HOST:PORT", help="where it listens; tls/HOST:PORT beyond this machine")
+    join.add_argument("--name", default=host_name(), help="name of this host (default: %(default)s)")
+    join.add_argument("--ca", metavar="FILE", help="certificate of the authority (PEM), for tls/")
+    join.add_argument("--cert", metavar="FILE", help="this host's certificate (PEM), for tls/")
+    join.add_argument("--key", metavar="FILE", help="its private key (PEM), readable by its owner only")
+    join.add_argument("--token-file", metavar="FILE", help="file with the secret, instead of a certificate")
+    join.set_defaults(run=_join)
+
+
+def _join(given: argparse.Namespace) -> int:
+    token = Path(given.token_file).read_text().strip() if given.token_file else None
+    options = options_json(given.at, given.name, authority=given.ca, certificate=given.cert, key=given.key, token=token)
+    print(f"host '{given.name}' joins system '{given.system}' at {given.at}; Ctrl-C ends it", flush=True)
+    try:
+        why = _native.join_system(given.system, options)
+    except KeyboardInterrupt:
+        why = None
+    if why is not None:
+        print(why, file=sys.stderr)
+        return 1
+    print(f"system '{given.system}' is gone, or this host was called back; its devices are in their safe state")
+    return 0
