@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _native, system
-from .drivers import mujoco_folder
+from .drivers import _mujoco_folder
 from .errors import CallError, FileFailed, refusals, refuse
 
 _ROLES = ("observe", "operate", "configure", "download")
@@ -64,7 +64,7 @@ def _rts(given: argparse.Namespace) -> int:
     # It is the system that others connect to.
     os.environ.pop("OPENGPAC_SYSTEM", None)
     # Programs elsewhere bring their models, and leave out where the library lies: that is of this machine.
-    library = mujoco_folder()
+    library = _mujoco_folder()
     if library is not None:
         os.environ["OPENGPAC_MUJOCO"] = library
     options = {

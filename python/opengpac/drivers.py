@@ -33,14 +33,14 @@ def mujoco(path: str | os.PathLike[str], *, timestep: Quantity | None = None) ->
 
     Each part has `position`, `velocity`, `bias` (read) and `effort` (written); a tool has `tool.force` and `tool.push`.
     """
-    library = mujoco_folder()
+    library = _mujoco_folder()
     if library is None:
         refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
     step = None if timestep is None else duration_ns(timestep, "the time step") * 1e-9
     return Driver("mujoco", _set(path=str(Path(path).expanduser().absolute()), library=library, timestep=step))
 
 
-def mujoco_folder() -> str | None:
+def _mujoco_folder() -> str | None:
     """Where MuJoCo's library is on this machine: `OPENGPAC_MUJOCO`, else the folder of the Python package; None where there is none."""
     told = os.environ.get("OPENGPAC_MUJOCO")
     found = importlib.util.find_spec("mujoco") if told is None else None

@@ -8,7 +8,6 @@ import http.client
 import json
 import logging
 import os
-import select
 import threading
 import time
 from collections.abc import Callable
@@ -17,7 +16,7 @@ from typing import Any
 from .. import _native
 from ..errors import ConnectionLost, VersionMismatch, refusals, refuse
 from ..reports import Report
-from .transport import Answer, Transport, spoken
+from .transport import Answer, Transport, readable, spoken
 
 _logger = logging.getLogger("opengpac")
 
@@ -161,7 +160,8 @@ class Session:
         try:
             hold = self.transport.hold("/v1/hold", self.headers)
             while not self._ended:
-                ready, _, _ = select.select([hold.sock, self._wake], [], [], self._every_s)
+                assert hold.sock is not None
+                ready = readable(self._every_s, hold.sock, self._wake)
                 if self._ended or self._wake in ready:
                     return
                 if ready and spoken(hold):

@@ -218,7 +218,15 @@ def spoken(connection: http.client.HTTPConnection) -> bool:
 
 def _hung_up(connection: http.client.HTTPConnection) -> bool:
     """Whether the other side has closed a connection that lay idle: there is something to read, which can be its end only."""
-    return connection.sock is not None and bool(select.select([connection.sock], [], [], 0)[0])
+    return connection.sock is not None and bool(readable(0.0, connection.sock))
+
+
+def readable(within_s: float, *descriptors: socket.socket | int) -> list[int]:
+    """Which of these have something to read within a time; they may be of any number, which `select.select` does not take."""
+    poll = select.poll()
+    for descriptor in descriptors:
+        poll.register(descriptor, select.POLLIN)
+    return [descriptor for descriptor, _ in poll.poll(within_s * 1e3)]
 
 
 def _seconds(text: str | None) -> float:
