@@ -113,7 +113,7 @@ fn a_silent_host_closes_its_links_and_a_shorter_silence_does_not() {
     assert!(a.peers()[0].gone);
     assert!(a.link("cell-b", 2).is_err());
     wire.set(WireFaults::default());
-    wait_until("cell-b is back", || !a.peers()[0].gone);
+    wait_until("each hears the other again", || !a.peers()[0].gone && !b.peers()[0].gone);
     assert_eq!(near.send(b"closed is closed"), Err(Closed));
     let (near, far) = (a.link("cell-b", 3).expect("it is back"), b.link("cell-a", 3).expect("it is back"));
     near.send(b"a new link").expect("it is open");
