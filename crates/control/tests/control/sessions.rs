@@ -3,7 +3,6 @@
 use control::wire::OpenSession;
 use control::{Caller, REPORTS_MAX, Role, SESSIONS_EACH_MAX, SESSIONS_MAX, Sessions};
 use model::refusal::Class;
-use serde_json::json;
 use std::time::{Duration, Instant};
 use supervisor::{End, Report};
 
