@@ -72,11 +72,12 @@ class Ring:
             made = cell.processor(f"rtp{number}", **processor)
             sources.append((made.timer("fast", period="4 ms", priority=70), made.software("soft", priority=60)))
         sent = [cell.svv(f"sent{number}") for number in range(PROCESSORS)]
+        each = blocks // PROCESSORS
+        writers = [self._numbering(n, each - 2).on(fast).new_instance(sent[n]) for n, (fast, _) in enumerate(sources)]
         for number, (_, soft) in enumerate(sources):
             self.instances.append(self._expecting(number).on(soft).asynch(sent[number - 1], *self._counters(number)))
-        each = blocks // PROCESSORS
-        for number, (fast, _) in enumerate(sources):
-            self.instances.append(self._numbering(number, each - 2).on(fast).asynch(sent[number]))
+        for writer in writers:
+            self.instances.append(writer.start())
             self.blocks += each
 
     def counts(self) -> dict[str, int]:

@@ -152,7 +152,7 @@ def run(stage: Stage, name: str, made: Graph) -> dict[str, Any]:
     if made.before:
         made.before()
     instance = verb.on(places).new_instance(**arguments)
-    instance.start(**made.values, time_limit="30 s")
+    instance.start(**made.values, time_limit="15 s")
     if made.during:
         made.during(instance)
     report = instance.wait()
