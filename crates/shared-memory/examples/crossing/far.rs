@@ -90,7 +90,7 @@ fn answer(wire: &mut impl Wire, len: usize, count: u64) {
 pub fn serve(kind: &str, len: usize, run: u64) {
     match kind {
         "connections" => bursts(Connections::shared(1, len, run), len),
-        "word" => bursts(Word::new(1, len, run), len),
+        "word" => bursts(Word::new("processes", 1, len, run), len),
         "publish-subscribe" => bursts(PublishSubscribe::new(1, len, run), len),
         _ => waking::serve(kind, run),
     }

@@ -39,8 +39,8 @@ fn main() {
             if wanted("processes") {
                 SIZES.iter().for_each(|values| polled::between_processes(*values, rounds));
                 waking::between_processes(rounds);
-                place::clear();
             }
+            place::clear();
         }
         [] => {
             eprintln!("crossing ROUNDS [threads] [processes]");

@@ -52,7 +52,7 @@ pub fn between_threads(values: usize, rounds: usize) {
     let len = values * 8;
     let (near, far) = Connections::in_memory(len);
     let mut ours = Side::new(near, Far::thread(far, len), len);
-    let mut word = Side::new(Word::new(0, len, run()), Far::thread(Word::new(1, len, run()), len), len);
+    let mut word = Side::new(Word::new("threads", 0, len, run()), Far::thread(Word::new("threads", 1, len, run()), len), len);
     let turns: Vec<_> = (0..=rounds).map(|_| (ours.burst(), word.burst())).skip(1).collect();
     compare("processes", &what(values, "another thread"), "bare word", &turns, Some((2.0, "≤ 2 ×")), "each copies the values in and out");
 }
@@ -64,7 +64,7 @@ pub fn between_processes(values: usize, rounds: usize) {
     let far = |kind| Far::process(kind, len, run);
     let (ours, word, peer) = (far("connections"), far("word"), far("publish-subscribe"));
     let mut ours = Side::new(Connections::shared(0, len, run), ours, len);
-    let mut word = Side::new(Word::new(0, len, run), word, len);
+    let mut word = Side::new(Word::new("processes", 0, len, run), word, len);
     let mut peer = Side::new(PublishSubscribe::new(0, len, run), peer, len);
     let turns: Vec<_> = (0..=rounds).map(|_| (ours.burst(), peer.burst(), word.burst())).skip(1).collect();
     let beside = |of: fn(&(f64, f64, f64)) -> f64| turns.iter().map(|turn| (turn.0, of(turn))).collect::<Vec<_>>();

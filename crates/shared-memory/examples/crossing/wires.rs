@@ -65,9 +65,10 @@ pub struct Word {
 unsafe impl Send for Word {}
 
 impl Word {
-    pub fn new(side: u64, len: usize, run: u64) -> Self {
+    /// `within` is what both sides belong to.
+    pub fn new(within: &str, side: u64, len: usize, run: u64) -> Self {
         let half = (8 + len).next_multiple_of(128);
-        let base = bare(&format!("word-{len}"), 2 * half, run);
+        let base = bare(&format!("word-{within}-{len}"), 2 * half, run);
         // SAFETY: inside the mapping.
         let at = |side: u64| unsafe { base.add(side as usize * half) };
         Word { to: at(side), from: at(1 - side), seen: 0 }
@@ -78,7 +79,7 @@ impl Wire for Word {
     fn send(&mut self, number: u64, values: &[u8]) {
         // SAFETY: the word and the bytes behind it lie inside the mapping, and the other side reads them only after the store.
         unsafe {
-            self.to.add(8).copy_from_nonoverlapping(NonNull::from(&values[0]), values.len());
+            self.to.add(8).as_ptr().copy_from_nonoverlapping(values.as_ptr(), values.len());
             self.to.cast::<AtomicU64>().as_ref().store(number, Ordering::Release);
         }
     }
@@ -91,7 +92,7 @@ impl Wire for Word {
         }
         self.seen = number;
         // SAFETY: as above.
-        unsafe { self.from.add(8).copy_to_nonoverlapping(NonNull::from(&mut values[0]), values.len()) };
+        unsafe { self.from.add(8).as_ptr().copy_to_nonoverlapping(values.as_mut_ptr(), values.len()) };
         Some(number)
     }
 }
