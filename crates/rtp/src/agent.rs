@@ -49,12 +49,6 @@ impl Service {
     }
 }
 
-/// What is to be done with one process if whoever commands is gone.
-struct Farewell {
-    source: SourceId,
-    parcel: Option<Parcel>,
-}
-
 /// What the threads of a processor share.
 pub(crate) struct Shared {
     pub host: Arc<Host>,
@@ -142,7 +136,7 @@ struct Agent {
     ground: Grounds,
     /// While it is set, every write of a device is the safe one.
     stop: Arc<AtomicBool>,
-    farewells: HashMap<u64, Farewell>,
+    farewells: HashMap<(u64, SourceId), Option<Parcel>>,
     patience: Duration,
     /// Sources of the system so far, here or not.
     count: u32,
@@ -232,8 +226,9 @@ impl Agent {
             }
             Order::Stop { set } => self.stop.store(set, Ordering::Release),
             Order::Farewell { process, source, parcel } => {
-                self.farewells.insert(process, Farewell { source: self.mine(source)?, parcel });
+                self.farewells.insert((process, self.mine(source)?), parcel);
             }
+            Order::NoFarewell { process, source } => drop(self.farewells.remove(&(process, source))),
             Order::Patience { ms } => self.patience = Duration::from_millis(ms),
             Order::Close => return Ok(true),
         }
@@ -301,16 +296,17 @@ impl Agent {
     /// Whoever commanded is gone: each process gets its farewell; what has none goes on as long as the patience lasts.
     fn part(&mut self) {
         let mut goes_on = false;
-        for (process, farewell) in std::mem::take(&mut self.farewells) {
-            match farewell.parcel {
-                None => goes_on = true,
-                Some(parcel) => {
-                    let script = locked(&self.shared.reader).open(0, parcel, &mut self.ground);
-                    if let (Ok(script), Some(process)) = (script, locked(&self.shared.reader).process_of(process)) {
-                        process.take(process.now().0, true);
-                        self.shared.host.submit(farewell.source, script);
-                    }
-                }
+        for ((process, source), parcel) in std::mem::take(&mut self.farewells) {
+            let Some(parcel) = parcel else {
+                goes_on = true;
+                continue;
+            };
+            let mut reader = locked(&self.shared.reader);
+            // What cannot be understood was so when it came: then everything is made safe below.
+            let Ok(script) = reader.open(0, parcel, &mut self.ground) else { continue };
+            if let Some(process) = reader.process_of(process) {
+                process.take(process.now().0, true);
+                self.shared.host.submit(source, script);
             }
         }
         let until = Instant::now() + self.patience;

@@ -64,6 +64,9 @@ struct Wire {
 const ANSWER: Duration = Duration::from_secs(30);
 const TAKE: Duration = Duration::from_secs(2);
 
+/// How long what keeps devices going goes on without anybody who commands: then they are made safe.
+const PATIENCE: Duration = Duration::from_secs(10);
+
 /// Between two looks at whether it is silent.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -144,6 +147,7 @@ impl Processor {
         spawn("rtp-sends", Box::new(move || frames.into_iter().take_while(|bytes| sender.send(bytes).is_ok()).for_each(drop)))?;
         let (this, host) = (self.clone(), Arc::downgrade(host));
         spawn("rtp-hears", Box::new(move || this.hear(&host, &link)))?;
+        self.patience(PATIENCE);
         let sources = locked(&self.sources).clone();
         sources.into_iter().try_for_each(|(_, spec, here)| self.tell_source(spec, here))
     }
@@ -223,15 +227,22 @@ impl Processor {
         self.send(&Order::Shut { device: device.to_owned() });
     }
 
-    /// What is to be done with a process there if whoever commands is gone: it goes on, or this is carried out.
-    pub fn farewell(&self, process: u64, source: SourceId, script: Option<&Script>) {
+    /// What is to be done with a process in a source there if whoever commands is gone: it goes on (`Some(None)`), this is carried out, or
+    /// nothing any more.
+    pub fn farewell(&self, process: u64, source: SourceId, script: Option<Option<&Script>>) {
         let mut wire = locked(&self.wire);
-        let parcel = script.and_then(|script| wire.writer.parcel(script, &module::name_of).ok());
-        wire.send(&Order::Farewell { process, source, parcel });
+        let order = match script {
+            None => Order::NoFarewell { process, source },
+            Some(script) => {
+                let parcel = script.and_then(|script| wire.writer.parcel(script, &module::name_of).ok());
+                Order::Farewell { process, source, parcel }
+            }
+        };
+        wire.send(&order);
     }
 
     /// How long it goes on without anybody who commands.
-    pub fn patience(&self, limit: Duration) {
+    fn patience(&self, limit: Duration) {
         self.send(&Order::Patience { ms: u64::try_from(limit.as_millis()).unwrap_or(u64::MAX) });
     }
 

@@ -35,8 +35,11 @@ pub enum Order {
     Device { device: String, call: DeviceCall },
     /// Sets or clears the flag of the emergency stop.
     Stop { set: bool },
-    /// What is to be done with a process if whoever commands is gone: nothing, or this script.
+    /// What is to be done with a process in a source if whoever commands is gone: it goes on, or this script. From the start of a verb
+    /// instance to its end.
     Farewell { process: u64, source: SourceId, parcel: Option<Parcel> },
+    /// Its end.
+    NoFarewell { process: u64, source: SourceId },
     /// How long it waits for somebody who commands anew after the link was lost, ms.
     Patience { ms: u64 },
     /// The end: devices safe, everything closed.

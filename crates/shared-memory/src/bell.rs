@@ -44,14 +44,15 @@ impl Bells {
         Ok(None)
     }
 
-    /// Rings a bell: its listener looks at its rows. One atomic addition and one load, and where the listener sleeps one swap and one
-    /// wake, which waits for nothing. Real-time safe.
+    /// Rings a bell: its listener looks at its rows. One atomic addition and one load, and where the listener sleeps one wake, which waits
+    /// for nothing. Real-time safe.
     #[inline]
     pub fn ring(&self, number: BellNumber) {
         let Some(bell) = self.bell(number) else { return };
         bell.rings.fetch_add(1, Ordering::SeqCst);
-        // Of several writers one wakes. Together with `wait` no ring is lost: either this load sees the sleeper, or the sleeper sees the ring.
-        if bell.asleep.load(Ordering::SeqCst) == 1 && bell.asleep.swap(0, Ordering::SeqCst) == 1 {
+        // Together with `wait` no ring is lost: either this load sees the sleeper, or the sleeper sees the ring. Who rings does not clear
+        // the flag: a sleeper that had heard this ring and is not asleep yet would then sleep through the next one.
+        if bell.asleep.load(Ordering::SeqCst) == 1 {
             // SAFETY: wakes who sleeps on a word that lives through the call.
             unsafe { libc::syscall(libc::SYS_futex, bell.rings.as_ptr(), libc::FUTEX_WAKE, 1) };
         }

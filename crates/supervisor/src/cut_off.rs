@@ -8,7 +8,7 @@ use model::refusal::Refusals;
 
 impl Instance {
     /// What it does: as its verb says; else an action is halted, and what keeps a device going continues.
-    fn if_cut_off(&self) -> IfCutOff {
+    pub fn if_cut_off(&self) -> IfCutOff {
         self.plan.if_cut_off.unwrap_or(if self.owner.is_some() { IfCutOff::Continue } else { IfCutOff::Halt })
     }
 }

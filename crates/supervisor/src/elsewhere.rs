@@ -4,8 +4,11 @@
 use crate::catalog::Catalog;
 use crate::core::{Core, Purpose};
 use crate::refuse::{refuse, refuse_at};
+use crate::sequence::{Builder, Movement};
+use crate::stages::Verbatim;
 use crate::system::System;
-use kernel::{Device, SourceId, SourceSpec};
+use kernel::{Device, Script, SourceId, SourceSpec};
+use model::definition::IfCutOff;
 use model::plan::Plan;
 use model::refusal::{Class, Place, Refusals};
 use rtp::{Module, Processor, Started};
@@ -199,10 +202,39 @@ impl Core {
 
     /// Closes a device that lies elsewhere.
     pub fn shut_elsewhere(&self, source: SourceId, device: &str) {
-        let processor = self.source_name(source).split('.').next().unwrap_or_default();
-        if let Some(far) = self.elsewhere.get(processor) {
+        if let Some(far) = self.runs_at(source) {
             far.shut(device);
         }
+    }
+
+    /// Tells processors elsewhere what becomes of an instance there if this process is gone: by the word `if_cut_off` of its verb.
+    pub fn bid_farewell(&self, id: u64) {
+        let Some(instance) = self.instances.get(&id).filter(|_| !self.elsewhere.is_empty()) else { return };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
+        for &source in &instance.installed.sources {
+            let Some(far) = self.runs_at(source) else { continue };
+            let script = (instance.if_cut_off() != IfCutOff::Continue).then(|| {
+                let mut builder = Builder::default();
+                of.stop_in(&mut builder, source);
+                let scripts = builder.finish().into_iter().filter_map(|movement| if let Movement::Scripts(scripts) = movement { Some(scripts) } else { None });
+                Script { id: 0, ops: scripts.flatten().flat_map(|(_, ops)| ops).collect() }
+            });
+            far.farewell(instance.installed.process.id(), source, Some(script.as_ref()));
+        }
+    }
+
+    /// The instance has ended: nothing is to be done for it any more.
+    pub fn forget_farewell(&self, id: u64) {
+        let Some(instance) = self.instances.get(&id).filter(|_| !self.elsewhere.is_empty()) else { return };
+        for &source in &instance.installed.sources {
+            if let Some(far) = self.runs_at(source) {
+                far.farewell(instance.installed.process.id(), source, None);
+            }
+        }
+    }
+
+    fn runs_at(&self, source: SourceId) -> Option<&Arc<Processor>> {
+        self.elsewhere.get(self.source_name(source).split('.').next().unwrap_or_default())
     }
 
     /// A processor has a new process: its sources get their tables and the values that were known last.

@@ -126,6 +126,7 @@ impl Core {
         instance.wait_until_ns = None;
         let owner = instance.owner.clone();
         let departed = instance.departure.is_some();
+        self.forget_farewell(id);
         let now_ns = self.host.now_ns();
         let report = self.report(id, cause);
         self.log.add(

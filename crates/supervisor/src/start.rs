@@ -51,6 +51,7 @@ impl Core {
     /// What a start needs is free: it is claimed, and the initial list begins.
     pub fn begin(&mut self, request: Request) {
         let mut movements = self.prepare(&request);
+        self.bid_farewell(request.id);
         if !self.hold_back(request.id, &request.stores) {
             movements.extend(self.opening(request.id, &request.stores));
         }
