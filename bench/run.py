@@ -42,6 +42,7 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
     "install": lambda options: kernel.measure("install", options.rounds),
     "plan": lambda options: planned.measure(options.quick),
     "crossing": lambda options: kernel.measure("crossing", options.rounds),
+    "processes": lambda options: processes.measure(options.rounds),
     "jitter": lambda options: jitter.measure(options.rounds, options.quick),
     "verb": lambda options: verbs.measure(options.rounds, options.quick),
     "remote": lambda options: remote.measure(options.rounds, options.quick),
