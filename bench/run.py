@@ -24,7 +24,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import lines
-from rows import hosts, jitter, kernel, planned, remote, verbs, virtual_clock
+from rows import hosts, jitter, kernel, planned, processes, remote, verbs, virtual_clock
 
 
 @dataclass(frozen=True)

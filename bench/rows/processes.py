@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from lines import Line
+
 from rows import kernel
 
 
