@@ -24,7 +24,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import lines
-from rows import hosts, jitter, kernel, planned, remote, verbs, virtual_clock
+from rows import hosts, jitter, kernel, planned, processes, remote, verbs, virtual_clock
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,7 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
     "install": lambda options: kernel.measure("install", options.rounds),
     "plan": lambda options: planned.measure(options.quick),
     "crossing": lambda options: kernel.measure("crossing", options.rounds),
+    "processes": lambda options: processes.measure(options.rounds),
     "jitter": lambda options: jitter.measure(options.rounds, options.quick),
     "verb": lambda options: verbs.measure(options.rounds, options.quick),
     "remote": lambda options: remote.measure(options.rounds, options.quick),

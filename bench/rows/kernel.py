@@ -31,13 +31,18 @@ def measure(group: str, rounds: int, processes: int = 1) -> Iterator[Line]:
 
 def _once(group: str, rounds: int) -> Iterator[Line]:
     program, peer, blocks = built()
-    with subprocess.Popen([program, peer, blocks, str(rounds), group], stdout=subprocess.PIPE, text=True) as running:
+    yield from printed_by([program, peer, blocks, str(rounds), group], group)
+
+
+def printed_by(command: list[str], group: str) -> Iterator[Line]:
+    """The lines that a program prints as JSON."""
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as running:
         assert running.stdout is not None
         for text in running.stdout:
             fields = json.loads(text)
             yield Line(**{**fields, "value": fields["value"] if fields["shown"] else None})
     if running.returncode:
-        yield Line(group, "not taken", note=f"the kernel's benchmark ended with {running.returncode}")
+        yield Line(group, "not taken", note=f"the benchmark ended with {running.returncode}")
 
 
 @functools.cache
@@ -50,8 +55,12 @@ def built() -> tuple[str, str, str]:
     subprocess.run(
         [compiler, *FLAGS, "-fvisibility=hidden", "-I", ROOT / "crates/block/include", C / "blocks.c", "-o", blocks, "-lm"], check=True
     )
-    command = ["cargo", "build", "--release", "--quiet", "-p", "kernel", "--example", "bench", "--message-format=json"]
+    return example("kernel", "bench"), str(peer), str(blocks)
+
+
+def example(crate: str, name: str, *options: str) -> str:
+    """An example of a crate, built."""
+    command = ["cargo", "build", "--release", "--quiet", "-p", crate, "--example", name, *options, "--message-format=json"]
     messages = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
     artifacts = [json.loads(message) for message in messages.splitlines()]
-    program = next(a["executable"] for a in artifacts if a.get("target", {}).get("name") == "bench" and a.get("executable"))
-    return program, str(peer), str(blocks)
+    return next(a["executable"] for a in artifacts if a.get("target", {}).get("name") == name and a.get("executable"))

@@ -62,9 +62,19 @@ pub fn run() -> u64 {
     *RUN.get_or_init(shared_memory::new_run)
 }
 
+/// How the files begin that iceoryx2 makes beside the folder.
+pub fn prefix(run: u64) -> String {
+    format!("crossing-{run:x}-")
+}
+
 /// Removes what this measurement made.
 pub fn clear() {
     std::fs::remove_dir_all(folder(run())).expect("it is ours");
+    for entry in std::fs::read_dir("/dev/shm").expect("there is shared memory").flatten() {
+        if entry.file_name().to_str().is_some_and(|name| name.starts_with(&prefix(run()))) {
+            std::fs::remove_file(entry.path()).expect("it is ours");
+        }
+    }
 }
 
 /// Zeros that every process which asks for the same name and run sees, for as long as it lives.

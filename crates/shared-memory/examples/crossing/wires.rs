@@ -109,6 +109,7 @@ pub fn participant(run: u64) -> Node<ipc::Service> {
     let mut config = Config::global_config().clone();
     let folder = crate::place::folder(run).join("iceoryx2");
     std::fs::create_dir_all(&folder).expect("there is shared memory");
+    config.global.prefix = FileName::new(crate::place::prefix(run).as_bytes()).expect("a file's name");
     config.global.set_root_path(&Path::new(folder.as_os_str().as_encoded_bytes()).expect("a path"));
     NodeBuilder::new().config(&config).create().expect("iceoryx2 starts")
 }
