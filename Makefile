@@ -35,13 +35,13 @@ test: lint test-rust test-loom test-sanitizer test-python
 lint: setup
 	cargo fmt --all --check
 	cargo clippy --workspace --exclude hosts --all-targets --quiet -- -D warnings
-	cargo clippy -p hosts --profile checked --all-targets --quiet -- -D warnings
+	cargo clippy -p hosts -p places -p bindings --features bindings/hosts --release --all-targets --quiet -- -D warnings
 	$(BIN)/ruff check python tests examples
 	$(BIN)/pyright
 
 test-rust: setup
 	OPENGPAC_MUJOCO=$(MUJOCO) cargo test --workspace --exclude hosts --profile checked --quiet
-	cargo test -p hosts --profile checked --quiet
+	cargo test -p hosts --release --quiet
 
 test-loom:
 	RUSTFLAGS="--cfg loom" cargo test -p interconnect --release --test loom --target-dir target/loom
@@ -56,7 +56,7 @@ faults: setup
 	$(BIN)/python tests/faults/campaign.py
 	$(BIN)/python tests/faults/fuzz.py
 	$(BIN)/python tests/faults/sixteen.py
-	OPENGPAC_PARTITIONS_S=1,3,10,30 cargo test -p hosts --profile checked --test namespaces -- --nocapture
+	OPENGPAC_PARTITIONS_S=1,3,10,30 cargo test -p hosts --release --test namespaces -- --nocapture
 
 bench: setup
 	$(BIN)/python bench/run.py

@@ -84,7 +84,7 @@ pub const CALLS: &[Call] = &[
     call("processor", Configure, &[must("name", Text), may("core", Int), may("supervisor", Bool), may("process", Bool), may("host", Text)], Of::Nothing),
     call(
         "listen",
-        Configure,
+        Download,
         &[
             must("endpoint", Text),
             must("name", Text),

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The kernels of one process: a thread for each interrupt source, or all of them under the virtual clock.
 use crate::abroad::Abroad;
-use crate::guard::BLACK_BOX_LEN;
 use crate::clock::monotonic_ns;
 use crate::event::telling;
 use crate::firing::{Kernel, Shared};
+use crate::guard::BLACK_BOX_LEN;
 use crate::script::Submission;
 use crate::source::Source;
 use crate::virtual_clock::Virtual;

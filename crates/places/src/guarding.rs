@@ -118,6 +118,8 @@ fn words(event: GuardEvent) -> (String, String) {
         }
         GuardEvent::Missing(missing) => ("guard".to_owned(), format!("it has less than real-time rights: {}", missing.join("; "))),
         GuardEvent::Restarted(how) => ("guard".to_owned(), format!("it {how}; another one guards now, with all that was registered")),
-        GuardEvent::Gone(why) => ("guard".to_owned(), format!("there is no guard any more: {why}; processes that die from now on leave their outputs as they are")),
+        GuardEvent::Gone(why) => {
+            ("guard".to_owned(), format!("there is no guard any more: {why}; processes that die from now on leave their outputs as they are"))
+        }
     }
 }

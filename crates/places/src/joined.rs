@@ -56,7 +56,8 @@ impl JoinOptions {
             (None, Some(authority), Some((certificate, key))) => Security::Certificates { authority, certificate, key },
             _ => Security::Loopback,
         };
-        let mut options = Options { security, abi_version: opengpac::abi::ABI, clock_limit_ns: self.clock_limit_ns, ..Options::new(system, &self.name, &self.endpoint) };
+        let mut options =
+            Options { security, abi_version: opengpac::abi::ABI, clock_limit_ns: self.clock_limit_ns, ..Options::new(system, &self.name, &self.endpoint) };
         if let Some(tell) = tell.cloned() {
             options.clock_watch = Some(Arc::new(move |report| {
                 let Some(tell) = tell.get() else { return };
@@ -104,7 +105,9 @@ impl Joined {
         };
         if !hosts.wait_for(host, JOINED_MAX) {
             let seconds = JOINED_MAX.as_secs();
-            return Err(format!("no host '{host}' has joined system '{system}' within {seconds} s; start `opengpac join --system {system} --name {host} --at …` there"));
+            return Err(format!(
+                "no host '{host}' has joined system '{system}' within {seconds} s; start `opengpac join --system {system} --name {host} --at …` there"
+            ));
         }
         let mut listening = self.listening.lock().expect("nobody panics with the lock held");
         let listening = listening.as_mut().expect("it was there above, and never goes");

@@ -12,6 +12,7 @@ use crate::modes::Modes;
 use crate::pause::Pause;
 use crate::svvs::SvvRecord;
 use crate::tables::SourceTable;
+use guard::Restarts;
 use indexmap::IndexMap;
 use kernel::{Device, Host, Op, Script, SourceId, SourceSpec};
 use model::plan::Claim;
@@ -67,6 +68,8 @@ pub(crate) struct Core {
     pub specs: Vec<SourceSpec>,
     /// Processors that run elsewhere.
     pub elsewhere: IndexMap<String, Arc<Processor>>,
+    /// How often each of them may get a new process.
+    pub restarts: HashMap<String, Restarts>,
     pub tables: HashMap<SourceId, SourceTable>,
     pub svvs: IndexMap<String, SvvRecord>,
     pub physical: IndexMap<String, PhysicalRecord>,
@@ -108,6 +111,7 @@ impl Core {
             sources: IndexMap::new(),
             specs: Vec::new(),
             elsewhere: IndexMap::new(),
+            restarts: HashMap::new(),
             tables: HashMap::new(),
             svvs: IndexMap::new(),
             physical: IndexMap::new(),

@@ -7,12 +7,14 @@ use crate::refuse::{refuse, refuse_at};
 use crate::sequence::{Builder, Movement};
 use crate::stages::Verbatim;
 use crate::system::System;
+use guard::Restarts;
 use kernel::{Device, Script, SourceId, SourceSpec};
 use model::definition::IfCutOff;
 use model::plan::Plan;
 use model::refusal::{Class, Place, Refusals};
 use rtp::{Module, Processor, Started};
 use std::sync::Arc;
+use std::time::Duration;
 
 /// Where a processor runs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -168,12 +170,26 @@ impl System {
         Ok(())
     }
 
+    /// Refuses a new process where a processor was lost too often: what kills it again and again is for people to find.
+    fn refuse_restart(&self, processor: &str) -> Result<(), Refusals> {
+        let mut core = self.shared.locked();
+        let now_ns = core.host.now_ns();
+        let allowed = core.restarts.entry(processor.to_owned()).or_insert_with(|| Restarts::new(RESTARTS_MAX, RESTARTS_WITHIN)).allow(now_ns);
+        if allowed {
+            return Ok(());
+        }
+        let (most, seconds) = (RESTARTS_MAX, RESTARTS_WITHIN.as_secs());
+        let message = format!("processor '{processor}' was lost more than {most} times within {seconds} s");
+        Err(refuse(Class::InvalidState, message, "see the log for why, mend that, and call reset() later"))
+    }
+
     /// Gives processors that were lost a new process: sources and devices as before, tables as they are now, SVVs with the values that were
     /// known last.
     pub(crate) fn revive(&self) -> Result<(), Refusals> {
         let lost: Vec<(String, Arc<Processor>)> =
             self.shared.locked().elsewhere.iter().filter(|(_, far)| !far.is_up()).map(|(name, far)| (name.clone(), far.clone())).collect();
         for (name, far) in lost {
+            self.refuse_restart(&name)?;
             self.attach(&far, &name, kernel::Far::host(&*far)).map_err(|why| cannot(&name, &why))?;
             let devices: Vec<(String, Arc<Device>, (String, String))> = {
                 let core = self.shared.locked();
@@ -254,6 +270,10 @@ impl Core {
         self.log.add(now_ns, "processor", processor, "has a new process".to_owned());
     }
 }
+
+/// New processes of one processor, and within which time.
+const RESTARTS_MAX: u32 = 20;
+const RESTARTS_WITHIN: Duration = Duration::from_secs(60);
 
 fn cannot(processor: &str, why: &str) -> Refusals {
     refuse(Class::InvalidState, format!("cannot start processor '{processor}': {why}"), "mend that and try again")

@@ -19,7 +19,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("modules", &["opengpac"]),
     ("library", &["opengpac"]),
     ("rtp", &["opengpac", "interconnect", "kernel", "drivers", "modules", "library"]),
-    ("supervisor", &["opengpac", "model", "interconnect", "kernel", "drivers", "modules", "library", "rtp"]),
+    ("supervisor", &["opengpac", "model", "interconnect", "kernel", "drivers", "guard", "modules", "library", "rtp"]),
     ("places", &["opengpac", "interconnect", "kernel", "guard", "shared-memory", "rtp", "modules", "hosts"]),
     ("session", &["model", "interconnect", "kernel", "supervisor", "places"]),
     ("control", &["opengpac", "model", "supervisor", "session"]),
