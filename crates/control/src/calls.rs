@@ -2,7 +2,7 @@
 //! The one table of the calls: who may make them, what they take, what they answer.
 use crate::role::Role;
 use Of::{Alarms, Any, Application, Bool, Composition, Device, DeviceType, Graph, Int, Limits, Map, Names, Place, Placement, Report, Svv, Text, Verb};
-use Role::{Configure, Observe, Operate};
+use Role::{Configure, Download, Observe, Operate};
 
 /// What an argument or a result is; `schema.rs` has the JSON Schema of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
