@@ -43,7 +43,7 @@ impl ZenohWire {
         if let Some(Dictionary(path)) = &dictionary {
             config.insert_json5("transport/auth/usrpwd/dictionary_file", &text(path)).map_err(|error| no_way(error.to_string()))?;
         }
-        let session = zenoh::open(config).wait().map_err(|error| no_way(error.to_string()))?;
+        let session = zenoh::open(config).wait().map_err(|error| no_way(plain(&error.to_string())))?;
         Ok(ZenohWire(session))
     }
 }
@@ -169,4 +169,20 @@ impl Drop for Dictionary {
         // It was made here; if it is gone, it is gone.
         let _ = std::fs::remove_file(&self.0);
     }
+}
+
+/// The library's words without the places in its source that it adds, ` at FILE.rs:LINE`.
+fn plain(words: &str) -> String {
+    let mut text = String::new();
+    let mut rest = words;
+    while let Some(at) = rest.find(" at /") {
+        let (before, after) = rest.split_at(at);
+        text.push_str(before);
+        let end = after.find(".rs:").map_or(after.len(), |found| {
+            let digits = after[found + 4..].chars().take_while(char::is_ascii_digit).count();
+            found + 4 + digits
+        });
+        rest = &after[end..];
+    }
+    text + rest
 }

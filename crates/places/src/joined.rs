@@ -97,6 +97,11 @@ impl Joined {
         Ok(())
     }
 
+    /// Hosts that have joined are let go.
+    pub fn close(&self) {
+        drop(self.listening.lock().expect("nobody panics with the lock held").take());
+    }
+
     pub fn start(&self, system: &str, host: &str, processor: &str) -> Result<Started, String> {
         let hosts = {
             let listening = self.listening.lock().expect("nobody panics with the lock held");
@@ -110,7 +115,7 @@ impl Joined {
             ));
         }
         let mut listening = self.listening.lock().expect("nobody panics with the lock held");
-        let listening = listening.as_mut().expect("it was there above, and never goes");
+        let Some(listening) = listening.as_mut() else { return Err(format!("system '{system}' is closed")) };
         listening.last_link += 1;
         let number = listening.last_link;
         let link: Arc<dyn Link> = hosts.link(host, number).map_err(|why| why.message)?.into();

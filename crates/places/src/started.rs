@@ -74,6 +74,8 @@ impl rtp::Places for Places {
 
     fn close(&self) {
         self.guarding.close();
+        #[cfg(feature = "hosts")]
+        self.joined.close();
     }
 
     fn process(&self, processor: &str) -> Result<Started, String> {

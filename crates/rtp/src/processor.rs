@@ -305,10 +305,18 @@ impl Processor {
     }
 
     fn lose(&self, host: &Weak<Host>, why: &str) {
-        self.is_up.store(false, Ordering::Release);
         *locked(&self.wire) = Wire::default();
+        if !self.closing.load(Ordering::Acquire)
+            && let Some(host) = host.upgrade()
+        {
+            self.tell_loss(&host, why);
+        }
+        // Last: whoever sees it down finds that its loss has been told.
+        self.is_up.store(false, Ordering::Release);
         self.answered.notify_all();
-        let Some(host) = host.upgrade().filter(|_| !self.closing.load(Ordering::Acquire)) else { return };
+    }
+
+    fn tell_loss(&self, host: &Host, why: &str) {
         let message = format!("processor '{}' was lost: {why}", self.name);
         let running = locked(&self.running).clone();
         for (place, (source, ..)) in locked(&self.sources).iter().filter(|(.., here)| *here).enumerate() {

@@ -27,8 +27,6 @@ impl Core {
     /// Makes an instance of a plan. Its memory and steps are there when this returns; kernels take the tables as soon as they can.
     pub fn create(&mut self, catalog: &Catalog, plan: Arc<Plan>, name: Option<String>, owner: Option<String>) -> Result<u64, Refusals> {
         self.check_alarms(&plan)?;
-        let sources: Vec<SourceId> = plan.blocks.iter().filter_map(|block| self.sources.get(&block.source).copied()).collect();
-        self.refuse_lost(&sources, "create", &plan.verb)?;
         let id = self.fresh();
         let name = name.unwrap_or_else(|| self.next_name(&plan.verb));
         let (installed, queues) = install(self, catalog, &plan, id, &name)?;

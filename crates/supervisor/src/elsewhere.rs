@@ -170,6 +170,17 @@ impl System {
         Ok(())
     }
 
+    /// The code of the instances that are there goes to a new process before their tables.
+    fn send_code_again(&self, far: &Processor, processor: &str) -> Result<(), Refusals> {
+        let keepers: Vec<_> = {
+            let core = self.shared.locked();
+            let installed = core.instances.values().map(|instance| &instance.installed);
+            let blocks = installed.flat_map(|of| of.blocks.iter().zip(&of.block_source)).filter(|(_, source)| core.runs_on(**source, processor));
+            blocks.map(|(block, _)| block.module().clone()).collect()
+        };
+        keepers.iter().filter_map(Module::of).try_for_each(|module| far.ensure(module)).map_err(|why| cannot(processor, &why))
+    }
+
     /// Refuses a new process where a processor was lost too often: what kills it again and again is for people to find.
     fn refuse_restart(&self, processor: &str) -> Result<(), Refusals> {
         let mut core = self.shared.locked();
@@ -186,6 +197,8 @@ impl System {
     /// Gives processors that were lost a new process: sources and devices as before, tables as they are now, SVVs with the values that were
     /// known last.
     pub(crate) fn revive(&self) -> Result<(), Refusals> {
+        // What was told of the losses is taken in first.
+        self.shared.command(|_| Ok(()))?;
         let lost: Vec<(String, Arc<Processor>)> =
             self.shared.locked().elsewhere.iter().filter(|(_, far)| !far.is_up()).map(|(name, far)| (name.clone(), far.clone())).collect();
         for (name, far) in lost {
@@ -201,6 +214,7 @@ impl System {
                     .map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{device}' again: {why}"), "mend it and call reset() again"))?;
                 mirror.renew();
             }
+            self.send_code_again(&far, &name)?;
             self.shared.command(|core| {
                 core.revived(&name);
                 Ok(())

@@ -6,6 +6,7 @@ use crate::instance::Cause;
 use crate::refuse::{refuse, unknown};
 use crate::system::System;
 use kernel::SourceId;
+use model::plan::Plan;
 use model::refusal::{Class, Refusals};
 
 /// How long a source may take to acknowledge a script, ns. An idle one answers at once, a busy one after its firing.
@@ -63,13 +64,13 @@ impl Core {
         gone.iter().for_each(|device| self.device_lost(device, &message, time_ns));
     }
 
-    /// Refuses what would run where nobody is.
-    pub fn refuse_lost(&self, sources: &[SourceId], call: &str, what: &str) -> Result<(), Refusals> {
-        match sources.iter().find(|source| self.lost.contains(source)) {
+    /// Refuses a plan that would run where nobody is.
+    pub fn refuse_lost_plan(&self, plan: &Plan) -> Result<(), Refusals> {
+        match plan.blocks.iter().filter_map(|block| self.sources.get(&block.source)).find(|source| self.lost.contains(source)) {
             None => Ok(()),
             Some(source) => Err(refuse(
                 Class::InvalidState,
-                format!("cannot {call} '{what}': source '{}' is lost", self.source_name(*source)),
+                format!("cannot create '{}': source '{}' is lost", plan.verb, self.source_name(*source)),
                 "see the log for why, then call reset()",
             )),
         }

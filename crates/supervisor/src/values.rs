@@ -47,6 +47,10 @@ impl Core {
         for (index, name) in names.iter().enumerate() {
             let svv = self.svvs.get(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;
             match svv.home.and_then(|home| Some((home, svv.cells.get(&home)?))) {
+                Some((home, _)) if self.lost.contains(&home) => {
+                    let why = format!("cannot read SVV '{name}': source '{}', which writes it, is lost", self.source_name(home));
+                    return Err(refuse(Class::InvalidState, why, "see the log for why, then call reset()"));
+                }
                 Some((home, cell)) => {
                     by_source.entry(home).or_default().push((index, cell.clone(), svv.stamp.clone().map(|stamp| (stamp, svv.ratio))));
                 }
