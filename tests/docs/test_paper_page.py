@@ -20,7 +20,7 @@ def shown_by(number: int) -> list[str]:
 
 
 def names_of_tests() -> set[str]:
-    """The tests of the whole tree: `def test_…` in Python, a function below `#[test]` in Rust."""
+    """The tests of the whole tree: `def test_…` in Python, a function below `#[test]` in Rust, or in a list of checks."""
     python = {name for file in (ROOT / "tests").rglob("test_*.py") for name in re.findall(r"^def (test_\w+)\(", file.read_text(), re.M)}
     rust: set[str] = set()
     for file in (ROOT / "crates").rglob("*.rs"):
@@ -28,6 +28,9 @@ def names_of_tests() -> set[str]:
         rust |= set(re.findall(r"#\[test\]\s*(?:#\[[^\n]*\]\s*)*(?:///[^\n]*\s*)*fn (\w+)\(", text))
         for block in re.findall(r"^proptest! \{$.*?^\}$", text, re.M | re.S):
             rust |= set(re.findall(r"\bfn (\w+)\(", block))
+        # The checks of every carrier: the macro makes a test of each that it lists.
+        for listed in re.findall(r"\$crate::conformance! \{ \$on_each:([\w\s]*)\}", text):
+            rust |= set(listed.split())
     return python | rust
 
 
