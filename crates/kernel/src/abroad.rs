@@ -128,11 +128,7 @@ impl Host {
             let (sender, receiver) = if writer == reader { Memory.connect(spec) } else { locked(&self.carrier).connect(spec) };
             return (sender.into(), receiver.into());
         }
-        let reach = match (&from, &to) {
-            _ if is_same(&from, &to) => Reach::Process,
-            (from, to) if from.as_ref().and_then(|far| far.host()) == to.as_ref().and_then(|far| far.host()) => Reach::Host,
-            _ => Reach::Network,
-        };
+        let reach = self.reach(writer, reader);
         let way = Way { number: self.abroad.last_way.fetch_add(1, Ordering::Relaxed) + 1, spec: *spec, reach };
         let sender: Box<dyn Sender> = match (&from, &to) {
             (None, Some(to)) => to.sender(way.number, spec).unwrap_or_else(|why| self.unconnected(&way, &why, Elsewhere)),
@@ -143,6 +139,16 @@ impl Host {
             _ => Box::new(Elsewhere),
         };
         (End { end: sender, way: Some(way) }, End { end: receiver, way: Some(way) })
+    }
+
+    /// How far apart two sources lie.
+    pub fn reach(&self, writer: SourceId, reader: SourceId) -> Reach {
+        let (from, to) = (self.far(writer), self.far(reader));
+        match (&from, &to) {
+            _ if is_same(&from, &to) => Reach::Process,
+            (from, to) if from.as_ref().and_then(|far| far.host()) == to.as_ref().and_then(|far| far.host()) => Reach::Host,
+            _ => Reach::Network,
+        }
     }
 
     /// An end that could not be made says so, and nothing comes over it.

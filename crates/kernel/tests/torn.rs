@@ -219,7 +219,7 @@ fn program(host: &Host, specs: [SourceSpec; 4], svvs: usize, idle: usize) -> [So
     sources
 }
 
-fn read(host: &Host, source: SourceId, place: usize, svvs: usize, receiver: Box<dyn Receiver>) {
+fn read(host: &Host, source: SourceId, place: usize, svvs: usize, receiver: kernel::End<dyn interconnect::Receiver>) {
     let copy = Extent::new(8 * (svvs + 1));
     let (process, on) = (Process::new(2, 2), interval());
     let look = |second: i64| {

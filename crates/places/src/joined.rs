@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
 /// How long a processor waits for its host.
-const JOINED_MAX: Duration = Duration::from_secs(10);
+const JOINED_MAX: Duration = Duration::from_secs(30);
 
 /// A processor of another host may be silent for so long; its link is closed before that where its host is gone.
 const SILENCE: Duration = Duration::from_secs(6);
@@ -56,8 +56,14 @@ impl JoinOptions {
             (None, Some(authority), Some((certificate, key))) => Security::Certificates { authority, certificate, key },
             _ => Security::Loopback,
         };
-        let mut options =
-            Options { security, abi_version: opengpac::abi::ABI, clock_limit_ns: self.clock_limit_ns, ..Options::new(system, &self.name, &self.endpoint) };
+        let join_max = JOINED_MAX;
+        let mut options = Options {
+            security,
+            abi_version: opengpac::abi::ABI,
+            clock_limit_ns: self.clock_limit_ns,
+            join_max,
+            ..Options::new(system, &self.name, &self.endpoint)
+        };
         if let Some(tell) = tell.cloned() {
             options.clock_watch = Some(Arc::new(move |report| {
                 let Some(tell) = tell.get() else { return };
@@ -165,6 +171,7 @@ pub fn join(system: &str, options: JoinOptions, python: OsString, stop: &dyn Fn(
                 let number = u64::from_le_bytes(frame.try_into().map_err(|_| "this is no number of a link".to_owned())?);
                 let link: Arc<dyn Link> = hosts.link(&listener, number).map_err(|why| why.message)?.into();
                 let shared = SharedMemory::new(&format!("{system}-{name}"), run).map_err(text)?;
+                let closing = link.clone();
                 let (clocks, probe) = (hosts.clone(), Probe::of([python.clone(), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()]));
                 let reaches = Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: Some(Box::new(hosts.clone()) as Box<dyn Ends>) };
                 let epoch = move |listener_ns: i64| {
@@ -174,12 +181,13 @@ pub fn join(system: &str, options: JoinOptions, python: OsString, stop: &dyn Fn(
                 };
                 let service = Service { reaches, epoch: Box::new(epoch), ..Service::new(probe) };
                 let served = std::thread::Builder::new().name("processor".into()).spawn(move || rtp::serve(&link, service)).map_err(text)?;
-                serving.push((number, served));
+                serving.push((number, closing, served));
             }
         }
     }
     control.close();
-    for (number, served) in serving {
+    serving.iter().for_each(|(_, link, _)| link.close());
+    for (number, _, served) in serving {
         match served.join() {
             Ok(Ok(())) => {}
             Ok(Err(why)) => eprintln!("processor of link {number}: {why}"),

@@ -33,6 +33,7 @@ pub fn processor() -> Result<(), String> {
         reaches: Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: None },
         device: Box::new(move |device, is_open| hand_over(&handles, device, is_open)),
         beat: Box::new(move || heart.beat()),
+        leaves: true,
         black_box: Some((black_box.start(), black_box.len())),
         ..Service::new(Probe::of([OsString::from(python), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()]))
     };

@@ -34,6 +34,9 @@ pub struct Service {
     pub device: Box<dyn Fn(&Device, bool) + Send>,
     /// Called as long as the kernels here serve, every 20 ms.
     pub beat: Box<dyn Fn() + Send>,
+    /// Where whoever commands is gone without a word, the process ends here with its outputs safe and its devices open: what outlives it is
+    /// found as it was by whoever comes back. For a process that has nothing else to do.
+    pub leaves: bool,
     /// Where sources say which block runs, and how many bytes there are: zero, on a cache line, for as long as the process lives.
     pub black_box: Option<(*mut u8, usize)>,
 }
@@ -45,7 +48,7 @@ impl Service {
     /// One that stands alone: no connections, no guard.
     pub fn new(probe: Probe) -> Service {
         let (epoch, device, beat) = (Box::new(|epoch_ns| epoch_ns), Box::new(|_: &Device, _| {}), Box::new(|| {}));
-        Service { reaches: Reaches::default(), probe, epoch, device, beat, black_box: None }
+        Service { reaches: Reaches::default(), probe, epoch, device, beat, leaves: false, black_box: None }
     }
 }
 
@@ -64,6 +67,9 @@ pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
     of.lock().expect("nobody panics with the lock held")
 }
 
+/// Status of a process that nobody commanded any more.
+const LEFT: i32 = 3;
+
 /// How long it waits for a frame before it looks around.
 const LOOK: Duration = Duration::from_millis(100);
 
@@ -74,7 +80,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// In words: no greeting, another version, orders that cannot be understood.
 pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
     let (epoch_ns, name) = greet(link)?;
-    let Service { reaches, probe, epoch, device, beat, black_box } = service;
+    let Service { reaches, probe, epoch, device, beat, leaves, black_box } = service;
     let host = Arc::new(Host::since(ClockKind::Monotonic, Box::new(Memory), epoch(epoch_ns)));
     if let Some((memory, len)) = black_box {
         // SAFETY: what `Service` says of it.
@@ -104,6 +110,7 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
         count: 0,
         passed: HashSet::new(),
         device,
+        leaves,
     };
     let served = agent.run();
     agent.shared.ends.store(true, Ordering::Release);
@@ -143,6 +150,7 @@ struct Agent {
     /// Sources elsewhere that channels here raise.
     passed: HashSet<SourceId>,
     device: Box<dyn Fn(&Device, bool) + Send>,
+    leaves: bool,
 }
 
 impl Agent {
@@ -164,6 +172,12 @@ impl Agent {
                 }
                 Err(_) => {
                     self.part();
+                    if self.leaves {
+                        // Every output is safe before it goes.
+                        self.stop.store(true, Ordering::Release);
+                        std::thread::sleep(LOOK);
+                        std::process::exit(LEFT);
+                    }
                     return Ok(());
                 }
             }

@@ -11,7 +11,7 @@ use crate::sequence::{Inlet, Movement};
 use crate::tables::{InletRecord, Outlet};
 use interconnect::{ConnectionSpec, Receiver, Sender};
 use kernel::connection::QueueMember;
-use kernel::{Activation, Cell, End, Inbound, Outbound, SourceId};
+use kernel::{Activation, Cell, End, Inbound, Outbound, Reach, SourceId};
 use model::interface::Mode;
 use model::plan::{Binding, CellKind, Plan, PlannedCell};
 use std::collections::{BTreeMap, HashMap};
@@ -19,6 +19,9 @@ use std::sync::Arc;
 
 /// Rows that a queue holds: values that may wait while the reader is held up.
 const QUEUE_DEPTH: usize = 16;
+
+/// The same where they come over a network, which may hold them up for long and bring them in bursts.
+const QUEUE_DEPTH_NETWORK: usize = 256;
 
 /// (writing source, reading source).
 pub(crate) type Pair = (SourceId, SourceId);
@@ -147,7 +150,8 @@ fn lay_out(members: &[Member]) -> (Vec<usize>, usize) {
 }
 
 fn queue(core: &Core, pair: Pair, svv: Option<String>, members: Vec<Member>) -> Queue {
-    let spec = ConnectionSpec { writer: pair.0.0, reader: pair.1.0, asynchronous_len: 0, queue_row_len: lay_out(&members).1, queue_depth: QUEUE_DEPTH };
+    let queue_depth = if core.host.reach(pair.0, pair.1) == Reach::Network { QUEUE_DEPTH_NETWORK } else { QUEUE_DEPTH };
+    let spec = ConnectionSpec { writer: pair.0.0, reader: pair.1.0, asynchronous_len: 0, queue_row_len: lay_out(&members).1, queue_depth };
     let ends = core.host.connect(&spec);
     Queue { pair, members, svv, ends }
 }
