@@ -145,8 +145,8 @@ class System:
         """Lets other hosts join: `cell.listen("tcp/127.0.0.1:7447")`, there `opengpac join`, then `cell.processor("rtp2", host=…)`.
 
         Beyond this machine it must be `tls/HOST:PORT`, with PEM files of an authority, a certificate and its key, or with a token
-        that both sides know. `clock_limit` says how well the clocks of the hosts are to agree; the log tells when they do not. Nothing under the
-        virtual clock. Raises InvalidState where the address is taken, or not secured as it needs.
+        that both sides know. `clock_limit` says how well the clocks of the hosts are to agree; the log tells when they do not.
+        Nothing under the virtual clock. Raises InvalidState where the address is taken, or not secured as it needs.
         """
         given = hosts.options_json(
             endpoint,

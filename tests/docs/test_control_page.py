@@ -43,5 +43,5 @@ def test_the_table_of_roles_is_that_of_the_code() -> None:
     schemas = json.loads((ROOT / "crates" / "control" / "schemas" / "control-v1.json").read_text())
     rows = re.findall(r"^\| `(\w+)` \| (.*) \|$", PAGE.read_text(), re.MULTILINE)
     shown = {name: role for role, names in rows for name in re.findall(r"`([a-z_]+)`", names)}
-    roles = ("observe", "operate", "configure")
+    roles = ("observe", "operate", "configure", "download")
     assert {n: r for n, r in shown.items() if r in roles} == {name: call["role"] for name, call in schemas["calls"].items()}
