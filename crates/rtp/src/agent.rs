@@ -22,6 +22,9 @@ pub struct Reaches {
     pub network: Option<Box<dyn Ends>>,
 }
 
+/// Told of a device that was opened (`true`) or is closed.
+pub type OnDevice = Box<dyn Fn(&Device, bool) + Send>;
+
 /// What a processor stands on: what its process gives it.
 pub struct Service {
     /// What carries connections out of the process.
@@ -31,7 +34,7 @@ pub struct Service {
     /// The epoch of the system on this host's CLOCK_MONOTONIC, of that on the commanding host's.
     pub epoch: Box<dyn Fn(i64) -> i64 + Send>,
     /// Told of each device that is opened (`true`) or closed.
-    pub device: Box<dyn Fn(&Device, bool) + Send>,
+    pub device: OnDevice,
     /// Called as long as the kernels here serve, every 20 ms.
     pub beat: Box<dyn Fn() + Send>,
     /// Where whoever commands is gone without a word, the process ends here with its outputs safe and its devices open: what outlives it is
@@ -149,7 +152,7 @@ struct Agent {
     count: u32,
     /// Sources elsewhere that channels here raise.
     passed: HashSet<SourceId>,
-    device: Box<dyn Fn(&Device, bool) + Send>,
+    device: OnDevice,
     leaves: bool,
 }
 

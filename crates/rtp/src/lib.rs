@@ -20,7 +20,7 @@ mod processor;
 pub mod protocol;
 mod tells;
 
-pub use agent::{Reaches, Service, serve};
+pub use agent::{OnDevice, Reaches, Service, serve};
 pub use module::Module;
 pub use places::{Places, Running, Started, Tell};
 pub use processor::{Near, Opened, Processor};
