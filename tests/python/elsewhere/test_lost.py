@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The process of a processor ends: its verbs end with `processor_lost`, the others go on, and a reset brings it back."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+
+import opengpac as gpac
+from afar import Afar, children, processor_time_s, until
+
+
+def test_a_killed_process_is_lost_and_comes_back_with_a_reset(afar: Afar) -> None:
+    near, far = afar.cell.svv("near"), afar.cell.svv("far")
+    going_on = afar.counting().on(afar.here).asynch(near)
+    doomed = afar.counting().on(afar.there).asynch(far)
+    until(lambda: far.value > 3, "it runs there")
+    killed = afar.process()
+    afar.end()
+    with pytest.raises(gpac.Terminated, match=r"processor 'rtp1' was lost: its process was ended by SIGKILL") as caught:
+        doomed.wait()
+    assert caught.value.condition == "processor_lost"
+    assert going_on.state == "running"
+    afar.goes_on(near)
+    with pytest.raises(gpac.Error, match="rtp1"):
+        afar.counting().on(afar.there).new_instance(far)
+    assert [entry["about"] for entry in afar.log("processor_lost")] == ["rtp1.fast"]
+    assert "processor_lost" in afar.cell.alarms
+    afar.cell.reset()
+    assert afar.process() != killed
+    assert afar.counting().on(afar.there)(far, limit=5, time_limit="20 s").last == 5 == far.value
+    assert going_on.state == "running", "the reset is nothing to those that were not lost"
+    afar.goes_on(near)
+
+
+def test_an_idle_instance_there_is_started_again_after_the_reset(afar: Afar) -> None:
+    idle = afar.counting().on(afar.there).new_instance(afar.cell.svv("far"))
+    assert idle.start(limit=3, time_limit="20 s").wait().last == 3
+    afar.end()
+    until(lambda: afar.log("processor_lost"), "it is lost")
+    with pytest.raises(gpac.InvalidState, match=r"rtp1\.fast' (is lost|does not answer).*reset\(\)"):
+        idle.start()
+    afar.cell.reset()
+    assert idle.start(limit=5, time_limit="20 s").wait().last == 5
+
+
+def test_the_message_names_the_block_that_ran(afar: Afar) -> None:
+    instance = afar.failing("endings.stays", budget="1000 s").on(afar.there).asynch(afar.cell.svv("y"))
+    process = afar.process()
+    before = processor_time_s(process)
+    until(lambda: processor_time_s(process) > before + 0.5, "it is in the invocation that does not return")
+    afar.end()
+    with pytest.raises(gpac.Terminated, match=r"SIGKILL.*block 'bad'") as caught:
+        instance.wait()
+    assert caught.value.condition == "processor_lost"
+
+
+def test_abort_ends_the_process(afar: Afar) -> None:
+    near = afar.cell.svv("near")
+    afar.counting().on(afar.here).asynch(near)
+    with pytest.raises(gpac.Terminated, match="SIGABRT") as caught:
+        afar.failing("endings.aborts").on(afar.there)(afar.cell.svv("y"), time_limit="20 s")
+    assert caught.value.condition == "processor_lost"
+    afar.goes_on(near)
+
+
+@pytest.mark.parametrize("block", ["divides", "null_pointer", "endless"])
+def test_a_signal_in_a_block_is_a_fault_there_as_it_is_here(afar: Afar, block: str) -> None:
+    near, y = afar.cell.svv("near"), afar.cell.svv("y")
+    afar.counting().on(afar.here).asynch(near)
+    process = afar.process()
+    with pytest.raises(gpac.Terminated) as caught:
+        afar.failing(f"faults.{block}", budget="200 ms").on(afar.there)(y, time_limit="20 s")
+    assert (caught.value.condition, caught.value.block) == ("fault", "bad")
+    assert afar.cell.statistics["sources"]["rtp1.fast"]["stopped"]
+    assert afar.process() == process, "the process is the same"
+    afar.goes_on(near)
+    afar.cell.reset()
+    assert afar.counting().on(afar.there)(afar.cell.svv("again"), limit=5, time_limit="20 s").last == 5
+    assert afar.process() == process
+
+
+def test_a_process_that_is_stopped_is_ended_by_the_guard(afar: Afar) -> None:
+    far = afar.cell.svv("far")
+    instance = afar.counting().on(afar.there).asynch(far)
+    until(lambda: far.value > 3, "it runs there")
+    afar.end(signal.SIGSTOP)
+    with pytest.raises(gpac.Terminated) as caught:
+        instance.wait()
+    assert caught.value.condition == "processor_lost"
+    until(lambda: not children("run_processor"), "the stopped process is gone")
+    afar.cell.reset()
+    assert afar.counting().on(afar.there)(afar.cell.svv("again"), limit=5, time_limit="20 s").last == 5
+
+
+def test_a_processor_may_be_lost_several_times(afar: Afar) -> None:
+    processes = []
+    for round in range(3):
+        far = afar.cell.svv(f"far_{round}")
+        instance = afar.counting().on(afar.there).asynch(far)
+        until(lambda far=far: far.value > 3, "it runs there")
+        processes.append(afar.process())
+        afar.end()
+        with pytest.raises(gpac.Terminated, match="SIGKILL"):
+            instance.wait()
+        afar.cell.reset()
+    assert len({*processes, afar.process()}) == 4
