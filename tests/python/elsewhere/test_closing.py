@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a system with processes leaves behind, closed or killed: nothing; and what its plants are commanded then."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import opengpac as gpac
+from afar import Afar, children, shared_memory, until
+from opengpac import _native
+
+KILLED = """
+import sys
+import opengpac as gpac
+from afar import Afar, Guarded, children, pushing, until
+cell = gpac.System("killed", progress=False)
+afar = Afar(cell, {})
+driver = gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=sys.argv[1])
+drives = afar.rtp1.physical_device("drives", driver, exchange=afar.there)
+pushing.on(afar.there).asynch(drives["x"].effort, u=1.0)
+print(*children("run_processor"), *children("run_guard"), flush=True)
+sys.stdin.read()
+"""
+
+
+def gone(pid: int) -> Callable[[], bool]:
+    """Whether a process has ended, be it that nobody has asked for its end yet."""
+
+    def ended() -> bool:
+        try:
+            return (Path("/proc") / str(pid) / "stat").read_text().rpartition(")")[2].split()[0] in "ZX"
+        except OSError:
+            return True
+
+    return ended
+
+
+def is_safe(plant: str) -> bool:
+    """Whether nobody commands the plant anything but what is safe."""
+    text = _native.plant_state(plant)
+    return text is None or json.loads(text)["is_safe"]
+
+
+def test_close_leaves_no_process_and_no_shared_memory(built: dict[str, str]) -> None:
+    with gpac.System("nothing_left", progress=False) as cell:
+        afar = Afar(cell, built)
+        beside = cell.processor("rtp2", process=True).timer("fast", period="2 ms", priority=80)
+        for number, source in enumerate((afar.here, afar.there, beside)):
+            afar.counting().on(source).asynch(cell.svv(f"y{number}"))
+        processes = children("run_processor")
+        assert len(processes) == 2
+        assert shared_memory("nothing_left")
+    for process in processes:
+        until(gone(process), "the processes have ended")
+    until(lambda: not children("run_processor") and not children("run_guard"), "no child is left")
+    assert shared_memory("nothing_left") == []
+
+
+def test_close_ends_a_process_that_does_not_answer(built: dict[str, str]) -> None:
+    with gpac.System("does_not_answer", progress=False) as cell:
+        afar = Afar(cell, built)
+        afar.counting().on(afar.there).asynch(cell.svv("y"))
+        process = afar.process()
+        afar.end(signal.SIGSTOP)
+    until(gone(process), "the process has ended")
+    until(lambda: not children("run_processor") and not children("run_guard"), "no child is left")
+    until(lambda: shared_memory("does_not_answer") == [], "no name is left")
+
+
+def test_the_processes_of_a_killed_system_end_and_its_plant_is_safe() -> None:
+    name = f"killed-{os.getpid()}"
+    paths = os.pathsep.join([str(Path(__file__).parent.parent), os.environ.get("PYTHONPATH", "")])
+    command = [sys.executable, "-W", "ignore", "-c", KILLED, name]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": paths}
+    ) as run:
+        assert run.stdout
+        processes = [int(word) for word in run.stdout.readline().split()]
+        assert len(processes) == 2, "a processor and a guard"
+
+        until(lambda: not is_safe(name), "the plant is pushed")
+        run.kill()
+        run.wait()
+    until(lambda: is_safe(name), "the plant is safe, or put away")
+    for process in processes:
+        until(gone(process), "its processes have ended")
+    until(lambda: shared_memory("killed") == [], "no name is left")
