@@ -95,10 +95,10 @@ def test_memory_there_does_not_grow_with_instances(afar: Afar) -> None:
 
 def test_under_the_virtual_clock_all_is_one_thread(built: dict[str, str]) -> None:
     reports = []
-    for options in ({}, {"process": True}):
+    for process in (False, True):
         with gpac.System("virtual", clock="virtual") as cell:
             cell.processor("rtp0")
-            source = cell.processor("rtp1", **options).timer("fast", period="2 ms", priority=80)
+            source = cell.processor("rtp1", process=process).timer("fast", period="2 ms", priority=80)
             block = cell.download(built["count"], "count").count
             y = cell.svv("y", history=20)
             verb = gpac.Verb(
