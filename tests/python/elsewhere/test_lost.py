@@ -34,13 +34,29 @@ def test_a_killed_process_is_lost_and_comes_back_with_a_reset(afar: Afar) -> Non
     afar.goes_on(near)
 
 
-def test_an_idle_instance_there_says_that_it_needs_a_reset(afar: Afar) -> None:
+def test_an_idle_instance_there_is_started_again_after_a_reset(afar: Afar) -> None:
     idle = afar.counting().on(afar.there).new_instance(afar.cell.svv("far"))
     assert idle.start(limit=3, time_limit="20 s").wait().last == 3
     afar.end()
     until(lambda: afar.log("processor_lost"), "it is lost")
     with pytest.raises(gpac.InvalidState, match=r"rtp1\.fast' (is lost|does not answer).*reset\(\)"):
         idle.start()
+    afar.cell.reset()
+    assert idle.start(limit=5, time_limit="20 s").wait().last == 5
+
+
+def test_what_was_lost_and_not_waited_for_does_not_hinder_a_reset(afar: Afar) -> None:
+    far = afar.cell.svv("far")
+    lost = afar.counting().on(afar.there).asynch(far)
+    until(lambda: far.value > 3, "it runs there")
+    afar.end()
+    until(lambda: lost.done, "it is lost")
+    with pytest.raises(gpac.InvalidState, match=r"cannot read SVV 'far': source 'rtp1\.fast', which writes it, is lost.*reset\(\)"):
+        _ = far.value
+    with pytest.raises(gpac.InvalidState, match=r"cannot create.*'rtp1\.fast' is lost.*reset\(\)"):
+        afar.counting().on(afar.there).new_instance(afar.cell.svv("other"))
+    afar.cell.reset()
+    assert afar.counting().on(afar.there)(afar.cell.svv("again"), limit=5, time_limit="20 s").last == 5
 
 
 def test_the_message_names_the_block_that_ran(afar: Afar) -> None:
