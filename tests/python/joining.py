@@ -50,12 +50,6 @@ class Joining:
             raise
         return self.process.returncode, said
 
-    def end(self) -> None:
-        """Ends it in order, where it has not ended with its system."""
-        self.interrupt()
-        status, said = self.ended()
-        assert status == 0, said
-
     def interrupt(self) -> None:
         """What Ctrl-C does."""
         self.process.send_signal(signal.SIGINT)

@@ -52,7 +52,7 @@ class MappedSystem(gpac.System):
         super().close()
         if self._joining is not None:
             joining, self._joining = self._joining, None
-            joining.end()
+            joining.kill()
 
     def processor(self, name: str, core: int | None = None, **options: Any) -> gpac.Processor:
         """A processor of the mapping."""
@@ -72,6 +72,8 @@ MAPPINGS = {
         Realization("threads", "monotonic"),
         Realization("processes", "monotonic", processors=({"process": True},)),
         Realization("mixture", "monotonic", processors=({}, {"process": True})),
-        Realization("hosts", "monotonic", processors=({}, {"host": "cell-b"}), host="cell-b"),
     )
 }
+
+HOSTS = Realization("hosts", "monotonic", processors=({}, {"host": "cell-b"}), host="cell-b")
+"""The first a thread, the others threads of a process that has joined: over the network of this machine."""
