@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import opengpac as gpac
+from joining import LISTENER, Joining, free_endpoint
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,8 @@ class Realization:
     """Further arguments of `gpac.System`."""
     processors: tuple[Mapping[str, Any], ...] = ({},)
     """Further arguments of `cell.processor`, of the first, the second, … that is made; the last ones are those of all that follow."""
+    host: str | None = None
+    """The host that joins, a process of this machine, before the first processor is made."""
 
     @property
     def virtual(self) -> bool:
@@ -38,6 +41,18 @@ class MappedSystem(gpac.System):
         super().__init__(name, clock=mapping.clock, progress=False, **mapping.options)
         self._made = 0
         self._mapping = mapping
+        self._joining: Joining | None = None
+        if mapping.host is not None:
+            endpoint = free_endpoint()
+            self.listen(endpoint, LISTENER)
+            self._joining = Joining(name, endpoint, mapping.host)
+
+    def close(self) -> None:
+        """Closes the system; its host ends with it."""
+        super().close()
+        if self._joining is not None:
+            joining, self._joining = self._joining, None
+            joining.kill()
 
     def processor(self, name: str, core: int | None = None, **options: Any) -> gpac.Processor:
         """A processor of the mapping."""
@@ -59,3 +74,6 @@ MAPPINGS = {
         Realization("mixture", "monotonic", processors=({}, {"process": True})),
     )
 }
+
+HOSTS = Realization("hosts", "monotonic", processors=({}, {"host": "cell-b"}), host="cell-b")
+"""The first a thread, the others threads of a process that has joined: over the network of this machine."""

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`opengpac join` for tests: a real process that lends its host, and what it says."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import socket
+import subprocess
+import sys
+
+from daemons import PATIENCE_S, environment
+
+LISTENER = "cell-a"
+"""The name of the host that listens."""
+
+
+def free_endpoint(scheme: str = "tcp", host: str = "127.0.0.1") -> str:
+    """An endpoint of this machine whose port nobody has."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return f"{scheme}/{host}:{found.getsockname()[1]}"
+
+
+class Joining:
+    """A host that joins a system: a process that ends with the system, or with the test."""
+
+    def __init__(self, system: str, endpoint: str, name: str = "cell-b", *options: str) -> None:
+        words = ["join", "--system", system, "--at", endpoint, "--name", name, *options]
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "opengpac", *words],
+            env=environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+
+    def first_line(self) -> str:
+        """What it says before it joins."""
+        assert self.process.stdout is not None
+        return self.process.stdout.readline()
+
+    def ended(self) -> tuple[int, str]:
+        """Its status and what it has said, once it has ended by itself."""
+        try:
+            said, _ = self.process.communicate(timeout=PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            self.kill()
+            raise
+        return self.process.returncode, said
+
+    def interrupt(self) -> None:
+        """What Ctrl-C does."""
+        self.process.send_signal(signal.SIGINT)
+
+    def kill(self) -> None:
+        """A host without power: it says nothing more."""
+        with contextlib.suppress(ProcessLookupError):
+            self.process.kill()
+        self.process.communicate(timeout=PATIENCE_S)
