@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 #[pyfunction]
 pub fn run_guard(py: Python<'_>) -> Option<String> {
-    py.detach(guard::run).err()
+    py.detach(places::guard_processes).err()
 }
 
 #[pyfunction]

@@ -104,6 +104,16 @@ impl Guarding {
     }
 }
 
+/// The life of the guard process. Behind it nothing of the processes that it guarded is left in shared memory.
+///
+/// # Errors
+/// As of [`guard::run`].
+pub fn guard_processes() -> Result<(), String> {
+    let guarded = guard::run();
+    shared_memory::clean();
+    guarded
+}
+
 /// What the guard says, for people.
 fn words(event: GuardEvent) -> (String, String) {
     match event {

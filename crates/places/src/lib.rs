@@ -10,6 +10,7 @@ mod joined;
 mod process;
 mod started;
 
+pub use guarding::guard_processes;
 #[cfg(feature = "hosts")]
 pub use joined::{JoinOptions, join};
 pub use process::processor;

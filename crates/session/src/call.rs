@@ -57,7 +57,18 @@ fn configuration(system: &System, name: &str, a: &mut Arguments) -> Answer {
             a.none_left()?;
             done(system.processor_in(&processor, core, supervisor, location))
         }
-        "listen" => done(system.listen(&a.whole::<Json>()?.to_string())),
+        "listen" => {
+            let (endpoint, name) = (a.take::<String>("endpoint")?, a.take::<String>("name")?);
+            let mut options = json!({ "endpoint": endpoint, "name": name });
+            for what in ["authority", "certificate", "key", "token", "clock_limit_ns"] {
+                let given = a.or::<Json>(what)?;
+                if !given.is_null() {
+                    options[what] = given;
+                }
+            }
+            a.none_left()?;
+            done(system.listen(&options.to_string()))
+        }
         "source" => {
             let (processor, source, kind) = (a.take::<String>("processor")?, a.take::<String>("name")?, a.take::<String>("kind")?);
             let (period_ns, priority, cost_ns) = (a.or("period_ns")?, a.take("priority")?, a.or("virtual_cost_ns")?);
