@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
 /// How long a processor waits for its host.
-const JOINED_MAX: Duration = Duration::from_secs(30);
+const JOINED_MAX: Duration = Duration::from_secs(15);
 
 /// A processor of another host may be silent for so long; its link is closed before that where its host is gone.
 const SILENCE: Duration = Duration::from_secs(6);

@@ -26,7 +26,7 @@ def refused(joining: Joining) -> str:
 @pytest.mark.usefixtures("listening")
 def test_a_system_of_another_name(joins: Callable[..., Joining], endpoint: str) -> None:
     said = refused(joins(system="lime"))
-    assert f"no system 'lime' answered at '{endpoint}' within 10 s; is it running there, under this name?" in said
+    assert f"no system 'lime' answered at '{endpoint}' within 15 s; is it running there, under this name?" in said
 
 
 def test_a_port_where_nobody_listens(joins: Callable[..., Joining], endpoint: str) -> None:
@@ -90,7 +90,7 @@ def test_a_file_of_a_token_that_is_not_there(joins: Callable[..., Joining], tmp_
 
 
 def test_a_processor_of_a_host_that_does_not_join(listening: gpac.System) -> None:
-    with pytest.raises(gpac.InvalidState, match="no host 'cell-c' has joined system 'line' within 10 s; start `opengpac join"):
+    with pytest.raises(gpac.InvalidState, match="no host 'cell-c' has joined system 'line' within 15 s; start `opengpac join"):
         listening.processor("far", host="cell-c")
 
 
