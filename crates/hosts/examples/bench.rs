@@ -150,9 +150,12 @@ impl Carries for Bare {
     }
 }
 
+/// Bytes, whether the reader is woken, whether it is ours, what carries it, and the thread that waits.
+type WayUnderTest = (usize, bool, bool, Box<dyn Carries + Send>, Arc<OnceLock<Thread>>);
+
 /// All ways of one side: ours and bare in turns, of a length, woken or looking.
-fn ways(hosts: &Hosts, session: &zenoh::Session, near: bool) -> Vec<(usize, bool, bool, Box<dyn Carries + Send>, Arc<OnceLock<Thread>>)> {
-    let mut ways: Vec<(usize, bool, bool, Box<dyn Carries + Send>, Arc<OnceLock<Thread>>)> = Vec::new();
+fn ways(hosts: &Hosts, session: &zenoh::Session, near: bool) -> Vec<WayUnderTest> {
+    let mut ways: Vec<WayUnderTest> = Vec::new();
     for (at, len) in LENGTHS.into_iter().enumerate() {
         for woken in [true, false] {
             let number = 10 + 2 * at as u64 + u64::from(woken);
