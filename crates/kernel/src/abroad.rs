@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What of a host lies elsewhere: which sources, the processes that reach over several places, and what came from there.
 use crate::connection::End;
-use crate::far::{Elsewhere, Far, Reach, Way};
+use crate::far::{Far, Nowhere, Reach, Way};
 use crate::process::Home;
 use crate::*;
 use interconnect::{Carrier, ConnectionSpec, EndError, Memory, Receiver, Sender};
@@ -75,14 +75,6 @@ impl Host {
         self.reserve(spec)
     }
 
-    /// From now on `far` runs these sources, in the place of one that is gone.
-    pub fn replace_far(&self, sources: &[SourceId], far: &Arc<dyn Far>) {
-        let mut all = self.abroad.far.write().expect("nobody panics with the lock held");
-        for source in sources {
-            all.insert(*source, far.clone());
-        }
-    }
-
     /// Who runs a source, where that lies elsewhere.
     pub(crate) fn far(&self, source: SourceId) -> Option<Arc<dyn Far>> {
         if !self.abroad.is_any() {
@@ -131,12 +123,12 @@ impl Host {
         let reach = self.reach(writer, reader);
         let way = Way { number: self.abroad.last_way.fetch_add(1, Ordering::Relaxed) + 1, spec: *spec, reach };
         let sender: Box<dyn Sender> = match (&from, &to) {
-            (None, Some(to)) => to.sender(way.number, spec).unwrap_or_else(|why| self.unconnected(&way, &why, Elsewhere)),
-            _ => Box::new(Elsewhere),
+            (None, Some(to)) => to.sender(way.number, spec).unwrap_or_else(|why| Box::new(self.unconnected(&way, &why))),
+            _ => Box::new(Nowhere::default()),
         };
         let receiver: Box<dyn Receiver> = match (&from, &to) {
-            (Some(from), None) => from.receiver(way.number, spec, self.raiser_of(reader)).unwrap_or_else(|why| self.unconnected(&way, &why, Elsewhere)),
-            _ => Box::new(Elsewhere),
+            (Some(from), None) => from.receiver(way.number, spec, self.raiser_of(reader)).unwrap_or_else(|why| Box::new(self.unconnected(&way, &why))),
+            _ => Box::new(Nowhere::default()),
         };
         (End { end: sender, way: Some(way) }, End { end: receiver, way: Some(way) })
     }
@@ -152,10 +144,10 @@ impl Host {
     }
 
     /// An end that could not be made says so, and nothing comes over it.
-    pub(crate) fn unconnected<T>(&self, way: &Way, why: &EndError, instead: T) -> Box<T> {
+    fn unconnected(&self, way: &Way, why: &EndError) -> Nowhere {
         let (writer, reader) = (SourceId(way.spec.writer), SourceId(way.spec.reader));
         self.tell(Event::Unconnected { writer, reader, message: why.message.clone() });
-        Box::new(instead)
+        Nowhere::of(&way.spec)
     }
 
     /// What raises a source when a row has come to it from elsewhere; off the real-time path.
@@ -298,8 +290,7 @@ fn serve_remembered(process: &Process, source: SourceId, time_ns: i64) -> Option
     if !word.acts() {
         return None;
     }
-    let waits = |watch: &&Watch| process.remembers(watch.condition) && !matches!(watch.response, Response::Remember);
-    let watch = process.watches(word.stage).iter().filter(waits).min_by_key(|watch| std::cmp::Reverse(watch.priority))?;
+    let watch = process.awaited(word.stage)?;
     process.forget(watch.condition);
     process.freeze(word).then(|| Event::Condition {
         source,

@@ -211,8 +211,7 @@ impl Kernel {
             if !word.acts() {
                 continue;
             }
-            let waits = |watch: &&Watch| process.remembers(watch.condition) && !matches!(watch.response, Response::Remember);
-            let Some(watch) = process.watches(word.stage).iter().filter(waits).min_by_key(|watch| Reverse(watch.priority)) else { continue };
+            let Some(watch) = process.awaited(word.stage) else { continue };
             process.forget(watch.condition);
             self.captured.clear();
             let Some(moved) = self.respond(process, word, watch, now_ns) else { continue };

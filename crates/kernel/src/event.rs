@@ -23,10 +23,8 @@ pub enum Fault {
 
 /// One event. Sent through a queue of fixed size that the kernel never waits for; what did not fit is counted and announced.
 /// Acknowledgements (`Done`) have room of their own and are never lost.
-#[derive(Debug)]
+#[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub enum Event {
-    /// A script was carried out, at this boundary; the script comes back to be freed, with what `Op::Capture`s took, in order.
-    Done { source: SourceId, script: Box<Script>, firing: u64, time_ns: i64, captured: Vec<u8> },
     /// A watched condition came. `acted`: this one moved the process (to `stage`, or ended or froze it); the others of the
     /// firing are told with `acted` false. `captured`: what the `Capture` ops of its reaction script took. `number`: of the
     /// invocation that reported it (0 for a remembered one that acts at a later stage). `alone`: no other condition came in the
@@ -66,6 +64,10 @@ pub enum Event {
     Unconnected { writer: SourceId, reader: SourceId, message: String },
     /// Events that did not fit.
     Lost { source: SourceId, count: u64 },
+    /// A script was carried out, at this boundary; the script comes back to be freed, with what `Op::Capture`s took, in order. Its
+    /// script does not travel (see `wire::EventAs`); the last variant, because those behind one that is skipped would be numbered anew.
+    #[serde(skip)]
+    Done { source: SourceId, script: Box<Script>, firing: u64, time_ns: i64, captured: Vec<u8> },
 }
 
 /// An event on its way, and how many bytes of the byte ring belong to its `value` and `captured`.

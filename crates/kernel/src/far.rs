@@ -72,18 +72,29 @@ pub struct Way {
     pub reach: Reach,
 }
 
-/// The end of a connection that lies elsewhere, in the tables that are kept here. Nothing here ever runs it.
-pub(crate) struct Elsewhere;
+/// An end of a connection over which nothing goes and nothing comes: one that lies elsewhere, in the tables that are kept here and that nothing
+/// here runs ([`Nowhere::default`]); or one that could not be made, in a table that is run ([`Nowhere::of`]).
+#[derive(Default)]
+pub struct Nowhere {
+    group: Vec<u8>,
+}
 
-impl Sender for Elsewhere {
+impl Nowhere {
+    /// In the place of an end of `spec` that could not be made: what is published goes nowhere, a row finds no room.
+    pub fn of(spec: &ConnectionSpec) -> Nowhere {
+        Nowhere { group: vec![0; spec.asynchronous_len] }
+    }
+}
+
+impl Sender for Nowhere {
     fn group(&mut self) -> &mut [u8] {
-        &mut []
+        &mut self.group
     }
 
     fn publish(&mut self, _number: u64, _now_ns: i64) {}
 
     fn push(&mut self, _number: u64, _now_ns: i64, _fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full> {
-        Ok(())
+        Err(Full)
     }
 
     fn arrived(&self) -> bool {
@@ -91,13 +102,13 @@ impl Sender for Elsewhere {
     }
 }
 
-impl Receiver for Elsewhere {
+impl Receiver for Nowhere {
     fn latch(&mut self, _now_ns: i64) -> Option<Header> {
         None
     }
 
     fn group(&self) -> &[u8] {
-        &[]
+        &self.group
     }
 
     fn peek_row(&mut self) -> Option<(u64, &[u8])> {

@@ -5,6 +5,7 @@ use crate::firing::CAPTURED_MAX;
 use crate::{BlockId, Op, Script, SourceId};
 use opengpac::abi::Invocation;
 use std::cell::UnsafeCell;
+use std::cmp::Reverse;
 use std::ptr;
 use std::sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -317,6 +318,12 @@ impl Process {
 
     pub(crate) fn remembers(&self, condition: u16) -> bool {
         condition < 64 && self.remembered.load(Ordering::Acquire) & (1 << condition) != 0
+    }
+
+    /// What waits in `stage` for a condition that came before it was entered: the one to serve first.
+    pub(crate) fn awaited(&self, stage: u16) -> Option<&Watch> {
+        let waits = |watch: &&Watch| self.remembers(watch.condition) && !matches!(watch.response, Response::Remember);
+        self.watches(stage).iter().filter(waits).min_by_key(|watch| Reverse(watch.priority))
     }
 
     pub(crate) fn forget_all(&self) {

@@ -14,7 +14,7 @@ pub use read::{Ground, Reader};
 pub use write::Writer;
 
 use crate::edge::Number;
-use crate::{BlockId, Event, Fault, Reach, SourceId};
+use crate::{BlockId, Event, Reach, SourceId};
 use interconnect::ConnectionSpec;
 use serde::{Deserialize, Serialize};
 
@@ -227,95 +227,29 @@ pub struct Parcel {
 #[derive(Debug, Serialize, Deserialize)]
 pub enum EventAs {
     Done { source: SourceId, submission: u64, firing: u64, time_ns: i64, captured: Vec<u8> },
-    Condition(ConditionAs),
-    Unwatched { source: SourceId, process: u64, generation: u32, block: BlockId, item: u8, fault: Option<Fault>, number: u64, time_ns: i64, value: Vec<u8> },
-    Stopped { source: SourceId, block: BlockId, process: u64, fault: Fault, time_ns: i64 },
-    DeviceLost { source: SourceId, device: String, message: String, time_ns: i64 },
-    Asked { source: SourceId, time_ns: i64 },
-    Overrun { source: SourceId, reader: SourceId, member: u32, time_ns: i64 },
-    Late { source: SourceId, member: u32, time_ns: i64 },
-    Lost { source: SourceId, count: u64 },
-    Unconnected { writer: SourceId, reader: SourceId, message: String },
-}
-
-/// As [`Event::Condition`].
-#[derive(Debug, Serialize, Deserialize)]
-pub struct ConditionAs {
-    source: SourceId,
-    process: u64,
-    generation: u32,
-    condition: u16,
-    block: BlockId,
-    item: u8,
-    fault: Option<Fault>,
-    number: u64,
-    time_ns: i64,
-    alone: bool,
-    acted: bool,
-    ended: bool,
-    stage: Option<u16>,
-    value: Vec<u8>,
-    captured: Vec<u8>,
+    Told(Event),
 }
 
 impl EventAs {
     /// Of an event there; the script of an acknowledgement is known by the number that it has there. None for what only a host tells
     /// itself.
     pub fn of(event: Event) -> Option<EventAs> {
-        Some(match event {
-            Event::Done { source, script, firing, time_ns, captured } => EventAs::Done { source, submission: script.id, firing, time_ns, captured },
-            Event::Condition { source, process, generation, condition, block, item, fault, number, time_ns, alone, acted, ended, stage, value, captured } => {
-                EventAs::Condition(ConditionAs {
-                    source,
-                    process,
-                    generation,
-                    condition,
-                    block,
-                    item,
-                    fault,
-                    number,
-                    time_ns,
-                    alone,
-                    acted,
-                    ended,
-                    stage,
-                    value,
-                    captured,
-                })
-            }
-            Event::Unwatched { source, process, generation, block, item, fault, number, time_ns, value } => {
-                EventAs::Unwatched { source, process, generation, block, item, fault, number, time_ns, value }
-            }
-            Event::Stopped { source, block, process, fault, time_ns } => EventAs::Stopped { source, block, process, fault, time_ns },
-            Event::DeviceLost { source, device, message, time_ns } => EventAs::DeviceLost { source, device, message, time_ns },
-            Event::Asked { source, time_ns } => EventAs::Asked { source, time_ns },
-            Event::Overrun { source, reader, member, time_ns } => EventAs::Overrun { source, reader, member, time_ns },
-            Event::Late { source, member, time_ns } => EventAs::Late { source, member, time_ns },
-            Event::Lost { source, count } => EventAs::Lost { source, count },
-            Event::Unconnected { writer, reader, message } => EventAs::Unconnected { writer, reader, message },
-            Event::Gone { .. } => return None,
-        })
+        match event {
+            Event::Done { source, script, firing, time_ns, captured } => Some(EventAs::Done { source, submission: script.id, firing, time_ns, captured }),
+            Event::Gone { .. } => None,
+            event => Some(EventAs::Told(event)),
+        }
     }
 
-    /// As an event here; `script` gives the script that was submitted under a number. None for an acknowledgement of one that nobody submitted.
+    /// As an event here; `script` gives the script that was submitted under a number. None for an acknowledgement of one that nobody submitted,
+    /// and for what only a host tells itself.
     pub fn event(self, script: impl FnOnce(u64) -> Option<Box<crate::Script>>) -> Option<Event> {
-        Some(match self {
-            EventAs::Done { source, submission, firing, time_ns, captured } => Event::Done { source, script: script(submission)?, firing, time_ns, captured },
-            EventAs::Condition(of) => {
-                let ConditionAs { source, process, generation, condition, block, item, fault, number, time_ns, alone, acted, ended, stage, value, captured } =
-                    of;
-                Event::Condition { source, process, generation, condition, block, item, fault, number, time_ns, alone, acted, ended, stage, value, captured }
+        match self {
+            EventAs::Done { source, submission, firing, time_ns, captured } => {
+                Some(Event::Done { source, script: script(submission)?, firing, time_ns, captured })
             }
-            EventAs::Unwatched { source, process, generation, block, item, fault, number, time_ns, value } => {
-                Event::Unwatched { source, process, generation, block, item, fault, number, time_ns, value }
-            }
-            EventAs::Stopped { source, block, process, fault, time_ns } => Event::Stopped { source, block, process, fault, time_ns },
-            EventAs::DeviceLost { source, device, message, time_ns } => Event::DeviceLost { source, device, message, time_ns },
-            EventAs::Asked { source, time_ns } => Event::Asked { source, time_ns },
-            EventAs::Overrun { source, reader, member, time_ns } => Event::Overrun { source, reader, member, time_ns },
-            EventAs::Late { source, member, time_ns } => Event::Late { source, member, time_ns },
-            EventAs::Lost { source, count } => Event::Lost { source, count },
-            EventAs::Unconnected { writer, reader, message } => Event::Unconnected { writer, reader, message },
-        })
+            EventAs::Told(Event::Gone { .. }) => None,
+            EventAs::Told(event) => Some(event),
+        }
     }
 }

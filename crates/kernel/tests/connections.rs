@@ -2,7 +2,7 @@
 //! Connections: latched once a firing, published once a firing, queues by order and by number.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
-use interconnect::ConnectionSpec;
+use interconnect::{ConnectionSpec, EndError, Receiver, Sender};
 use kernel::*;
 use std::sync::Arc;
 use support::*;
@@ -165,4 +165,50 @@ fn a_store_between_firings_is_published_before_it_is_acknowledged() {
     read(&p, Inbound::new(receiver, vec![p.cells[1].clone()], vec![]), interval());
     run_until(&p.host, MS);
     assert_eq!(value(&p.cells[2]), 5);
+}
+
+/// A processor to which nothing can be connected.
+struct Unreachable;
+
+impl Far for Unreachable {
+    fn submit(&self, _source: SourceId, _script: Box<Script>) {}
+    fn request(&self, _source: SourceId) {}
+    fn restart(&self, _source: SourceId) {}
+    fn statistics(&self, _source: SourceId) -> Statistics {
+        Statistics::default()
+    }
+    fn take(&self, _process: u64, _generation: u32, _insist: bool) -> Option<Taken> {
+        None
+    }
+    fn enter(&self, _process: u64, _stage: u16, _generation: u32) {}
+    fn stop(&self, _set: bool) {}
+    fn host(&self) -> Option<&str> {
+        None
+    }
+    fn sender(&self, _number: u64, _spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError> {
+        Err(EndError { message: "it is gone".into() })
+    }
+    fn receiver(&self, _number: u64, _spec: &ConnectionSpec, _raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError> {
+        Err(EndError { message: "it is gone".into() })
+    }
+    fn close(&self) {}
+}
+
+#[test]
+fn an_end_that_cannot_be_made_is_told_and_the_kernel_here_goes_on() {
+    let p = pair(timer("reader", 2 * MS as u64, 80));
+    let far = p.host.add_far_source(timer("far", 2 * MS as u64, 50), Arc::new(Unreachable));
+    let (away, _) = p.host.connect(&ConnectionSpec { reader: far.0, writer: p.writer.0, ..spec(8, 0) });
+    let (_, back) = p.host.connect(&ConnectionSpec { writer: far.0, reader: p.reader.0, ..spec(8, 0) });
+    write(&p, Outbound::new(away, vec![p.cells[0].clone()], vec![], None));
+    read(&p, Inbound::new(back, vec![p.cells[1].clone()], vec![]), interval());
+    run_until(&p.host, 7 * MS);
+    assert_eq!((p.host.statistics(p.writer).firings, p.host.statistics(p.reader).firings), (3, 3));
+    assert_eq!(value(&p.cells[2]), 0, "what never came is the initial value");
+    let unconnected = |event: &Event| match event {
+        Event::Unconnected { writer, reader, message } => Some((*writer, *reader, message.clone())),
+        _ => None,
+    };
+    let told: Vec<_> = events(&p.host).iter().filter_map(unconnected).collect();
+    assert_eq!(told, [(p.writer, far, "it is gone".to_owned()), (far, p.reader, "it is gone".to_owned())]);
 }

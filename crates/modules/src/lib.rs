@@ -14,5 +14,5 @@ mod probe;
 mod seal;
 
 pub use build::{BuildError, BuildOptions, build, compiler, write_header};
-pub use load::{LoadError, LoadOptions, LoadedModule, load};
+pub use load::{LoadError, LoadOptions, LoadedModule, load, load_bytes};
 pub use probe::{PYTHON_PROBE, Probe};

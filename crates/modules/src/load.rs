@@ -93,10 +93,12 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadErro
     if !path.is_file() {
         return Err(LoadError::NotFound { path: here() });
     }
-    let folder = Folder::new().map_err(|error| LoadError::Unreadable { path: std::env::temp_dir(), what: error.to_string() })?;
+    // What is built lies there until it has been read.
+    let folder;
     let file = match is_source(path) {
         false => here(),
         true => {
+            folder = private_folder()?;
             let build_options = BuildOptions { output: Some(folder.path().join("built.so")), ..options.build.clone() };
             build(&[path], &build_options).map_err(|error| match error {
                 BuildError::Failed { message, file, line } => LoadError::BuildFailed { first_error: message, file, line },
@@ -105,6 +107,16 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadErro
         }
     };
     let bytes = std::fs::read(&file).map_err(|error| LoadError::Unreadable { path: here(), what: error.to_string() })?;
+    load_bytes(path, bytes, options)
+}
+
+/// The same from the bytes of a shared object, for one that came from another process. `path` is its name in messages, and gives that of the
+/// module; nothing has to be there.
+///
+/// # Errors
+/// As for [`load`].
+pub fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
+    let here = || path.to_path_buf();
     if seal::check(&bytes) == Seal::Broken {
         return Err(LoadError::Damaged { path: here(), what: "its bytes are not those that were built".to_string() });
     }
@@ -112,12 +124,17 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadErro
         ElfError::Damaged(what) => LoadError::Damaged { path: here(), what },
         ElfError::Foreign { have, want } => LoadError::ForeignTarget { path: here(), have, want },
     })?;
+    let folder = private_folder()?;
     let name = module_name(path);
     let copy = folder.path().join(format!("{name}.so"));
     std::fs::write(&copy, &bytes).map_err(|error| LoadError::Unreadable { path: copy.clone(), what: error.to_string() })?;
     judge(path, options.probe.run(&copy), options)?;
     let face = open(path, &copy)?;
     Ok(LoadedModule { name, path: here(), blocks: face.blocks, types: face.types, target: face.target, compiler: face.compiler, bytes: bytes.into() })
+}
+
+fn private_folder() -> Result<Folder, LoadError> {
+    Folder::new().map_err(|error| LoadError::Unreadable { path: std::env::temp_dir(), what: error.to_string() })
 }
 
 fn judge(path: &Path, finding: Finding, options: &LoadOptions) -> Result<(), LoadError> {

@@ -97,11 +97,6 @@ impl Guarding {
     pub fn close(&self) {
         drop(self.guard.lock().expect("nobody panics with the lock held").take());
     }
-
-    /// Number of the guard process.
-    pub fn pid(&self) -> Option<i32> {
-        self.guard.lock().expect("nobody panics with the lock held").as_ref().and_then(|guard| guard.pid())
-    }
 }
 
 /// The life of the guard process. Behind it nothing of the processes that it guarded is left in shared memory.

@@ -54,11 +54,6 @@ impl Places {
             joined: crate::joined::Joined::default(),
         }
     }
-
-    /// Number of the guard process, once there is one.
-    pub fn guard_pid(&self) -> Option<i32> {
-        self.guarding.pid()
-    }
 }
 
 impl rtp::Places for Places {

@@ -55,12 +55,15 @@ impl Service {
     }
 }
 
+/// The devices that were opened here, by name.
+pub(crate) type Devices = Mutex<BTreeMap<String, Arc<Device>>>;
+
 /// What the threads of a processor share.
 pub(crate) struct Shared {
     pub host: Arc<Host>,
     pub link: Arc<dyn Link>,
     pub reader: Mutex<Reader>,
-    pub devices: Mutex<BTreeMap<String, Arc<Device>>>,
+    pub devices: Arc<Devices>,
     /// Sources that run here.
     pub sources: Mutex<Vec<SourceId>>,
     pub ends: AtomicBool,
@@ -93,7 +96,7 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
         host: host.clone(),
         link: link.clone(),
         reader: Mutex::default(),
-        devices: Mutex::default(),
+        devices: Arc::default(),
         sources: Mutex::default(),
         ends: AtomicBool::new(false),
     });
@@ -105,7 +108,7 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
             .map_err(|why| format!("processor '{name}' cannot start a thread: {why}"))?
     };
     let mut agent = Agent {
-        ground: Grounds::new(host.clone(), reaches, probe),
+        ground: Grounds::new(host.clone(), shared.devices.clone(), reaches, probe),
         shared,
         stop: Arc::default(),
         farewells: HashMap::new(),
@@ -228,7 +231,6 @@ impl Agent {
                 if let Some(device) = locked(&self.shared.devices).remove(&device) {
                     (self.device)(&device, false);
                 }
-                self.ground.devices.remove(&device);
             }
             Order::Device { device, call } => {
                 if let Some(device) = locked(&self.shared.devices).get(&device) {
@@ -305,8 +307,7 @@ impl Agent {
         device.obey(self.stop.clone());
         (self.device)(&device, true);
         let channels = device.channels().to_vec();
-        locked(&self.shared.devices).insert(name.to_owned(), device.clone());
-        self.ground.devices.insert(name.to_owned(), device);
+        locked(&self.shared.devices).insert(name.to_owned(), device);
         Ok(Answer::Opened { channels, description: description.to_string() })
     }
 

@@ -5,7 +5,7 @@ use crate::module::{self, Module};
 use crate::places::{Running, Started};
 use crate::protocol::{Answer, Beat, News, Order, VERSION, frame, opened};
 use interconnect::{ConnectionSpec, EndError, Ends, Link, Receiver, Sender};
-use kernel::wire::Writer;
+use kernel::wire::{EventAs, Writer};
 use kernel::{BlockId, Channel, Device, Event, Far, Host, Op, Script, SourceId, SourceSpec, Statistics, Taken};
 use opengpac::abi::ABI as ABI_VERSION;
 use std::collections::{HashMap, HashSet};
@@ -43,7 +43,6 @@ pub struct Processor {
     /// How long it may be silent.
     silence_ms: AtomicU64,
     running: Mutex<Option<Arc<dyn Running>>>,
-    process: AtomicU64,
     /// Of each source there: the blocks of the steps of the table that it has.
     tables: Mutex<HashMap<SourceId, Vec<Option<BlockId>>>>,
     closing: AtomicBool,
@@ -87,7 +86,6 @@ impl Processor {
             rows_lost: AtomicU64::new(0),
             silence_ms: AtomicU64::new(0),
             running: Mutex::default(),
-            process: AtomicU64::new(0),
             tables: Mutex::default(),
             closing: AtomicBool::new(false),
             host: Mutex::default(),
@@ -97,11 +95,6 @@ impl Processor {
     /// Its name.
     pub fn name(&self) -> &str {
         &self.name
-    }
-
-    /// Number of its process there.
-    pub fn process(&self) -> u32 {
-        self.process.load(Ordering::Relaxed) as u32
     }
 
     /// False before the first greeting, and after a loss.
@@ -124,7 +117,7 @@ impl Processor {
         let greeting = Order::Greet { version: VERSION, abi: ABI_VERSION, system: system.to_owned(), processor: self.name.clone(), epoch_ns: host.epoch_ns() };
         link.send(&frame(&greeting)).map_err(|why| why.to_string())?;
         let welcome = link.receive(ANSWER).map_err(|_| format!("its process {}", running.cause()))?;
-        let Some(News::Welcome { pid, refused, target, .. }) = welcome.map(|bytes| opened::<News>(&bytes)).transpose()? else {
+        let Some(News::Welcome { refused, target, .. }) = welcome.map(|bytes| opened::<News>(&bytes)).transpose()? else {
             return Err("it does not answer the greeting".to_owned());
         };
         if let Some(refused) = refused {
@@ -138,7 +131,6 @@ impl Processor {
         (*locked(&self.near), *locked(&self.running)) = (Some(near), Some(running));
         self.silence_ms.store(silence.as_millis() as u64, Ordering::Relaxed);
         *locked(&self.host) = Arc::downgrade(host);
-        self.process.store(u64::from(pid), Ordering::Relaxed);
         self.is_up.store(true, Ordering::Release);
         let sender = link.clone();
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
@@ -339,7 +331,7 @@ impl Processor {
             News::Events { events, devices } => {
                 self.take_devices(&devices);
                 for event in events {
-                    if let kernel::wire::EventAs::Stopped { source, .. } = &event {
+                    if let EventAs::Told(Event::Stopped { source, .. }) = &event {
                         locked(&self.statistics).entry(*source).or_default().stopped = true;
                     }
                     let event = event.event(|submission| locked(&self.wire).scripts.remove(&submission));

@@ -82,7 +82,6 @@ impl System {
             return Err(refuse_at(Class::InUse, format!("there is a verb instance '{name}' already"), "give it another name", application.place.clone()));
         }
         let catalog = &definitions.catalog;
-        self.shared.command(|core| core.refuse_lost_plan(&plan))?;
         self.send_code(catalog, &plan, &application.place)?;
         let (id, name) = self.shared.command(|core| {
             let id = core.create(catalog, plan.clone(), application.name.clone(), application.owner.clone())?;

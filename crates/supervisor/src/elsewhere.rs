@@ -121,7 +121,7 @@ impl System {
     pub(crate) fn pass_on(&self, device: &str, source: &str) -> Result<(), Refusals> {
         let (id, far, is_here) = {
             let core = self.shared.locked();
-            let of = |source: &str| core.elsewhere.get(source.split('.').next().unwrap_or_default()).cloned();
+            let of = |source: &str| core.elsewhere.get(processor_of(source)).cloned();
             let is_here = core.physical.get(device).is_some_and(|physical| of(core.source_name(physical.source)).is_none());
             (core.sources[source], of(source), is_here)
         };
@@ -149,14 +149,17 @@ impl System {
         Ok((far.device(name, opened.channels)?, description, Some((kind.to_owned(), options.to_string()))))
     }
 
-    /// Brings the code of a plan to where it runs.
+    /// Brings the code of a plan to where it runs; refuses one that would run where nobody is.
     pub(crate) fn send_code(&self, catalog: &Catalog, plan: &Plan, place: &Option<Place>) -> Result<(), Refusals> {
-        let elsewhere = self.shared.locked().elsewhere.clone();
+        let elsewhere = self.shared.command(|core| {
+            core.refuse_lost_plan(plan)?;
+            Ok(core.elsewhere.clone())
+        })?;
         if elsewhere.is_empty() {
             return Ok(());
         }
         for block in &plan.blocks {
-            let processor = block.source.split('.').next().unwrap_or_default();
+            let processor = processor_of(&block.source);
             let (Some(far), Some(code)) = (elsewhere.get(processor), catalog.blocks.get(&block.block)) else { continue };
             let sent = match Module::of(&code.module) {
                 Some(module) => far.ensure(module),
@@ -227,7 +230,7 @@ impl System {
 impl Core {
     /// True where a source belongs to this processor.
     pub fn runs_on(&self, source: SourceId, processor: &str) -> bool {
-        self.source_name(source).split('.').next() == Some(processor)
+        processor_of(self.source_name(source)) == processor
     }
 
     /// Closes a device that lies elsewhere.
@@ -264,7 +267,7 @@ impl Core {
     }
 
     fn runs_at(&self, source: SourceId) -> Option<&Arc<Processor>> {
-        self.elsewhere.get(self.source_name(source).split('.').next().unwrap_or_default())
+        self.elsewhere.get(processor_of(self.source_name(source)))
     }
 
     /// A processor has a new process: its sources get their tables and the values that were known last.
@@ -288,6 +291,11 @@ impl Core {
 /// New processes of one processor, and within which time.
 const RESTARTS_MAX: u32 = 20;
 const RESTARTS_WITHIN: Duration = Duration::from_secs(60);
+
+/// The processor of a source, by their name `processor.source`.
+fn processor_of(source: &str) -> &str {
+    source.split('.').next().unwrap_or_default()
+}
 
 fn cannot(processor: &str, why: &str) -> Refusals {
     refuse(Class::InvalidState, format!("cannot start processor '{processor}': {why}"), "mend that and try again")
