@@ -9,6 +9,7 @@
 .DEFAULT_GOAL := run
 
 PYTHON ?= python3
+SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := python/opengpac/_native.abi3.so
@@ -49,8 +50,11 @@ test-loom:
 test-sanitizer:
 	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" cargo test -p kernel --test rtsan --target x86_64-unknown-linux-gnu --target-dir target/rtsan
 
+# A process that dies takes its last words with it: what was said before is shown again, without the library's own lines.
 test-python: setup
-	$(BIN)/python -m pytest
+	@mkdir -p out
+	@set -o pipefail; $(BIN)/python -m pytest 2>&1 | tee out/pytest.log || \
+		{ grep -v 'site-packages\|^  File "<frozen\|^Extension modules' out/pytest.log | tail -n 40 | cut -c 1-300; false; }
 
 faults: setup
 	$(BIN)/python tests/faults/campaign.py

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from scipy import integrate, interpolate, signal
@@ -19,6 +19,7 @@ signals = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=40)
 
 @settings(max_examples=60, deadline=None)
 @given(u=signals, rising=st.floats(0, 1e4), falling=st.floats(0, 1e4))
+@example(u=[1.0, 0.0, 1.0], rising=1.0, falling=1.0)
 def test_a_rate_limiter_never_exceeds_its_rates(u: list[float], rising: float, falling: float) -> None:
     run = lib.rate_limiter.run(u=u, rising=rising, falling=falling)
     steps = np.diff(run.y)

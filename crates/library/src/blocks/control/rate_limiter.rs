@@ -38,17 +38,15 @@ impl Step for RateLimiter {
         }
         let first = !self.span.begun();
         let span_s = self.span.advance(invocation.time_ns);
-        let wanted = self.u - self.y;
-        if first {
+        let (wanted, rise, fall) = (self.u - self.y, self.rising * span_s, self.falling * span_s);
+        if first || !(wanted > rise || wanted < -fall) {
             self.y = self.u;
-        } else if wanted > self.rising * span_s {
-            self.y += self.rising * span_s;
-            self.limited.report();
-        } else if wanted < -self.falling * span_s {
-            self.y -= self.falling * span_s;
-            self.limited.report();
         } else {
-            self.y = self.u;
+            self.y += if wanted > 0.0 { rise } else { -fall };
+            // The last step may round to the input: then it is there.
+            if self.y != self.u {
+                self.limited.report();
+            }
         }
         Outcome::Done
     }
