@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac`: run, check, build, new block, blocks, rts, token, join."""
+"""The command `opengpac`: run, check, build, new block, blocks, rts, token, join, doctor."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import _native, daemon, hosts, library
+from . import _native, daemon, doctor, hosts, library
 from .errors import Error, refusals
 
 _TEMPLATE = """// SPDX-License-Identifier: Apache-2.0
@@ -69,6 +69,7 @@ def _parser() -> argparse.ArgumentParser:
     blocks.set_defaults(run=_blocks)
     daemon.add_to(commands)
     hosts.add_to(commands)
+    doctor.add_to(commands)
     return parser
 
 

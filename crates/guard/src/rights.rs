@@ -21,10 +21,8 @@ pub(crate) fn take() -> Vec<String> {
     if unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &first) } != 0 {
         missing.push(format!("the guard runs without priority {PRIORITY}: no right to real-time scheduling (set rtprio in limits.conf)"));
     }
-    // Only where any amount may be locked: a limit would make later allocations fail.
-    let any = libc::rlimit { rlim_cur: libc::RLIM_INFINITY, rlim_max: libc::RLIM_INFINITY };
-    // SAFETY: a limit and the memory of this process itself.
-    if unsafe { libc::setrlimit(libc::RLIMIT_MEMLOCK, &any) != 0 || libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) != 0 } {
+    // SAFETY: the memory of this process itself.
+    if !(kernel::may_lock_all() && unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) } == 0) {
         missing.push("the guard's memory is not locked: no right to lock all of it (set memlock in limits.conf to unlimited)".to_owned());
     }
     missing

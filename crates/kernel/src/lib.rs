@@ -51,7 +51,7 @@ pub use guard::{BLACK_BOX_LEN, OUTSIDE as NO_STEP};
 pub use host::Host;
 pub use memory::{Cell, Extent};
 pub use process::{Process, Response, Stage, Taken, Watch};
-pub use rights::take_for_supervisor;
+pub use rights::{may_lock_all, take_for_supervisor};
 pub use schedule::{Activation, Due, STAMP_LEN};
 pub use script::{Op, Script};
 pub use source::{SourceId, SourceKind, SourceSpec, Statistics};

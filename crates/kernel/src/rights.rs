@@ -44,14 +44,27 @@ pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
     missing
 }
 
-/// Keeps all memory of the process in place. Only where any amount may be locked: a limit would make later allocations fail.
+/// Keeps all memory of the process in place.
 fn lock_memory() -> bool {
     static LOCKED: OnceLock<bool> = OnceLock::new();
-    // SAFETY: asks for a limit and for locked memory; both are the process's own.
-    *LOCKED.get_or_init(|| unsafe {
-        let any = libc::rlimit { rlim_cur: libc::RLIM_INFINITY, rlim_max: libc::RLIM_INFINITY };
-        libc::setrlimit(libc::RLIMIT_MEMLOCK, &any) == 0 && libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE | MCL_ONFAULT) == 0
-    })
+    // SAFETY: asks for locked memory, which is the process's own.
+    *LOCKED.get_or_init(|| may_lock_all() && unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE | MCL_ONFAULT) } == 0)
+}
+
+/// Whether this process may lock any amount of memory: a limit would make later allocations fail. Takes the limit off where that is allowed.
+pub fn may_lock_all() -> bool {
+    let any = libc::rlimit { rlim_cur: libc::RLIM_INFINITY, rlim_max: libc::RLIM_INFINITY };
+    // SAFETY: a limit of the process's own.
+    let taken_off = unsafe { libc::setrlimit(libc::RLIMIT_MEMLOCK, &any) == 0 };
+    taken_off || ignores_the_limit()
+}
+
+/// Whether this process has CAP_IPC_LOCK, for which there is no limit.
+fn ignores_the_limit() -> bool {
+    const IPC_LOCK: u64 = 1 << 14;
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let effective = status.lines().find_map(|line| line.strip_prefix("CapEff:")).map(str::trim);
+    effective.and_then(|digits| u64::from_str_radix(digits, 16).ok()).is_some_and(|capabilities| capabilities & IPC_LOCK != 0)
 }
 
 /// Lock a page when it is touched first, so that large reservations cost nothing; images are touched when they are made.
