@@ -89,8 +89,8 @@ __all__ = [
     "InUse", "InstallationErrors", "Interval", "InvalidState", "LimitExceeded", "LogicalDevice", "Module", "ModuleError", "NotAllowed",
     "NotCommanding", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part", "PhysicalDevice", "PlacementError", "Point", "Points",
     "Pose", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "SessionLost", "Snapshot",
-    "Source", "StructType", "SynchronousCycle", "System", "TakenOver", "TakenProcessor", "Terminated", "Termination", "TypeMismatch", "UnitMismatch", "UnknownName",
-    "Unreachable", "ValueRefused", "Verb", "VerbInstance", "VersionMismatch", "activate", "cell", "compose", "connect", "deactivate",
-    "deg", "drivers", "each", "execute", "holding", "input", "install", "interval", "library", "motion", "on", "parameter", "ratio",
-    "ready", "required", "robots", "svv", "together", "verb", "wait",
+    "Source", "StructType", "SynchronousCycle", "System", "TakenOver", "TakenProcessor", "Terminated", "Termination", "TypeMismatch",
+    "UnitMismatch", "UnknownName", "Unreachable", "ValueRefused", "Verb", "VerbInstance", "VersionMismatch", "activate", "cell", "compose",
+    "connect", "deactivate", "deg", "drivers", "each", "execute", "holding", "input", "install", "interval", "library", "motion", "on",
+    "parameter", "ratio", "ready", "required", "robots", "svv", "together", "verb", "wait",
 ]  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A system with a servo and a counter in a process of its own, which outlives it for a while: as a program that is killed, and for the test.
+"""A system whose servo and another block run in a process of its own, which outlives it: as a program that is killed, and for the test.
 
 python orphans.py SYSTEM FOLDER does...
 
@@ -22,18 +22,21 @@ from typing import Any
 import opengpac as gpac
 from afar import children, until
 from daemons import environment
-from opengpac import _native, activate, motion, on
+from opengpac import _native, activate, library, motion
 from opengpac.robots import Joint
 
 HOLDS = 0.5
 """Where the first program leaves the joint."""
+
+LEVEL = 7.0
+"""What the first program keeps."""
 
 HOLD_ERROR = 0.01
 """How far from its set-point the servo may keep the joint: it is a velocity drive with a proportional servo, so far less."""
 
 
 class Cell:
-    """The system, made as new or over what runs: the joint `axis`, held by its servo, and a verb that counts and goes on when it is cut off."""
+    """The system, made as new or over what runs: the joint `axis`, held by its servo, and a verb that goes on when it is cut off."""
 
     def __init__(self, name: str, modules: dict[str, str], adopt: bool = False, **changes: Any) -> None:
         self.system = gpac.System(name, progress=False, adopt=adopt)
@@ -45,19 +48,31 @@ class Cell:
         driver = gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=name, **options)
         drives = self.rtp1.physical_device("drives", driver, exchange=self.fast)
         self.joint = Joint("axis", drive=drives["x"], on=self.fast, kp=20.0, kd=0.0, max_following_error=0.5)
-        self.count = self.system.download(modules["count"], "count")
-        self.counter = self.system.svv("counter")
+        self.modules = modules
+        self.level = self.system.svv("level")
 
-    def counting(self, **changes: Any) -> gpac.VerbInstance[Any]:
-        """Starts the counter."""
-        definition: dict[str, Any] = {
-            "blocks": {"count": self.count["count"]},
-            "instantiation_parameters": {"y": "count.y"},
-            "command_lists": {"start": [activate("count", every="2 ms")]},
-            "conditions": {"enough": on("count.enough")},
-        }
-        verb = gpac.Verb("counting", if_cut_off="continue", **{**definition, **changes})
-        return verb.on(self.fast).asynch(self.counter)
+    def keeping(self, level: float) -> gpac.VerbInstance[Any]:
+        """Keeps the SVV `level` where it is told."""
+        verb = gpac.Verb(
+            "keeping",
+            blocks={"kept": library.signal_generator(amplitude=0.0)},
+            instantiation_parameters={"y": "kept.y"},
+            input_parameters={"level": "kept.offset"},
+            command_lists={"start": [activate("kept", every="2 ms")]},
+            if_cut_off="continue",
+        )
+        return verb.on(self.fast).asynch(self.level, level=level)
+
+    def counting(self) -> gpac.VerbInstance[Any]:
+        """The same by its names, with another block."""
+        count = self.system.download(self.modules["count"], "count")["count"]
+        verb = gpac.Verb(
+            "keeping",
+            blocks={"kept": count},
+            instantiation_parameters={"y": "kept.y"},
+            command_lists={"start": [activate("kept", every="2 ms")]},
+        )
+        return verb.on(self.fast).asynch(self.level)
 
     def goes(self, to: float) -> None:
         """Moves the joint."""
@@ -88,7 +103,7 @@ class Orphaned:
         return made
 
     def begin(self) -> subprocess.Popen[str]:
-        """The first program, which holds the joint and counts."""
+        """The first program, which holds the joint."""
         made = self.program("begins")
         go(made, "begins")
         [self.process], [self.guard] = children("run_processor", made.pid), children("run_guard", made.pid)
@@ -157,10 +172,10 @@ def main(name: str, modules: str, does: str) -> None:
     sys.stdin.readline()
     cell = Cell(name, json.loads(modules), adopt=does != "begins")
     cell.joint.enable()
-    cell.counting()
+    cell.keeping(LEVEL if does == "begins" else 1.0)
     if does == "begins":
         cell.goes(HOLDS)
-        until(lambda: cell.counter.value > 100, "it counts")
+        until(lambda: cell.level.value == LEVEL, "it is kept")
     if does == "takes":
         cell.system.take_over()
     print(does, flush=True)

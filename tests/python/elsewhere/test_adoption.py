@@ -11,9 +11,7 @@ import pytest
 
 import opengpac as gpac
 from afar import shared_memory, until
-from opengpac import library
-from orphans import HOLDS, Orphaned, go, lives
-
+from orphans import HOLDS, LEVEL, Orphaned, go, lives
 
 numbers = itertools.count()
 
@@ -36,17 +34,17 @@ def test_a_new_supervisor_takes_over_and_the_joint_does_not_move(orphaned: Orpha
     cell = orphaned.cell()
     with cell.system as system:
         cell.joint.enable()
-        counting = cell.counting()
+        keeping = cell.keeping(1.0)
         assert cell.joint.sensed.value == pytest.approx(HOLDS, abs=0.01), "it sees where the joint is"
-        until(lambda: 0 < cell.counter.value < 100, "its own blocks run, and began anew")
+        until(lambda: cell.level.value == 1.0, "its own blocks run, and began anew")
         assert orphaned.held(), "and nothing of it reaches the drive"
         taken = system.take_over()
         of = taken["rtp1"]
         assert taken.adopted == ("rtp1",) and of.anew == {} and of.ended == ()
-        assert f"{counting.name}.count" in of.carried and of.gap is not None
+        assert f"{keeping.name}.kept" in of.carried and of.gap is not None
         assert "blocks go on; outputs held for" in str(taken)
         assert orphaned.held(), "it goes on where the one before stopped"
-        assert cell.counter.value > 100, "the counter too"
+        until(lambda: cell.level.value == LEVEL, "the other block too")
         assert cell.joint.commanded.value == pytest.approx(HOLDS)
         assert orphaned.process and lives(orphaned.process), "the process is the same"
         cell.goes(0.2)
@@ -65,9 +63,10 @@ def test_a_successor_that_dies_before_it_took_over_changes_nothing(orphaned: Orp
     cell = orphaned.cell()
     with cell.system as system:
         cell.joint.enable()
-        cell.counting()
+        cell.keeping(1.0)
         assert system.take_over().adopted == ("rtp1",)
-        assert orphaned.held() and cell.counter.value > 100
+        assert orphaned.held()
+        until(lambda: cell.level.value == LEVEL, "what the first one began goes on")
 
 
 def test_one_that_is_closed_before_it_took_over_leaves_what_runs(orphaned: Orphaned) -> None:
@@ -79,7 +78,7 @@ def test_one_that_is_closed_before_it_took_over_leaves_what_runs(orphaned: Orpha
     with cell.system as system:
         cell.joint.enable()
         [of] = system.take_over().processors
-        assert any(block.startswith("counting") for block in of.ended), "what was not started again has ended"
+        assert [block.partition(".")[2] for block in of.ended] == ["kept"], "what was not started again has ended"
         assert orphaned.held()
 
 
@@ -93,9 +92,10 @@ def test_what_was_taken_over_is_an_orphan_again_when_that_supervisor_dies(orphan
     cell = orphaned.cell()
     with cell.system as system:
         cell.joint.enable()
-        cell.counting()
+        cell.keeping(1.0)
         assert system.take_over()["rtp1"].anew == {}
-        assert orphaned.held() and cell.counter.value > 100
+        assert orphaned.held()
+        until(lambda: cell.level.value == LEVEL, "what the first one began went through two hands")
 
 
 def test_a_block_with_another_face_begins_anew_and_is_named(orphaned: Orphaned) -> None:
@@ -103,11 +103,10 @@ def test_a_block_with_another_face_begins_anew_and_is_named(orphaned: Orphaned) 
     cell = orphaned.cell()
     with cell.system as system:
         cell.joint.enable()
-        changed = {"blocks": {"count": library.signal_generator}, "conditions": {}}
-        counting = cell.counting(**changed)
+        block = f"{cell.counting().name}.kept"
         of = system.take_over()["rtp1"]
-        assert list(of.anew) == [f"{counting.name}.count"] and "items" in of.anew[f"{counting.name}.count"]
-        assert f"{counting.name}.count begins anew" in str(of)
+        assert list(of.anew) == [block] and "items" in of.anew[block]
+        assert f"{block} begins anew" in str(of)
         assert orphaned.held()
 
 
