@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from . import drivers, library
 from ._native import version as _version
+from .adoption import TakenOver, TakenProcessor
 from .blocks import Block, BlockUse, Occurrence, Reference
 from .commands import Command, Interval, activate, deactivate, execute, install, interval, ready, wait
 from .composition import ComposedVerb, compose, together
@@ -88,8 +89,8 @@ __all__ = [
     "InUse", "InstallationErrors", "Interval", "InvalidState", "LimitExceeded", "LogicalDevice", "Module", "ModuleError", "NotAllowed",
     "NotCommanding", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part", "PhysicalDevice", "PlacementError", "Point", "Points",
     "Pose", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "SessionLost", "Snapshot",
-    "Source", "StructType", "SynchronousCycle", "System", "Terminated", "Termination", "TypeMismatch", "UnitMismatch", "UnknownName",
-    "Unreachable", "ValueRefused", "Verb", "VerbInstance", "VersionMismatch", "activate", "cell", "compose", "connect", "deactivate",
-    "deg", "drivers", "each", "execute", "holding", "input", "install", "interval", "library", "motion", "on", "parameter", "ratio",
-    "ready", "required", "robots", "svv", "together", "verb", "wait",
+    "Source", "StructType", "SynchronousCycle", "System", "TakenOver", "TakenProcessor", "Terminated", "Termination", "TypeMismatch",
+    "UnitMismatch", "UnknownName", "Unreachable", "ValueRefused", "Verb", "VerbInstance", "VersionMismatch", "activate", "cell", "compose",
+    "connect", "deactivate", "deg", "drivers", "each", "execute", "holding", "input", "install", "interval", "library", "motion", "on",
+    "parameter", "ratio", "ready", "required", "robots", "svv", "together", "verb", "wait",
 ]  # fmt: skip

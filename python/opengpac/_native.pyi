@@ -79,11 +79,14 @@ class System:
     """One real-time system, embedded in this process."""
 
     def __init__(self, name: str, clock: str, options_json: str) -> None:
-        """clock: "monotonic" or "virtual". options: {"seed": int, "interconnect": {"kind": "memory"} | {"kind": "message", "seed": int, "delay_ns": [lo, hi], "drop": p, "repeat": p, "reorder": p, "corrupt": p}, "processes": {"command": [text], "guard": [text], "python": text}}."""
+        """clock: "monotonic" or "virtual". options: {"seed": int, "interconnect": {"kind": "memory"} | {"kind": "message", "seed": int, "delay_ns": [lo, hi], "drop": p, "repeat": p, "reorder": p, "corrupt": p}, "processes": {"command": [text], "guard": [text], "python": text}, "adopt": bool}."""
 
     # configuration -----------------------------------------------------------------------------------------------------
     def listen(self, options_json: str) -> None:
         """Lets other hosts join; options as in `join_system`. Refused: InvalidState."""
+
+    def take_over(self) -> str:
+        """What runs in processes that lost their system goes on. {"processors": [{"name", "is_adopted", "carried": [label], "anew": [{"block", "why"}], "ended": [label], "gap_ns": int | None}]}. Refused: InvalidState."""
 
     def processor(self, name: str, core: int | None, supervisor: bool, process: bool, host: str | None) -> None: ...
     def source(self, processor: str, name: str, kind: str, period_ns: int, priority: int, virtual_cost_ns: int) -> None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Self, TypeVar
 from weakref import WeakValueDictionary
 
 from . import _native, checking, existing, hosts, restart
+from .adoption import TakenOver, taken_over
 from .alarms import Alarms
 from .checks import Definitions
 from .devices import LogicalDevice, type_json
@@ -50,7 +51,8 @@ class System:
 
     `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
     chooses preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; where there is
-    none yet nothing is restored. A context manager: leaving it halts the actions, then disables the
+    none yet nothing is restored. `adopt=True` looks for processors in processes of their own that have lost a system of this name:
+    what runs there goes on with `take_over()`. A context manager: leaving it halts the actions, then disables the
     devices. Making a system again rebuilds it if nothing runs in it.
 
     Where the environment has `OPENGPAC_SYSTEM`, the URL of a daemon, the system is that one, and the program runs on it unchanged.
@@ -72,6 +74,7 @@ class System:
         interconnect: str | Mapping[str, Any] = "memory",
         progress: bool | None = None,
         restore: str | os.PathLike[str] | None = None,
+        adopt: bool = False,
     ) -> None:
         if clock not in ("monotonic", "virtual"):
             refuse(CallError, f"the clock of system '{name}' is {clock!r}", "say 'monotonic' or 'virtual'")
@@ -88,7 +91,7 @@ class System:
         else:
             link = {"kind": interconnect, "seed": seed} if interconnect == "message" else interconnect
             carrier = {"kind": link} if isinstance(link, str) else dict(link)
-            options = {"seed": seed, "interconnect": carrier, "processes": processes_json()}
+            options = {"seed": seed, "interconnect": carrier, "processes": processes_json(), "adopt": adopt}
             with refusals:
                 self._begin(_native.System(name, "virtual" if virtual else clock, json.dumps(options)), name, virtual, progress)
         if restore is not None:
@@ -159,6 +162,17 @@ class System:
         )
         with refusals:
             self._alive().listen(given)
+
+    def take_over(self) -> TakenOver:
+        """What runs in processes that lost their system goes on as this one has it now, from where it is.
+
+        For a system made with `adopt=True`, when everything is there again: processors, sources, devices, verbs, and what keeps devices
+        going has been started. Until then nothing of this system reaches a device that runs there. Blocks of the same label and
+        face go on with their parameters, states and outputs; what was not started again ends. Where there is nothing to take over,
+        as under the virtual clock, the answer says so. Raises InvalidState where what ran must not go on.
+        """
+        with refusals:
+            return taken_over(self._alive().take_over())
 
     def download(self, path: str | os.PathLike[str], name: str | None = None) -> Module:
         """A code module while the system runs: C or C++ source, a shared object, or a compiled Rust module."""

@@ -65,6 +65,10 @@ impl System {
         py.detach(|| self.inner.listen(options_json)).map_err(refused)
     }
 
+    fn take_over(&self, py: Python<'_>) -> PyResult<String> {
+        to_json(&py.detach(|| self.inner.take_over()).map_err(refused)?)
+    }
+
     #[pyo3(name = "raise_source")]
     fn raise(&self, py: Python<'_>, device: &str, channel: &str, source: &str, place_json: &str) -> PyResult<()> {
         let place: Option<Place> = from_json(place_json)?;

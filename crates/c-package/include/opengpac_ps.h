@@ -51,6 +51,7 @@ void opengpac_close(opengpac_system *system);
  * configuration
  *   processor              name, [core], [supervisor], [process] (a process of its own), [host] (one that has joined)
  *   listen                 endpoint ("tcp/HOST:PORT", "tls/HOST:PORT"), name, [authority], [certificate], [key], [token], [clock_limit_ns]
+ *   take_over              -> what runs in processes that lost a system of this name goes on; the system is opened with "adopt": true
  *   source                 processor, name, kind ("timer", "trigger", "software"), [period_ns], priority, [virtual_cost_ns]
  *   request                source
  *   physical_device        processor, name, kind ("mujoco", "loopback", "scripted"), [options], source     -> its channels and parts

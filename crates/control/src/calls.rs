@@ -96,6 +96,7 @@ pub const CALLS: &[Call] = &[
         ],
         Of::Nothing,
     ),
+    call("take_over", Configure, NONE, Any),
     call(
         "source",
         Configure,

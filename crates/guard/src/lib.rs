@@ -40,7 +40,7 @@ pub use heartbeat::Heartbeat;
 pub use inherited::{DESCRIPTORS, NotInherited, inherited};
 pub use launch::{Launch, LaunchError};
 pub use link::{FRAME_LEN_MAX, Frame, UnixLink};
-pub use listener::{Listener, connect, fresh_folder, run_folder};
+pub use listener::{Listener, connect, fresh_folder, is_abandoned, run_folder};
 pub use memory::SharedMemory;
 pub use passing::DESCRIPTORS_MAX;
 pub use restarts::Restarts;

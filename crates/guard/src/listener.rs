@@ -7,6 +7,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Waits for links at a path. The path is gone when it is dropped.
 #[derive(Debug)]
@@ -53,6 +54,13 @@ impl Listener {
         }
     }
 
+    /// Waits until a link waits to be taken, at most `limit`; whether one does.
+    pub fn wait(&self, limit: Duration) -> bool {
+        let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+        // SAFETY: one entry of our own.
+        unsafe { libc::poll(&mut poll, 1, i32::try_from(limit.as_millis()).unwrap_or(i32::MAX)) > 0 }
+    }
+
     /// Where it listens.
     pub fn path(&self) -> &Path {
         &self.path
@@ -81,8 +89,8 @@ pub fn connect(path: &Path) -> io::Result<UnixLink> {
     UnixLink::of(UnixStream::connect(path)?)
 }
 
-/// Whether nobody listens behind the socket at `path`.
-fn is_abandoned(path: &Path) -> bool {
+/// Whether nobody listens any more behind the socket at `path`: who made it was killed.
+pub fn is_abandoned(path: &Path) -> bool {
     matches!(UnixStream::connect(path), Err(error) if error.kind() == io::ErrorKind::ConnectionRefused)
 }
 

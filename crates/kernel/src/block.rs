@@ -203,7 +203,7 @@ impl Block {
         outputs.filter_map(|(_, bound)| bound.as_ref()).any(|bound| (bound.start() as usize) < end && start < bound.start() as usize + bound.len())
     }
 
-    fn items(&self) -> &'static [Item] {
+    pub(crate) fn items(&self) -> &'static [Item] {
         items(self.descriptor)
     }
 

@@ -42,6 +42,7 @@ impl Kernel {
                 }
                 // SAFETY: an activation of this source.
                 Op::Follow { activation, due, had } => unsafe { activation.swap(due, had) },
+                Op::Inherit(heritage) => self.inherit(heritage),
                 op => self.apply(op, now_ns, &mut captured),
             }
         }
@@ -80,7 +81,9 @@ impl Kernel {
     /// One operation, of a script or a reaction.
     pub(crate) fn apply(&mut self, op: &Op, now_ns: i64, captured: &mut Vec<u8>) {
         match op {
-            Op::Table(_) | Op::Follow { .. } => unreachable!("`carry_out` swaps what a script brings, and a process refuses reactions that swap"),
+            Op::Table(_) | Op::Follow { .. } | Op::Inherit(_) => {
+                unreachable!("`carry_out` swaps what a script brings, and a process refuses reactions that swap")
+            }
             Op::Store(cell, bytes) => {
                 cell.store(bytes);
                 self.stored = true;

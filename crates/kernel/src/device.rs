@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Physical devices as the kernel serves them: read at the start of a firing of their source, written at its end.
+mod heir;
+
+pub(crate) use heir::Looks;
+
 use crate::{Cell, Extent};
+use heir::Seen;
+use interconnect::Sender;
 use std::cell::UnsafeCell;
 use std::os::fd::OwnedFd;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
@@ -145,6 +151,8 @@ pub struct Device {
     /// Of one that lies elsewhere: whom to ask.
     calls: OnceLock<Box<dyn Fn(DeviceCall) + Send + Sync>>,
     safe_handles: Vec<SafeHandle>,
+    /// For an heir.
+    seen: Seen,
     service: UnsafeCell<Service>,
 }
 
@@ -180,6 +188,14 @@ struct Service {
     out: Vec<u8>,
     engaged: Vec<bool>,
     written_ns: Option<i64>,
+    /// How much the driver's clock is ahead of the source's: that of the host which opened it.
+    ahead_ns: i64,
+    /// Where what it read last goes, for an heir.
+    shows: Option<Box<dyn Sender>>,
+    /// It is an heir: the driver is another device's so far.
+    looks: Option<Looks>,
+    /// It was taken over, and has not been written since.
+    is_new: bool,
     is_closed: bool,
 }
 
@@ -220,7 +236,8 @@ impl Device {
             commands.part(channel.offset, channel.len).store(&channel.safe);
         }
         let writes = channels.iter().filter(|channel| channel.direction == Direction::Write).count();
-        let service = Service { driver, out: commands.load(), engaged: vec![false; writes], written_ns: None, is_closed: false };
+        let (out, engaged) = (commands.load(), vec![false; writes]);
+        let service = Service { driver, out, engaged, written_ns: None, ahead_ns: 0, shows: None, looks: None, is_new: false, is_closed: false };
         Ok(Arc::new(Device {
             name: name.to_owned(),
             readings,
@@ -235,6 +252,7 @@ impl Device {
             forgotten: AtomicU64::new(0),
             calls: OnceLock::new(),
             safe_handles,
+            seen: Seen::default(),
             service: UnsafeCell::new(service),
         }))
     }
@@ -374,7 +392,14 @@ impl Device {
         }
         // SAFETY: the caller is the one that touches both.
         let (service, readings) = unsafe { (&mut *self.service.get(), std::slice::from_raw_parts_mut(self.readings.start(), self.readings.len())) };
-        let read = service.driver.read(release_ns, readings);
+        let read = match &mut service.looks {
+            None => service.driver.read(release_ns + service.ahead_ns, readings),
+            Some(looks) => looks.read(release_ns, readings),
+        };
+        if let Some(shows) = &mut service.shows {
+            shows.group()[..readings.len()].copy_from_slice(readings);
+            shows.publish(0, release_ns);
+        }
         self.checked(service, read)
     }
 
@@ -443,8 +468,11 @@ impl Device {
                 _ => out.copy_from_slice(command),
             }
         }
+        if std::mem::take(&mut service.is_new) {
+            self.seen.written(release_ns - service.written_ns.unwrap_or(release_ns));
+        }
         service.written_ns = Some(release_ns);
-        let written = service.driver.write(release_ns, &service.out, &service.engaged);
+        let written = service.driver.write(release_ns + service.ahead_ns, &service.out, &service.engaged);
         self.checked(service, written)
     }
 
@@ -467,7 +495,7 @@ impl Device {
                 service.out[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
             }
         }
-        let written = service.driver.write(release_ns, &service.out, &service.engaged);
+        let written = service.driver.write(release_ns + service.ahead_ns, &service.out, &service.engaged);
         self.checked(service, written)
     }
 

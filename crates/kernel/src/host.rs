@@ -311,11 +311,21 @@ impl Host {
 
     /// Stops all sources, brings devices to their safe state, joins the threads.
     pub fn close(&self) {
+        self.end(false);
+    }
+
+    /// Stops all sources and joins the threads; the devices stay as they are, for an heir. Where nobody holds one any more it is safe and closed.
+    pub fn leave(&self) {
+        self.end(true);
+    }
+
+    fn end(&self, leaves: bool) {
         if self.closed.swap(true, Ordering::AcqRel) {
             return;
         }
         self.abroad.close();
         for source in self.sources().iter() {
+            source.leaving.store(leaves, Ordering::Release);
             source.closing.store(true, Ordering::Release);
             source.bell.ring();
         }

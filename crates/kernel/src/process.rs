@@ -180,7 +180,7 @@ impl Process {
             match &watch.response {
                 Response::React { script, .. } => {
                     assert!(
-                        !script.ops.iter().any(|op| matches!(op, Op::Table(_) | Op::Follow { .. })),
+                        !script.ops.iter().any(|op| matches!(op, Op::Table(_) | Op::Follow { .. } | Op::Inherit(_))),
                         "a reaction cannot swap a table; switch activations instead"
                     );
                     assert!(script.captured_len() <= CAPTURED_MAX, "a reaction can capture {CAPTURED_MAX} bytes, not {}", script.captured_len());
@@ -419,6 +419,11 @@ impl TimeState {
     /// Runs as another does.
     pub(crate) fn keep(&mut self, other: &TimeState) {
         (self.base_ns, self.runs) = (other.base_ns, other.runs);
+    }
+
+    /// Runs as another does whose clock is ahead by `ahead_ns`.
+    pub(crate) fn keep_behind(&mut self, other: &TimeState, ahead_ns: i64) {
+        (self.base_ns, self.runs) = (if other.runs { other.base_ns - ahead_ns } else { other.base_ns }, other.runs);
     }
 
     /// Stands still.

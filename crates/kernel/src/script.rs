@@ -62,6 +62,8 @@ pub enum Op {
     Engage { device: Arc<crate::Device>, channels: Vec<u16> },
     /// Write channels of a device go to their safe values at once (exempt from the slew limit), and are free.
     Safe { device: Arc<crate::Device>, channels: Vec<u16> },
+    /// Goes on where sources that have ended stopped. Stays where it was made: no parcel carries it. Not in a reaction.
+    Inherit(Box<crate::Heritage>),
 }
 
 /// Operations carried out in order between two firings of one source, as one.

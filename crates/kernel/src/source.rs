@@ -82,6 +82,8 @@ pub(crate) struct Source {
     pub(crate) requested_ns: AtomicU64,
     pub(crate) bell: Bell,
     pub(crate) closing: AtomicBool,
+    /// It ends, and an heir has its devices.
+    pub(crate) leaving: AtomicBool,
     /// Set by `Host::restart`, taken by the kernel.
     pub(crate) restarting: AtomicBool,
     pub(crate) guard: Guard,
@@ -101,6 +103,7 @@ impl Source {
             requested_ns: AtomicU64::new(0),
             bell: Bell::default(),
             closing: AtomicBool::new(false),
+            leaving: AtomicBool::new(false),
             restarting: AtomicBool::new(false),
             guard,
             counters: Counters::default(),

@@ -192,8 +192,11 @@ impl Preempt for Within<'_> {
 }
 
 impl Kernel {
-    /// The end of a source: devices are safe, and closed though others may still hold them.
+    /// The end of a source: devices are safe, and closed though others may still hold them; but where an heir has them.
     pub(crate) fn close(&mut self) {
+        if self.source.leaving.load(Ordering::Acquire) {
+            return;
+        }
         for device in &self.table.devices {
             // SAFETY: this is the kernel of the device's source, and its last call.
             unsafe {

@@ -42,7 +42,14 @@ impl Driver for Drive {
     }
 }
 
-fn drive(slew_max: Option<f64>, fails_ns: i64) -> (Arc<Device>, Arc<Mutex<Vec<String>>>) {
+type Log = Arc<Mutex<Vec<String>>>;
+
+fn drive(slew_max: Option<f64>, fails_ns: i64) -> (Arc<Device>, Log) {
+    let (driver, log) = driver(slew_max, fails_ns);
+    (Device::open("drive", driver, 0).unwrap(), log)
+}
+
+fn driver(slew_max: Option<f64>, fails_ns: i64) -> (Box<dyn Driver>, Log) {
     let channel = |name: &str, direction| Channel {
         name: name.into(),
         direction,
@@ -56,7 +63,7 @@ fn drive(slew_max: Option<f64>, fails_ns: i64) -> (Arc<Device>, Arc<Mutex<Vec<St
     };
     let log = Arc::default();
     let driver = Drive { channels: vec![channel("position", Direction::Read), channel("effort", Direction::Write)], log: Arc::clone(&log), fails_ns };
-    (Device::open("drive", Box::new(driver), 0).unwrap(), log)
+    (Box::new(driver), log)
 }
 
 /// A block that turns the reading (an integer) into a command of ten times that.
@@ -68,13 +75,80 @@ fn servo() -> &'static opengpac::abi::Descriptor {
 }
 
 fn program(device: &Arc<Device>) -> (Host, SourceId) {
+    let (host, source, _) = running(device, servo());
+    (host, source)
+}
+
+/// A block that commands how often it has run, by a state.
+fn counting() -> &'static opengpac::abi::Descriptor {
+    block!(|this, _| {
+        this.state += 1;
+        this.y = (this.state as f64).to_bits() as i64;
+        0
+    })
+}
+
+fn running(device: &Arc<Device>, code: &'static opengpac::abi::Descriptor) -> (Host, SourceId, Holding) {
     let host = virtual_host(1);
     let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
     let on = interval();
-    let steps = vec![step(&Arc::new(install(1, servo(), Some(&device.cell(0)), Some(&device.cell(1)))), &on, &Process::new(1, 1), &[])];
+    let steps = vec![step(&Arc::new(install(1, code, Some(&device.cell(0)), Some(&device.cell(1)))), &on, &Process::new(1, 1), &[])];
     let table = Table::new(steps, vec![], vec![], vec![device.clone()], None);
+    let holding = table.holding(source);
     host.submit(source, script(vec![Op::Table(Box::new(table)), Op::On(on, 1)]));
-    (host, source)
+    (host, source, holding)
+}
+
+#[test]
+fn an_heir_looks_on_and_then_goes_on_where_the_other_stopped() {
+    let (driver, log) = driver(None, i64::MAX);
+    let device = Device::open_seen("drive", driver, 0).unwrap();
+    let (before, _, held) = running(&device, counting());
+    device.engage(1, true);
+    run_until(&before, 3 * MS);
+    let heir = Device::heir(&device).unwrap();
+    assert!(Device::heir(&device).is_err(), "there is one already");
+    assert_eq!(value(&heir.cell(0)), 3, "it sees what was read last");
+    let (after, source, holding) = running(&heir, counting());
+    heir.engage(1, true);
+    run_until(&after, MS);
+    before.leave();
+    assert_eq!(*log.lock().unwrap(), ["1 true", "2 true", "3 true"], "the heir has reached nobody, and nothing was made safe");
+    // 1 ms of the one clock is 3 ms of the other.
+    let (heritage, passed) = Heritage::between(&holding, &[held], 2 * MS);
+    assert_eq!((passed.carried.as_slice(), passed.anew.len()), (["b1".to_owned()].as_slice(), 0));
+    after.submit(source, script(vec![Op::Inherit(Box::new(heritage))]));
+    run_until(&after, 2 * MS);
+    assert_eq!(log.lock().unwrap()[3..], ["4 true"], "the block counts on");
+    assert_eq!((value(&heir.cell(0)), heir.gap_ns()), (4, Some(MS)), "the driver's time goes on");
+    after.close();
+    drop((before, after, device, heir));
+    assert_eq!(log.lock().unwrap()[4..], ["safe", "safe", "closed"], "once");
+}
+
+#[test]
+fn an_heir_that_took_nothing_over_leaves_the_device_for_the_next() {
+    let (driver, log) = driver(None, i64::MAX);
+    let device = Device::open_seen("drive", driver, 0).unwrap();
+    let (before, _, held) = running(&device, servo());
+    run_until(&before, MS);
+    let (gone, ..) = running(&Device::heir(&device).unwrap(), servo());
+    run_until(&gone, MS);
+    drop(gone);
+    run_until(&before, 2 * MS);
+    assert_eq!(log.lock().unwrap().len(), 2, "the device goes on");
+    let heir = Device::heir(&device).unwrap();
+    assert_eq!(value(&heir.cell(0)), 2);
+    let other = Block::install(BlockId(1), "b1", without_items(), Arc::new(()), Extent::new(256).cell(0, 256));
+    let table = Table::new(vec![step(&Arc::new(other), &interval(), &Process::new(1, 1), &[])], vec![], vec![], vec![heir.clone()], None);
+    let (_, passed) = Heritage::between(&table.holding(SourceId(0)), &[held], 0);
+    assert_eq!(passed.anew, [("b1".to_owned(), "it has 0 items, the one before had 5".to_owned())]);
+}
+
+/// A block without items.
+fn without_items() -> &'static opengpac::abi::Descriptor {
+    let of = servo();
+    Box::leak(Box::new(opengpac::abi::Descriptor { item_count: 0, ..*of }))
 }
 
 #[test]

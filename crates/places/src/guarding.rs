@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The guard of a system's processes: started with the first of them.
+use crate::adopting;
 use guard::{Guard, GuardCommand, GuardEvent, Heartbeat, UnixLink, receive_handles};
 use interconnect::Link;
 use rtp::Tell;
 use std::ffi::OsString;
 use std::os::fd::OwnedFd;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
@@ -20,18 +22,39 @@ const LOOK: Duration = Duration::from_secs(1);
 pub(crate) struct Guarding {
     tell: Arc<OnceLock<Tell>>,
     guard: Mutex<Option<Arc<Guard>>>,
+    /// Guards of systems that were lost, whose processes are taken over.
+    adopted: Mutex<Vec<Adopted>>,
     last_ward: AtomicU64,
+    /// Where the guard that is started here is found by a later supervisor.
+    path: Option<PathBuf>,
+}
+
+struct Adopted {
+    path: PathBuf,
+    guard: Arc<Guard>,
+    /// What it guards: the number of the ward, that of the process.
+    wards: Vec<(u64, i32)>,
 }
 
 /// A process that is guarded.
 pub(crate) struct Guarded {
     guard: Arc<Guard>,
     ward: u64,
+    /// It is guarded for this system; one that has not been taken over stays guarded without it.
+    is_ours: AtomicBool,
 }
 
 impl Guarded {
+    /// It was taken over.
+    pub fn own(&self, is_ours: bool) {
+        self.is_ours.store(is_ours, Ordering::Release);
+    }
+
     /// It is about to end in good order.
     pub fn forget(&self) {
+        if !self.is_ours.load(Ordering::Acquire) {
+            return;
+        }
         // Where the guard is gone there is nothing to forget.
         let _forgotten = self.guard.forget(self.ward);
     }
@@ -45,16 +68,51 @@ impl Drop for Guarded {
 }
 
 impl Guarding {
+    /// `path`: where the guard that is started here is found by a later supervisor.
+    pub fn new(path: Option<PathBuf>) -> Guarding {
+        Guarding { path, ..Guarding::default() }
+    }
+
+    /// Where the guard that is started here is found by a later supervisor.
+    pub fn path(&self) -> Option<&PathBuf> {
+        self.path.as_ref()
+    }
+
     pub fn tell_to(&self, tell: Tell) {
         let _first = self.tell.set(tell);
     }
 
     /// Guards a process from now on; `handles` brings what makes its devices safe. Errors: there is no guard, in words.
-    pub fn watch(&self, command: &[OsString], name: &str, process: OwnedFd, heart: Heartbeat, handles: UnixLink) -> Result<Guarded, String> {
+    pub fn watch(&self, command: &[OsString], name: &str, process: OwnedFd, heart: Heartbeat, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
         let guard = self.guard(command)?;
         let ward = self.last_ward.fetch_add(1, Ordering::Relaxed) + 1;
         guard.watch(ward, name, process, Some((heart, FROZEN))).map_err(|why| why.to_string())?;
-        let (held, tell, name) = (Arc::downgrade(&guard), self.tell.clone(), name.to_owned());
+        self.hear(guard, ward, name, handles)
+    }
+
+    /// The process `pid` as the guard at `path` guards it, for a system that was lost; `handles` brings what makes further devices safe.
+    /// None where that guard is gone, or does not know it.
+    pub fn adopt(&self, command: &[OsString], path: &Path, name: &str, pid: i32, handles: &Arc<UnixLink>) -> Result<Option<Guarded>, String> {
+        let found = {
+            let mut adopted = self.adopted.lock().expect("nobody panics with the lock held");
+            if !adopted.iter().any(|one| one.path == path) {
+                let command = GuardCommand { command: command.to_vec(), path: Some(path.to_owned()) };
+                let Ok((guard, found)) = Guard::adopt(command, self.telling()) else { return Ok(None) };
+                let wards: Vec<(u64, i32)> = found.iter().filter(|one| one.loss.is_none()).map(|one| (one.ward, one.process.pid())).collect();
+                self.last_ward.fetch_max(found.iter().map(|one| one.ward).max().unwrap_or(0), Ordering::Relaxed);
+                let guard = Arc::new(guard);
+                self.guard.lock().expect("nobody panics with the lock held").get_or_insert_with(|| guard.clone());
+                adopted.push(Adopted { path: path.to_owned(), guard, wards });
+            }
+            let of = adopted.iter().find(|one| one.path == path).expect("it was put there above");
+            of.wards.iter().find(|(_, of)| *of == pid).map(|(ward, _)| (of.guard.clone(), *ward))
+        };
+        found.map(|(guard, ward)| self.hear(guard, ward, name, handles)).transpose()
+    }
+
+    /// Passes on what makes devices safe.
+    fn hear(&self, guard: Arc<Guard>, ward: u64, name: &str, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
+        let (held, handles, tell, name) = (Arc::downgrade(&guard), handles.clone(), self.tell.clone(), name.to_owned());
         let body = move || {
             loop {
                 match receive_handles(&handles, LOOK) {
@@ -72,7 +130,7 @@ impl Guarding {
             }
         };
         std::thread::Builder::new().name("safe-handles".into()).spawn(body).map_err(|why| why.to_string())?;
-        Ok(Guarded { guard, ward })
+        Ok(Guarded { guard, ward, is_ours: AtomicBool::new(true) })
     }
 
     fn guard(&self, command: &[OsString]) -> Result<Arc<Guard>, String> {
@@ -80,32 +138,38 @@ impl Guarding {
         if let Some(guard) = present.as_ref() {
             return Ok(guard.clone());
         }
-        let tell = self.tell.clone();
-        let told = move |event: GuardEvent| {
-            if let Some(tell) = tell.get() {
-                let (about, text) = words(event);
-                tell("guard", &about, text);
-            }
-        };
-        let made = Guard::start(GuardCommand { command: command.to_vec(), path: None }, told).map_err(|why| format!("the guard cannot be started: {why}"))?;
+        let command = GuardCommand { command: command.to_vec(), path: self.path.clone() };
+        let made = Guard::start(command, self.telling()).map_err(|why| format!("the guard cannot be started: {why}"))?;
         let made = Arc::new(made);
         *present = Some(made.clone());
         Ok(made)
     }
 
+    fn telling(&self) -> impl Fn(GuardEvent) + Send + Sync + 'static {
+        let tell = self.tell.clone();
+        move |event: GuardEvent| {
+            if let Some(tell) = tell.get() {
+                let (about, text) = words(event);
+                tell("guard", &about, text);
+            }
+        }
+    }
+
     /// The guard ends where it guards nothing any more.
     pub fn close(&self) {
+        self.adopted.lock().expect("nobody panics with the lock held").clear();
         drop(self.guard.lock().expect("nobody panics with the lock held").take());
     }
 }
 
-/// The life of the guard process. Behind it nothing of the processes that it guarded is left in shared memory.
+/// The life of the guard process. Behind it nothing of the processes that it guarded is left, neither in shared memory nor of their sockets.
 ///
 /// # Errors
 /// As of [`guard::run`].
 pub fn guard_processes() -> Result<(), String> {
     let guarded = guard::run();
     shared_memory::clean();
+    adopting::clean();
     guarded
 }
 

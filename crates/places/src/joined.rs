@@ -3,7 +3,7 @@
 //!
 //! The listening host tells a joined one over link 0 which link the next processor has; there a thread serves it. All processors of a
 //! joined host are threads of one process.
-use crate::started::text;
+use crate::text;
 use hosts::{Hosts, Options, Security};
 use interconnect::{Ends, Link};
 use modules::Probe;
@@ -135,7 +135,7 @@ impl Joined {
             listening.controls.insert(host.to_owned(), control);
         }
         let running = Arc::new(Lent { host: host.to_owned() });
-        Ok(Started { link, near: Box::new(hosts) as Box<dyn Ends>, running, silence: SILENCE })
+        Ok(Started { link, near: Box::new(hosts) as Box<dyn Ends>, running, silence: SILENCE, is_adopted: false })
     }
 }
 
@@ -179,7 +179,7 @@ pub fn join(system: &str, options: JoinOptions, python: OsString, stop: &dyn Fn(
                     clocks.set_epoch(epoch_ns);
                     epoch_ns
                 };
-                let service = Service { reaches, epoch: Box::new(epoch), ..Service::new(probe) };
+                let service = Service { reaches, epoch: Arc::new(epoch), ..Service::new(probe) };
                 let served = std::thread::Builder::new().name("processor".into()).spawn(move || rtp::serve(&link, service)).map_err(text)?;
                 serving.push((number, closing, served));
             }

@@ -4,6 +4,8 @@
 //! [`Places`] is given to a system; [`processor`] is what a process that was started for a processor does from its start to its end.
 //! The command line that starts one is the programming system's: whatever it runs must come to call it. [`join`] is the life of a
 //! process that lends its host to a system elsewhere.
+mod adopting;
+mod door;
 mod guarding;
 #[cfg(feature = "hosts")]
 mod joined;
@@ -16,10 +18,17 @@ pub use joined::{JoinOptions, join};
 pub use process::processor;
 pub use started::{Commands, Places};
 
+pub(crate) fn text(why: impl std::fmt::Display) -> String {
+    why.to_string()
+}
+
 /// Environment variables that a process gets with its link: name of the system, number of its run, the interpreter that tries code modules.
 pub(crate) const SYSTEM: &str = "OPENGPAC_SYSTEM_NAME";
 pub(crate) const RUN: &str = "OPENGPAC_SYSTEM_RUN";
 pub(crate) const PYTHON: &str = "OPENGPAC_PYTHON";
+/// The processor, and where the guard is found by whoever takes it over.
+pub(crate) const PROCESSOR: &str = "OPENGPAC_PROCESSOR";
+pub(crate) const GUARD: &str = "OPENGPAC_GUARD_AT";
 
 /// Names of the descriptors: the link, the way of safe handles to the guard, the heartbeat, what the sources say of the block that runs.
 pub(crate) const LINK: &str = "link";

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The life of a process that was started for a processor.
-use crate::{BLACK_BOX, BLACK_BOX_SOURCES, HANDLES, HEART, LINK, PYTHON, RUN, SYSTEM};
+use crate::door::{Belongings, SocketDoor, black_box_of};
+use crate::{BLACK_BOX, GUARD, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SYSTEM, text};
 use guard::{Heartbeat, UnixLink, send_handles};
 use interconnect::{Ends, Link};
-use kernel::{BLACK_BOX_LEN, Device};
+use kernel::Device;
 use modules::Probe;
 use rtp::{Reaches, Service};
 use shared_memory::SharedMemory;
 use std::ffi::OsString;
 use std::os::fd::OwnedFd;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -27,14 +29,16 @@ pub fn processor() -> Result<(), String> {
     let python = variable(PYTHON)?;
     let handles = UnixLink::from_descriptor(inherited(HANDLES)?).map_err(text)?;
     let heart = Heartbeat::received(inherited(HEART)?).map_err(text)?;
-    // It stays as long as the process: sources write there to their end.
-    let black_box = Box::leak(Box::new(guard::SharedMemory::received(inherited(BLACK_BOX)?, BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?));
+    let guard = std::env::var_os(GUARD).map(PathBuf::from);
+    let belongings = Belongings::new(variable(SYSTEM)?, variable(PROCESSOR)?, heart, handles, guard);
+    let (holding, beating) = (belongings.clone(), belongings.clone());
     let service = Service {
         reaches: Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: None },
-        device: Box::new(move |device, is_open| hand_over(&handles, device, is_open)),
-        beat: Box::new(move || heart.beat()),
+        device: Arc::new(move |device, is_open| hand_over(&holding.handles(), device, is_open)),
+        beat: Arc::new(move || beating.heart.beat()),
         leaves: true,
-        black_box: Some((black_box.start(), black_box.len())),
+        black_box: Some(black_box_of(inherited(BLACK_BOX)?)?),
+        door: SocketDoor::open(&belongings),
         ..Service::new(Probe::of([OsString::from(python), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()]))
     };
     rtp::serve(&link, service)
@@ -51,8 +55,4 @@ fn hand_over(handles: &UnixLink, device: &Device, is_open: bool) {
 
 fn inherited(name: &str) -> Result<OwnedFd, String> {
     guard::inherited(name).map_err(text)
-}
-
-fn text(why: impl std::fmt::Display) -> String {
-    why.to_string()
 }

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Starting processes for processors.
+use crate::adopting::{self, Enter, Waiting};
 use crate::guarding::{Guarded, Guarding};
-use crate::{BLACK_BOX, BLACK_BOX_SOURCES, HANDLES, HEART, LINK, PYTHON, RUN, SYSTEM};
+use crate::{BLACK_BOX, BLACK_BOX_SOURCES, GUARD, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SYSTEM, text};
 use guard::{Child, Heartbeat, Launch, UnixLink};
 use interconnect::{Ends, Link};
 use kernel::{BLACK_BOX_LEN, NO_STEP};
 use rtp::{Running, Started, Tell};
 use shared_memory::SharedMemory;
+use std::collections::HashSet;
 use std::ffi::OsString;
-use std::sync::Arc;
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
 /// Command lines of the processes that a system starts.
@@ -29,6 +32,10 @@ pub struct Places {
     run: u64,
     commands: Commands,
     guarding: Guarding,
+    adopts: bool,
+    /// Processors that were looked for.
+    sought: Mutex<HashSet<String>>,
+    tell: OnceLock<Arc<Tell>>,
     #[cfg(feature = "hosts")]
     pub(crate) joined: crate::joined::Joined,
 }
@@ -43,15 +50,58 @@ const REAL_TIME_MAX: Duration = Duration::from_secs(5);
 const GRACE: Duration = Duration::from_secs(3);
 
 impl Places {
-    /// For a system of this name.
-    pub fn new(system: &str, commands: Commands) -> Places {
+    /// For a system of this name. `adopts`: for each processor a process that has lost a system of this name is looked for first.
+    pub fn new(system: &str, commands: Commands, adopts: bool) -> Places {
+        let run = shared_memory::new_run();
         Places {
             system: system.to_owned(),
-            run: shared_memory::new_run(),
+            run,
             commands,
-            guarding: Guarding::default(),
+            guarding: Guarding::new(adopting::guard_place(run)),
+            adopts,
+            sought: Mutex::default(),
+            tell: OnceLock::new(),
             #[cfg(feature = "hosts")]
             joined: crate::joined::Joined::default(),
+        }
+    }
+
+    /// A process of this processor that has lost a system of this name; looked for once. Errors: it must not be taken over, in words.
+    fn adopted(&self, processor: &str) -> Result<Option<Started>, String> {
+        if !self.adopts || !self.sought.lock().expect("nobody panics with the lock held").insert(processor.to_owned()) {
+            return Ok(None);
+        }
+        let Some(waiting) = adopting::find(&self.system, processor)? else {
+            self.tell(processor, "no process of it waits for a new supervisor: one is started");
+            return Ok(None);
+        };
+        let Waiting { link, guard, process, heart } = waiting;
+        let child = Child::adopt(process.try_clone().map_err(text)?).map_err(text)?;
+        let (handles, handles_there) = UnixLink::pair().map_err(text)?;
+        let near: Box<dyn Ends> = Box::new(SharedMemory::new(&self.system, self.run).map_err(text)?);
+        let black_box = guard::SharedMemory::new(BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?;
+        let handles = Arc::new(handles);
+        let known = match &guard {
+            Some(path) => self.guarding.adopt(&self.commands.guard, path, processor, child.pid(), &handles)?,
+            None => None,
+        };
+        let is_unguarded = known.is_none();
+        let guarded = match known {
+            Some(guarded) => guarded,
+            None => self.guarding.watch(&self.commands.guard, processor, process, heart, &handles)?,
+        };
+        guarded.own(false);
+        let guard = if is_unguarded { self.guarding.path().cloned() } else { guard };
+        adopting::say(&link, &Enter { run: self.run, guard, is_unguarded }, &[&handles_there, &black_box.descriptor().map_err(text)?])?;
+        self.tell(processor, &format!("process {} of it has lost its system, and is to be taken over", child.pid()));
+        let socket = adopting::place(&self.system, processor, child.pid().cast_unsigned());
+        let running = Arc::new(Process { child, guarded, black_box, socket });
+        Ok(Some(Started { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: true }))
+    }
+
+    fn tell(&self, processor: &str, what: &str) {
+        if let Some(tell) = self.tell.get() {
+            tell("processor", processor, what.to_owned());
         }
     }
 }
@@ -59,6 +109,7 @@ impl Places {
 impl rtp::Places for Places {
     fn tell_to(&self, tell: Tell) {
         let tell: Arc<Tell> = Arc::new(tell);
+        let _first = self.tell.set(tell.clone());
         #[cfg(feature = "hosts")]
         {
             let tell = tell.clone();
@@ -74,13 +125,16 @@ impl rtp::Places for Places {
     }
 
     fn process(&self, processor: &str) -> Result<Started, String> {
+        if let Some(adopted) = self.adopted(processor)? {
+            return Ok(adopted);
+        }
         let (link, other) = UnixLink::pair().map_err(text)?;
         let (handles, handles_there) = UnixLink::pair().map_err(text)?;
         let heart = Heartbeat::new().map_err(text)?;
         let black_box = guard::SharedMemory::new(BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?;
         // Before the process, which then finds it there.
         let near: Box<dyn Ends> = Box::new(SharedMemory::new(&self.system, self.run).map_err(text)?);
-        let child = Launch::new(self.commands.processor.iter().cloned())
+        let mut launch = Launch::new(self.commands.processor.iter().cloned())
             .descriptor(LINK, other)
             .descriptor(HANDLES, handles_there)
             .descriptor(HEART, heart.descriptor().map_err(text)?)
@@ -88,14 +142,17 @@ impl rtp::Places for Places {
             .variable(SYSTEM, &self.system)
             .variable(RUN, self.run.to_string())
             .variable(PYTHON, &self.commands.python)
-            .variable("OPENGPAC_PROCESSOR", processor)
-            .real_time_max(REAL_TIME_MAX)
-            .start()
-            .map_err(text)?;
+            .variable(PROCESSOR, processor)
+            .real_time_max(REAL_TIME_MAX);
+        if let Some(path) = self.guarding.path() {
+            launch = launch.variable(GUARD, path);
+        }
+        let child = launch.start().map_err(text)?;
         let descriptor = child.descriptor().map_err(text)?;
-        let guarded = self.guarding.watch(&self.commands.guard, processor, descriptor, heart, handles)?;
-        let running = Arc::new(Process { child, guarded, black_box });
-        Ok(Started { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE })
+        let guarded = self.guarding.watch(&self.commands.guard, processor, descriptor, heart, &Arc::new(handles))?;
+        let socket = adopting::place(&self.system, processor, child.pid().cast_unsigned());
+        let running = Arc::new(Process { child, guarded, black_box, socket });
+        Ok(Started { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: false })
     }
 
     fn host(&self, host: &str, processor: &str) -> Result<Started, String> {
@@ -115,6 +172,24 @@ struct Process {
     child: Child,
     guarded: Guarded,
     black_box: guard::SharedMemory,
+    /// Where a new supervisor would find it.
+    socket: Option<PathBuf>,
+}
+
+impl Process {
+    /// One that was killed could not take its socket away.
+    fn take_away(&self) {
+        if let Some(socket) = self.socket.as_ref().filter(|_| !self.child.is_running()) {
+            // Gone already is as good.
+            let _removed = std::fs::remove_file(socket);
+        }
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        self.take_away();
+    }
 }
 
 impl Running for Process {
@@ -134,13 +209,14 @@ impl Running for Process {
         self.guarded.forget();
     }
 
+    fn taken_over(&self) {
+        self.guarded.own(true);
+    }
+
     fn end(&self) {
         if self.child.wait(GRACE).is_none() {
             self.child.end(GRACE);
         }
+        self.take_away();
     }
-}
-
-pub(crate) fn text(why: impl std::fmt::Display) -> String {
-    why.to_string()
 }

@@ -2,58 +2,18 @@
 //! The processor's own side: it does what it is told.
 use crate::ground::Grounds;
 use crate::protocol::{Answer, News, Order, VERSION, frame, opened};
+use crate::service::{Admitted, BlackBox, Caller, Door, OnDevice};
 use crate::tells;
-use interconnect::{Ends, Link, Memory};
+use interconnect::{Link, Memory};
 use kernel::wire::{Parcel, Reader};
-use kernel::{ClockKind, Device, DeviceCall, Host, SourceId};
+use kernel::{ClockKind, Device, DeviceCall, Holding, Host, SourceId};
 use modules::Probe;
 use opengpac::abi::ABI as ABI_VERSION;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
-use std::time::{Duration, Instant};
-
-/// What carries connections out of the process.
-#[derive(Default)]
-pub struct Reaches {
-    /// To other processes of this host.
-    pub host: Option<Box<dyn Ends>>,
-    /// To other hosts.
-    pub network: Option<Box<dyn Ends>>,
-}
-
-/// Told of a device that was opened (`true`) or is closed.
-pub type OnDevice = Box<dyn Fn(&Device, bool) + Send>;
-
-/// What a processor stands on: what its process gives it.
-pub struct Service {
-    /// What carries connections out of the process.
-    pub reaches: Reaches,
-    /// Tries code modules in a process of their own.
-    pub probe: Probe,
-    /// The epoch of the system on this host's CLOCK_MONOTONIC, of that on the commanding host's.
-    pub epoch: Box<dyn Fn(i64) -> i64 + Send>,
-    /// Told of each device that is opened (`true`) or closed.
-    pub device: OnDevice,
-    /// Called as long as the kernels here serve, every 20 ms.
-    pub beat: Box<dyn Fn() + Send>,
-    /// Where whoever commands is gone without a word, the process ends here with its outputs safe and its devices open: what outlives it is
-    /// found as it was by whoever comes back. For a process that has nothing else to do.
-    pub leaves: bool,
-    /// Where sources say which block runs, and how many bytes there are: zero, on a cache line, for as long as the process lives.
-    pub black_box: Option<(*mut u8, usize)>,
-}
-
-// SAFETY: the black box is an address that the one who serves hands to its host.
-unsafe impl Send for Service {}
-
-impl Service {
-    /// One that stands alone: no connections, no guard.
-    pub fn new(probe: Probe) -> Service {
-        let (epoch, device, beat) = (Box::new(|epoch_ns| epoch_ns), Box::new(|_: &Device, _| {}), Box::new(|| {}));
-        Service { reaches: Reaches::default(), probe, epoch, device, beat, leaves: false, black_box: None }
-    }
-}
+use std::thread::JoinHandle;
+use std::time::Duration;
 
 /// The devices that were opened here, by name.
 pub(crate) type Devices = Mutex<BTreeMap<String, Arc<Device>>>;
@@ -66,127 +26,144 @@ pub(crate) struct Shared {
     pub devices: Arc<Devices>,
     /// Sources that run here.
     pub sources: Mutex<Vec<SourceId>>,
+    /// What runs here is what this process is there for: its heart beats by it.
+    pub leads: AtomicBool,
     pub ends: AtomicBool,
 }
+
+/// How long it waits for a frame before it looks around.
+pub(crate) const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
     of.lock().expect("nobody panics with the lock held")
 }
 
-/// Status of a process that nobody commanded any more.
-const LEFT: i32 = 3;
-
-/// How long it waits for a frame before it looks around.
-const LOOK: Duration = Duration::from_millis(100);
-
-/// Serves until the other side closes it, or is gone and what runs here has had its farewell: then devices are safe and everything is
-/// closed.
-///
-/// # Errors
-/// In words: no greeting, another version, orders that cannot be understood.
-pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
-    let (epoch_ns, name) = greet(link)?;
-    let Service { reaches, probe, epoch, device, beat, leaves, black_box } = service;
-    let host = Arc::new(Host::since(ClockKind::Monotonic, Box::new(Memory), epoch(epoch_ns)));
-    if let Some((memory, len)) = black_box {
-        // SAFETY: what `Service` says of it.
-        unsafe { host.set_black_box(memory, len) };
-    }
-    let shared = Arc::new(Shared {
-        host: host.clone(),
-        link: link.clone(),
-        reader: Mutex::default(),
-        devices: Arc::default(),
-        sources: Mutex::default(),
-        ends: AtomicBool::new(false),
-    });
-    let teller = {
-        let shared = shared.clone();
-        std::thread::Builder::new()
-            .name("tells".into())
-            .spawn(move || tells::run(&shared, &*beat))
-            .map_err(|why| format!("processor '{name}' cannot start a thread: {why}"))?
-    };
-    let mut agent = Agent {
-        ground: Grounds::new(host.clone(), shared.devices.clone(), reaches, probe),
-        shared,
-        stop: Arc::default(),
-        farewells: HashMap::new(),
-        patience: Duration::ZERO,
-        count: 0,
-        passed: HashSet::new(),
-        device,
-        leaves,
-    };
-    let served = agent.run();
-    agent.shared.ends.store(true, Ordering::Release);
-    host.unpark();
-    let _joined = teller.join();
-    host.close();
-    link.close();
-    served
-}
-
-fn greet(link: &Arc<dyn Link>) -> Result<(i64, String), String> {
-    const GREETING: Duration = Duration::from_secs(30);
-    let greeting = link.receive(GREETING).map_err(|why| why.to_string())?.ok_or("nobody has greeted this processor for 30 s")?;
-    let Order::Greet { version, abi, processor, epoch_ns, .. } = opened(&greeting)? else { return Err("the first frame is no greeting".to_owned()) };
-    let refused = match (version == VERSION, abi == ABI_VERSION) {
-        (true, true) => None,
-        (false, _) => Some(format!("it speaks version {VERSION} of the protocol, the system version {version}: install the same release on both sides")),
-        (_, false) => {
-            Some(format!("its blocks are of ABI version {ABI_VERSION}, those of the system of version {abi}: install the same release on both sides"))
-        }
-    };
-    let target = format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS);
-    let welcome = News::Welcome { version: VERSION, abi: ABI_VERSION, target, pid: std::process::id(), refused: refused.clone() };
-    link.send(&frame(&welcome)).map_err(|why| why.to_string())?;
-    refused.map_or(Ok((epoch_ns, processor)), Err)
-}
-
-struct Agent {
-    shared: Arc<Shared>,
-    ground: Grounds,
+/// What serves one who commands.
+pub(crate) struct Agent {
+    pub shared: Arc<Shared>,
+    pub teller: Option<JoinHandle<()>>,
+    pub ground: Grounds,
     /// While it is set, every write of a device is the safe one.
-    stop: Arc<AtomicBool>,
-    farewells: HashMap<(u64, SourceId), Option<Parcel>>,
-    patience: Duration,
+    pub stop: Arc<AtomicBool>,
+    pub farewells: HashMap<(u64, SourceId), Option<Parcel>>,
+    /// Something goes on without anybody who commands.
+    pub goes_on: bool,
+    pub patience: Duration,
     /// Sources of the system so far, here or not.
     count: u32,
     /// Sources elsewhere that channels here raise.
     passed: HashSet<SourceId>,
-    device: OnDevice,
-    leaves: bool,
+    /// How each device was opened, and what its driver says of itself.
+    opened: HashMap<String, Opening>,
+    /// What each source has in force, or will have.
+    pub held: BTreeMap<SourceId, Holding>,
+    pub trade: Arc<Trade>,
+    /// What runs here so far, and that this one is to take over.
+    pub before: Option<Box<Agent>>,
+    /// Who knocked when the link was about to be gone.
+    pub caller: Option<Box<dyn Caller>>,
+}
+
+/// What all who command this processor, one after the other, have in common.
+pub(crate) struct Trade {
+    pub probe: Probe,
+    pub epoch: Arc<dyn Fn(i64) -> i64 + Send + Sync>,
+    pub device: OnDevice,
+    pub beat: Arc<dyn Fn() + Send + Sync>,
+    pub leaves: bool,
+}
+
+struct Opening {
+    kind: String,
+    options: serde_json::Value,
+    description: String,
+}
+
+/// How serving one who commands ended.
+pub(crate) enum Ended {
+    /// As it said.
+    Closed,
+    /// It is gone without a word.
+    Gone,
+    /// What it said cannot be carried out.
+    Broken(String),
 }
 
 impl Agent {
-    fn run(&mut self) -> Result<(), String> {
+    /// For who greets over `link`. `before`: what runs here already.
+    pub fn hired(admitted: Admitted, trade: &Arc<Trade>, before: Option<Box<Agent>>) -> Result<Agent, (String, Option<Box<Agent>>)> {
+        let Admitted { link, reaches, black_box, is_unguarded } = admitted;
+        if let (true, Some(before)) = (is_unguarded, &before) {
+            locked(&before.shared.devices).values().for_each(|device| (trade.device)(device, true));
+        }
+        let (epoch_ns, name) = match greet(&link) {
+            Ok(greeting) => greeting,
+            Err(why) => return Err((why, before)),
+        };
+        let host = Arc::new(Host::since(ClockKind::Monotonic, Box::new(Memory), (trade.epoch)(epoch_ns)));
+        if let Some(BlackBox { memory, len }) = black_box {
+            // SAFETY: what `BlackBox` says of it.
+            unsafe { host.set_black_box(memory, len) };
+        }
+        let shared = Arc::new(Shared {
+            host: host.clone(),
+            link,
+            reader: Mutex::default(),
+            devices: Arc::default(),
+            sources: Mutex::default(),
+            leads: AtomicBool::new(before.is_none()),
+            ends: AtomicBool::new(false),
+        });
+        let (told, beat) = (shared.clone(), trade.beat.clone());
+        let teller = match std::thread::Builder::new().name("tells".into()).spawn(move || tells::run(&told, &*beat)) {
+            Ok(teller) => Some(teller),
+            Err(why) => return Err((format!("processor '{name}' cannot start a thread: {why}"), before)),
+        };
+        Ok(Agent {
+            ground: Grounds::new(host, shared.devices.clone(), reaches, trade.probe.clone()),
+            shared,
+            teller,
+            stop: Arc::default(),
+            farewells: HashMap::new(),
+            goes_on: false,
+            patience: Duration::ZERO,
+            count: 0,
+            passed: HashSet::new(),
+            opened: HashMap::new(),
+            held: BTreeMap::new(),
+            trade: trade.clone(),
+            before,
+            caller: None,
+        })
+    }
+
+    /// Serves until the other side closes it, or is gone; turns away whoever knocks meanwhile.
+    pub fn run(&mut self, door: &mut Option<Box<dyn Door>>) -> Ended {
         loop {
-            match self.shared.link.receive(LOOK) {
-                Ok(None) => {}
-                Ok(Some(bytes)) => {
-                    let order = opened::<Order>(&bytes).and_then(|order| self.obey(order));
-                    match order {
-                        Ok(true) => return Ok(()),
-                        Ok(false) => {}
-                        Err(message) => {
-                            self.say(&News::Broken { message: message.clone() });
-                            self.part();
-                            return Err(message);
-                        }
+            // Who knocks just when the link breaks is not turned away.
+            let limit = if self.caller.is_some() { Duration::ZERO } else { LOOK };
+            match self.shared.link.receive(limit) {
+                Ok(None) => match self.caller.take() {
+                    Some(caller) => caller.refuse(self.turning_away()),
+                    None => self.caller = door.as_mut().and_then(|door| door.wait(Duration::ZERO)),
+                },
+                Ok(Some(bytes)) => match opened::<Order>(&bytes).and_then(|order| self.obey(order)) {
+                    Ok(true) => return Ended::Closed,
+                    Ok(false) => {}
+                    Err(message) => {
+                        self.say(&News::Broken { message: message.clone() });
+                        return Ended::Broken(message);
                     }
-                }
-                Err(_) => {
-                    self.part();
-                    if self.leaves {
-                        // Every output is safe before it goes.
-                        self.stop.store(true, Ordering::Release);
-                        std::thread::sleep(LOOK);
-                        std::process::exit(LEFT);
-                    }
-                    return Ok(());
-                }
+                },
+                Err(_) => return Ended::Gone,
             }
+        }
+    }
+
+    fn turning_away(&self) -> &'static str {
+        match self.before {
+            Some(_) => "another system is about to take it over",
+            None => "its system is there and commands it; only what has lost its system is taken over",
         }
     }
 
@@ -228,8 +205,11 @@ impl Agent {
                 self.answer(ticket, answer);
             }
             Order::Shut { device } => {
-                if let Some(device) = locked(&self.shared.devices).remove(&device) {
-                    (self.device)(&device, false);
+                self.opened.remove(&device);
+                let shut = locked(&self.shared.devices).remove(&device);
+                // One that is not taken over yet stays where it runs.
+                if let Some(device) = shut.filter(|device| !self.is_before(device.name())) {
+                    (self.trade.device)(&device, false);
                 }
             }
             Order::Device { device, call } => {
@@ -249,6 +229,10 @@ impl Agent {
             }
             Order::NoFarewell { process, source } => drop(self.farewells.remove(&(process, source))),
             Order::Patience { ms } => self.patience = Duration::from_millis(ms),
+            Order::TakeOver { ticket } => {
+                let answer = self.take_over().map_or_else(Answer::Refused, Answer::TakenOver);
+                self.answer(ticket, answer);
+            }
             Order::Close => return Ok(true),
         }
         Ok(false)
@@ -279,6 +263,9 @@ impl Agent {
     fn work(&mut self, source: SourceId, submission: u64, parcel: Parcel) -> Result<(), String> {
         let source = self.mine(source)?;
         let script = locked(&self.shared.reader).open(submission, parcel, &mut self.ground)?;
+        if let Some(kernel::Op::Table(table)) = script.ops.iter().rfind(|op| matches!(op, kernel::Op::Table(_))) {
+            self.held.insert(source, table.holding(source));
+        }
         self.pass_on()?;
         self.shared.host.submit(source, script);
         Ok(())
@@ -301,35 +288,57 @@ impl Agent {
     }
 
     fn open(&mut self, name: &str, kind: &str, options: &str) -> Result<Answer, String> {
-        let options = serde_json::from_str(options).map_err(|why| format!("the options of device '{name}' are no JSON: {why}"))?;
-        let (driver, description) = drivers::open(kind, &options).map_err(|why| why.to_string())?;
-        let device = Device::open(name, driver, self.shared.host.now_ns()).map_err(|why| why.message)?;
+        let options: serde_json::Value = serde_json::from_str(options).map_err(|why| format!("the options of device '{name}' are no JSON: {why}"))?;
+        let (device, description) = match self.open_heir(name, kind, &options)? {
+            Some(heir) => heir,
+            None => {
+                let (driver, description) = drivers::open(kind, &options).map_err(|why| why.to_string())?;
+                let device = Device::open_seen(name, driver, self.shared.host.now_ns()).map_err(|why| why.message)?;
+                (self.trade.device)(&device, true);
+                (device, description.to_string())
+            }
+        };
         device.obey(self.stop.clone());
-        (self.device)(&device, true);
         let channels = device.channels().to_vec();
         locked(&self.shared.devices).insert(name.to_owned(), device);
-        Ok(Answer::Opened { channels, description: description.to_string() })
+        self.opened.insert(name.to_owned(), Opening { kind: kind.to_owned(), options, description: description.clone() });
+        Ok(Answer::Opened { channels, description })
     }
 
-    /// Whoever commanded is gone: each process gets its farewell; what has none goes on as long as the patience lasts.
-    fn part(&mut self) {
-        let mut goes_on = false;
-        for ((process, source), parcel) in std::mem::take(&mut self.farewells) {
-            let Some(parcel) = parcel else {
-                goes_on = true;
-                continue;
-            };
-            let mut reader = locked(&self.shared.reader);
-            // What cannot be understood was so when it came: then everything is made safe below.
-            let Ok(script) = reader.open(0, parcel, &mut self.ground) else { continue };
-            if let Some(process) = reader.process_of(process) {
-                process.take(process.now().0, true);
-                self.shared.host.submit(source, script);
-            }
-        }
-        let until = Instant::now() + self.patience;
-        while goes_on && Instant::now() < until {
-            std::thread::sleep(LOOK.min(until.saturating_duration_since(Instant::now())));
-        }
+    /// Whether a device of that name is still with what ran here before.
+    fn is_before(&self, name: &str) -> bool {
+        self.before.as_ref().is_some_and(|before| before.opened.contains_key(name))
     }
+
+    /// The heir of the device of that name that runs here already. Errors: it is another one, in words.
+    fn open_heir(&self, name: &str, kind: &str, options: &serde_json::Value) -> Result<Option<(Arc<Device>, String)>, String> {
+        let Some(before) = &self.before else { return Ok(None) };
+        let device = locked(&before.shared.devices).get(name).cloned();
+        let (Some(device), Some(opening)) = (device, before.opened.get(name)) else { return Ok(None) };
+        if opening.kind != kind || opening.options != *options {
+            return Err(format!(
+                "device '{name}' runs there with driver '{}' and {}, and is to be taken over with driver '{kind}' and {options}; open it as it was",
+                opening.kind, opening.options
+            ));
+        }
+        let heir = Device::heir(&device).map_err(|why| why.message)?;
+        Ok(Some((heir, opening.description.clone())))
+    }
+}
+
+fn greet(link: &Arc<dyn Link>) -> Result<(i64, String), String> {
+    const GREETING: Duration = Duration::from_secs(30);
+    let greeting = link.receive(GREETING).map_err(|why| why.to_string())?.ok_or("nobody has greeted this processor for 30 s")?;
+    let Order::Greet { version, abi, processor, epoch_ns, .. } = opened(&greeting)? else { return Err("the first frame is no greeting".to_owned()) };
+    let refused = match (version == VERSION, abi == ABI_VERSION) {
+        (true, true) => None,
+        (false, _) => Some(format!("it speaks version {VERSION} of the protocol, the system version {version}: install the same release on both sides")),
+        (_, false) => {
+            Some(format!("its blocks are of ABI version {ABI_VERSION}, those of the system of version {abi}: install the same release on both sides"))
+        }
+    };
+    let target = format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS);
+    let welcome = News::Welcome { version: VERSION, abi: ABI_VERSION, target, pid: std::process::id(), refused: refused.clone() };
+    link.send(&frame(&welcome)).map_err(|why| why.to_string())?;
+    refused.map_or(Ok((epoch_ns, processor)), Err)
 }

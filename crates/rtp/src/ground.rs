@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What scripts stand on where they run: code, devices, connections.
-use crate::agent::{Devices, Reaches, locked};
+use crate::agent::{Devices, locked};
 use crate::module::{LIBRARY, Module};
+use crate::service::Reaches;
 use interconnect::{Carrier, Memory, Receiver, Sender};
 use kernel::far::Nowhere;
 use kernel::wire::{CodeName, Ground};

@@ -18,9 +18,13 @@ mod module;
 mod places;
 mod processor;
 pub mod protocol;
+mod serve;
+mod service;
+mod take_over;
 mod tells;
 
-pub use agent::{OnDevice, Reaches, Service, serve};
 pub use module::Module;
 pub use places::{Places, Running, Started, Tell};
 pub use processor::{Near, Opened, Processor};
+pub use serve::serve;
+pub use service::{Admitted, BlackBox, Caller, Door, OnDevice, Reaches, Service};

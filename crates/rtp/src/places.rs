@@ -47,6 +47,8 @@ pub struct Started {
     pub running: Arc<dyn Running>,
     /// It is lost where nothing came for so long.
     pub silence: Duration,
+    /// It ran before, without a supervisor, and is about to be taken over.
+    pub is_adopted: bool,
 }
 
 /// The process of a processor.
@@ -61,6 +63,9 @@ pub trait Running: Send + Sync {
 
     /// It is about to be told to end.
     fn ending(&self) {}
+
+    /// It was adopted, and belongs to this side from now on.
+    fn taken_over(&self) {}
 
     /// Waits for its end, and ends it where it takes too long. Nothing of it is left.
     fn end(&self);

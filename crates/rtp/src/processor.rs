@@ -3,7 +3,7 @@
 use crate::agent::locked;
 use crate::module::{self, Module};
 use crate::places::{Running, Started};
-use crate::protocol::{Answer, Beat, News, Order, VERSION, frame, opened};
+use crate::protocol::{Answer, Beat, News, Order, TakenOver, VERSION, frame, opened};
 use interconnect::{ConnectionSpec, EndError, Ends, Link, Receiver, Sender};
 use kernel::wire::{EventAs, Writer};
 use kernel::{BlockId, Channel, Device, Event, Far, Host, Op, Script, SourceId, SourceSpec, Statistics, Taken};
@@ -46,6 +46,8 @@ pub struct Processor {
     /// Of each source there: the blocks of the steps of the table that it has.
     tables: Mutex<HashMap<SourceId, Vec<Option<BlockId>>>>,
     closing: AtomicBool,
+    /// What runs there is not this side's yet.
+    is_adopted: AtomicBool,
     host: Mutex<Weak<Host>>,
 }
 
@@ -88,6 +90,7 @@ impl Processor {
             running: Mutex::default(),
             tables: Mutex::default(),
             closing: AtomicBool::new(false),
+            is_adopted: AtomicBool::new(false),
             host: Mutex::default(),
         })
     }
@@ -113,7 +116,7 @@ impl Processor {
     /// # Errors
     /// In words: no answer, another version.
     pub fn attach(self: &Arc<Self>, host: &Arc<Host>, system: &str, started: Started) -> Result<(), String> {
-        let Started { link, near, running, silence } = started;
+        let Started { link, near, running, silence, is_adopted } = started;
         let greeting = Order::Greet { version: VERSION, abi: ABI_VERSION, system: system.to_owned(), processor: self.name.clone(), epoch_ns: host.epoch_ns() };
         link.send(&frame(&greeting)).map_err(|why| why.to_string())?;
         let welcome = link.receive(ANSWER).map_err(|_| format!("its process {}", running.cause()))?;
@@ -129,6 +132,7 @@ impl Processor {
             *wire = Wire { outbox: Some(outbox), last: wire.last, ..Wire::default() };
         }
         (*locked(&self.near), *locked(&self.running)) = (Some(near), Some(running));
+        self.is_adopted.store(is_adopted, Ordering::Release);
         self.silence_ms.store(silence.as_millis() as u64, Ordering::Relaxed);
         *locked(&self.host) = Arc::downgrade(host);
         self.is_up.store(true, Ordering::Release);
@@ -211,6 +215,32 @@ impl Processor {
         let made = Device::elsewhere(name, channels, calls).map_err(|why| why.message)?;
         locked(&self.devices).insert(name.to_owned(), Arc::downgrade(&made));
         Ok(made)
+    }
+
+    /// Whether something runs there that a supervisor before has left, and that has not been taken over.
+    pub fn is_adopted(&self) -> bool {
+        self.is_adopted.load(Ordering::Acquire)
+    }
+
+    /// What ran there without a supervisor goes on in what this side has made there since. None where nothing did.
+    ///
+    /// # Errors
+    /// In words: it must not go on, or nobody answers.
+    pub fn take_over(&self) -> Result<Option<TakenOver>, String> {
+        if !self.is_adopted() {
+            return Ok(None);
+        }
+        match self.ask(ANSWER, |ticket| Order::TakeOver { ticket })? {
+            Answer::TakenOver(report) => {
+                if let Some(running) = locked(&self.running).as_ref() {
+                    running.taken_over();
+                }
+                self.is_adopted.store(false, Ordering::Release);
+                Ok(Some(report))
+            }
+            Answer::Refused(why) => Err(why),
+            _ => Err("it gave another answer than was asked for".to_owned()),
+        }
     }
 
     /// Closes a device there, behind what was submitted before.
@@ -445,7 +475,8 @@ impl Far for Processor {
 
     fn close(&self) {
         self.closing.store(true, Ordering::Release);
-        let running = locked(&self.running).take();
+        // What was not taken over goes on without this side, as it did before.
+        let running = locked(&self.running).take().filter(|_| !self.is_adopted());
         if let Some(running) = &running {
             running.ending();
         }

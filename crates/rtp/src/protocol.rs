@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// Both sides speak the same version, or they part with words.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// To the processor.
 #[derive(Debug, Serialize, Deserialize)]
@@ -42,8 +42,10 @@ pub enum Order {
     NoFarewell { process: u64, source: SourceId },
     /// How long it waits for somebody who commands anew after the link was lost, ms.
     Patience { ms: u64 },
-    /// The end: devices safe, everything closed.
+    /// The end: devices safe, everything closed; of one that has taken nothing over, what runs goes on.
     Close,
+    /// What ran there without a supervisor goes on in what this side has made since.
+    TakeOver { ticket: u64 },
 }
 
 /// From the processor.
@@ -70,6 +72,20 @@ pub enum Answer {
     Refused(String),
     Taken(Option<Taken>),
     Opened { channels: Vec<Channel>, description: String },
+    TakenOver(TakenOver),
+}
+
+/// What became of what ran when it was taken over.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TakenOver {
+    /// Blocks that go on, by label.
+    pub carried: Vec<String>,
+    /// Blocks that begin anew, by label, each with the reason in words.
+    pub anew: Vec<(String, String)>,
+    /// Blocks that ran and that nobody has started again: they have ended.
+    pub ended: Vec<String>,
+    /// From the last write of a device before to its first write after, ns; of the device with the longest. None where none was written.
+    pub gap_ns: Option<i64>,
 }
 
 /// A row of a ring: number, time, bytes.

@@ -32,7 +32,7 @@ pub(crate) fn run(shared: &Shared, heart: &dyn Fn()) {
         while tell_events(shared, &mut beats) {}
         let now_ns = shared.host.now_ns();
         if now_ns >= next_ns || ends {
-            if beats.serve(shared, now_ns) {
+            if beats.serve(shared, now_ns) && shared.leads.load(Ordering::Acquire) {
                 heart();
             }
             let beat = beats.take(shared, now_ns);

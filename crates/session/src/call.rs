@@ -92,6 +92,10 @@ fn configuration(system: &System, name: &str, a: &mut Arguments) -> Answer {
             a.none_left()?;
             done(system.delete_physical_device(&device))
         }
+        "take_over" => {
+            a.none_left()?;
+            told(system.take_over()?)
+        }
         "place" => done(system.place(a.whole::<IndexMap<String, String>>()?)),
         _ => Ok(None),
     }

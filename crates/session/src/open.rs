@@ -15,6 +15,8 @@ struct Options {
     seed: u64,
     interconnect: Interconnect,
     processes: Option<Processes>,
+    /// Processes that lost a system of this name are looked for.
+    adopt: bool,
 }
 
 /// How processes for processors are started.
@@ -30,7 +32,7 @@ struct Processes {
 
 impl Default for Options {
     fn default() -> Self {
-        Options { seed: 1, interconnect: Interconnect::Memory, processes: None }
+        Options { seed: 1, interconnect: Interconnect::Memory, processes: None, adopt: false }
     }
 }
 
@@ -56,7 +58,8 @@ enum Interconnect {
 
 /// A real-time system in this process. `clock`: `monotonic` or `virtual`. `options`: `{"seed": n, "interconnect": {"kind": "memory"}}`, where the
 /// interconnect may be `message` with `seed`, `delay_ns`, `drop`, `repeat`, `reorder` and `corrupt`, under the virtual clock; and
-/// `"processes": {"command": [...], "python": "..."}` says how processors get processes of their own.
+/// `"processes": {"command": [...], "python": "..."}` says how processors get processes of their own; with `"adopt": true` those that lost a
+/// system of this name are looked for first, and `take_over` lets what runs there go on.
 pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> {
     let options: Options = from_json(options)?;
     let refuse = |message: String, remedy: &str| Err(vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]);
@@ -71,7 +74,8 @@ pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> 
     let system = System::new(name, kind, carrier(options.interconnect))?;
     if let Some(Processes { command, guard, python }) = options.processes {
         let words = |command: Vec<String>| command.into_iter().map(Into::into).collect();
-        system.set_places(Arc::new(Places::new(name, Commands { processor: words(command), guard: words(guard), python: python.into() })));
+        let commands = Commands { processor: words(command), guard: words(guard), python: python.into() };
+        system.set_places(Arc::new(Places::new(name, commands, options.adopt)));
     }
     Ok(system)
 }

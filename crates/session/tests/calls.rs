@@ -9,6 +9,7 @@ const HEADER: &str = include_str!("../../c-package/include/opengpac_ps.h");
 const CALLS: &[&str] = &[
     "processor",
     "listen",
+    "take_over",
     "source",
     "request",
     "physical_device",

@@ -50,6 +50,7 @@ mod suspend;
 mod svvs;
 mod system;
 mod tables;
+mod take_over;
 mod values;
 
 pub use alarms::{Alarm, AlarmText, Severity};
@@ -64,4 +65,5 @@ pub use modes::Mode;
 pub use observe::{Past, type_tree};
 pub use report::{Other, Report};
 pub use system::{System, Waited};
+pub use take_over::{Anew, OfProcessor, TakenOver};
 pub use values::Reading;

@@ -63,6 +63,9 @@ class Remote(RealTimeSystem):
     def listen(self, options_json: str) -> None:
         self._call("listen", **json.loads(options_json))
 
+    def take_over(self) -> str:
+        return self._text("take_over")
+
     def source(self, processor: str, name: str, kind: str, period_ns: int, priority: int, virtual_cost_ns: int) -> None:
         asked = {"period_ns": period_ns, "priority": priority, "virtual_cost_ns": virtual_cost_ns}
         try:

@@ -33,7 +33,7 @@ def load(
     scene: str | os.PathLike[str] | None = None,
     arbitration: str = "refuse",
     clock: str = "monotonic",
-    apart: bool = False,
+    apart: bool | str = False,
 ) -> Arm:
     """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
@@ -42,7 +42,8 @@ def load(
     timer that exchanges with it and runs the servos, else the fastest of `rtp`. `arbitration` says what happens to a second motion
     while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp`
     it makes a system of its own, of the arm's name, with `clock`. `apart` simulates it in a process of its own
-    (`gpac.drivers.plant_process`). The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
+    (`gpac.drivers.plant_process`), which a text names for programs that come later. The physical device is
+    `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     file = _file(path)
     name = name or file.stem
@@ -70,12 +71,14 @@ def load(
         raise
 
 
-def _device(rtp: Processor, name: str, arm: Path, around: tuple[_Model, _Model], on: Source, apart: bool) -> PhysicalDevice:
+def _device(rtp: Processor, name: str, arm: Path, around: tuple[_Model, _Model], on: Source, apart: bool | str) -> PhysicalDevice:
     """The machine, from one file or from one that is put together."""
 
     def simulated(model: Path) -> PhysicalDevice:
         driver = drivers.mujoco(model)
-        return rtp.physical_device(name, drivers.plant_process(driver) if apart else driver, exchange=on)
+        if apart:
+            driver = drivers.plant_process(driver, name=apart if isinstance(apart, str) else None)
+        return rtp.physical_device(name, driver, exchange=on)
 
     tool, scene = around
     if tool is None and scene is None:

@@ -314,6 +314,7 @@ impl Writer {
             Op::KeepClock(to, from) => OpAs::KeepClock(self.process(to, names)?, self.process(from, names)?),
             Op::Capture(cells) => OpAs::Capture(self.cells(cells)),
             Op::Engage { device, channels } => OpAs::Engage { device: self.device(device), channels: channels.clone() },
+            Op::Inherit(_) => return Err("what is taken over is where it is taken over".to_owned()),
             Op::Safe { device, channels } => OpAs::Safe { device: self.device(device), channels: channels.clone() },
         }))
     }

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the sources of a host take over from those of one that ran before in this process: which block goes on where which other one
+//! stopped. Paired off the real-time path, by label and face; carried out between two firings by [`Op::Inherit`](crate::Op::Inherit).
+use crate::device::Looks;
+use crate::firing::Kernel;
+use crate::{Activation, Block, Cell, Device, Process, SourceId, Table};
+use opengpac::abi::{Item, NONE, kind};
+use std::collections::HashMap;
+use std::ffi::CStr;
+use std::ptr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What the table of a source has in force.
+#[derive(Clone)]
+pub struct Holding {
+    source: SourceId,
+    blocks: Vec<Held>,
+    devices: Vec<Arc<Device>>,
+}
+
+#[derive(Clone)]
+struct Held {
+    block: Arc<Block>,
+    process: Arc<Process>,
+    activation: Arc<Activation>,
+}
+
+impl Table {
+    /// What it has in force once it is that of `source`.
+    pub fn holding(&self, source: SourceId) -> Holding {
+        let held = |step: &crate::table::ColdStep| {
+            let (process, activation) = (self.processes[step.process as usize].clone(), self.activations[step.slot as usize].clone());
+            step.block.clone().map(|block| Held { block, process, activation })
+        };
+        Holding { source, blocks: self.steps.iter().filter_map(held).collect(), devices: self.devices.clone() }
+    }
+}
+
+impl Holding {
+    /// The labels of its blocks.
+    pub fn labels(&self) -> impl Iterator<Item = &str> {
+        self.blocks.iter().map(|held| held.block.name())
+    }
+
+    /// Its devices.
+    pub fn devices(&self) -> &[Arc<Device>] {
+        &self.devices
+    }
+}
+
+/// What one source takes over.
+pub struct Heritage {
+    passes: Vec<Pass>,
+    /// The verb instances of its blocks, each with that before and the source where it ran.
+    times: Vec<(Arc<Process>, Arc<Process>, SourceId)>,
+    devices: Vec<Arc<Device>>,
+    ahead_ns: i64,
+    /// What is to be freed elsewhere.
+    left: Vec<Looks>,
+    is_done: Arc<AtomicBool>,
+}
+
+struct Pass {
+    to: Arc<Block>,
+    from: Arc<Block>,
+    copies: Vec<(Cell, Cell)>,
+    /// Where it is the first of its activation that goes on.
+    activation: Option<Arc<Activation>>,
+}
+
+/// Which blocks of a source go on, and which begin anew and why.
+#[derive(Debug, Default)]
+pub struct Passed {
+    /// Labels.
+    pub carried: Vec<String>,
+    /// Labels, each with the reason in words.
+    pub anew: Vec<(String, String)>,
+}
+
+impl Heritage {
+    /// What the source of `to` takes over from sources that have ended when it is carried out. `ahead_ns`: how much the clock of their host is
+    /// ahead of that of this one.
+    pub fn between(to: &Holding, before: &[Holding], ahead_ns: i64) -> (Heritage, Passed) {
+        let known: HashMap<&str, (&Held, SourceId)> =
+            before.iter().flat_map(|holding| holding.blocks.iter().map(|held| (held.block.name(), (held, holding.source)))).collect();
+        let (mut passes, mut times, mut passed) = (Vec::new(), Vec::<(Arc<Process>, Arc<Process>, SourceId)>::new(), Passed::default());
+        let mut last: *const Activation = ptr::null();
+        for held in &to.blocks {
+            let label = held.block.name().to_owned();
+            let Some((from, source)) = known.get(label.as_str()) else {
+                passed.anew.push((label, "there was none of that name".to_owned()));
+                continue;
+            };
+            match held.block.copies_from(&from.block) {
+                Err(why) => passed.anew.push((label, why)),
+                Ok(copies) => {
+                    let is_first = !ptr::eq(last, Arc::as_ptr(&held.activation));
+                    last = Arc::as_ptr(&held.activation);
+                    let activation = is_first.then(|| held.activation.clone());
+                    passes.push(Pass { to: held.block.clone(), from: from.block.clone(), copies, activation });
+                    if !times.iter().any(|(to, ..)| Arc::ptr_eq(to, &held.process)) {
+                        times.push((held.process.clone(), from.process.clone(), *source));
+                    }
+                    passed.carried.push(label);
+                }
+            }
+        }
+        let left = Vec::with_capacity(to.devices.len());
+        (Heritage { passes, times, devices: to.devices.clone(), ahead_ns, left, is_done: Arc::default() }, passed)
+    }
+
+    /// Set when it has been carried out.
+    pub fn is_done(&self) -> Arc<AtomicBool> {
+        self.is_done.clone()
+    }
+
+    /// Carries it out where no source has the devices: nobody else touches them.
+    ///
+    /// # Safety
+    /// No kernel has `device` in its table, and the host of the device before has ended.
+    pub unsafe fn alone(device: &Device, ahead_ns: i64) {
+        // SAFETY: the caller's word.
+        drop(unsafe { device.inherit(ahead_ns) });
+    }
+}
+
+impl Kernel {
+    /// Goes on where the sources before stopped.
+    pub(crate) fn inherit(&mut self, heritage: &mut Heritage) {
+        for pass in &heritage.passes {
+            for (from, to) in &pass.copies {
+                // SAFETY: both cells are held and of one length (paired so); the sources of the first have ended, the second is of this source.
+                unsafe { ptr::copy(from.start(), to.start(), to.len()) };
+            }
+            // SAFETY: each instance starts with its header, and neither runs; the activation is of this source.
+            unsafe {
+                let (to, from) = (&mut *pass.to.header(), &*pass.from.header());
+                let shift = from.number.wrapping_sub(to.number);
+                (to.number, to.activated) = (from.number, to.activated.wrapping_add(shift));
+                if let Some(activation) = &pass.activation {
+                    let state = &mut *activation.state();
+                    (state.number, state.activated) = (state.number.wrapping_add(shift), state.activated.wrapping_add(shift));
+                }
+            }
+        }
+        for (to, from, source) in &heritage.times {
+            if let (Some(to), Some(from)) = (to.time(self.source.id), from.time(*source)) {
+                // SAFETY: the first is a time in this source, the source of the second has ended.
+                unsafe { (*to.state()).keep_behind(&*from.state(), heritage.ahead_ns) };
+            }
+        }
+        for device in &heritage.devices {
+            // SAFETY: a device of this source; the host before has ended.
+            heritage.left.extend(unsafe { device.inherit(heritage.ahead_ns) });
+        }
+        self.stored = true;
+        heritage.is_done.store(true, Ordering::Release);
+    }
+}
+
+impl Block {
+    /// What makes this block go on where `from` stopped: parameters, states, outputs and what its items are bound to. Errors: where the two
+    /// faces differ, how, in words.
+    fn copies_from(&self, from: &Block) -> Result<Vec<(Cell, Cell)>, String> {
+        let (items, others) = (self.items(), from.items());
+        if items.len() != others.len() {
+            return Err(format!("it has {} items, the one before had {}", items.len(), others.len()));
+        }
+        for (item, other) in items.iter().zip(others) {
+            if !is_same_face(item, other) {
+                return Err(format!("its item '{}' differs from '{}' of the one before", text(item.name), text(other.name)));
+            }
+        }
+        let ((memory, _, bound), (memory_before, _, bound_before)) = (self.parts(), from.parts());
+        let mut copies = Vec::new();
+        for (index, (item, other)) in items.iter().zip(others).enumerate() {
+            if item.offset != NONE && other.offset != NONE {
+                let (at, at_before, len) = (item.offset as usize, other.offset as usize, item.size as usize);
+                let (to, before) = (memory.part(at, len), memory_before.part(at_before, len));
+                if item.kind == kind::SIZE && to.load() != before.load() {
+                    return Err(format!("it is made for another '{}'", text(item.name)));
+                }
+                copies.push((before, to));
+            }
+            if let (Some(to), Some(before), true) = (&bound[index], &bound_before[index], item.kind != kind::DEVICE_READ) {
+                if to.len() != before.len() {
+                    return Err(format!("what its item '{}' is bound to has another length", text(item.name)));
+                }
+                copies.push((before.clone(), to.clone()));
+            }
+        }
+        Ok(copies)
+    }
+}
+
+fn is_same_face(item: &Item, other: &Item) -> bool {
+    let words = |of: &Item| (of.kind, of.mode, of.size, of.offset == NONE, of.address == NONE);
+    words(item) == words(other) && text(item.name) == text(other.name) && text(item.type_text) == text(other.type_text)
+}
+
+fn text(of: *const std::ffi::c_char) -> String {
+    if of.is_null() {
+        return String::new();
+    }
+    // SAFETY: a descriptor's texts end in NUL and live as long as its module, which the block holds.
+    unsafe { CStr::from_ptr(of) }.to_string_lossy().into_owned()
+}

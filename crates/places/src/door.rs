@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The door of a processor's process: where a new supervisor comes in.
+use crate::adopting::{ANSWER, Answered, Enter, Knock, heard, next, place, say};
+use crate::{BLACK_BOX_SOURCES, text};
+use guard::{Heartbeat, Listener, UnixLink, this_process};
+use interconnect::Ends;
+use kernel::BLACK_BOX_LEN;
+use rtp::{Admitted, BlackBox, Caller, Door, Reaches};
+use shared_memory::SharedMemory;
+use std::os::fd::OwnedFd;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
+
+/// How long who has connected may take to say what it wants.
+const KNOCK: Duration = Duration::from_secs(1);
+
+/// What a process keeps over all who command it.
+pub(crate) struct Belongings {
+    pub system: String,
+    pub processor: String,
+    pub heart: Heartbeat,
+    handles: Mutex<UnixLink>,
+    guard: Mutex<Option<PathBuf>>,
+}
+
+impl Belongings {
+    pub fn new(system: String, processor: String, heart: Heartbeat, handles: UnixLink, guard: Option<PathBuf>) -> Arc<Belongings> {
+        Arc::new(Belongings { system, processor, heart, handles: Mutex::new(handles), guard: Mutex::new(guard) })
+    }
+
+    /// The way of safe handles to who commands now.
+    pub fn handles(&self) -> MutexGuard<'_, UnixLink> {
+        self.handles.lock().expect("nobody panics with the lock held")
+    }
+}
+
+/// A socket that new supervisors find.
+pub(crate) struct SocketDoor {
+    listener: Listener,
+    belongings: Arc<Belongings>,
+}
+
+impl SocketDoor {
+    /// None where this user has no folder for it: then nobody can take the process over.
+    pub fn open(belongings: &Arc<Belongings>) -> Option<Box<dyn Door>> {
+        let path = place(&belongings.system, &belongings.processor, std::process::id())?;
+        match Listener::listen(&path) {
+            Ok(listener) => Some(Box::new(SocketDoor { listener, belongings: belongings.clone() })),
+            Err(why) => {
+                eprintln!("processor '{}' cannot be taken over by a new supervisor: nobody can listen at '{}': {why}", belongings.processor, path.display());
+                None
+            }
+        }
+    }
+}
+
+impl Door for SocketDoor {
+    fn wait(&mut self, limit: Duration) -> Option<Box<dyn Caller>> {
+        if !self.listener.wait(limit) {
+            return None;
+        }
+        let link = self.listener.accept().ok()??;
+        let (frame, _) = next(&link, KNOCK).ok()?;
+        let belongings = self.belongings.clone();
+        match heard::<Knock>(&frame) {
+            Ok(knock) if knock.means(&belongings.system, &belongings.processor) => Some(Box::new(Visitor { link, belongings })),
+            _ => {
+                // Whoever it is sees it closed where it does not hear this.
+                let _said = say(&link, &Answered::Other, &[]);
+                None
+            }
+        }
+    }
+}
+
+struct Visitor {
+    link: UnixLink,
+    belongings: Arc<Belongings>,
+}
+
+impl Caller for Visitor {
+    fn refuse(self: Box<Self>, why: &str) {
+        // Who is gone needs no reason.
+        let _said = say(&self.link, &Answered::Refused { why: why.to_owned() }, &[]);
+    }
+
+    fn admit(self: Box<Self>) -> Result<Admitted, String> {
+        let Visitor { link, belongings } = *self;
+        let guard = belongings.guard.lock().expect("nobody panics with the lock held").clone();
+        let (process, heart) = (this_process().map_err(text)?, belongings.heart.descriptor().map_err(text)?);
+        say(&link, &Answered::Come { guard }, &[&process, &heart])?;
+        let (frame, descriptors) = next(&link, ANSWER)?;
+        let Enter { run, guard, is_unguarded } = heard(&frame)?;
+        let [handles, black_box] = <[OwnedFd; 2]>::try_from(descriptors).map_err(|_| "who comes brings too little".to_owned())?;
+        let shared = SharedMemory::new(&belongings.system, run).map_err(text)?;
+        let black_box = black_box_of(black_box)?;
+        *belongings.handles() = UnixLink::from_descriptor(handles).map_err(text)?;
+        *belongings.guard.lock().expect("nobody panics with the lock held") = guard;
+        let reaches = Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: None };
+        Ok(Admitted { link: Arc::new(link), reaches, black_box: Some(black_box), is_unguarded })
+    }
+}
+
+/// It stays as long as the process: sources write there to their end.
+pub(crate) fn black_box_of(descriptor: OwnedFd) -> Result<BlackBox, String> {
+    let memory = Box::leak(Box::new(guard::SharedMemory::received(descriptor, BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?));
+    Ok(BlackBox { memory: memory.start(), len: memory.len() })
+}

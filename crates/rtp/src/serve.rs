@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The life of a processor: one after the other commands it, and between them it goes on for a while.
+use crate::agent::{Agent, Ended, LOOK, Trade, locked};
+use crate::service::{Admitted, Caller, Door, Service};
+use interconnect::Link;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// Status of a process that nobody commanded any more.
+const LEFT: i32 = 3;
+
+/// Serves until the other side closes it, or is gone and what runs here has had its farewell: then devices are safe and everything is
+/// closed. Somebody else may come and take it over before that.
+///
+/// # Errors
+/// In words: no greeting, another version, orders that cannot be understood.
+pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
+    let Service { reaches, probe, epoch, device, beat, leaves, black_box, mut door } = service;
+    let trade = Arc::new(Trade { probe, epoch, device, beat, leaves });
+    let first = Admitted { link: link.clone(), reaches, black_box, is_unguarded: false };
+    let mut agent = Agent::hired(first, &trade, None).map_err(|(why, _)| why)?;
+    let mut ended = agent.run(&mut door);
+    loop {
+        if let Some(before) = agent.before.take() {
+            // It has taken nothing over: what ran before goes on.
+            let caller = agent.caller.take();
+            agent.dismiss();
+            (agent, ended) = (*before, Ended::Gone);
+            agent.caller = caller;
+        }
+        if matches!(ended, Ended::Closed) {
+            agent.dismiss();
+            return Ok(());
+        }
+        agent.bid();
+        match succeeded(agent, &mut door) {
+            Ok(heir) => agent = heir,
+            Err(left) => return leave(*left, ended, door),
+        }
+        ended = agent.run(&mut door);
+    }
+}
+
+/// Waits for somebody who commands what goes on from now on. Errors: nobody has come as long as its patience lasts.
+fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent, Box<Agent>> {
+    let until = Instant::now() + agent.patience;
+    while agent.goes_on {
+        let left = until.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            break;
+        }
+        let caller = match (agent.caller.take(), &mut *door) {
+            (Some(caller), _) => Some(caller),
+            (None, Some(door)) => door.wait(LOOK.min(left)),
+            (None, None) => {
+                std::thread::sleep(LOOK.min(left));
+                None
+            }
+        };
+        if let Some(caller) = caller {
+            match admitted(agent, caller) {
+                Ok(heir) => return Ok(heir),
+                Err(back) => agent = *back,
+            }
+        }
+    }
+    if let Some(caller) = agent.caller.take() {
+        caller.refuse("nothing goes on there: it is about to end");
+    }
+    Err(Box::new(agent))
+}
+
+/// Lets somebody in. Errors: it is gone again, and what runs goes on.
+fn admitted(agent: Agent, caller: Box<dyn Caller>) -> Result<Agent, Box<Agent>> {
+    let trade = agent.trade.clone();
+    let Ok(admitted) = caller.admit() else { return Err(Box::new(agent)) };
+    // Whoever it was has been told why, or is gone.
+    Agent::hired(admitted, &trade, Some(Box::new(agent))).map_err(|(_, before)| before.expect("it was given"))
+}
+
+/// The end without anybody who commands.
+fn leave(agent: Agent, ended: Ended, door: Option<Box<dyn Door>>) -> Result<(), String> {
+    if agent.trade.leaves && matches!(ended, Ended::Gone) {
+        // Every output is safe before it goes.
+        agent.stop.store(true, Ordering::Release);
+        drop(door);
+        std::thread::sleep(LOOK);
+        std::process::exit(LEFT);
+    }
+    agent.dismiss();
+    if let Ended::Broken(message) = ended { Err(message) } else { Ok(()) }
+}
+
+impl Agent {
+    /// Whoever commanded is gone: each process gets its farewell; what has none goes on as long as the patience lasts.
+    fn bid(&mut self) {
+        for ((process, source), parcel) in std::mem::take(&mut self.farewells) {
+            let Some(parcel) = parcel else {
+                self.goes_on = true;
+                continue;
+            };
+            let mut reader = locked(&self.shared.reader);
+            // What cannot be understood was so when it came: then everything is made safe at the end.
+            let Ok(script) = reader.open(0, parcel, &mut self.ground) else { continue };
+            if let Some(process) = reader.process_of(process) {
+                process.take(process.now().0, true);
+                self.shared.host.submit(source, script);
+            }
+        }
+    }
+
+    /// Ends what it made: devices are safe and closed, but those that it has not taken over.
+    fn dismiss(mut self) {
+        self.hush();
+        self.shared.host.close();
+        self.shared.link.close();
+    }
+
+    /// Nothing more is told.
+    pub fn hush(&mut self) {
+        self.shared.ends.store(true, Ordering::Release);
+        self.shared.host.unpark();
+        if let Some(teller) = self.teller.take() {
+            // A teller that panicked has said so.
+            let _joined = teller.join();
+        }
+    }
+}
+
+/// How long the sources of a processor may take for something that each does between two firings.
+pub(crate) const BOUNDARY: Duration = Duration::from_secs(2);

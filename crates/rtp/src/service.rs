@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a processor stands on: what its process gives it.
+use interconnect::{Ends, Link};
+use kernel::Device;
+use modules::Probe;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// What carries connections out of the process.
+#[derive(Default)]
+pub struct Reaches {
+    /// To other processes of this host.
+    pub host: Option<Box<dyn Ends>>,
+    /// To other hosts.
+    pub network: Option<Box<dyn Ends>>,
+}
+
+/// Told of a device that was opened (`true`) or is closed.
+pub type OnDevice = Arc<dyn Fn(&Device, bool) + Send + Sync>;
+
+/// What a processor stands on: what its process gives it.
+pub struct Service {
+    /// What carries connections out of the process.
+    pub reaches: Reaches,
+    /// Tries code modules in a process of their own.
+    pub probe: Probe,
+    /// The epoch of the system on this host's CLOCK_MONOTONIC, of that on the commanding host's.
+    pub epoch: Arc<dyn Fn(i64) -> i64 + Send + Sync>,
+    /// Told of each device that is opened (`true`) or closed.
+    pub device: OnDevice,
+    /// Called as long as the kernels here serve, every 20 ms.
+    pub beat: Arc<dyn Fn() + Send + Sync>,
+    /// Where whoever commands is gone without a word, the process ends here with its outputs safe and its devices open: what outlives it is
+    /// found as it was by whoever comes back. For a process that has nothing else to do.
+    pub leaves: bool,
+    /// Where sources say which block runs, and how many bytes there are: zero, on a cache line, for as long as the process lives.
+    pub black_box: Option<BlackBox>,
+    /// Where a new supervisor knocks, for a process that goes on without one for a while; none: nobody can take it over.
+    pub door: Option<Box<dyn Door>>,
+}
+
+/// Memory where sources say which block runs: zero, on a cache line, for as long as the process lives.
+#[derive(Clone, Copy)]
+pub struct BlackBox {
+    /// Its first byte.
+    pub memory: *mut u8,
+    /// Bytes.
+    pub len: usize,
+}
+
+// SAFETY: an address that the one who serves hands to its host.
+unsafe impl Send for BlackBox {}
+
+impl Service {
+    /// One that stands alone: no connections, no guard.
+    pub fn new(probe: Probe) -> Service {
+        let (epoch, device, beat) = (Arc::new(|epoch_ns| epoch_ns), Arc::new(|_: &Device, _: bool| {}), Arc::new(|| {}));
+        Service { reaches: Reaches::default(), probe, epoch, device, beat, leaves: false, black_box: None, door: None }
+    }
+}
+
+/// Where somebody knocks who wants to command this processor from now on.
+pub trait Door: Send {
+    /// Who knocks, waiting for at most `limit`.
+    fn wait(&mut self, limit: Duration) -> Option<Box<dyn Caller>>;
+}
+
+/// Somebody who wants to command this processor.
+pub trait Caller: Send {
+    /// Turns it away; `why`: in words.
+    fn refuse(self: Box<Self>, why: &str);
+
+    /// Lets it in.
+    ///
+    /// # Errors
+    /// In words: it is gone, or of another version.
+    fn admit(self: Box<Self>) -> Result<Admitted, String>;
+}
+
+/// Who was let in: it greets next.
+pub struct Admitted {
+    /// To it.
+    pub link: Arc<dyn Link>,
+    /// What carries connections of its system.
+    pub reaches: Reaches,
+    /// Where its sources say which block runs.
+    pub black_box: Option<BlackBox>,
+    /// The guard before is gone: devices are to be told of again.
+    pub is_unguarded: bool,
+}

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What ran without a supervisor goes on in what a new one has made beside it.
+use crate::agent::{Agent, locked};
+use crate::protocol::TakenOver;
+use crate::serve::BOUNDARY;
+use kernel::{Device, Heritage, Holding, Op, Script};
+use std::collections::HashSet;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long a device may take to be written first, and between two looks at it.
+const FIRST_WRITE: Duration = Duration::from_secs(1);
+const LOOK: Duration = Duration::from_micros(200);
+
+impl Agent {
+    /// Ends what ran here before, and goes on where it stopped. Errors: there is nothing, or it must not go on, in words; then nothing has changed.
+    pub(crate) fn take_over(&mut self) -> Result<TakenOver, String> {
+        let Some(before) = &self.before else { return Err("nothing runs there that was not started by this system".to_owned()) };
+        if before.stop.load(Ordering::Acquire) && !self.stop.load(Ordering::Acquire) {
+            return Err("its emergency stop is in force since its system was lost; call emergency_stop() here first, and reset() when it is mended".to_owned());
+        }
+        let ahead_ns = self.shared.host.epoch_ns() - before.shared.host.epoch_ns();
+        let held: Vec<Holding> = before.held.values().cloned().collect();
+        let mut report = TakenOver::default();
+        let mut heritages = Vec::new();
+        for (source, holding) in &self.held {
+            let (heritage, passed) = Heritage::between(holding, &held, ahead_ns);
+            report.carried.extend(passed.carried);
+            report.anew.extend(passed.anew);
+            heritages.push((*source, heritage));
+        }
+        let present: HashSet<&str> = self.held.values().flat_map(Holding::labels).collect();
+        report.ended = held.iter().flat_map(Holding::labels).filter(|label| !present.contains(label)).map(str::to_owned).collect();
+        // From here on nothing is put off: the outputs hold what was written last.
+        let mut before = self.before.take().expect("it is there: seen above");
+        self.shared.leads.store(true, Ordering::Release);
+        before.shared.host.leave();
+        let done: Vec<Arc<AtomicBool>> = heritages.iter().map(|(_, heritage)| heritage.is_done()).collect();
+        for (source, heritage) in heritages {
+            self.shared.host.submit(source, Box::new(Script { id: 0, ops: vec![Op::Inherit(Box::new(heritage))] }));
+        }
+        let is_done = holds_within(BOUNDARY, || done.iter().all(|done| done.load(Ordering::Acquire)));
+        self.take_over_idle(ahead_ns);
+        drop(held);
+        self.forget(&mut before);
+        drop(before);
+        report.gap_ns = self.gap_ns();
+        if is_done { Ok(report) } else { Err(format!("its sources did not take it over within {} s: is its processor overloaded?", BOUNDARY.as_secs())) }
+    }
+
+    /// Devices that no source of this system has: there is no kernel to do it.
+    fn take_over_idle(&self, ahead_ns: i64) {
+        let is_held = |device: &Arc<Device>| self.held.values().flat_map(Holding::devices).any(|held| Arc::ptr_eq(held, device));
+        for device in locked(&self.shared.devices).values().filter(|device| !is_held(device)) {
+            // SAFETY: tables come by this thread alone, and none has the device; the host before has left.
+            unsafe { Heritage::alone(device, ahead_ns) };
+        }
+    }
+
+    /// What ran before is over: devices that were not taken over are safe when the last who holds them lets go.
+    fn forget(&self, before: &mut Agent) {
+        before.hush();
+        before.held.clear();
+        let devices = std::mem::take(&mut *locked(&before.shared.devices));
+        let own = locked(&self.shared.devices);
+        for (name, device) in devices {
+            if !own.contains_key(&name) {
+                (self.trade.device)(&device, false);
+            }
+        }
+    }
+
+    /// The longest time for which a device was not written.
+    fn gap_ns(&self) -> Option<i64> {
+        let devices: Vec<Arc<Device>> = self.held.values().flat_map(Holding::devices).cloned().collect();
+        holds_within(FIRST_WRITE, || devices.iter().all(|device| device.gap_ns().is_some()));
+        devices.iter().filter_map(|device| device.gap_ns()).max()
+    }
+}
+
+/// Whether it holds before the limit has passed.
+fn holds_within(limit: Duration, holds: impl Fn() -> bool) -> bool {
+    let until = Instant::now() + limit;
+    loop {
+        if holds() {
+            return true;
+        }
+        if Instant::now() >= until {
+            return false;
+        }
+        std::thread::sleep(LOOK);
+    }
+}

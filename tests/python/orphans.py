@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A system whose servo and another block run in a process of its own, which outlives it: as a program that is killed, and for the test.
+
+python orphans.py SYSTEM FOLDER does...
+
+`does`: `begins` it as new; `adopts` makes it again over what runs; `takes` takes that over. It says so, line by line, and begins when it
+reads a line; then it waits to be killed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import struct
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import opengpac as gpac
+from afar import children, until
+from daemons import environment
+from opengpac import _native, activate, library, motion
+from opengpac.robots import Joint
+
+HOLDS = 0.5
+"""Where the first program leaves the joint."""
+
+LEVEL = 7.0
+"""What the first program keeps."""
+
+HOLD_ERROR = 0.01
+"""How far from its set-point the servo may keep the joint: it is a velocity drive with a proportional servo, so far less."""
+
+
+class Cell:
+    """The system, made as new or over what runs: the joint `axis`, held by its servo, and a verb that goes on when it is cut off."""
+
+    def __init__(self, name: str, modules: dict[str, str], adopt: bool = False, **changes: Any) -> None:
+        self.system = gpac.System(name, progress=False, adopt=adopt)
+        self.system.processor("rtp0")
+        self.rtp1 = self.system.processor("rtp1", process=True)
+        self.fast = self.rtp1.timer("fast", period="2 ms", priority=80)
+        self.slow = self.rtp1.timer("slow", period="20 ms", priority=60)
+        options = {"step": "1 ms", "linger": "10 s", **changes}
+        driver = gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=name, **options)
+        drives = self.rtp1.physical_device("drives", driver, exchange=self.fast)
+        self.joint = Joint("axis", drive=drives["x"], on=self.fast, kp=20.0, kd=0.0, max_following_error=0.5)
+        self.modules = modules
+        self.level = self.system.svv("level")
+
+    def keeping(self, level: float) -> gpac.VerbInstance[Any]:
+        """Keeps the SVV `level` where it is told."""
+        verb = gpac.Verb(
+            "keeping",
+            blocks={"kept": library.signal_generator(amplitude=0.0)},
+            instantiation_parameters={"y": "kept.y"},
+            input_parameters={"level": "kept.offset"},
+            command_lists={"start": [activate("kept", every="2 ms")]},
+            if_cut_off="continue",
+        )
+        return verb.on(self.fast).asynch(self.level, level=level)
+
+    def counting(self) -> gpac.VerbInstance[Any]:
+        """The same by its names, with another block."""
+        count = self.system.download(self.modules["count"], "count")["count"]
+        verb = gpac.Verb(
+            "keeping",
+            blocks={"kept": count},
+            instantiation_parameters={"y": "kept.y"},
+            command_lists={"start": [activate("kept", every="2 ms")]},
+        )
+        return verb.on(self.fast).asynch(self.level)
+
+    def goes(self, to: float) -> None:
+        """Moves the joint."""
+        motion.move_absolute(self.joint, to, time_limit="30 s")
+
+
+class Orphaned:
+    """Programs that are killed, one after the other, and what of them runs on."""
+
+    def __init__(self, name: str, modules: dict[str, str]) -> None:
+        self.name = name
+        self.modules = modules
+        self.programs: list[subprocess.Popen[str]] = []
+        self.process = 0
+        """The process of `rtp1`."""
+        self.guard = 0
+        self.positions: list[float] = []
+
+    def program(self, does: str) -> subprocess.Popen[str]:
+        """A program that is ready to begin: it has loaded what it needs."""
+        made = subprocess.Popen(
+            [sys.executable, __file__, self.name, json.dumps(self.modules), does],
+            env=environment(PYTHONPATH=os.pathsep.join([str(Path(__file__).parent), environment()["PYTHONPATH"]])),
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        self.programs.append(made)
+        assert line(made) == "ready"
+        return made
+
+    def begin(self) -> subprocess.Popen[str]:
+        """The first program, which holds the joint."""
+        made = self.program("begins")
+        go(made, "begins")
+        [self.process], [self.guard] = children("run_processor", made.pid), children("run_guard", made.pid)
+        return made
+
+    def kill(self, program: subprocess.Popen[str]) -> None:
+        """Ends a program as no program ends itself."""
+        program.send_signal(signal.SIGKILL)
+        program.communicate(timeout=60)
+
+    def cell(self, **changes: Any) -> Cell:
+        """The same system, over what runs."""
+        return Cell(self.name, self.modules, adopt=True, **changes)
+
+    def look(self) -> float:
+        """Where the joint is; it must never have been made safe."""
+        text = _native.plant_state(self.name)
+        assert text is not None, "there is a plant"
+        state = json.loads(text)
+        assert not state["is_safe"], "the guard has not acted"
+        self.positions.append(struct.unpack_from("d", bytes(state["readings"]))[0])
+        return self.positions[-1]
+
+    def held(self, at: float = HOLDS, looks: int = 20) -> bool:
+        """True where the joint does not move, at many looks."""
+        return all(abs(self.look() - at) < HOLD_ERROR for _ in range(looks))
+
+    def sockets(self) -> list[str]:
+        """What of it is left among the sockets of this user."""
+        folder = Path(os.environ.get("XDG_RUNTIME_DIR", "/nowhere"))
+        folder = folder / "opengpac" if folder.is_dir() else Path(f"/tmp/opengpac-{os.getuid()}")
+        return [path.name for path in folder.iterdir() if path.name.endswith(f"-{self.process}") or path.name == f"plant-{self.name}"]
+
+    def close(self) -> None:
+        """Nobody is left over."""
+        for program in self.programs:
+            if program.poll() is None:
+                self.kill(program)
+
+
+def line(program: subprocess.Popen[str]) -> str:
+    """The next thing that a program says."""
+    assert program.stdout is not None
+    return program.stdout.readline().strip()
+
+
+def go(program: subprocess.Popen[str], does: str) -> None:
+    """Lets it begin, and waits until it has done so."""
+    assert program.stdin is not None
+    program.stdin.write("go\n")
+    program.stdin.flush()
+    assert line(program) == does
+
+
+def lives(pid: int) -> bool:
+    """Whether a process is there and has not ended."""
+    try:
+        return (Path("/proc") / str(pid) / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def main(name: str, modules: str, does: str) -> None:
+    """Says that it is ready, waits for a line, does it, and waits for its end."""
+    print("ready", flush=True)
+    sys.stdin.readline()
+    cell = Cell(name, json.loads(modules), adopt=does != "begins")
+    cell.joint.enable()
+    cell.keeping(LEVEL if does == "begins" else 1.0)
+    if does == "begins":
+        cell.goes(HOLDS)
+        until(lambda: cell.level.value == LEVEL, "it is kept")
+    if does == "takes":
+        cell.system.take_over()
+    print(does, flush=True)
+    while True:
+        time.sleep(60)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
