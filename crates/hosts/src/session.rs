@@ -44,6 +44,7 @@ impl ZenohWire {
             config.insert_json5("transport/auth/usrpwd/dictionary_file", &text(path)).map_err(|error| no_way(error.to_string()))?;
         }
         let session = zenoh::open(config).wait().map_err(|error| no_way(plain(&error.to_string())))?;
+        hasten();
         Ok(ZenohWire(session))
     }
 }
@@ -80,6 +81,21 @@ impl Outlet for ZenohOutlet {
         let _ = self.0.put(packet).wait();
     }
 }
+
+/// The threads on which packets come and go are called before those of ordinary programs, where the right is given: values wait for them. Never at
+/// a real-time priority: what a network sends is no measure of how long they run.
+fn hasten() {
+    let Ok(threads) = std::fs::read_dir("/proc/self/task") else { return };
+    for thread in threads.flatten() {
+        let carries = std::fs::read_to_string(thread.path().join("comm")).is_ok_and(|name| name.starts_with("rx-") || name.starts_with("tx-"));
+        let Some(number) = thread.file_name().to_str().and_then(|number| number.parse().ok()).filter(|_| carries) else { continue };
+        // SAFETY: how a thread of this process is scheduled. What is not given is not needed.
+        unsafe { libc::setpriority(libc::PRIO_PROCESS, number, NICE) };
+    }
+}
+
+/// Of those threads: just behind the most that can be asked for.
+const NICE: i32 = -19;
 
 /// Keys and values of zenoh's configuration.
 fn settings(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Vec<(String, String)>, Refused> {
