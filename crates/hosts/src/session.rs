@@ -5,6 +5,7 @@ use crate::endpoint::Endpoint;
 use crate::options::{Options, Security};
 use crate::refused::Refused;
 use crate::wire::{Arrival, Outlet, Subscription, Urgency, Wire, WireError};
+use std::cell::Cell;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use zenoh::pubsub::Publisher;
@@ -44,7 +45,6 @@ impl ZenohWire {
             config.insert_json5("transport/auth/usrpwd/dictionary_file", &text(path)).map_err(|error| no_way(error.to_string()))?;
         }
         let session = zenoh::open(config).wait().map_err(|error| no_way(plain(&error.to_string())))?;
-        hasten();
         Ok(ZenohWire(session))
     }
 }
@@ -68,7 +68,13 @@ impl Wire for ZenohWire {
     }
 
     fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, WireError> {
-        let declared = self.0.declare_subscriber(key.to_owned()).callback(move |sample| came(&sample.payload().to_bytes())).wait();
+        let declared = self.0.declare_subscriber(key.to_owned()).callback(move |sample| {
+            if !HASTENED.replace(true) {
+                hasten();
+            }
+            came(&sample.payload().to_bytes());
+        });
+        let declared = declared.wait();
         Ok(Box::new(declared.map_err(|error| WireError { message: error.to_string() })?))
     }
 }
@@ -82,8 +88,14 @@ impl Outlet for ZenohOutlet {
     }
 }
 
+thread_local! {
+    /// This thread, on which a packet has come, and the others of its kind were seen to.
+    static HASTENED: Cell<bool> = const { Cell::new(false) };
+}
+
 /// The threads on which packets come and go are called before those of ordinary programs, where the right is given: values wait for them. Never at
-/// a real-time priority: what a network sends is no measure of how long they run.
+/// a real-time priority: what a network sends is no measure of how long they run. Called when a packet has come, because a side that listens
+/// has no such threads before.
 fn hasten() {
     let Ok(threads) = std::fs::read_dir("/proc/self/task") else { return };
     for thread in threads.flatten() {
