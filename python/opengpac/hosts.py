@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 import platform
+import signal
 import sys
 from pathlib import Path
 from typing import Any
@@ -56,12 +57,15 @@ def _join(given: argparse.Namespace) -> int:
     token = Path(given.token_file).read_text().strip() if given.token_file else None
     options = options_json(given.at, given.name, authority=given.ca, certificate=given.cert, key=given.key, token=token)
     print(f"host '{given.name}' joins system '{given.system}' at {given.at}; Ctrl-C ends it", flush=True)
+    # Whoever manages services ends it so; it is the same as Ctrl-C.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         why = _native.join_system(given.system, options)
+        end = f"system '{given.system}' is gone"
     except KeyboardInterrupt:
-        why = None
+        why, end = None, f"host '{given.name}' was called back"
     if why is not None:
         print(why, file=sys.stderr)
         return 1
-    print(f"system '{given.system}' is gone, or this host was called back; its devices are in their safe state")
+    print(f"{end}; its devices are in their safe state")
     return 0

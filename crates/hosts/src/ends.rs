@@ -18,10 +18,16 @@ use interconnect::{Carrier, ConnectionSpec, Full, Header, Memory, Receiver, Send
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Rows of a connection that may be on their way, beside those that wait at the reader.
-const WINDOW: usize = 64;
+/// Rows of a connection that may be on their way at least, beside those that wait at the reader.
+const WINDOW_MIN: usize = 64;
 /// How long a writing end that was dropped is kept, to get its last values over, ns.
 const LINGER_NS: i64 = 5_000_000_000;
+
+/// Rows of a connection that may be on their way: as many as may wait at the reader, so that a network, or a thread of it, that is held up loses no
+/// more than a reader that is. Both sides find the same.
+fn window(spec: &ConnectionSpec) -> usize {
+    if spec.queue_depth == 0 { 0 } else { spec.queue_depth.max(WINDOW_MIN) }
+}
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
@@ -78,9 +84,8 @@ pub(crate) fn writing(
     bell: Arc<Bell>,
     place: usize,
 ) -> (Arc<Writing>, Box<dyn Sender>) {
-    let depth = if spec.queue_depth == 0 { 0 } else { WINDOW };
-    let (near, far) = Memory.connect(&ConnectionSpec { queue_depth: depth, ..*spec });
-    let outbound = Outbound::new(connection, spec.queue_depth, WINDOW);
+    let (near, far) = Memory.connect(&ConnectionSpec { queue_depth: window(spec), ..*spec });
+    let outbound = Outbound::new(connection, spec.queue_depth, window(spec));
     let shared = Shared::new(outbound.room_until());
     let state = Mutex::new(WritingState { local: far, outbound, until_ns: None, subscription: None });
     let served = Arc::new(Writing { state, shared: shared.clone(), outlet, time, connection });
@@ -226,11 +231,9 @@ pub(crate) fn reading(
     bell: Arc<Bell>,
     place: usize,
 ) -> (Arc<Reading>, Box<dyn Receiver>) {
-    let depth = if spec.queue_depth == 0 { 0 } else { spec.queue_depth + WINDOW };
-    let (far, near) = Memory.connect(&ConnectionSpec { queue_depth: depth, ..*spec });
     // Without a queue no row fits.
-    let window = if spec.queue_depth == 0 { 0 } else { WINDOW };
-    let inbound = Inbound::new(connection, spec.asynchronous_len, Some(spec.queue_row_len), window);
+    let (far, near) = Memory.connect(&ConnectionSpec { queue_depth: spec.queue_depth + window(spec), ..*spec });
+    let inbound = Inbound::new(connection, spec.asynchronous_len, Some(spec.queue_row_len), window(spec));
     let shared = Shared::new(0);
     let state = Mutex::new(ReadingState { local: far, inbound, subscription: None });
     let served = Reading { state, shared: shared.clone(), outlet, raise, time, connection, depth: spec.queue_depth as u64 };

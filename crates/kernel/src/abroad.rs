@@ -3,6 +3,7 @@
 use crate::connection::End;
 use crate::far::{Far, Nowhere, Reach, Way};
 use crate::process::Home;
+use crate::relay::Relays;
 use crate::*;
 use interconnect::{Carrier, ConnectionSpec, EndError, Memory, Receiver, Sender};
 use std::collections::{HashMap, VecDeque};
@@ -24,6 +25,8 @@ pub(crate) struct Abroad {
     told: Mutex<VecDeque<(u64, Event)>>,
     /// What is told before everything else, because it belongs before an event that was taken already.
     first: Mutex<VecDeque<Event>>,
+    /// Connections from place to place that go through here.
+    pub(crate) relays: Relays,
 }
 
 impl Abroad {
@@ -45,6 +48,7 @@ impl Abroad {
     }
 
     pub(crate) fn close(&self) {
+        self.relays.close();
         let all: Vec<Arc<dyn Far>> = self.far.read().expect("nobody panics with the lock held").values().cloned().collect();
         all.iter().enumerate().filter(|(index, far)| !all[..*index].iter().any(|other| Arc::ptr_eq(other, far))).for_each(|(_, far)| far.close());
     }
@@ -122,6 +126,11 @@ impl Host {
         }
         let reach = self.reach(writer, reader);
         let way = Way { number: self.abroad.last_way.fetch_add(1, Ordering::Relaxed) + 1, spec: *spec, reach };
+        if let (Some(from), Some(to)) = (&from, &to)
+            && from.host().is_some() != to.host().is_some()
+        {
+            return self.relayed(way, &**from, &**to);
+        }
         let sender: Box<dyn Sender> = match (&from, &to) {
             (None, Some(to)) => to.sender(way.number, spec).unwrap_or_else(|why| Box::new(self.unconnected(&way, &why))),
             _ => Box::new(Nowhere::default()),
@@ -131,6 +140,14 @@ impl Host {
             _ => Box::new(Nowhere::default()),
         };
         (End { end: sender, way: Some(way) }, End { end: receiver, way: Some(way) })
+    }
+
+    /// A connection between a process of this host and another host: each has its end of a way to here.
+    fn relayed(&self, way: Way, from: &dyn Far, to: &dyn Far) -> (End<dyn Sender>, End<dyn Receiver>) {
+        let to_here = |far: &dyn Far| Some(Way { reach: if far.host().is_some() { Reach::Network } else { Reach::Host }, ..way });
+        let wanted = self.relay(&way, from, to).inspect_err(|why| drop(self.unconnected(&way, why))).ok();
+        let sender = Box::new(Nowhere::relayed(wanted.clone()));
+        (End { end: sender, way: to_here(from) }, End { end: Box::new(Nowhere::relayed(wanted)), way: to_here(to) })
     }
 
     /// How far apart two sources lie.

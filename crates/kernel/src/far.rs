@@ -5,8 +5,10 @@
 //! A verb instance whose sources all lie in one place has its word there: kernels react to its conditions in the same firing,
 //! as everywhere, and who takes it asks there. The word of one whose sources lie in several places is here; kernels elsewhere only tell
 //! what was reported, and it is served when that arrives.
+use crate::relay::Wanted;
 use crate::{Script, SourceId, Statistics, Taken};
 use interconnect::{ConnectionSpec, EndError, Full, Header, Receiver, Sender};
+use std::sync::Arc;
 
 /// Whoever runs sources elsewhere. All calls come from ordinary threads; none waits longer than the link to it lives.
 pub trait Far: Send + Sync {
@@ -77,12 +79,19 @@ pub struct Way {
 #[derive(Default)]
 pub struct Nowhere {
     group: Vec<u8>,
+    /// Of an end that lies elsewhere: what hands its values on goes on as long as this is here.
+    _wanted: Option<Arc<Wanted>>,
 }
 
 impl Nowhere {
     /// In the place of an end of `spec` that could not be made: what is published goes nowhere, a row finds no room.
     pub fn of(spec: &ConnectionSpec) -> Nowhere {
-        Nowhere { group: vec![0; spec.asynchronous_len] }
+        Nowhere { group: vec![0; spec.asynchronous_len], _wanted: None }
+    }
+
+    /// In the place of an end that lies elsewhere, of a connection that goes through here.
+    pub(crate) fn relayed(wanted: Option<Arc<Wanted>>) -> Nowhere {
+        Nowhere { group: Vec::new(), _wanted: wanted }
     }
 }
 

@@ -29,6 +29,7 @@ pub mod host;
 pub mod memory;
 mod preempt;
 pub mod process;
+mod relay;
 mod rights;
 pub mod schedule;
 pub mod script;

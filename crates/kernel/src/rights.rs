@@ -83,7 +83,7 @@ fn pin(core: usize) -> bool {
 }
 
 /// Without this limit nothing runs at a real-time priority.
-fn limit_real_time() -> bool {
+pub(crate) fn limit_real_time() -> bool {
     // SAFETY: reads and lowers a limit of this process.
     unsafe {
         let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };

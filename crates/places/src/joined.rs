@@ -13,7 +13,7 @@ use shared_memory::SharedMemory;
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, mpsc};
 use std::time::Duration;
 
 /// How long a processor waits for its host.
@@ -152,19 +152,38 @@ impl Running for Lent {
     fn end(&self) {}
 }
 
+/// How often `stop` is asked.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// Joins; none where `stop` said so before anybody answered.
+fn let_in(options: Options, stop: &dyn Fn() -> bool) -> Result<Option<Hosts>, String> {
+    let (tell, told) = mpsc::channel();
+    // Where nobody waits for it any more, the process ends.
+    let knocking = move || drop(tell.send(Hosts::join(options)));
+    std::thread::Builder::new().name("joins".into()).spawn(knocking).map_err(text)?;
+    loop {
+        match told.recv_timeout(LOOK) {
+            Ok(joined) => return joined.map(Some).map_err(text),
+            Err(mpsc::RecvTimeoutError::Timeout) if stop() => return Ok(None),
+            Err(mpsc::RecvTimeoutError::Timeout) => {}
+            Err(mpsc::RecvTimeoutError::Disconnected) => return Err("the thread that joins has panicked".to_owned()),
+        }
+    }
+}
+
 /// Lends this host to a system: serves its processors until the system is gone, or `stop` says so (it is asked a few times a second).
 ///
 /// # Errors
 /// In words: nobody listens there, or this host is not let in.
 pub fn join(system: &str, options: JoinOptions, python: OsString, stop: &dyn Fn() -> bool) -> Result<(), String> {
     let name = options.name.clone();
-    let hosts = Hosts::join(options.options(system, None)).map_err(text)?;
+    let Some(hosts) = let_in(options.options(system, None), stop)? else { return Ok(()) };
     let listener = hosts.peers().first().map(|peer| peer.name.clone()).ok_or("the listening host is gone")?;
     let control = hosts.link(&listener, CONTROL).map_err(|why| why.message)?;
     let run = shared_memory::new_run();
     let mut serving = Vec::new();
     while !stop() {
-        match control.receive(Duration::from_millis(200)) {
+        match control.receive(LOOK) {
             Ok(None) => {}
             Err(_) => break,
             Ok(Some(frame)) => {

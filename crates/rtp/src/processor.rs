@@ -38,8 +38,6 @@ pub struct Processor {
     statistics: Mutex<HashMap<SourceId, Statistics>>,
     devices: Mutex<HashMap<String, Weak<Device>>>,
     is_up: AtomicBool,
-    /// Rows of histories that were overwritten there before they were sent.
-    rows_lost: AtomicU64,
     /// How long it may be silent.
     silence_ms: AtomicU64,
     running: Mutex<Option<Arc<dyn Running>>>,
@@ -85,7 +83,6 @@ impl Processor {
             statistics: Mutex::default(),
             devices: Mutex::default(),
             is_up: AtomicBool::new(false),
-            rows_lost: AtomicU64::new(0),
             silence_ms: AtomicU64::new(0),
             running: Mutex::default(),
             tables: Mutex::default(),
@@ -103,11 +100,6 @@ impl Processor {
     /// False before the first greeting, and after a loss.
     pub fn is_up(&self) -> bool {
         self.is_up.load(Ordering::Acquire)
-    }
-
-    /// Rows of histories that were overwritten there before they could be sent.
-    pub fn rows_lost(&self) -> u64 {
-        self.rows_lost.load(Ordering::Relaxed)
     }
 
     /// Greets a process that was started for it, and tells it which sources the system has. After a loss a new process takes the place of
@@ -392,8 +384,7 @@ impl Processor {
                 inbound.report(brought, late);
             }
         }
-        for (number, rows, lost) in beat.rows {
-            self.rows_lost.fetch_add(lost, Ordering::Relaxed);
+        for (number, rows) in beat.rows {
             if let Some(ring) = wire.writer.rows_of(number) {
                 rows.iter().for_each(|(number, time_ns, bytes)| ring.repeat(*number, *time_ns, bytes));
             }

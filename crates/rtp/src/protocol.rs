@@ -100,8 +100,8 @@ pub struct Beat {
     /// Inbound connections: what was brought last, and since when a ratio value is late.
     pub inbounds: Vec<(u64, Option<i64>, Option<i64>)>,
     pub devices: Vec<(String, DeviceState)>,
-    /// New rows of each ring, and how many were overwritten before they were read.
-    pub rows: Vec<(u64, Vec<RowAs>, u64)>,
+    /// New rows of each ring. Where more were written than it holds, those that it holds: as many as a ring on the commanding side has.
+    pub rows: Vec<(u64, Vec<RowAs>)>,
 }
 
 /// The bytes of a frame.

@@ -120,19 +120,19 @@ impl Beats {
     }
 
     /// The new rows of each ring.
-    fn all_rows(&mut self, shared: &Shared) -> Vec<(u64, Vec<RowAs>, u64)> {
+    fn all_rows(&mut self, shared: &Shared) -> Vec<(u64, Vec<RowAs>)> {
         let rings: Vec<_> = locked(&shared.reader).rings().collect();
         self.taken.retain(|number, _| rings.iter().any(|(known, _)| known == number));
         rings.into_iter().filter_map(|(number, ring)| self.rows(number, &ring)).collect()
     }
 
-    fn rows(&mut self, number: u64, ring: &RowsReader) -> Option<(u64, Vec<RowAs>, u64)> {
+    fn rows(&mut self, number: u64, ring: &RowsReader) -> Option<(u64, Vec<RowAs>)> {
         let taken = self.taken.entry(number).or_default();
         let mut rows = Vec::new();
         let lost = ring.since(*taken, &mut rows);
         rows.truncate(ROWS_MAX);
         *taken += lost + rows.len() as u64;
         let rows: Vec<RowAs> = rows.into_iter().map(|Row { number, time_ns, bytes, .. }| (number, time_ns, bytes)).collect();
-        (lost > 0 || !rows.is_empty()).then_some((number, rows, lost))
+        (!rows.is_empty()).then_some((number, rows))
     }
 }

@@ -20,7 +20,8 @@ use std::sync::Arc;
 /// Rows that a queue holds: values that may wait while the reader is held up.
 const QUEUE_DEPTH: usize = 16;
 
-/// The same where they come over a network, which may hold them up for long and bring them in bursts.
+/// The same of an instance to which values come over a network, which may hold them up for long and bring them in bursts: what comes another
+/// way to where they meet has to wait as long.
 const QUEUE_DEPTH_NETWORK: usize = 256;
 
 /// (writing source, reading source).
@@ -103,7 +104,14 @@ pub(crate) fn queues(
             }
         }
     }
-    members.into_iter().map(|((pair, _, svv), members)| queue(core, pair, svv, members)).collect()
+    let depth = if meets_network(core, block_source, members.keys().map(|(pair, ..)| *pair)) { QUEUE_DEPTH_NETWORK } else { QUEUE_DEPTH };
+    members.into_iter().map(|((pair, _, svv), members)| queue(core, pair, svv, members, depth)).collect()
+}
+
+/// True where an instance lies on several hosts, or one of its queues comes from another.
+fn meets_network(core: &Core, block_source: &[SourceId], mut pairs: impl Iterator<Item = Pair>) -> bool {
+    let apart = |one: SourceId, other: SourceId| core.host.reach(one, other) == Reach::Network;
+    block_source.split_first().is_some_and(|(first, others)| others.iter().any(|other| apart(*first, *other))) || pairs.any(|(from, to)| apart(from, to))
 }
 
 /// n of the planned output that writes a cell, where it is a ratio output.
@@ -149,8 +157,7 @@ fn lay_out(members: &[Member]) -> (Vec<usize>, usize) {
     (offsets, end)
 }
 
-fn queue(core: &Core, pair: Pair, svv: Option<String>, members: Vec<Member>) -> Queue {
-    let queue_depth = if core.host.reach(pair.0, pair.1) == Reach::Network { QUEUE_DEPTH_NETWORK } else { QUEUE_DEPTH };
+fn queue(core: &Core, pair: Pair, svv: Option<String>, members: Vec<Member>, queue_depth: usize) -> Queue {
     let spec = ConnectionSpec { writer: pair.0.0, reader: pair.1.0, asynchronous_len: 0, queue_row_len: lay_out(&members).1, queue_depth };
     let ends = core.host.connect(&spec);
     Queue { pair, members, svv, ends }

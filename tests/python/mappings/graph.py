@@ -28,6 +28,7 @@ class Stage:
         self.code = cell.download(built["mapping"], "mapping")
         self._processors: dict[int, gpac.Processor] = {}
         self._sources: dict[str, gpac.Source] = {}
+        self._svvs = 0
 
     def processor(self, number: int) -> gpac.Processor:
         """Processor `number`; those before it are made first, so that the first one is the supervisor's."""
@@ -49,6 +50,11 @@ class Stage:
                 made = processor.software(name, priority=PRIORITIES[name])
             self._sources[place] = made
         return self._sources[place]
+
+    def svv(self, name: str, type: str = "double") -> gpac.SVV:
+        """An SVV that no other graph of this system has."""
+        self._svvs += 1
+        return self.cell.svv(f"{name}_{self._svvs}", type)
 
     @property
     def processors(self) -> int:
@@ -92,6 +98,8 @@ class Graph:
     """Instantiation parameters that the graph has made itself: channels, SVVs."""
     before: Callable[[], None] | None = None
     """Called before the verb is started: others that it stands beside."""
+    beside: list[gpac.VerbInstance[Any]] = field(default_factory=list)
+    """Instances of other verbs, which are deleted after it."""
     during: Callable[[gpac.VerbInstance[Any]], object] | None = None
     """What the programming system does while it runs."""
     ending: str | None = None
@@ -146,18 +154,21 @@ def verb_of(stage: Stage, name: str, made: Graph) -> tuple[gpac.Verb[..., Any], 
 
 
 def run(stage: Stage, name: str, made: Graph) -> dict[str, Any]:
-    """Runs it until the last recorder is full: name → what was recorded."""
+    """Runs it until the last recorder is full, and deletes it: name → what was recorded."""
     verb, places = verb_of(stage, name, made)
     arguments = {**made.arguments, **{parameter: _svvs(stage, parameter, types) for parameter, types in made.svvs.items()}}
     if made.before:
         made.before()
-    instance = verb.on(places).new_instance(**arguments)
-    instance.start(**made.values, time_limit="15 s")
-    if made.during:
-        made.during(instance)
-    report = instance.wait()
-    assert report.condition == "completed", report
-    return dict(report.outputs)
+    with contextlib.ExitStack() as kept:
+        for other in made.beside:
+            kept.enter_context(other)
+        instance = kept.enter_context(verb.on(places).new_instance(**arguments))
+        instance.start(**made.values, time_limit="15 s")
+        if made.during:
+            made.during(instance)
+        report = instance.wait()
+        assert report.condition == "completed", report
+        return dict(report.outputs)
 
 
 def _lists(made: Graph) -> dict[str, list[gpac.Command]]:
@@ -177,8 +188,8 @@ def _ports(ports: Any) -> list[str]:
 
 def _svvs(stage: Stage, parameter: str, types: Any) -> Any:
     if isinstance(types, list):
-        return [stage.cell.svv(f"{parameter}_{number}", type) for number, type in enumerate(types)]
-    return stage.cell.svv(parameter, types)
+        return [stage.svv(parameter, type) for type in types]
+    return stage.svv(parameter, types)
 
 
 def scattered(seed: int = 40503, length: int = LENGTH) -> list[float]:

@@ -77,3 +77,6 @@ MAPPINGS = {
 
 HOSTS = Realization("hosts", "monotonic", processors=({}, {"host": "cell-b"}), host="cell-b")
 """The first a thread, the others threads of a process that has joined: over the network of this machine."""
+
+EVERYWHERE = Realization("everywhere", "monotonic", processors=({}, {"process": True}, {"host": "cell-b"}), host="cell-b")
+"""A thread, a process, and threads of a process that has joined: all three ways at once, and that from a process to another host."""

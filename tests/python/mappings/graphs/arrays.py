@@ -44,14 +44,14 @@ def gather_of_two_processors(stage: Stage) -> Graph:
 
 
 def _four(stage: Stage) -> dict[str, object]:
-    single = [stage.cell.svv(f"u{n}") for n in range(4)]
+    single = [stage.svv(f"u{n}") for n in range(4)]
     return {**{f"u{n}": svv for n, svv in enumerate(single)}, "u": single}
 
 
 @graph(lambda: {f"y{n}": [10.0 * (k + n / 8) for k in range(200)] for n in range(4)})
 def scatter_to_four_processors(stage: Stage) -> Graph:
     """The elements of one array are four SVVs, each read on a processor of its own."""
-    single = [stage.cell.svv(f"v{n}") for n in range(4)]
+    single = [stage.svv(f"v{n}") for n in range(4)]
     return Graph(
         blocks={"vector": stage.code.vector, **{f"gain{n}": lib.block("gain")(k=10.0) for n in range(4)}},
         cells={},
@@ -79,7 +79,7 @@ def vector_from_processor_to_processor(stage: Stage) -> Graph:
 @graph()
 def greatest_and_least_of_several_writers(stage: Stage) -> Graph:
     """The greatest and the product of three SVVs that three processors write."""
-    single = [stage.cell.svv(f"u{n}") for n in range(3)]
+    single = [stage.svv(f"u{n}") for n in range(3)]
     return Graph(
         blocks={
             **{f"wave{n}": stage.code.scatter(seed=7 + n) for n in range(3)},

@@ -142,7 +142,7 @@ def suspended_and_resumed(stage: Stage) -> Graph:
 @graph(lambda: {"y": [2.0 * u for u in scattered(75)]})
 def writer_in_another_verb(stage: Stage) -> Graph:
     """What drives it is a verb of its own, which is started later, on another processor."""
-    shared = stage.cell.svv("shared")
+    shared = stage.svv("shared")
     writing = gpac.Verb(
         "writing",
         blocks={"wave": stage.code.scatter(seed=75)},
@@ -158,6 +158,7 @@ def writer_in_another_verb(stage: Stage) -> Graph:
         place={"gain": "1.soft"},
         record={"y": "gain.y"},
         start=[activate("gain")],
+        beside=[writer],
         during=lambda _: writer.start(),
     )
 

@@ -99,7 +99,7 @@ def digest_of_integers(stage: Stage) -> Graph:
 def truth_values(stage: Stage) -> Graph:
     """Two square waves of two processors, and what logic makes of them on a third."""
     code = stage.code
-    u = [stage.cell.svv(f"u{n}", "bool") for n in range(2)]
+    u = [stage.svv(f"u{n}", "bool") for n in range(2)]
     return Graph(
         blocks={
             "a": code.square(half=7),

@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How a host that was lent ends: called back by people or by whoever manages services, or because its system is gone."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+
+import pytest
+
+import opengpac as gpac
+from afar import shared_memory
+from daemons import environment
+from joining import LISTENER, Joining
+from opengpac import activate, library
+
+LIMIT = "30 s"
+
+NAME = f"line{os.getpid()}"
+"""A system of this name is made by nobody else."""
+
+PROGRAM = """
+import sys
+import opengpac as gpac
+cell = gpac.System(sys.argv[2], progress=False)
+cell.listen(sys.argv[1], "cell-a")
+cell.processor("rtp0")
+cell.processor("rtp1", host="cell-b").timer("fast", period="5 ms", priority=80)
+print("ready", flush=True)
+sys.stdin.read()
+"""
+"""A program with a processor on another host, which waits for ever."""
+
+
+def endless() -> gpac.Verb[..., object]:
+    """A verb that goes on until something ends it."""
+    return gpac.Verb(
+        "endless",
+        blocks={"wave": library.signal_generator(amplitude=1.0)},
+        instantiation_parameters={"y": "wave.y"},
+        command_lists={"start": [activate("wave", every="5 ms")]},
+    )
+
+
+def in_order(host: Joining) -> str:
+    """What a host says that has ended by itself and in order."""
+    status, said = host.ended()
+    assert status == 0 and "Traceback" not in said, said
+    assert not shared_memory(NAME)
+    return said
+
+
+@pytest.fixture
+def mine(endpoint: str) -> Iterator[gpac.System]:
+    """A system in real time that listens, under the name that nobody else uses."""
+    with gpac.System(NAME, progress=False) as cell:
+        cell.listen(endpoint, LISTENER)
+        yield cell
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_host_is_called_back(mine: gpac.System, joins: Callable[..., Joining], number: signal.Signals) -> None:
+    host = joins(system=NAME)
+    mine.processor("rtp0")
+    there = mine.processor("rtp1", host="cell-b").timer("fast", period="5 ms", priority=80)
+    goes = endless().on(there).asynch(mine.svv("goes"))
+    host.process.send_signal(number)
+    assert "host 'cell-b' was called back; its devices are in their safe state" in in_order(host)
+    with pytest.raises(gpac.Terminated, match="processor_lost"):
+        goes.wait(timeout=LIMIT)
+
+
+def test_a_host_is_called_back_before_it_is_let_in(joins: Callable[..., Joining]) -> None:
+    host = joins()
+    assert "Ctrl-C ends it" in host.first_line()
+    host.interrupt()
+    assert "host 'cell-b' was called back" in in_order(host)
+
+
+def test_a_host_ends_with_its_system(endpoint: str, joins: Callable[..., Joining]) -> None:
+    with gpac.System(NAME, progress=False) as cell:
+        cell.listen(endpoint, LISTENER)
+        host = joins(system=NAME)
+        cell.processor("rtp0")
+        cell.processor("rtp1", host="cell-b").timer("fast", period="5 ms", priority=80)
+    assert f"system '{NAME}' is gone; its devices are in their safe state" in in_order(host)
+
+
+def test_a_host_ends_when_its_system_is_killed(endpoint: str, joins: Callable[..., Joining]) -> None:
+    words = [sys.executable, "-c", PROGRAM, endpoint, NAME]
+    with subprocess.Popen(words, env=environment(), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as program:
+        host = joins(system=NAME)
+        assert program.stdout is not None and program.stdout.readline() == "ready\n"
+        program.kill()
+    assert f"system '{NAME}' is gone; its devices are in their safe state" in in_order(host)
