@@ -19,23 +19,26 @@ struct Place {
 }
 
 /// A reading end of which the place knows whether it is still there.
-struct Known(Box<dyn Receiver>, Arc<()>);
+struct Known {
+    end: Box<dyn Receiver>,
+    _place: Arc<()>,
+}
 
 impl Receiver for Known {
     fn latch(&mut self, now_ns: i64) -> Option<interconnect::Header> {
-        self.0.latch(now_ns)
+        self.end.latch(now_ns)
     }
     fn group(&self) -> &[u8] {
-        self.0.group()
+        self.end.group()
     }
     fn peek_row(&mut self) -> Option<(u64, &[u8])> {
-        self.0.peek_row()
+        self.end.peek_row()
     }
     fn pop_row(&mut self) -> bool {
-        self.0.pop_row()
+        self.end.pop_row()
     }
     fn rows(&self) -> usize {
-        self.0.rows()
+        self.end.rows()
     }
 }
 
@@ -62,7 +65,7 @@ impl Far for Place {
     fn receiver(&self, number: u64, spec: &ConnectionSpec, raise: Raise) -> Result<Box<dyn Receiver>, EndError> {
         let (sender, receiver) = Memory.connect(spec);
         self.senders.lock().unwrap().push((number, sender, raise));
-        Ok(Box::new(Known(receiver, self.reading.clone())))
+        Ok(Box::new(Known { end: receiver, _place: self.reading.clone() }))
     }
     fn close(&self) {}
 }
@@ -107,7 +110,7 @@ fn each_end_is_on_a_way_of_its_own_to_here() {
 #[test]
 fn a_group_keeps_its_number_and_time() {
     let (_host, process, other, _ends) = between(8, 0);
-    for number in [7, 8] {
+    for number in [7u64, 8] {
         let (_, sender, _) = &mut process.senders.lock().unwrap()[0];
         sender.group().copy_from_slice(&number.to_ne_bytes());
         sender.publish(number, 1000 + number as i64);

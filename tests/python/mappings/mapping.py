@@ -46,6 +46,8 @@ class MappedSystem(gpac.System):
             endpoint = free_endpoint()
             self.listen(endpoint, LISTENER)
             self._joining = Joining(name, endpoint, mapping.host)
+            # A busy machine takes long to start it; how long a processor waits for its host begins after that.
+            self._joining.first_line()
 
     def close(self) -> None:
         """Closes the system; its host ends with it."""
