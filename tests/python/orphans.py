@@ -113,6 +113,9 @@ class Orphaned:
         """Ends a program as no program ends itself. What it started has its output still, so that has no end."""
         program.send_signal(signal.SIGKILL)
         program.wait(60)
+        for pipe in (program.stdin, program.stdout):
+            assert pipe is not None
+            pipe.close()
 
     def cell(self, **changes: Any) -> Cell:
         """The same system, over what runs."""
