@@ -42,7 +42,7 @@ class Cell:
         self.system = gpac.System(name, progress=False, adopt=adopt)
         self.system.processor("rtp0")
         self.rtp1 = self.system.processor("rtp1", process=True)
-        self.fast = self.rtp1.timer("fast", period="2 ms", priority=80)
+        self.fast = self.rtp1.timer("fast", period="1 ms", priority=80)
         self.slow = self.rtp1.timer("slow", period="20 ms", priority=60)
         options = {"step": "1 ms", "linger": "10 s", **changes}
         driver = gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=name, **options)
@@ -110,9 +110,12 @@ class Orphaned:
         return made
 
     def kill(self, program: subprocess.Popen[str]) -> None:
-        """Ends a program as no program ends itself."""
+        """Ends a program as no program ends itself. What it started has its output still, so that has no end."""
         program.send_signal(signal.SIGKILL)
-        program.communicate(timeout=60)
+        program.wait(60)
+        for pipe in (program.stdin, program.stdout):
+            assert pipe is not None
+            pipe.close()
 
     def cell(self, **changes: Any) -> Cell:
         """The same system, over what runs."""

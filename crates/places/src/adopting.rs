@@ -25,6 +25,9 @@ const VERSION: u32 = 1;
 const PROCESSOR: &str = "rtp-";
 const GUARD: &str = "guard-";
 
+/// Bytes of the path of a socket.
+const PATH_LEN_MAX: usize = 107;
+
 /// From who looks for a processor.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Knock {
@@ -110,12 +113,17 @@ fn ask(link: UnixLink, system: &str, processor: &str) -> Result<Option<Waiting>,
 
 /// Where the process `pid` of a processor listens; none where this user has no folder for it.
 pub(crate) fn place(system: &str, processor: &str, pid: u32) -> Option<PathBuf> {
-    Some(run_folder().ok()?.join(format!("{}{pid}", prefix(system, processor))))
+    socket(format!("{}{pid}", prefix(system, processor)))
 }
 
 /// Where the guard of a run of a system listens.
 pub(crate) fn guard_place(run: u64) -> Option<PathBuf> {
-    Some(run_folder().ok()?.join(format!("{GUARD}{run:016x}")))
+    socket(format!("{GUARD}{run:016x}"))
+}
+
+/// A socket in the folder of this user; none where there is no folder, or its path is too long for a socket.
+fn socket(name: String) -> Option<PathBuf> {
+    run_folder().ok().map(|folder| folder.join(name)).filter(|path| path.as_os_str().len() <= PATH_LEN_MAX)
 }
 
 /// Removes the sockets of processes and guards that were killed.
