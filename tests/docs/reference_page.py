@@ -25,7 +25,10 @@ MODULES = ["opengpac", "opengpac.motion", "opengpac.robots", "opengpac.cell", "o
 """The modules whose public names the page has. Those without `__all__` have what they define themselves."""
 
 GROUPS: dict[str, tuple[str, str]] = {
-    "Systems": ("opengpac", "System TakenOver TakenProcessor connect Processor Source PhysicalDevice Part Channel SVV Snapshot Predicate Module StructType"),
+    "Systems": (
+        "opengpac",
+        "System TakenOver TakenProcessor connect Processor Source PhysicalDevice Part Channel SVV Snapshot Predicate Module StructType",
+    ),
     "Blocks and graphs": ("opengpac", "Block BlockUse Occurrence Reference Graph ratio"),
     "Verbs": ("opengpac", "Verb verb VerbInstance Report Terminated"),
     "Tables of a verb": ("opengpac", "each input required on Termination holding Holding"),

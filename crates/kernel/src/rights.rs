@@ -61,10 +61,14 @@ pub fn may_lock_all() -> bool {
 
 /// Whether this process has CAP_IPC_LOCK, for which there is no limit.
 fn ignores_the_limit() -> bool {
-    const IPC_LOCK: u64 = 1 << 14;
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let effective = status.lines().find_map(|line| line.strip_prefix("CapEff:")).map(str::trim);
-    effective.and_then(|digits| u64::from_str_radix(digits, 16).ok()).is_some_and(|capabilities| capabilities & IPC_LOCK != 0)
+    const VERSION_3: u32 = 0x2008_0522;
+    const IPC_LOCK: u32 = 1 << 14;
+    /// Effective, permitted, inheritable: for capabilities 0 to 31, then for those above.
+    type Sets = [[u32; 3]; 2];
+    let (who, mut sets) = ([VERSION_3, 0], Sets::default());
+    // SAFETY: the kernel reads a version and a process (0: this one), and writes the sets of that version.
+    let asked = unsafe { libc::syscall(libc::SYS_capget, who.as_ptr(), sets.as_mut_ptr()) };
+    asked == 0 && sets[0][0] & IPC_LOCK != 0
 }
 
 /// Lock a page when it is touched first, so that large reservations cost nothing; images are touched when they are made.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Connections between a process of this host and another host go through here.
+#![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use interconnect::{Carrier, ConnectionSpec, EndError, Memory, Receiver, Sender};
 use kernel::*;
@@ -7,12 +8,14 @@ use std::sync::{Arc, Mutex};
 use support::*;
 
 type Raise = Box<dyn Fn() + Send + Sync>;
+type Lying = (u64, Box<dyn Sender>, Raise);
+type Ends = (End<dyn Sender>, End<dyn Receiver>);
 
 /// A place elsewhere: what lies there of each connection that was made to here.
 #[derive(Default)]
 struct Place {
     host: Option<&'static str>,
-    senders: Mutex<Vec<(u64, Box<dyn Sender>, Raise)>>,
+    senders: Mutex<Vec<Lying>>,
     receivers: Mutex<Vec<(u64, Box<dyn Receiver>)>>,
     /// Held by each reading end here that values come over from there.
     reading: Arc<()>,
@@ -71,7 +74,7 @@ impl Far for Place {
 }
 
 /// A process here and a host elsewhere, with a source each, and a connection from the one to the other.
-fn between(group_len: usize, depth: usize) -> (Host, Arc<Place>, Arc<Place>, (End<dyn Sender>, End<dyn Receiver>)) {
+fn between(group_len: usize, depth: usize) -> (Host, Arc<Place>, Arc<Place>, Ends) {
     let host = monotonic_host();
     let (process, other) = (Arc::new(Place::default()), Arc::new(Place { host: Some("cell-b"), ..Place::default() }));
     let writer = host.add_far_source(software("near", 50), process.clone());
