@@ -41,7 +41,7 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
             yield _line(f"{what}, by the package", [_by_package(verb.on(source), times) for _ in range(rounds)])
     native = _native.System("bench", "monotonic", "{}")
     try:
-        native.processor("r", None, False)
+        native.processor("r", None, False, False, None)
         native.source("r", "soft", "software", 0, 50, 0)
         native.source("r", "fast", "timer", 1_000_000, 80, 0)
         native.download(str(C / "blocks.c"), "bench_blocks")

@@ -25,7 +25,6 @@ R = TypeVar("R")
 def wait(instance: VerbInstance[Any], timeout_ns: int | None) -> str:
     """The end report's text. Raises `TimeoutError` after `timeout_ns` of the system's clock."""
     native = instance._alive()
-    _started(instance)
     if not progress.wanted(instance.system.progress):
         with refusals:
             text = native.wait(instance.identity, timeout_ns, 0)

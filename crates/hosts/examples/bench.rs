@@ -183,7 +183,8 @@ fn await_one(way: &mut dyn Carries, woken: bool, limit: Duration) -> bool {
 fn send_back(way: &Way) {
     let hosts = Hosts::join(way.options("far")).expect("the near side listens");
     let session = way.bare(false);
-    // Of those that look, only the one that is measured may: the rest would take the processor's time.
+    // Of those that look, only the one that is measured may, and no longer than that: the rest would take the processor's time from
+    // what is measured next.
     let looks: Arc<Mutex<usize>> = Arc::default();
     for (at, (len, woken, _, mut way, wakes)) in ways(&hosts, &session, false).into_iter().enumerate() {
         let looks = looks.clone();
@@ -192,7 +193,7 @@ fn send_back(way: &Way) {
             loop {
                 if !woken && *looks.lock().expect("no holder panics") != at {
                     std::thread::park_timeout(PAUSE);
-                } else if await_one(way.as_mut(), woken, LOST) {
+                } else if await_one(way.as_mut(), woken, if woken { LOST } else { PAUSE }) {
                     way.send(&vec![1; len]);
                 }
             }

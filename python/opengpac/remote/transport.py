@@ -14,25 +14,18 @@ import socket
 import ssl
 import threading
 from collections.abc import Mapping
-from typing import NamedTuple, NoReturn
+from typing import NoReturn
 
 from ..errors import CallError, ConnectionLost, refuse
+from . import answers
 from .address import Address
+from .answers import Answer
 
 CONNECT_S = 5.0
 """How long the other side may take to accept a connection."""
 
 
 _NOTHING: Mapping[str, str] = {}
-
-
-class Answer(NamedTuple):
-    """What the other side answered."""
-
-    status: int
-    body: bytes
-    again_s: float = 0.0
-    """Where it was refused for want of time: how long to wait before it is asked again."""
 
 
 class _OverSocket(http.client.HTTPConnection):
@@ -80,7 +73,7 @@ class Transport:
         text = self._text(method, path, headers) + body
         connection = self._take()
         try:
-            told, keep = self._exchange(connection, method, text, timeout_s)
+            told, keep = self._exchange(connection, text, timeout_s)
         except (OSError, http.client.HTTPException) as error:
             self._drop(connection)
             self._lost(error)
@@ -91,20 +84,14 @@ class Transport:
         self._give_back(connection, keep)
         return told
 
-    def _exchange(self, connection: http.client.HTTPConnection, method: str, text: bytes, timeout_s: float | None) -> tuple[Answer, bool]:
+    def _exchange(self, connection: http.client.HTTPConnection, text: bytes, timeout_s: float | None) -> tuple[Answer, bool]:
         """Sends a request whole and reads its answer; whether the connection can be used again."""
         wire = _opened(connection)
         wire.settimeout(timeout_s)
         # One that is answered before all of it was read is no reason to lose the answer.
         with contextlib.suppress(BrokenPipeError, ConnectionResetError):
             wire.sendall(text)
-        answer = http.client.HTTPResponse(wire, method=method)
-        try:
-            answer.begin()
-            told = Answer(answer.status, answer.read(), _seconds(answer.getheader("Retry-After")))
-        finally:
-            answer.close()
-        return told, not answer.will_close
+        return answers.read(wire)
 
     def hold(self, path: str, more: Mapping[str, str]) -> http.client.HTTPConnection:
         """A request on a connection of its own whose answer the caller waits for, and which he gives back to `release`."""
@@ -227,13 +214,6 @@ def readable(within_s: float, *descriptors: socket.socket | int) -> list[int]:
     for descriptor in descriptors:
         poll.register(descriptor, select.POLLIN)
     return [descriptor for descriptor, _ in poll.poll(within_s * 1e3)]
-
-
-def _seconds(text: str | None) -> float:
-    try:
-        return min(max(float(text or 0.0), 0.01), 10.0)
-    except ValueError:
-        return 1.0
 
 
 def _reason(error: Exception | None) -> str:

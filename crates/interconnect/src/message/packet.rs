@@ -124,13 +124,12 @@ impl<'a> Repr<'a> {
             Content::RowsPopped { count } => (5, count, 0, 0, &[]),
             Content::RoomKnown { count } => (6, count, 0, 0, &[]),
         };
-        let mut bytes = Vec::with_capacity(PAYLOAD - CONTENT + payload.len());
-        bytes.extend_from_slice(&kind.to_le_bytes());
-        for word in [self.connection, sequence, number, time_ns.cast_unsigned()] {
-            bytes.extend_from_slice(&word.to_le_bytes());
+        let mut head = [0; PAYLOAD - CONTENT];
+        head[..4].copy_from_slice(&kind.to_le_bytes());
+        for (field, word) in head[4..].chunks_exact_mut(8).zip([self.connection, sequence, number, time_ns.cast_unsigned()]) {
+            field.copy_from_slice(&word.to_le_bytes());
         }
-        bytes.extend_from_slice(payload);
-        sealed(&bytes)
+        sealed_parts(&[&head, payload])
     }
 
     /// True for a packet to the writing end.
@@ -142,11 +141,16 @@ impl<'a> Repr<'a> {
 /// The packet of these bytes, all that comes after its length: with that length and their checksum.
 #[doc(hidden)]
 pub fn sealed(content: &[u8]) -> Vec<u8> {
-    let len = u32::try_from(CONTENT + content.len()).expect("groups and rows are far below 4 GiB");
-    let mut bytes = Vec::with_capacity(CONTENT + content.len());
+    sealed_parts(&[content])
+}
+
+/// As [`sealed`], of parts that lie apart: a group is copied once on its way into its packet.
+fn sealed_parts(parts: &[&[u8]]) -> Vec<u8> {
+    let len = CONTENT + parts.iter().map(|part| part.len()).sum::<usize>();
+    let mut bytes = Vec::with_capacity(len);
     bytes.resize(CHECKED, 0);
-    bytes.extend_from_slice(&len.to_le_bytes());
-    bytes.extend_from_slice(content);
+    bytes.extend_from_slice(&u32::try_from(len).expect("groups and rows are far below 4 GiB").to_le_bytes());
+    parts.iter().for_each(|part| bytes.extend_from_slice(part));
     let sum = checksum(&bytes[CHECKED..]);
     bytes[..CHECKED].copy_from_slice(&sum.to_le_bytes());
     bytes

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Answers of HTTP/1.1 (RFC 9112), read from a socket: what a call costs here is part of what a start from elsewhere costs, and the
+standard library's reader takes headers for those of an e-mail, which lasts longer than all else that a program does with a request.
+"""
+
+from __future__ import annotations
+
+import http.client
+import socket
+from typing import NamedTuple
+
+_ROOM = 1 << 16
+"""Bytes that are read at a time, and the longest head."""
+
+
+class Answer(NamedTuple):
+    """What the other side answered."""
+
+    status: int
+    body: bytes
+    again_s: float = 0.01
+    """Where it was refused for want of time: how long to wait before it is asked again."""
+
+
+def read(wire: socket.socket) -> tuple[Answer, bool]:
+    """The next answer, and whether the connection can be used again.
+
+    Raises `OSError` where none comes, `http.client.HTTPException` where what comes is none.
+    """
+    incoming = _Incoming(wire)
+    version, status, headers = _head(incoming.until(b"\r\n\r\n"))
+    while status < 200:
+        # What comes on the way to the answer, as 100 (Continue).
+        version, status, headers = _head(incoming.until(b"\r\n\r\n"))
+    body, to_the_end = _body(incoming, status, headers)
+    keep = version == b"HTTP/1.1" and headers.get(b"connection", b"").lower() != b"close" and not to_the_end and incoming.is_empty
+    return Answer(status, body, _seconds(headers.get(b"retry-after"))), keep
+
+
+class _Incoming:
+    """What comes over a socket, piece by piece."""
+
+    def __init__(self, wire: socket.socket) -> None:
+        self._wire = wire
+        self._came = b""
+        self._began = False
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether everything that came was taken."""
+        return not self._came
+
+    def until(self, mark: bytes) -> bytes:
+        """Everything before a mark, which is taken too."""
+        while (end := self._came.find(mark)) < 0:
+            if len(self._came) > _ROOM:
+                raise http.client.LineTooLong("head")
+            if not self._more():
+                if self._began:
+                    raise http.client.BadStatusLine(repr(self._came[:80]))
+                raise http.client.RemoteDisconnected("the other side has closed the connection")
+        taken, self._came = self._came[:end], self._came[end + len(mark) :]
+        return taken
+
+    def exactly(self, size: int) -> bytes:
+        """So many bytes."""
+        parts, missing = [self._came[:size]], size - len(self._came)
+        self._came = self._came[size:]
+        while missing > 0:
+            part = self._wire.recv(min(missing, _ROOM))
+            if not part:
+                raise http.client.IncompleteRead(b"".join(parts), missing)
+            parts.append(part)
+            missing -= len(part)
+        return b"".join(parts)
+
+    def rest(self) -> bytes:
+        """Everything to the end."""
+        while self._more():
+            pass
+        taken, self._came = self._came, b""
+        return taken
+
+    def _more(self) -> bool:
+        part = self._wire.recv(_ROOM)
+        self._came += part
+        self._began = self._began or bool(part)
+        return bool(part)
+
+
+def _head(text: bytes) -> tuple[bytes, int, dict[bytes, bytes]]:
+    """Version, status, and the headers by their names in lower case."""
+    first, *lines = text.split(b"\r\n")
+    version, _, told = first.partition(b" ")
+    if version not in (b"HTTP/1.1", b"HTTP/1.0") or not (told[:3].isdigit() and told[3:4] in (b"", b" ")):
+        raise http.client.BadStatusLine(repr(first[:80]))
+    named = (line.partition(b":") for line in lines)
+    return version, int(told[:3]), {name.lower(): value.strip() for name, _, value in named}
+
+
+def _body(incoming: _Incoming, status: int, headers: dict[bytes, bytes]) -> tuple[bytes, bool]:
+    """The body, and whether it lasted to the end of the connection."""
+    if status in (204, 304):
+        return b"", False
+    if headers.get(b"transfer-encoding", b"").lower() == b"chunked":
+        return b"".join(_chunks(incoming)), False
+    length = headers.get(b"content-length")
+    if length is None:
+        return incoming.rest(), True
+    if not length.isdigit():
+        raise http.client.BadStatusLine(f"a length of {length[:80]!r}")
+    return incoming.exactly(int(length)), False
+
+
+def _chunks(incoming: _Incoming) -> list[bytes]:
+    """The parts of a body whose length was not known when it began."""
+    parts: list[bytes] = []
+    while True:
+        size = incoming.until(b"\r\n").partition(b";")[0].strip()
+        if not size or size.strip(b"0123456789abcdefABCDEF"):
+            raise http.client.BadStatusLine(f"a part of length {size[:80]!r}")
+        part = incoming.exactly(int(size, 16))
+        if not part:
+            break
+        parts.append(part)
+        incoming.until(b"\r\n")
+    while incoming.until(b"\r\n"):
+        pass
+    return parts
+
+
+def _seconds(text: bytes | None) -> float:
+    try:
+        return min(max(float(text or 0.0), 0.01), 10.0)
+    except ValueError:
+        return 1.0
