@@ -98,7 +98,7 @@ def _say(addresses: list[str]) -> None:
 
 
 def _of_words(given: argparse.Namespace) -> system.System:
-    return system.System(given.name or "cell", given.clock or "monotonic", seed=given.seed or 0)
+    return system.System(given.name or "cell", given.clock or "monotonic", seed=given.seed or 0, adopt=given.journal is not None)
 
 
 def _of_program(given: argparse.Namespace) -> system.System:

@@ -120,7 +120,8 @@ impl Journal {
 
     /// Whether a call is any of its business.
     pub fn concerns(call: &Call) -> bool {
-        call.role >= Role::Configure || OPERATING.contains(&call.name)
+        // Taking over is of this life of the daemon alone.
+        (call.role >= Role::Configure && call.name != "take_over") || OPERATING.contains(&call.name)
     }
 
     /// Before something is made that cannot go unrecorded: there is room for its line. Errors: `AuditFailed`, nothing is done.

@@ -14,6 +14,7 @@ use serde_json::{Map, Value as Json, json};
 use session::Answered;
 use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
+use supervisor::{Anew, OfProcessor, TakenOver};
 
 /// How often it is said how far it has come.
 const SAY: Duration = Duration::from_secs(1);
@@ -90,6 +91,7 @@ pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dy
     if !suspended.is_empty() {
         player.watcher.tell(&format!("{} verb instances were suspended and are not started again", suspended.len()));
     }
+    player.take_over();
     let Player { instances, failures, total, .. } = player;
     if total > 0 {
         watcher.tell(&format!("played {total} of {total} calls, {} of them failed", failures.len()));
@@ -169,6 +171,18 @@ impl Player<'_> {
         self.watcher.tell(&told);
         self.service.system.log_journal(&told);
         self.failures.push(Refusal::new(Class::InvalidState, told).remedy(remedy));
+    }
+
+    /// What runs in processes that lost the daemon before this one goes on as it is now here. Everything is there again, so that it finds
+    /// its successors; until now nothing of this system has reached a device there.
+    fn take_over(&mut self) {
+        match self.service.system.take_over() {
+            Ok(TakenOver { processors }) => processors.iter().for_each(|of| {
+                self.watcher.tell(&taken(of));
+                of.anew.iter().for_each(|Anew { block, why }| self.watcher.tell(&format!("  {block} begins anew: {why}")));
+            }),
+            Err(refusals) => self.failed(format!("taking over what runs failed: {}", text(&Failure::from(refusals))), "call take_over again"),
+        }
     }
 
     fn line(&mut self, line: &Line) -> Result<(), Failure> {
@@ -274,6 +288,16 @@ fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) ->
         Answered::Done(result) => Ok(result),
         Answered::Waiting { .. } => Err(Failure::new(Class::CallError, format!("call '{name}' lasts, and cannot be played"), "delete that line")),
     }
+}
+
+/// What has become of a processor that lost its daemon.
+fn taken(of: &OfProcessor) -> String {
+    let OfProcessor { name, carried, ended, gap_ns, .. } = of;
+    if !of.is_adopted {
+        return format!("processor '{name}' begins anew: no process of it was left");
+    }
+    let held = gap_ns.map_or(String::new(), |gap_ns| format!("; outputs held for {:.1} ms", gap_ns as f64 * 1e-6));
+    format!("processor '{name}' was taken over: {} blocks go on, {} have ended{held}", carried.len(), ended.len())
 }
 
 fn caller(by: &By) -> Caller {

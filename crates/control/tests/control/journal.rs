@@ -322,6 +322,18 @@ fn playing_can_be_ended_and_leaves_the_journal_as_it_was() {
 }
 
 #[test]
+fn a_file_that_has_grown_is_written_anew_while_it_is_served() {
+    let rig = kept();
+    let session = rig.commander("panel");
+    for letter in ["a", "b", "c", "d", "e", "f"] {
+        rig.call(&session, "define_alarm", json!({ "code": "hot", "text": letter.repeat(900_000) }));
+    }
+    assert!(text(&rig.folder).len() < 2_000_000);
+    let (rig, _) = again(killed(&rig));
+    assert_eq!(count(&rig.folder), 2);
+}
+
+#[test]
 fn what_only_operates_is_not_recorded() {
     let rig = kept();
     let session = rig.commander("panel");
