@@ -107,7 +107,7 @@ pub struct Damage {
 pub fn read(bytes: &[u8]) -> Result<Read, Damage> {
     let (whole, rest) = bytes.split_at(bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1));
     let mut texts = whole.strip_suffix(b"\n").unwrap_or(whole).split(|byte| *byte == b'\n').enumerate().map(|(at, text)| (at + 1, text));
-    let head: Head = texts.next().map_or_else(|| Err(Damage { line: 1, why: "it is empty".to_owned() }), |(_, text)| parsed(1, text))?;
+    let head: Head = parsed(1, texts.next().expect("what is split has one part at the least").1)?;
     if head.format != FORMAT {
         return Err(Damage { line: 1, why: format!("its format is {:?}, not {FORMAT:?}", head.format) });
     }

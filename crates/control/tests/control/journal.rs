@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A daemon that dies and starts again: what it knows then, what runs, and what it refuses.
-use crate::rig::{Folder, Rig, Told, class, receive, send, wave};
-use control::Options;
+use crate::rig::{Folder, Rig, Told, class, receive, send, system, wave};
+use control::{Options, Server};
 use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 use std::os::unix::fs::PermissionsExt;
@@ -32,16 +32,14 @@ fn again(left: Folder) -> (Rig, Vec<String>) {
     (rig, told.0)
 }
 
-fn refused(left: Folder, change: impl FnOnce(&mut Options)) -> String {
-    let mut options = options(&left);
+/// Why no daemon starts on what is left, which it leaves as it was.
+fn refused(left: &Folder, change: impl FnOnce(&mut Options), watcher: &mut Told) -> String {
+    let mut options = options(left);
     change(&mut options);
-    let before = std::fs::read(left.file("j")).expect("it is there");
-    let path = left.file("j");
-    let refusals = match Rig::within(left, "virtual", &options, &mut Told::default()) {
-        Ok(rig) => panic!("it starts: {}", text(&rig.folder)),
-        Err(refusals) => refusals,
-    };
-    drop((before, path));
+    let before = std::fs::read_to_string(options.journal.as_ref().expect("given")).expect("text");
+    let refusals = Server::start_watched(system("virtual"), &options, watcher).err().expect("refused");
+    assert_eq!(std::fs::read_to_string(options.journal.expect("given")).expect("text"), before, "it was not touched");
+    assert!(!options.socket.expect("given").exists(), "nothing listens");
     refusals.iter().map(ToString::to_string).collect()
 }
 
@@ -157,7 +155,7 @@ fn an_end_that_nobody_called_for_is_known_too() {
     let mut verb = level("hold", "continue");
     verb["blocks"]["clock"] = json!({ "block": { "subroutine": "library.time_limit" }, "constants": { "limit": 0.003 } });
     verb["command_lists"]["start"]["commands"].as_array_mut().expect("a list").push(json!({ "command": "activate", "block": "clock", "every_ns": 1_000_000 }));
-    verb["conditions"] = json!({ "over": { "on": ["clock.expired"], "normal": true } });
+    verb["conditions"] = json!({ "over": { "on": ["clock.expired"] } });
     rig.call(&session, "define_verb", verb);
     let id = made(&rig, &session, "hold", "a");
     rig.call(&session, "start", json!({ "instance": id }));
@@ -236,7 +234,8 @@ fn a_call_that_fails_is_named_and_with_strict_it_ends_the_start() {
     assert!(told[0].contains(expected) && told[1] == "played 1 of 1 calls, 1 of them failed", "{told:?}");
     assert!(after.system.log_since(0).iter().any(|entry| entry.kind == "journal" && entry.text.contains(expected)));
     assert!(text(&after.folder).contains("nothing"), "it is kept for a daemon that can make it");
-    assert!(refused(changed(r#""double""#, r#""nothing""#), |options| options.journal_strict = true).contains(expected));
+    let strict = changed(r#""double""#, r#""nothing""#);
+    assert!(refused(&strict, |options| options.journal_strict = true, &mut Told::default()).contains(expected));
     let (_, told) = again(changed(r#""role":"download""#, r#""role":"operate""#));
     assert!(told[0].contains("'svv' needs the role configure"), "{told:?}");
     let (_, told) = again(changed(r#""arguments""#, r#""withheld":["token"],"arguments""#));
@@ -266,18 +265,13 @@ fn a_file_that_is_not_of_this_daemon_is_refused_and_left_alone() {
     rig.call(&session, "svv", json!({ "name": "x", "type_text": "double" }));
     let refusal = |changed: &dyn Fn(String) -> String| {
         let left = killed(&rig);
-        let (path, before) = (left.file("j"), changed(text(&left)));
-        std::fs::write(&path, &before).expect("ours");
-        let elsewhere = std::fs::canonicalize(&path).expect("it is there");
-        let options = options(&left);
-        let refusals = Rig::within(Folder(left.0.clone()), "virtual", &options, &mut Told::default()).err().expect("refused");
-        assert!(!elsewhere.exists() || std::fs::read_to_string(&elsewhere).expect("text") == before, "it was not touched");
-        refusals[0].to_string()
+        std::fs::write(left.file("j"), changed(text(&left))).expect("ours");
+        refused(&left, |_| {}, &mut Told::default())
     };
     assert!(refusal(&|text| text.replace("\"line\":\"call\"", "\"line\":\"cal\"")).contains("line 2: unknown variant"));
     assert!(refusal(&|text| text.replace("\"version\":1", "\"version\":2")).contains("line 1: it has version 2"));
     assert!(refusal(&|text| text.replace("\"cell\"", "\"press\"")).contains("is of system 'press', this is 'cell'; start the daemon under that --name"));
-    assert!(refusal(&|_| "something else".to_owned()).contains("line 1: it is empty"));
+    assert!(refusal(&|_| "something else".to_owned()).contains("line 1: EOF"));
     assert!(refusal(&|text| text + "\n").contains("line 3: EOF"));
 }
 
@@ -299,10 +293,8 @@ fn a_last_line_that_was_cut_short_is_left_out_and_told() {
 #[test]
 fn a_journal_is_one_daemons() {
     let rig = kept();
-    let second = Options { socket: Some(rig.folder.file("t")), ..options(&rig.folder) };
-    let refusals = Rig::within(Folder::new(), "virtual", &second, &mut Told::default()).err().expect("it is taken");
-    assert!(refusals[0].message.contains("another daemon keeps the journal"), "{refusals:?}");
-    assert!(!rig.folder.file("t").exists(), "nothing listens");
+    let elsewhere = |options: &mut Options| options.socket = Some(rig.folder.file("t"));
+    assert!(refused(&rig.folder, elsewhere, &mut Told::default()).contains("another daemon keeps the journal"));
 }
 
 #[test]
@@ -313,12 +305,8 @@ fn playing_can_be_ended_and_leaves_the_journal_as_it_was() {
     let id = made(&rig, &session, "hold", "a");
     rig.call(&session, "start", json!({ "instance": id }));
     let left = killed(&rig);
-    let (before, path) = (text(&left), left.file("j"));
-    let mut told = Told(Vec::new(), 4);
-    let options = options(&left);
-    let ended = Rig::within(Folder(left.0.clone()), "virtual", &options, &mut told).err().expect("ended");
-    assert!(ended[0].message.contains("ended when 1 of 4 calls of its journal were played"), "{ended:?}");
-    assert!(!path.exists() || std::fs::read_to_string(&path).expect("text") == before);
+    let ended = refused(&left, |_| {}, &mut Told(Vec::new(), 4));
+    assert!(ended.contains("ended when 1 of 4 calls of its journal were played"), "{ended:?}");
 }
 
 #[test]

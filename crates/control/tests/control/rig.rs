@@ -109,9 +109,10 @@ impl Rig {
         receive(&mut stream)
     }
 
-    /// A call of a session that is answered.
+    /// A call of a session, or of none, that is answered.
     pub fn call(&self, session: &str, name: &str, arguments: Json) -> Json {
-        let (status, answer) = self.ask("POST", &format!("/v1/call/{name}"), &[("opengpac-session", session)], &arguments.to_string());
+        let headers: &[(&str, &str)] = if session.is_empty() { &[] } else { &[("opengpac-session", session)] };
+        let (status, answer) = self.ask("POST", &format!("/v1/call/{name}"), headers, &arguments.to_string());
         assert_eq!(status, 200, "{name}: {answer}");
         answer["result"].clone()
     }
