@@ -40,7 +40,7 @@ def daemons(tmp_path: Path) -> Iterator[list[Daemon]]:
     """The daemons of one journal; nothing of them is left over."""
     made: list[Daemon] = []
     yield made
-    for one in made:
+    for one in reversed(made):
         one.stop()
     until(lambda: _native.plant_state(NAME) is None, "the plant has gone")
     assert shared_memory(NAME) == []
@@ -54,7 +54,7 @@ def start(daemons: list[Daemon], folder: Path) -> Daemon:
 def build(cell: gpac.System) -> Joint:
     """A joint whose servo runs in a process of its own, and whose plant is in another one."""
     rtp1 = cell.processor("rtp1", process=True)
-    fast = rtp1.timer("fast", period="2 ms", priority=80)
+    fast = rtp1.timer("fast", period="1 ms", priority=80)
     rtp1.timer("slow", period="20 ms", priority=60)
     plant = gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=NAME, step="1 ms", linger="10 s")
     drives = rtp1.physical_device("drives", plant, exchange=fast)
