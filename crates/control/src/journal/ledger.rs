@@ -31,7 +31,7 @@ const REPLACED: &[(&str, &[&str])] = &[
 /// Calls that delete what another one has made, with the calls that go with it: (deletes, its makers by the argument that names it).
 const DELETED: &[(&str, &[(&str, &str)])] = &[
     ("delete_svv", &[("svv", "name")]),
-    ("delete_device", &[("device", "name"), ("enable", "name"), ("set_device_parameter", "name"), ("exchange_verb", "device")]),
+    ("delete_device", &[("device", "name"), ("set_device_parameter", "name"), ("exchange_verb", "device")]),
     ("delete_physical_device", &[("physical_device", "name"), ("emergency_stop_input", "device"), ("enabling_switch", "device"), ("raises", "device")]),
 ];
 
@@ -206,6 +206,9 @@ impl Ledger {
     fn configure(&mut self, at: usize, line: Line) {
         let Line::Call { call, arguments, .. } = &line else { return };
         if let Some((_, makers)) = DELETED.iter().find(|(deletes, _)| deletes == call) {
+            if let Some(device) = arguments.get("name").and_then(Json::as_str).filter(|_| call == "delete_device") {
+                self.end(&Subject::Device(device.to_owned()));
+            }
             let count = self.kept.len();
             self.kept.retain(|kept| !makers.iter().any(|(maker, by)| is_call(&kept.line, maker, &[(by, arguments.get("name"))])));
             if self.kept.len() < count {

@@ -79,7 +79,7 @@ fn what_was_configured_is_there_again_and_what_was_deleted_or_refused_is_not() {
     let rig = kept();
     let session = rig.commander("panel");
     rig.call(&session, "processor", json!({ "name": "rtp1" }));
-    rig.call(&session, "svv", json!({ "name": "x", "type_text": "double", "initial": 0.1 }));
+    rig.call(&session, "svv", json!({ "name": "x", "type_text": "double" }));
     rig.call(&session, "svv", json!({ "name": "gone", "type_text": "double" }));
     rig.call(&session, "delete_svv", json!({ "name": "gone" }));
     rig.call(&session, "define_verb", level("hold", "continue"));
