@@ -53,11 +53,12 @@ def plant_state(name: str) -> str | None:
     {"is_safe", "obeyed_ns": monotonic, "steps", "failed": text or null, "readings": bytes, "pid"}.
     """
 
-def serve(system: System, options_json: str, ready: Callable[[list[str]], object]) -> None:
-    """Serves a system over the control interface until a signal's exception comes; `ready` gets the addresses first.
+def serve(system: System, options_json: str, tell: Callable[[str], object], ready: Callable[[list[str]], object]) -> None:
+    """Serves a system over the control interface until a signal's exception comes; `tell` hears what its journal comes to, line by
+    line, then `ready` gets the addresses.
 
-    options: {"socket", "listen", "tls_cert", "tls_key", "client_ca", "tokens", "audit": text, "insecure_loopback": bool, "hosts",
-    "origins": [text]}, each may be left out. Nothing listens where something is refused.
+    options: {"socket", "listen", "tls_cert", "tls_key", "client_ca", "tokens", "audit", "journal": text, "journal_strict",
+    "insecure_loopback": bool, "hosts", "origins": [text]}, each may be left out. Nothing listens where something is refused.
     """
 
 def socket_path(name: str) -> str:

@@ -36,6 +36,10 @@ def add_to(commands: Any) -> None:
     rts.add_argument("--client-ca", metavar="PEM", help="who signs client certificates")
     rts.add_argument("--tokens", metavar="FILE", help="made by opengpac token new")
     rts.add_argument("--audit", metavar="FILE", help="who commanded what, appended; default: beside the socket")
+    rts.add_argument(
+        "--journal", metavar="FILE", help="the calls that made the system what it is, appended; a daemon that starts again makes them again"
+    )
+    rts.add_argument("--journal-strict", action="store_true", help="ends the start where a call of the journal fails")
     rts.add_argument("--insecure-loopback", action="store_true", help="whoever is on this machine may observe over TCP without a token")
     rts.add_argument("--host", action="append", default=[], metavar="NAME", help="a name by which requests may call this machine")
     rts.add_argument("--origin", action="append", default=[], metavar="URL", help="a site whose pages may call")
@@ -70,6 +74,7 @@ def _rts(given: argparse.Namespace) -> int:
     options = {
         "socket": given.socket, "listen": given.listen, "tls_cert": given.tls_cert, "tls_key": given.tls_key,
         "client_ca": given.client_ca, "tokens": given.tokens, "audit": given.audit,
+        "journal": given.journal, "journal_strict": given.journal_strict,
         "insecure_loopback": given.insecure_loopback, "hosts": given.host, "origins": given.origin,
     }  # fmt: skip
     try:
@@ -77,10 +82,14 @@ def _rts(given: argparse.Namespace) -> int:
         embedded = served._alive()
         assert isinstance(embedded, _native.System)
         with served, refusals:
-            _native.serve(embedded, json.dumps({k: v for k, v in options.items() if v is not None}), _say)
+            _native.serve(embedded, json.dumps({k: v for k, v in options.items() if v is not None}), _tell, _say)
     except KeyboardInterrupt:
         pass
     return 0
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
 
 
 def _say(addresses: list[str]) -> None:
@@ -89,7 +98,7 @@ def _say(addresses: list[str]) -> None:
 
 
 def _of_words(given: argparse.Namespace) -> system.System:
-    return system.System(given.name or "cell", given.clock or "monotonic", seed=given.seed or 0)
+    return system.System(given.name or "cell", given.clock or "monotonic", seed=given.seed or 0, adopt=given.journal is not None)
 
 
 def _of_program(given: argparse.Namespace) -> system.System:

@@ -39,6 +39,22 @@ def test_the_requests_of_the_page_are_answered_as_it_says(tmp_path: Path) -> Non
     assert not (tmp_path / "cell.sock").exists()
 
 
+def test_the_journal_of_the_page_is_played(tmp_path: Path) -> None:
+    paths = [str(Path(_native.__file__).parent.parent), os.environ.get("PYTHONPATH", "")]
+    command = tmp_path / "opengpac"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m opengpac "$@"\n')
+    command.chmod(0o700)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths)), "PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    page = list(listings(PAGE))
+    done_by = next(listing for listing in page if "journal" in listing.words)
+    prints = next(listing for listing in page if "journaled" in listing.words)
+    done = subprocess.run(
+        ["sh", "-e"], input=done_by.text + "wait\n", cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=120, check=True
+    )
+    assert_prints(prints, prints.text, done.stdout)
+    assert not (tmp_path / "cell.sock").exists()
+
+
 def test_the_table_of_roles_is_that_of_the_code() -> None:
     schemas = json.loads((ROOT / "crates" / "control" / "schemas" / "control-v1.json").read_text())
     rows = re.findall(r"^\| `(\w+)` \| (.*) \|$", PAGE.read_text(), re.MULTILINE)

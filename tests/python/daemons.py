@@ -55,7 +55,10 @@ class Daemon:
     def kill(self) -> None:
         """Kills it, as a fault would."""
         self.process.kill()
-        self.process.communicate()
+        self.process.wait()
+        # Processes that outlive it have its output too: an end of that does not come.
+        assert self.process.stdout is not None
+        self.process.stdout.close()
         self.killed = True
 
     def stop(self) -> None:

@@ -2,7 +2,7 @@
 //! Serving a system over the control interface, and the file of tokens. Conversions only.
 use crate::convert::{from_json, interpreter, refused, to_json};
 use crate::system::System;
-use control::{Options, Role, Server, tokens};
+use control::{Options, Role, Server, Watcher, tokens};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -11,13 +11,38 @@ use std::time::Duration;
 /// How long serving goes on without looking at signals.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Serves a system until a signal's exception comes; `ready` is called with the addresses first.
+/// Hears what a daemon tells while its journal is played, and ends that where a signal's exception comes.
+struct Starting {
+    tell: Py<PyAny>,
+    ended: Option<PyErr>,
+}
+
+impl Watcher for Starting {
+    fn tell(&mut self, text: &str) {
+        let told = Python::attach(|py| self.tell.call1(py, (text,)).map(|_| ()));
+        self.ended = self.ended.take().or(told.err());
+    }
+
+    fn goes_on(&mut self) -> bool {
+        if self.ended.is_none() {
+            self.ended = Python::attach(|py| py.check_signals()).err();
+        }
+        self.ended.is_none()
+    }
+}
+
+/// Serves a system until a signal's exception comes; `tell` hears what its journal comes to, then `ready` is called with the addresses.
 #[pyfunction]
-pub fn serve(py: Python<'_>, system: &System, options_json: &str, ready: &Bound<'_, PyAny>) -> PyResult<()> {
+pub fn serve(py: Python<'_>, system: &System, options_json: &str, tell: Py<PyAny>, ready: &Bound<'_, PyAny>) -> PyResult<()> {
     let mut options: Options = from_json(options_json)?;
     options.python = Some(interpreter(py)?);
     let shared = system.shared();
-    let mut server = py.detach(|| Server::start(shared, &options)).map_err(refused)?;
+    let mut starting = Starting { tell, ended: None };
+    let started = py.detach(|| Server::start_watched(shared, &options, &mut starting));
+    if let Some(ended) = starting.ended {
+        return Err(ended);
+    }
+    let mut server = started.map_err(refused)?;
     let mut looked = ready.call1((server.addresses().to_vec(),)).map(|_| ());
     while looked.is_ok() {
         py.detach(|| std::thread::sleep(LOOK));

@@ -74,6 +74,11 @@ impl Files {
         fs::metadata(self.folder.join("content").join(sha256)).ok().map(|about| about.len())
     }
 
+    /// The bytes of a file; nothing where it is not there.
+    pub fn bytes(&self, sha256: &str) -> Option<Vec<u8>> {
+        if is_sha256(sha256) { fs::read(self.folder.join("content").join(sha256)).ok() } else { None }
+    }
+
     /// Runs something on a file of this name in a folder of its own, which is removed afterwards.
     pub fn with<T>(&self, name: &str, bytes: &[u8], run: impl FnOnce(&Path) -> T) -> Result<T, Failure> {
         let is_plain = matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(_)]);

@@ -6,6 +6,7 @@ use crate::calls;
 use crate::code;
 use crate::failure::Failure;
 use crate::files::{FILE_MAX, check_digest};
+use crate::journal::lines::By;
 use crate::role::Role;
 use crate::service::{Presence, Service};
 use crate::stream;
@@ -160,8 +161,11 @@ async fn open_session(State(service): Shared, Extension(caller): Extension<Calle
 async fn close_session(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
     let presence = needed(present(&service, &headers, &caller)?)?;
     let act = Act::new(&caller, &presence.name, "close_session", b"");
-    service.recorded(&act, Role::Operate, || service.sessions.close(&presence.id))?;
-    Ok(Json(json!({ "result": null })))
+    apart(move || {
+        service.recorded(&act, Role::Operate, || service.close_session(&presence.id))?;
+        Ok(Json(json!({ "result": null })))
+    })
+    .await
 }
 
 async fn heartbeat(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
@@ -271,7 +275,8 @@ async fn module(
             service.sessions.require_command(presence.as_ref().map(|p| p.name.as_str()))?;
             check_digest(&named.sha256, &given, "the module")?;
             code::check_target(&name, &named, &given)?;
-            Ok(Json(json!({ "result": service.download(&name, &named.file, &given)? })))
+            let by = By::of(&caller, presence.as_ref().map_or("", |p| &p.name));
+            Ok(Json(json!({ "result": service.download_kept(&name, &named, &given, by)? })))
         })
     })
     .await

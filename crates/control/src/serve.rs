@@ -3,6 +3,8 @@
 use crate::audit::Audit;
 use crate::caller::Gate;
 use crate::files::Files;
+use crate::journal::Journal;
+use crate::journal::play::{Unwatched, Watcher, play};
 use crate::listen::{self, Listener};
 use crate::rates::Rates;
 use crate::service::{Service, WAITS_MAX};
@@ -45,6 +47,10 @@ pub struct Options {
     pub origins: Vec<String>,
     /// The interpreter that tries code modules; default `python3`.
     pub python: Option<String>,
+    /// The file that keeps the calls which made the system what it is; they are made again at the start.
+    pub journal: Option<PathBuf>,
+    /// Ends the start where a call of the journal fails.
+    pub journal_strict: bool,
 }
 
 /// How often sessions are looked after.
@@ -116,7 +122,7 @@ fn host_name() -> Option<String> {
     Some(name.trim().to_owned()).filter(|name| !name.is_empty())
 }
 
-fn service(system: Arc<System>, options: &Options, socket: &Path) -> Result<Service, Refusals> {
+fn service(system: Arc<System>, options: &Options, socket: &Path, journal: Option<Journal>) -> Result<Service, Refusals> {
     let beside = || socket.with_extension("audit.jsonl");
     let audit = options.audit.clone().unwrap_or_else(beside);
     let tokens =
@@ -136,6 +142,7 @@ fn service(system: Arc<System>, options: &Options, socket: &Path) -> Result<Serv
         failures: Rates::new(10.0, 20.0),
         waits: Arc::new(Semaphore::new(WAITS_MAX)),
         files: Files::new().map_err(|why| refuse(format!("cannot make a folder for files: {why}"), "make room among the temporary files"))?,
+        journal,
         python: options.python.clone().unwrap_or_else(|| "python3".to_owned()),
     })
 }
@@ -143,10 +150,18 @@ fn service(system: Arc<System>, options: &Options, socket: &Path) -> Result<Serv
 impl Server {
     /// Serves a system. Nothing listens where something is refused.
     pub fn start(system: Arc<System>, options: &Options) -> Result<Server, Refusals> {
+        Server::start_watched(system, options, &mut Unwatched)
+    }
+
+    /// The same, with somebody who hears what the journal comes to and may end its playing. It is played before anybody is answered.
+    pub fn start_watched(system: Arc<System>, options: &Options, watcher: &mut dyn Watcher) -> Result<Server, Refusals> {
+        if options.journal_strict && options.journal.is_none() {
+            return Err(refuse("--journal-strict is given and there is no journal", "add --journal FILE"));
+        }
         let path = options.socket.clone().unwrap_or_else(|| socket::default_path(system.name()));
         let tcp = tcp(options)?;
         let bound = socket::bind(&path, options.socket.is_none())?;
-        let served = Server::serve(system, options, bound, &path, tcp);
+        let served = Server::serve(system, options, bound, &path, tcp, watcher);
         if served.is_err() {
             // What was bound is of no use to anybody; the refusal is what is told.
             let _gone = std::fs::remove_file(&path);
@@ -154,8 +169,20 @@ impl Server {
         served
     }
 
-    fn serve(system: Arc<System>, options: &Options, bound: UnixListener, path: &Path, tcp: Option<Tcp>) -> Result<Server, Refusals> {
-        let service = Arc::new(service(system, options, path)?);
+    fn serve(
+        system: Arc<System>,
+        options: &Options,
+        bound: UnixListener,
+        path: &Path,
+        tcp: Option<Tcp>,
+        watcher: &mut dyn Watcher,
+    ) -> Result<Server, Refusals> {
+        let (journal, told) = options.journal.as_deref().map(|file| Journal::open(file, system.name())).transpose()?.unzip();
+        told.into_iter().flatten().for_each(|text| watcher.tell(&text));
+        let service = Arc::new(service(system, options, path, journal)?);
+        if let Some(journal) = &service.journal {
+            play(&service, journal, options.journal_strict, watcher)?;
+        }
         let failed = |why: std::io::Error| refuse(format!("cannot serve: {why}"), "close other programs and try again");
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
@@ -198,6 +225,9 @@ impl Server {
             // The socket may have gone with its folder.
             let _gone = std::fs::remove_file(&self.socket);
             runtime.shutdown_timeout(Duration::from_secs(2));
+            if let Some(journal) = &self.service.journal {
+                journal.end(&self.service.system);
+            }
         }
     }
 }

@@ -3,8 +3,11 @@
 use crate::audit::{Act, Audit};
 use crate::caller::{Caller, Gate};
 use crate::calls::Call;
+use crate::code::Named;
 use crate::failure::Failure;
 use crate::files::Files;
+use crate::journal::Journal;
+use crate::journal::lines::By;
 use crate::rates::Rates;
 use crate::role::Role;
 use crate::sessions::Sessions;
@@ -32,6 +35,8 @@ pub struct Service {
     pub failures: Rates,
     pub waits: Arc<Semaphore>,
     pub files: Files,
+    /// What is recorded for a daemon that starts again.
+    pub journal: Option<Journal>,
     /// The interpreter that tries code modules.
     pub python: String,
 }
@@ -76,7 +81,7 @@ impl Service {
             _ if call.is_free() => Ok(()),
             _ => self.sessions.require_command(presence.map(|p| p.name.as_str())),
         });
-        self.recorded(&act, role, || allowed.and_then(|()| self.make(call, asked, presence)))
+        self.recorded(&act, role, || allowed.and_then(|()| self.kept(call, asked, caller, presence)))
     }
 
     /// Does something that the audit file records: with the role `configure` and above nothing is done that could not be written
@@ -96,6 +101,20 @@ impl Service {
             let _said = self.audit.write(act, &outcome);
         }
         result
+    }
+
+    /// Makes a call under the journal, where there is one: what configures is not made where its line would have no room.
+    fn kept(&self, call: &Call, asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
+        let Some(journal) = self.journal.as_ref().filter(|_| Journal::concerns(call)) else { return self.make(call, asked, presence) };
+        let arguments = asked.arguments.clone();
+        if call.role >= Role::Configure {
+            journal.ready(asked_text(&asked).len())?;
+            journal.keep_files(&arguments, &self.files)?;
+        }
+        let answer = self.make(call, asked, presence)?;
+        let by = By::of(caller, presence.map_or("", |p| &p.name));
+        journal.made(&self.system, call, arguments, &answer["result"], by)?;
+        Ok(answer)
     }
 
     fn make(&self, call: &Call, mut asked: Asked, presence: Option<&Presence>) -> Result<Json, Failure> {
@@ -162,14 +181,38 @@ impl Service {
             self.drain();
             if state == "deleted" || (matches!(state, "created" | "ended") && self.system.delete(instance).is_ok()) {
                 self.sessions.disown(instance);
+                if let Some(journal) = &self.journal {
+                    journal.deleted(&self.system, instance);
+                }
             }
         }
+        if let Some(journal) = &self.journal {
+            journal.look(&self.system);
+        }
+    }
+
+    /// Closes a session in order.
+    pub fn close_session(&self, id: &str) -> Result<(), Failure> {
+        let name = self.sessions.close(id)?;
+        if let Some(journal) = &self.journal {
+            journal.closed(&self.system, &name);
+        }
+        Ok(())
     }
 
     /// Number, name and state of instances that are still there.
     pub fn described(&self, instances: &[u64]) -> Vec<Json> {
         let there = instances.iter().filter_map(|id| Some((id, self.system.instance_json(*id).ok()?)));
         there.map(|(id, about)| json!({ "instance": id, "name": about["name"], "state": about["state"] })).collect()
+    }
+
+    /// Downloads a code module under the journal, where there is one.
+    pub fn download_kept(&self, name: &str, named: &Named, bytes: &[u8], by: By) -> Result<Json, Failure> {
+        let Some(journal) = &self.journal else { return self.download(name, &named.file, bytes) };
+        journal.ready_for_module(&named.sha256, bytes)?;
+        let about = self.download(name, &named.file, bytes)?;
+        journal.downloaded(&self.system, name, &named.file, &named.sha256, by)?;
+        Ok(about)
     }
 
     /// Downloads a code module from the bytes of a file. Places in messages name the file as the caller does.

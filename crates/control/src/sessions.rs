@@ -22,6 +22,9 @@ pub const SESSIONS_EACH_MAX: usize = 24;
 /// Reports that are kept for each.
 pub const REPORTS_MAX: usize = 256;
 
+/// What stands for the ID of a session of a daemon before this one: no ID, and not empty as that of a session that was never open.
+const RESTORED: &str = "restored";
+
 /// An end report that waits for its session.
 #[derive(Clone, Debug, Serialize)]
 pub struct Kept {
@@ -94,6 +97,27 @@ pub struct Listed {
     pub kept_reports: usize,
 }
 
+impl Session {
+    /// One that is lost, and has nothing.
+    fn of(caller: &Caller, now: Instant) -> Session {
+        Session {
+            id: String::new(),
+            who: caller.who.clone(),
+            role: caller.role,
+            from: caller.from.clone(),
+            alive: false,
+            seen: now,
+            lost_after: Duration::ZERO,
+            in_flight: 0,
+            holds: 0,
+            broken: false,
+            instances: BTreeSet::new(),
+            reports: VecDeque::new(),
+            lost_reports: 0,
+        }
+    }
+}
+
 impl State {
     fn of_id(&mut self, id: &str) -> Option<(&String, &mut Session)> {
         self.by_name.iter_mut().find(|(_, session)| session.alive && session.id == id)
@@ -158,25 +182,10 @@ impl Sessions {
             }
         } else {
             state.make_room(&caller.who)?;
-            let session = Session {
-                id: String::new(),
-                who: caller.who.clone(),
-                role: caller.role,
-                from: String::new(),
-                alive: true,
-                seen: now,
-                lost_after: Duration::ZERO,
-                in_flight: 0,
-                holds: 0,
-                broken: false,
-                instances: BTreeSet::new(),
-                reports: VecDeque::new(),
-                lost_reports: 0,
-            };
-            state.by_name.insert(asked.name.clone(), session);
+            state.by_name.insert(asked.name.clone(), Session::of(caller, now));
         }
         let session = state.by_name.get_mut(&asked.name).expect("it was there, or has just been put there");
-        let returned = !session.alive;
+        let returned = !session.alive && !session.id.is_empty();
         (session.id, session.role, session.from, session.seen) = (id.clone(), caller.role, caller.from.clone(), now);
         (session.alive, session.broken, session.lost_after) = (true, false, Duration::from_millis(asked.lost_after_ms));
         (session.in_flight, session.holds) = (0, 0);
@@ -191,6 +200,15 @@ impl Sessions {
             kept_reports: session.reports.len(),
             lost_reports: session.lost_reports,
         })
+    }
+
+    /// A session of a daemon before this one: it counts as lost, and its caller can come back to it. Nothing where there is one of that
+    /// name, or no room.
+    pub fn restore(&self, name: &str, caller: &Caller, now: Instant) {
+        let mut state = self.locked();
+        if !state.by_name.contains_key(name) && state.make_room(&caller.who).is_ok() {
+            state.by_name.insert(name.to_owned(), Session { id: RESTORED.to_owned(), ..Session::of(caller, now) });
+        }
     }
 
     /// A request of the session begins: a sign of life, and what its last answers told has arrived. The name of the session.

@@ -2,6 +2,7 @@
 //! What reads bytes that others wrote, one function each: a fuzzer may give it any bytes, and it neither panics nor takes for good
 //! what it would say differently. `fuzz/` drives them with libFuzzer; the tests here replay the corpus and change it at random.
 mod definitions;
+mod journal;
 mod packets;
 mod scripts;
 
@@ -19,6 +20,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("modules", modules),
     ("frames", scripts::frames),
     ("parcels", scripts::parcels),
+    ("journal", journal::journal),
 ];
 
 /// The type parser: a declaration, and after each further line break `name declaration` of a type that it may use. What was read

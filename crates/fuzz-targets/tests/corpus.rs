@@ -95,6 +95,11 @@ fn parcels_hold() {
 }
 
 #[test]
+fn journal_holds() {
+    hold("journal");
+}
+
+#[test]
 fn every_target_is_tested_and_has_a_corpus() {
     let text = include_str!("corpus.rs");
     for (name, _) in TARGETS {

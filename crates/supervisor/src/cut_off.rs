@@ -64,6 +64,11 @@ impl Core {
 }
 
 impl System {
+    /// Whether an instance goes on when the programming system that started it is cut off. False for one that is not there.
+    pub fn continues(&self, instance: u64) -> bool {
+        self.shared.locked().instances.get(&instance).is_some_and(|instance| instance.if_cut_off() == IfCutOff::Continue)
+    }
+
     /// Tells that the programming system `who`, which started these instances, is cut off: each that runs follows the word
     /// `if_cut_off` of its verb. Instances that have ended, or are not there any more, are passed over.
     pub fn abandon(&self, instances: &[u64], who: &str) -> Result<(), Refusals> {

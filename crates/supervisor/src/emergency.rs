@@ -157,6 +157,11 @@ impl System {
         })
     }
 
+    /// Why the emergency stop is latched; nothing where it is not.
+    pub fn latched(&self) -> Option<String> {
+        self.shared.locked().emergency.reason.clone()
+    }
+
     /// Lifts the latch; processors that were lost get a new process.
     pub fn reset(&self) -> Result<(), Refusals> {
         self.revive()?;

@@ -11,7 +11,7 @@ const ENTRIES_MAX: usize = 4096;
 pub struct Entry {
     pub sequence: u64,
     pub time_s: f64,
-    /// `start`, `admission`, `exchange`, `end`, `condition`, `transition`, `ending`, `fault`, `overrun`, `late`, `device`, `processor_lost`, `emergency_stop`, `lost`.
+    /// `start`, `admission`, `exchange`, `end`, `condition`, `transition`, `ending`, `fault`, `overrun`, `late`, `device`, `processor_lost`, `emergency_stop`, `lost`, `journal`.
     pub kind: &'static str,
     /// The verb instance, device or source it is about.
     pub about: String,

@@ -117,6 +117,13 @@ impl System {
         json!({ "name": module, "blocks": blocks, "types": definitions.catalog.modules.get(module) })
     }
 
+    /// Enters something into the log that whoever serves the system has to tell of its journal.
+    pub fn log_journal(&self, text: &str) {
+        let mut core = self.shared.locked();
+        let now_ns = core.host.now_ns();
+        core.log.add(now_ns, "journal", "system", text);
+    }
+
     /// Entries of the log from number `sequence` on.
     pub fn log_since(&self, sequence: u64) -> Vec<crate::log::Entry> {
         self.shared.locked().log.since(sequence)

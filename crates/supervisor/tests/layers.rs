@@ -25,7 +25,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("control", &["opengpac", "model", "supervisor", "session"]),
     ("bindings", &["opengpac", "model", "guard", "drivers", "supervisor", "session", "places", "control"]),
     ("c-package", &["session"]),
-    ("fuzz-targets", &["opengpac", "model", "interconnect", "kernel", "modules", "library", "rtp"]),
+    ("fuzz-targets", &["opengpac", "model", "interconnect", "kernel", "modules", "library", "rtp", "control"]),
 ];
 
 /// What some crates must not know of the world.

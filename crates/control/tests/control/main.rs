@@ -3,6 +3,8 @@
 mod audit;
 mod files;
 mod gate;
+mod journal;
+mod ledger;
 mod rig;
 mod rights;
 mod schemas;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A served system in a folder of its own, and a client of a few lines.
-use control::{Options, Server};
+use control::{Options, Server, Watcher};
 use serde_json::{Value as Json, json};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
@@ -52,6 +52,26 @@ pub fn wave(name: &str, policy: Json) -> Json {
     })
 }
 
+/// Keeps what it is told, and goes on as often as asked.
+pub struct Told(pub Vec<String>, pub usize);
+
+impl Default for Told {
+    fn default() -> Told {
+        Told(Vec::new(), usize::MAX)
+    }
+}
+
+impl Watcher for Told {
+    fn tell(&mut self, text: &str) {
+        self.0.push(text.to_owned());
+    }
+
+    fn goes_on(&mut self) -> bool {
+        self.1 = self.1.saturating_sub(1);
+        self.1 > 0
+    }
+}
+
 pub struct Rig {
     // Before the folder: it is stopped first.
     pub server: Server,
@@ -68,9 +88,14 @@ impl Rig {
         let folder = Folder::new();
         let mut options = Options { socket: Some(folder.file("s")), ..Options::default() };
         change(&mut options, &folder);
+        Rig::within(folder, clock, &options, &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"))
+    }
+
+    /// A served system in a folder that may have something from before.
+    pub fn within(folder: Folder, clock: &str, options: &Options, watcher: &mut dyn Watcher) -> Result<Rig, session::Refusals> {
         let system = system(clock);
-        let server = Server::start(system.clone(), &options).unwrap_or_else(|r| panic!("{r:?}"));
-        Rig { server, system, folder }
+        let server = Server::start_watched(system.clone(), options, watcher)?;
+        Ok(Rig { server, system, folder })
     }
 
     pub fn connect(&self) -> UnixStream {
@@ -84,9 +109,10 @@ impl Rig {
         receive(&mut stream)
     }
 
-    /// A call of a session that is answered.
+    /// A call of a session, or of none, that is answered.
     pub fn call(&self, session: &str, name: &str, arguments: Json) -> Json {
-        let (status, answer) = self.ask("POST", &format!("/v1/call/{name}"), &[("opengpac-session", session)], &arguments.to_string());
+        let headers: &[(&str, &str)] = if session.is_empty() { &[] } else { &[("opengpac-session", session)] };
+        let (status, answer) = self.ask("POST", &format!("/v1/call/{name}"), headers, &arguments.to_string());
         assert_eq!(status, 200, "{name}: {answer}");
         answer["result"].clone()
     }

@@ -15,6 +15,17 @@ fn the_committed_schemas_are_those_of_the_code() {
 }
 
 #[test]
+fn the_committed_schema_of_the_journal_is_that_of_the_code() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/schemas/journal-v1.json");
+    let now = serde_json::to_string_pretty(&control::journal::lines::schema()).expect("JSON") + "\n";
+    if std::env::var_os("OPENGPAC_WRITE_SCHEMAS").is_some() {
+        std::fs::write(path, &now).expect("the folder is there");
+    }
+    let kept = std::fs::read_to_string(path).unwrap_or_default();
+    assert!(kept == now, "it has changed: run this test with OPENGPAC_WRITE_SCHEMAS=1, and count the version up where old files cannot be read");
+}
+
+#[test]
 fn every_reference_in_the_schemas_leads_somewhere() {
     fn look(of: &Json, all: &Json) {
         match of {

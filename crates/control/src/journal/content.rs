@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What calls refer to and a journal cannot hold in a line: code modules and files of models, by their SHA-256 in a folder beside it.
+use crate::journal::file;
+use crate::wire::is_sha256;
+use std::collections::BTreeSet;
+use std::fs::{self, DirBuilder, File, OpenOptions};
+use std::io::{self, Write};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+
+/// The folder beside a journal.
+pub struct Content {
+    folder: PathBuf,
+}
+
+impl Content {
+    /// The folder of this journal: `cell.journal.files`, mode 0700.
+    pub fn beside(journal: &Path) -> io::Result<Content> {
+        let folder = file::beside(journal, "files");
+        DirBuilder::new().recursive(true).mode(0o700).create(&folder)?;
+        Ok(Content { folder })
+    }
+
+    /// Keeps content under its digest; it is on the disk when this returns.
+    pub fn keep(&self, sha256: &str, bytes: &[u8]) -> io::Result<()> {
+        let path = self.folder.join(sha256);
+        if path.exists() {
+            return Ok(());
+        }
+        let new = file::beside(&path, "new");
+        // What a daemon that died in the middle of this has left.
+        let _gone = fs::remove_file(&new);
+        let mut written = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&new)?;
+        written.write_all(bytes)?;
+        written.sync_all()?;
+        fs::rename(&new, &path)?;
+        File::open(&self.folder)?.sync_all()
+    }
+
+    /// The bytes of a digest.
+    pub fn bytes(&self, sha256: &str) -> io::Result<Vec<u8>> {
+        if !is_sha256(sha256) {
+            return Err(io::Error::other("this is no SHA-256"));
+        }
+        fs::read(self.folder.join(sha256))
+    }
+
+    /// Removes what is none of these.
+    pub fn leave(&self, needed: &BTreeSet<String>) {
+        for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let ours = name.to_str().is_some_and(|name| is_sha256(name.trim_end_matches(".new")));
+            if ours && !name.to_str().is_some_and(|name| needed.contains(name)) {
+                // What stays takes room only; the next start tries again.
+                let _gone = fs::remove_file(entry.path());
+            }
+        }
+    }
+}

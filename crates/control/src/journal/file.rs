@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The file of a journal: one daemon's alone, appended to with a sync after each line, written anew as a whole beside itself.
+use crate::journal::lines::{Head, text};
+use rustix::fs::{FallocateFlags, fallocate};
+use rustix::io::Errno;
+use serde::Serialize;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::{Path, PathBuf};
+
+/// Room that is kept for lines beyond the one that is asked for, bytes.
+const AHEAD: u64 = 64 << 10;
+
+/// The open file. It is closed, and free for another daemon, when this goes.
+pub struct LogFile {
+    path: PathBuf,
+    /// Held as long as this lives; beside the file, because that is replaced.
+    _lock: File,
+    file: File,
+    /// Bytes that are there, and up to where room is reserved.
+    len: u64,
+    reserved: u64,
+    /// Bytes when it was last written as a whole.
+    rewritten: u64,
+}
+
+/// Why a journal is not to be had.
+#[derive(Debug)]
+pub enum Unavailable {
+    /// Another daemon has it.
+    Taken,
+    Failed(io::Error),
+}
+
+/// The lock of a journal, and the bytes that are there; nothing where there is no file, or an empty one.
+pub fn lock(path: &Path) -> Result<(File, Option<Vec<u8>>), Unavailable> {
+    let lock = OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(beside(path, "lock")).map_err(Unavailable::Failed)?;
+    lock.try_lock().map_err(|why| match why {
+        TryLockError::WouldBlock => Unavailable::Taken,
+        TryLockError::Error(why) => Unavailable::Failed(why),
+    })?;
+    match std::fs::read(path) {
+        Ok(bytes) => Ok((lock, Some(bytes).filter(|bytes| !bytes.is_empty()))),
+        Err(why) if why.kind() == io::ErrorKind::NotFound => Ok((lock, None)),
+        Err(why) => Err(Unavailable::Failed(why)),
+    }
+}
+
+/// A name beside a path: `cell.journal` → `cell.journal.lock`.
+pub fn beside(path: &Path, what: &str) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".");
+    name.push(what);
+    name.into()
+}
+
+/// The folder of a file.
+pub fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+impl LogFile {
+    /// The file with these lines, written anew, under a lock that is held already.
+    pub fn write<'a, T: Serialize + 'a>(path: &Path, lock: File, head: &Head, lines: impl Iterator<Item = &'a T>) -> io::Result<LogFile> {
+        let (file, len) = write_whole(path, head, lines)?;
+        Ok(LogFile { path: path.to_owned(), _lock: lock, file, len, reserved: len, rewritten: len })
+    }
+
+    /// Room for a line of this many bytes, so that it can be appended when what it tells has been done. Errors: there is none.
+    pub fn reserve(&mut self, bytes: u64) -> io::Result<()> {
+        let needed = self.len + bytes;
+        if needed <= self.reserved {
+            return Ok(());
+        }
+        let to = needed + AHEAD;
+        match fallocate(&self.file, FallocateFlags::KEEP_SIZE, self.len, to - self.len) {
+            Ok(()) => self.reserved = to,
+            // A file system that cannot promise room: what does not fit is seen when it is written.
+            Err(Errno::OPNOTSUPP | Errno::NOSYS) => {}
+            Err(why) => return Err(why.into()),
+        }
+        Ok(())
+    }
+
+    /// Appends a line; it is on the disk when this returns.
+    pub fn append(&mut self, line: &impl Serialize) -> io::Result<()> {
+        let text = text(line);
+        self.file.write_all(&text)?;
+        self.file.sync_data()?;
+        self.len += text.len() as u64;
+        Ok(())
+    }
+
+    /// Writes all lines anew and takes the place of what was there.
+    pub fn rewrite<'a, T: Serialize + 'a>(&mut self, head: &Head, lines: impl Iterator<Item = &'a T>) -> io::Result<()> {
+        let (file, len) = write_whole(&self.path, head, lines)?;
+        (self.file, self.len, self.reserved, self.rewritten) = (file, len, len, len);
+        Ok(())
+    }
+
+    /// Whether it has grown so much that most of it has probably cancelled itself out.
+    pub fn has_grown(&self) -> bool {
+        self.len > 4 * self.rewritten.max(1 << 20)
+    }
+}
+
+/// Writes a new file beside the path, syncs it, and moves it there: whoever looks sees the old one or the new one.
+fn write_whole<'a, T: Serialize + 'a>(path: &Path, head: &Head, lines: impl Iterator<Item = &'a T>) -> io::Result<(File, u64)> {
+    let new = beside(path, "new");
+    // What a daemon that died in the middle of this has left.
+    let _gone = std::fs::remove_file(&new);
+    let mut file = OpenOptions::new().append(true).create_new(true).mode(0o600).open(&new)?;
+    let mut bytes = text(head);
+    lines.for_each(|line| bytes.extend(text(line)));
+    file.write_all(&bytes)?;
+    file.sync_all()?;
+    std::fs::rename(&new, path)?;
+    File::open(folder(path))?.sync_all()?;
+    Ok((file, bytes.len() as u64))
+}

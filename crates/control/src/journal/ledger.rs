@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a journal comes to: the lines that still count, without what cancelled itself out, and the order in which they are played.
+use crate::journal::lines::{Line, State, Subject};
+use serde_json::{Map, Value as Json};
+
+/// A line that counts, and its number in the file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kept {
+    pub at: usize,
+    pub line: Line,
+}
+
+/// The lines that count.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ledger {
+    kept: Vec<Kept>,
+    /// The next number of an instance.
+    next: u64,
+}
+
+/// Calls of which only the last one counts, and the arguments that say of what.
+const REPLACED: &[(&str, &[&str])] = &[
+    ("set_mode", &[]),
+    ("enabling_switch", &[]),
+    ("restore_alarms", &[]),
+    ("set_device_parameter", &["name", "parameter"]),
+    ("exchange_verb", &["device"]),
+    ("define_alarm", &["code"]),
+];
+
+/// Calls that delete what another one has made, with the calls that go with it: (deletes, its makers by the argument that names it).
+const DELETED: &[(&str, &[(&str, &str)])] = &[
+    ("delete_svv", &[("svv", "name")]),
+    ("delete_device", &[("device", "name"), ("set_device_parameter", "name"), ("exchange_verb", "device")]),
+    ("delete_physical_device", &[("physical_device", "name"), ("emergency_stop_input", "device"), ("enabling_switch", "device"), ("raises", "device")]),
+];
+
+impl Ledger {
+    /// What these lines come to. Errors: the number of a line that goes with none before it, and why.
+    pub fn of(lines: impl IntoIterator<Item = (usize, Line)>) -> Result<Ledger, (usize, String)> {
+        let mut ledger = Ledger::default();
+        for (at, line) in lines {
+            ledger.take(at, line).map_err(|why| (at, why))?;
+        }
+        Ok(ledger)
+    }
+
+    /// A number that no instance of this journal has had since it was read.
+    pub fn fresh(&mut self) -> u64 {
+        self.next += 1;
+        self.next
+    }
+
+    /// The lines that count, in order.
+    pub fn lines(&self) -> impl Iterator<Item = &Kept> {
+        self.kept.iter()
+    }
+
+    /// Numbers the lines as they stand in a file that has them alone, behind its first line.
+    pub fn renumber(&mut self) {
+        self.kept.iter_mut().enumerate().for_each(|(index, kept)| kept.at = index + 2);
+    }
+
+    /// Whether it was started and has not ended.
+    pub fn runs(&self, subject: &Subject) -> bool {
+        self.started(subject).is_some()
+    }
+
+    /// Whether it was suspended where it runs.
+    pub fn is_suspended(&self, subject: &Subject) -> bool {
+        self.kept.iter().any(|kept| matches!(&kept.line, Line::Became { of, state: State::Suspended } if of == subject))
+    }
+
+    /// All that runs.
+    pub fn running(&self) -> Vec<Subject> {
+        self.kept.iter().filter_map(|kept| starting(&kept.line)).cloned().collect()
+    }
+
+    /// Why the emergency stop is latched.
+    pub fn stopped(&self) -> Option<&str> {
+        self.kept.iter().find_map(|kept| if let Line::Stopped { reason } = &kept.line { Some(reason.as_str()) } else { None })
+    }
+
+    /// Takes a line: it is kept, or takes others with it. Errors: it is about an instance that no line before it makes.
+    pub fn take(&mut self, at: usize, line: Line) -> Result<(), String> {
+        match line {
+            Line::Became { of, state } => self.became(at, of, state),
+            Line::Reset {} => self.kept.retain(|kept| !matches!(kept.line, Line::Stopped { .. })),
+            Line::Stopped { .. } => {
+                self.kept.retain(|kept| !matches!(kept.line, Line::Stopped { .. }));
+                self.kept.push(Kept { at, line });
+            }
+            Line::Closed { session } => self.close(&session),
+            Line::Module { ref module, ref file, ref sha256, .. } => {
+                let before = self.kept.iter().rev().find_map(|kept| match &kept.line {
+                    Line::Module { module: m, file: f, sha256: s, .. } if m == module => Some((f, s)),
+                    _ => None,
+                });
+                if before != Some((file, sha256)) {
+                    self.kept.push(Kept { at, line });
+                }
+            }
+            Line::Call { ref call, ref of, .. } => match (call.as_str(), of.clone()) {
+                ("create", Some(Subject::Instance(number))) => {
+                    if self.made(number) {
+                        return Err(format!("it makes instance {number}, which a line before it has made"));
+                    }
+                    self.next = self.next.max(number);
+                    self.kept.push(Kept { at, line });
+                }
+                ("start" | "enable", Some(subject)) => {
+                    if let Subject::Instance(number) = subject
+                        && !self.made(number)
+                    {
+                        return Err(format!("it starts instance {number}, which no line before it makes"));
+                    }
+                    self.end(&subject);
+                    self.kept.push(Kept { at, line });
+                }
+                ("set", Some(subject)) => {
+                    if !self.runs(&subject) {
+                        return Err("it sets parameters of what no line before it starts".to_owned());
+                    }
+                    self.set(at, &subject, line);
+                }
+                ("create" | "start" | "enable" | "set" | "delete", _) => return Err(format!("call '{call}' does not say of what")),
+                (_, Some(_)) => return Err(format!("call '{call}' is of no instance or device")),
+                (_, None) => self.configure(at, line),
+            },
+        }
+        Ok(())
+    }
+
+    /// Leaves out instances of sessions that are gone with the daemon and that nothing is to run of: to a daemon that starts again every
+    /// session of before is lost, and those of a lost session are deleted when they have ended. How many.
+    pub fn leave_lost(&mut self) -> usize {
+        let lost = |kept: &Kept| match &kept.line {
+            Line::Call { call, of: Some(of), by, .. } if call == "create" && !by.session.is_empty() => Some(of.clone()),
+            _ => None,
+        };
+        let lost: Vec<Subject> = self.kept.iter().filter_map(lost).filter(|of| !self.runs(of) || self.is_suspended(of)).collect();
+        lost.iter().for_each(|of| self.delete(of));
+        lost.len()
+    }
+
+    fn made(&self, number: u64) -> bool {
+        self.kept.iter().any(|kept| matches!(&kept.line, Line::Call { call, of: Some(Subject::Instance(n)), .. } if call == "create" && *n == number))
+    }
+
+    fn started(&self, subject: &Subject) -> Option<&Kept> {
+        self.kept.iter().find(|kept| starting(&kept.line) == Some(subject))
+    }
+
+    fn became(&mut self, at: usize, of: Subject, state: State) {
+        match state {
+            State::Ended => self.end(&of),
+            State::Deleted => self.delete(&of),
+            State::Running | State::Suspended => {
+                self.kept.retain(|kept| !matches!(&kept.line, Line::Became { of: about, .. } if *about == of));
+                if state == State::Suspended && self.runs(&of) {
+                    self.kept.push(Kept { at, line: Line::Became { of, state } });
+                }
+            }
+        }
+    }
+
+    fn end(&mut self, subject: &Subject) {
+        self.kept.retain(|kept| match &kept.line {
+            Line::Call { call, of: Some(of), .. } => call == "create" || of != subject,
+            Line::Became { of, .. } => of != subject,
+            _ => true,
+        });
+    }
+
+    fn delete(&mut self, subject: &Subject) {
+        self.kept.retain(|kept| !matches!(&kept.line, Line::Call { of: Some(of), .. } | Line::Became { of, .. } if of == subject));
+    }
+
+    fn close(&mut self, session: &str) {
+        for kept in &mut self.kept {
+            if let Line::Call { of: Some(_), by, .. } = &mut kept.line
+                && by.session == session
+            {
+                by.session.clear();
+            }
+        }
+    }
+
+    /// New values go into the ones that were set before.
+    fn set(&mut self, at: usize, subject: &Subject, line: Line) {
+        let is_set = |kept: &&mut Kept| matches!(&kept.line, Line::Call { call, of: Some(of), .. } if call == "set" && of == subject);
+        let before = self.kept.iter_mut().find(is_set);
+        match (before.map(|kept| &mut kept.line), line) {
+            (Some(Line::Call { arguments: have, .. }), Line::Call { arguments, .. }) => {
+                for (name, given) in arguments {
+                    match (have.get_mut(&name), given) {
+                        (Some(Json::Object(have)), Json::Object(given)) => have.extend(given),
+                        (_, given) => drop(have.insert(name, given)),
+                    }
+                }
+            }
+            (_, line) => self.kept.push(Kept { at, line }),
+        }
+    }
+
+    fn configure(&mut self, at: usize, line: Line) {
+        let Line::Call { call, arguments, .. } = &line else { return };
+        if let Some((_, makers)) = DELETED.iter().find(|(deletes, _)| deletes == call) {
+            if let Some(device) = arguments.get("name").and_then(Json::as_str).filter(|_| call == "delete_device") {
+                self.end(&Subject::Device(device.to_owned()));
+            }
+            let count = self.kept.len();
+            self.kept.retain(|kept| !makers.iter().any(|(maker, by)| is_call(&kept.line, maker, &[(by, arguments.get("name"))])));
+            if self.kept.len() < count {
+                return;
+            }
+        }
+        if let Some((_, keys)) = REPLACED.iter().find(|(replaced, _)| replaced == call) {
+            let of: Vec<(&str, Option<&Json>)> = keys.iter().map(|key| (*key, arguments.get(*key))).collect();
+            self.kept.retain(|kept| !is_call(&kept.line, call, &of));
+        } else {
+            let of = ["processor", "name"].map(|key| (key, arguments.get(key)));
+            let before = self.kept.iter().rev().find(|kept| is_call(&kept.line, call, &of));
+            if before.is_some_and(|kept| matches!(&kept.line, Line::Call { arguments: have, .. } if same(have, arguments))) {
+                return;
+            }
+        }
+        self.kept.push(Kept { at, line });
+    }
+}
+
+/// What a line starts.
+fn starting(line: &Line) -> Option<&Subject> {
+    match line {
+        Line::Call { call, of, .. } if call == "start" || call == "enable" => of.as_ref(),
+        _ => None,
+    }
+}
+
+fn is_call(line: &Line, name: &str, of: &[(&str, Option<&Json>)]) -> bool {
+    matches!(line, Line::Call { call, arguments, .. } if call == name && of.iter().all(|(key, value)| arguments.get(*key) == *value))
+}
+
+/// The same also in the order of what it names: lists of commands follow it.
+fn same(have: &Map<String, Json>, given: &Map<String, Json>) -> bool {
+    serde_json::to_string(have).ok() == serde_json::to_string(given).ok()
+}

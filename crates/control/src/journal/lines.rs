@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The lines of a journal: their form, and reading them. Pure functions of bytes.
+use crate::role::Role;
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value as Json};
+
+/// What the first line says it is.
+pub const FORMAT: &str = "opengpac journal";
+/// Version of the lines that are written and read.
+pub const VERSION: u32 = 1;
+
+/// The first line.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Head {
+    /// `opengpac journal`.
+    pub format: String,
+    /// Of the lines.
+    pub version: u32,
+    /// Name of the system whose calls these are.
+    pub system: String,
+}
+
+/// What a line is about, where that runs.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Subject {
+    /// A verb instance, by its number in the journal: in each life of the daemon it has another one.
+    Instance(u64),
+    /// The verb that keeps a logical device going.
+    Device(String),
+}
+
+/// What has become of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum State {
+    Running,
+    Suspended,
+    Ended,
+    Deleted,
+}
+
+/// Who made a call.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct By {
+    /// As in the audit file.
+    pub who: String,
+    /// As what; the call is made again as that.
+    pub role: Role,
+    /// Name of the session whose the instance is; empty: nobody's, or that has been closed.
+    pub session: String,
+    /// s since 1970.
+    pub time: f64,
+}
+
+/// Every line after the first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "line", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Line {
+    /// A call that was made, as `POST /v1/call/NAME` has it.
+    Call {
+        call: String,
+        /// What it made or started; `instance` is not among the arguments then.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        of: Option<Subject>,
+        arguments: Map<String, Json>,
+        /// Arguments that a journal must not have: secrets. Such a call is not made again.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        withheld: Vec<String>,
+        by: By,
+    },
+    /// A code module that was downloaded; its bytes lie beside the journal under their SHA-256.
+    Module { module: String, file: String, sha256: String, by: By },
+    /// What runs does so no longer, or again.
+    Became { of: Subject, state: State },
+    /// The emergency stop is latched, for this reason.
+    Stopped { reason: String },
+    /// It is latched no longer.
+    Reset {},
+    /// A session was closed in order: what it made is nobody's, and goes on.
+    Closed { session: String },
+}
+
+/// A journal as it was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Read {
+    pub head: Head,
+    /// Each with its number in the file, counted from 1.
+    pub lines: Vec<(usize, Line)>,
+    /// The number of the last line where that was cut short and is left out.
+    pub cut: Option<usize>,
+}
+
+/// Why a journal cannot be read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Damage {
+    /// Counted from 1.
+    pub line: usize,
+    pub why: String,
+}
+
+/// Reads a journal. Only a last line without its end may be broken: that is what a crash in the middle of a write leaves.
+pub fn read(bytes: &[u8]) -> Result<Read, Damage> {
+    let (whole, rest) = bytes.split_at(bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1));
+    let mut texts = whole.strip_suffix(b"\n").unwrap_or(whole).split(|byte| *byte == b'\n').enumerate().map(|(at, text)| (at + 1, text));
+    let head: Head = parsed(1, texts.next().expect("what is split has one part at the least").1)?;
+    if head.format != FORMAT {
+        return Err(Damage { line: 1, why: format!("its format is {:?}, not {FORMAT:?}", head.format) });
+    }
+    if head.version != VERSION {
+        return Err(Damage { line: 1, why: format!("it has version {} of the journal, this daemon writes and reads version {VERSION}", head.version) });
+    }
+    let lines = texts.map(|(number, text)| Ok((number, parsed(number, text)?))).collect::<Result<Vec<_>, Damage>>()?;
+    let cut = (!rest.is_empty()).then_some(lines.len() + 2);
+    Ok(Read { head, lines, cut })
+}
+
+fn parsed<T: DeserializeOwned>(line: usize, text: &[u8]) -> Result<T, Damage> {
+    serde_json::from_slice(text).map_err(|why| Damage { line, why: why.to_string() })
+}
+
+/// Arguments that no file may have: (call, argument).
+const SECRET: &[(&str, &str)] = &[("listen", "token")];
+
+/// Takes the secrets out of the arguments of a call; their names.
+pub fn withhold(call: &str, arguments: &mut Map<String, Json>) -> Vec<String> {
+    let secret = |name: &str| SECRET.contains(&(call, name));
+    let withheld = arguments.keys().filter(|name| secret(name)).cloned().collect();
+    arguments.retain(|name, _| !secret(name));
+    withheld
+}
+
+/// A line with its end.
+pub fn text(of: &impl Serialize) -> Vec<u8> {
+    let mut text = serde_json::to_vec(of).expect("texts, numbers and JSON are JSON");
+    text.push(b'\n');
+    text
+}
+
+/// The JSON Schemas of a journal's lines: `{"version", "head", "line", "$defs"}`, draft 2020-12.
+pub fn schema() -> Json {
+    let mut generator = schemars::generate::SchemaSettings::draft2020_12().into_generator();
+    let (head, line) = (generator.subschema_for::<Head>(), generator.subschema_for::<Line>());
+    serde_json::json!({ "version": VERSION, "head": head, "line": line, "$defs": generator.take_definitions(true) })
+}
