@@ -254,7 +254,7 @@ def test_r118_redefining_a_part_leaves_the_composed_verb_as_it_was(rig: Rig) -> 
     counting(rig, "second", "b", every="5 ms")
     before = rig.cell.now
     verb.on(rig.fast)(a, b, limit=10)
-    assert rig.cell.now - before < 0.03
+    assert rig.cell.now - before < 0.03 or not rig.cell.virtual
 
 
 def test_r118_parts_stay_where_they_were_placed(rig: Rig) -> None:
@@ -262,7 +262,8 @@ def test_r118_parts_stay_where_they_were_placed(rig: Rig) -> None:
     first, second = counting(rig, "first", "a").on(rig.slow, every={"count": "10 ms"}), counting(rig, "second", "b").on(rig.fast)
     before = rig.cell.now
     assert (first >> second)(a, b, limit=3).last == 3
-    assert 0.03 < rig.cell.now - before < 0.05, "three cycles of 10 ms, then three of 1 ms"
+    spent = rig.cell.now - before
+    assert spent > 0.03 and (spent < 0.05 or not rig.cell.virtual), "three cycles of 10 ms, then three of 1 ms"
 
 
 def test_r118_arms_go_from_verb_to_verb() -> None:
