@@ -150,7 +150,7 @@ impl Player<'_> {
                 self.failed(format!("line {at}: {name} failed: {}", text(&failure)), "");
             }
             self.played += 1;
-            if self.said.elapsed() >= SAY {
+            if self.played < self.total && self.said.elapsed() >= SAY {
                 self.said = Instant::now();
                 self.watcher.tell(&format!("played {} of {} calls", self.played, self.total));
             }

@@ -91,7 +91,7 @@ fn what_was_configured_is_there_again_and_what_was_deleted_or_refused_is_not() {
     let left = killed(&rig);
     assert_eq!(text(&left).lines().next(), Some(r#"{"format":"opengpac journal","version":1,"system":"cell"}"#));
     let (rig, told) = again(left);
-    assert_eq!(told, ["played 4 of 4 calls, 0 of them failed"]);
+    assert_eq!(told.last().map(String::as_str), Some("played 4 of 4 calls, 0 of them failed"));
     assert_eq!(count(&rig.folder), 5, "what cancelled itself out is gone: {}", text(&rig.folder));
     let names = rig.system.names_json();
     assert_eq!((&names["processors"], &names["svvs"]), (&json!(["rtp0", "rtp1"]), &json!(["y", "x"])));
