@@ -121,11 +121,19 @@ class Orphaned:
         """The same system, over what runs."""
         return Cell(self.name, self.modules, adopt=True, **changes)
 
+    def there(self) -> dict[str, Any]:
+        """How the plant is; nothing where it is gone."""
+        text = _native.plant_state(self.name)
+        return {} if text is None else json.loads(text)
+
+    def is_safe(self) -> bool:
+        """True where the guard has made the outputs safe."""
+        return bool(self.there().get("is_safe"))
+
     def look(self) -> float:
         """Where the joint is; it must never have been made safe."""
-        text = _native.plant_state(self.name)
-        assert text is not None, "there is a plant"
-        state = json.loads(text)
+        state = self.there()
+        assert state, "there is a plant"
         assert not state["is_safe"], "the guard has not acted"
         self.positions.append(struct.unpack_from("d", bytes(state["readings"]))[0])
         return self.positions[-1]

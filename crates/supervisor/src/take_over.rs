@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Taking over what a supervisor before has left: processes of processors that go on without one.
+use crate::core::{Core, Purpose};
 use crate::refuse::refuse;
+use crate::sequence::by_source;
 use crate::system::System;
+use kernel::{Cell, Op, SourceId};
 use model::refusal::{Class, Refusals};
 use rtp::Processor;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
+
+/// How long starts may take to be carried out before, and kernels to answer after.
+const SETTLED: Duration = Duration::from_secs(5);
 
 /// What became of each processor in a process of its own.
 #[derive(Debug, Serialize)]
@@ -50,6 +58,10 @@ impl System {
             let own = core.elsewhere.iter().filter(|(_, far)| kernel::Far::host(&***far).is_none());
             Ok(own.map(|(name, far)| (name.clone(), far.clone())).collect())
         })?;
+        if elsewhere.iter().any(|(_, far)| far.is_adopted()) {
+            // What is being started would begin anew after it was taken over.
+            self.shared.wait_for(None, SETTLED, |core| Ok(core.instances.values().all(|instance| !instance.is_under_way()).then_some(())))?;
+        }
         elsewhere.sort_by(|(one, _), (other, _)| one.cmp(other));
         let mut processors = Vec::new();
         for (name, far) in elsewhere {
@@ -65,6 +77,9 @@ impl System {
                 }
             });
         }
+        for of in processors.iter().filter(|of| of.is_adopted) {
+            self.carry_values(&of.name)?;
+        }
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
         for of in processors.iter().filter(|of| of.is_adopted) {
@@ -73,5 +88,59 @@ impl System {
         }
         drop(core);
         Ok(TakenOver { processors })
+    }
+
+    /// SVVs that nobody has written in this system have the values that went on there, everywhere.
+    fn carry_values(&self, processor: &str) -> Result<(), Refusals> {
+        let asked = self.shared.command(|core| Ok(core.ask_unwritten(processor)))?;
+        let all_there = |core: &mut Core| Ok(asked.iter().all(|(ticket, _)| core.reads.contains_key(ticket)).then_some(()));
+        self.shared.wait_for(None, SETTLED, all_there)?;
+        self.shared.command(|core| {
+            core.know_again(&asked);
+            Ok(())
+        })
+    }
+}
+
+/// SVVs in the order in which a source was asked for them, under a ticket.
+type Asked = (u64, Vec<(String, usize)>);
+
+impl Core {
+    /// Asks the sources of a processor what they hold of SVVs that no block has written.
+    fn ask_unwritten(&mut self, processor: &str) -> Vec<Asked> {
+        let mut by_source: BTreeMap<SourceId, Vec<(String, Cell)>> = BTreeMap::new();
+        for (name, svv) in self.svvs.iter().filter(|(_, svv)| svv.home.is_none()) {
+            for (source, cell) in svv.cells.iter().filter(|(source, _)| self.runs_on(**source, processor)) {
+                by_source.entry(*source).or_default().push((name.clone(), cell.clone()));
+            }
+        }
+        let mut asked = Vec::new();
+        for (source, cells) in by_source {
+            let ticket = self.fresh();
+            asked.push((ticket, cells.iter().map(|(name, cell)| (name.clone(), cell.len())).collect()));
+            self.submit(source, vec![Op::Capture(cells.into_iter().map(|(_, cell)| cell).collect())], Purpose::Read { ticket });
+        }
+        asked
+    }
+
+    /// What differs from what was stored here went on there, and is the value now.
+    fn know_again(&mut self, asked: &[Asked]) {
+        let mut known: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
+        for (ticket, names) in asked {
+            let Some((_, captured)) = self.reads.remove(ticket) else { continue };
+            let mut rest = captured.as_slice();
+            for (name, len) in names {
+                let Some((bytes, after)) = rest.split_at_checked(*len) else { break };
+                rest = after;
+                // Other images have what was stored.
+                if self.svvs.get(name).is_some_and(|svv| svv.home.is_none() && svv.stored != bytes) {
+                    known.insert(name, bytes.to_vec());
+                }
+            }
+        }
+        let stores: Vec<(SourceId, Op)> = known.into_iter().flat_map(|(name, bytes)| self.store_everywhere(name, &bytes)).collect();
+        for (source, ops) in by_source(stores) {
+            self.submit(source, ops, Purpose::Nothing);
+        }
     }
 }

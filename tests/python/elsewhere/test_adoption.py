@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import signal
 from collections.abc import Iterator
 
 import pytest
@@ -23,7 +24,7 @@ def orphaned(built: dict[str, str]) -> Iterator[Orphaned]:
     yield made
     made.close()
     until(lambda: not (lives(made.process) or lives(made.guard)), "no process is left over")
-    assert shared_memory(made.name) == [] and made.sockets() == []
+    until(lambda: not shared_memory(made.name) and not made.sockets(), "nothing is left over")
 
 
 def test_a_new_supervisor_takes_over_and_the_joint_does_not_move(orphaned: Orphaned) -> None:
@@ -132,6 +133,32 @@ def test_a_device_that_is_opened_otherwise_is_refused(orphaned: Orphaned) -> Non
     assert orphaned.held()
     with orphaned.cell().system as system:
         assert system.take_over().adopted == ("rtp1",)
+
+
+@pytest.mark.parametrize("guard", ["lives", "is gone"])
+def test_the_outputs_are_guarded_by_the_guard_before_or_by_another(orphaned: Orphaned, guard: str) -> None:
+    orphaned.kill(orphaned.begin())
+    if guard == "is gone":
+        os.kill(orphaned.guard, signal.SIGKILL)
+        until(lambda: not lives(orphaned.guard), "the guard is gone")
+    cell = orphaned.cell()
+    with cell.system as system:
+        cell.joint.enable()
+        system.take_over()
+        assert orphaned.held() and lives(orphaned.guard) == (guard == "lives")
+        os.kill(orphaned.process, signal.SIGKILL)
+        until(orphaned.is_safe, "the outputs are safe")
+        until(lambda: "processor_lost" in system.alarms, "and the loss is told")
+
+
+def test_a_device_that_is_not_opened_again_is_closed(orphaned: Orphaned) -> None:
+    orphaned.kill(orphaned.begin())
+    with gpac.System(orphaned.name, progress=False, adopt=True) as system:
+        system.processor("rtp1", process=True).timer("fast", period="1 ms")
+        assert orphaned.held()
+        of = system.take_over()["rtp1"]
+        assert of.carried == () and of.gap is None and any(block.startswith("axis") for block in of.ended)
+        until(lambda: not orphaned.there(), "its driver has closed it")
 
 
 def test_where_nothing_waits_a_process_is_started_and_that_is_said(built: dict[str, str]) -> None:
