@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # make run     the main job: a simulated UR5e moves, in real time; report and plot in out/
 # make test    every test, Rust and Python
-# make faults  the whole fault campaign, the fuzzers and the cell of 16 processors: an hour and a half; reports in out/
+# make faults  the whole fault campaign, the fuzzers and the cell of 16 processors: two hours; reports in out/
 # make bench   ratios against hand-written loops and peers, taken in one run
 # The crate `hosts` is built apart, in one profile and by its name only: zenoh takes minutes.
 # make c-package   target/release/libopengpac_ps.so, for programming systems in C

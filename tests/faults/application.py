@@ -10,9 +10,12 @@ from typing import Any
 import opengpac as gpac
 from opengpac import activate
 from opengpac import library as lib
+from plant import Plant
 
 PUSH = 1.0
 """What the doomed processor writes to the drive; its safe value is 0."""
+
+NONE: Mapping[str, str] = {}
 
 
 @dataclass
@@ -28,13 +31,18 @@ class Application:
     """What the healthy verb counts."""
 
 
-def run(cell: gpac.System, blocks: str, failing: str, at: int, doomed: Mapping[str, Any]) -> Application:
-    """Starts the application; the block `failing` of the doomed processor fails in invocation `at`. `doomed`: what that processor is."""
+def run(
+    cell: gpac.System, blocks: str, failing: str, at: int, doomed: Mapping[str, Any], plant: Plant, policies: Mapping[str, str] = NONE
+) -> Application:
+    """Starts the application; the block `failing` of the doomed processor fails in invocation `at`. `doomed`: what that processor is.
+
+    The plant is pushed before anything fails. `policies`: what verbs do where their program is cut off, by name.
+    """
     safe = cell.processor("rtp0")
     lost = cell.processor("rtp1", **doomed)
     beside = safe.timer("beside", period="2 ms", priority=60)
     fast, slow = lost.timer("fast", period="2 ms", priority=50), lost.timer("slow", period="10 ms", priority=40)
-    drive = lost.physical_device("drive", gpac.drivers.loopback("x"), exchange=fast)
+    drive = lost.physical_device("drive", plant.driver(), exchange=fast)
     code = cell.download(blocks, "faulty")
     pushing = gpac.Verb(
         "pushing",
@@ -43,16 +51,20 @@ def run(cell: gpac.System, blocks: str, failing: str, at: int, doomed: Mapping[s
         input_parameters={"u": "push.u"},
         modes={"push.u": "asynchronous"},
         command_lists={"start": [activate("push", every="2 ms")]},
+        if_cut_off=policies.get("pushing"),
     )
     counting = {
-        name: _stepping(name, code[block]) for name, block in (("healthy", "counts"), ("bystander", "counts"), ("failing", failing))
+        name: _stepping(name, code[block], policies.get(name))
+        for name, block in (("healthy", "counts"), ("bystander", "counts"), ("failing", failing))
     }
     count = cell.svv("healthy_count", "int64_t")
+    pushed = pushing.on(fast).asynch(drive["x"].effort, u=PUSH)
+    plant.until_pushed()
     return Application(
         cell,
         healthy=counting["healthy"].on(beside).asynch(count),
         doomed={
-            "pushing": pushing.on(fast).asynch(drive["x"].effort, u=PUSH),
+            "pushing": pushed,
             "bystander": counting["bystander"].on(slow, every={"it": "10 ms"}).asynch(cell.svv("bystander_count", "int64_t")),
             "failing": counting["failing"]
             .on(fast)
@@ -62,11 +74,12 @@ def run(cell: gpac.System, blocks: str, failing: str, at: int, doomed: Mapping[s
     )
 
 
-def _stepping(name: str, block: gpac.Block) -> gpac.Verb[..., Any]:
+def _stepping(name: str, block: gpac.Block, if_cut_off: str | None) -> gpac.Verb[..., Any]:
     return gpac.Verb(
         name,
         blocks={"it": block},
         instantiation_parameters={"k": "it.k"},
         input_parameters={"at": "it.at"} if "at" in block.parameters else {},
         command_lists={"start": [activate("it", every="2 ms", budget="20 ms")]},
+        if_cut_off=if_cut_off,
     )

@@ -1,11 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks that fail on command, each in its own way, in the invocation whose number is `at`.
 #include <opengpac.h>
+#include <fcntl.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <time.h>
+#include <unistd.h>
+
+/* Leaves the instant of the fault, CLOCK_MONOTONIC in ns, in the file that the campaign names: nothing else could tell it afterwards. */
+static void leave_the_instant(void)
+{
+    const char *path = getenv("OPENGPAC_FAULT_INSTANT");
+    int file = path ? open(path, O_CREAT | O_WRONLY | O_TRUNC, 0600) : -1;
+    if (file < 0) return;
+    struct timespec now;
+    char text[32];
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    int len = snprintf(text, sizeof text, "%lld", now.tv_sec * 1000000000LL + now.tv_nsec);
+    if (write(file, text, (size_t)len) == len) close(file);
+}
 
 FUNCTION_BLOCK(segfaults, "Reads through a null pointer.", param(int64_t, at, 10, "invocation that fails"), out(int64_t, k, "invocations"))
 {
     static int64_t here = 1;
+    if (self->k >= self->at) leave_the_instant();
     volatile int64_t *volatile p = self->k >= self->at ? (int64_t *)0 : &here;
     self->k += *p;
     return OK;
@@ -13,6 +31,7 @@ FUNCTION_BLOCK(segfaults, "Reads through a null pointer.", param(int64_t, at, 10
 
 FUNCTION_BLOCK(divides, "Divides by zero.", param(int64_t, at, 10, "invocation that fails"), out(int64_t, k, "invocations"))
 {
+    if (self->k >= self->at) leave_the_instant();
     volatile int one = 1, divisor = self->k >= self->at ? 0 : 1;
     self->k += one / divisor;
     return OK;
@@ -20,7 +39,10 @@ FUNCTION_BLOCK(divides, "Divides by zero.", param(int64_t, at, 10, "invocation t
 
 FUNCTION_BLOCK(illegal, "Executes what is no instruction.", param(int64_t, at, 10, "invocation that fails"), out(int64_t, k, "invocations"))
 {
-    if (self->k >= self->at) __builtin_trap();
+    if (self->k >= self->at) {
+        leave_the_instant();
+        __builtin_trap();
+    }
     self->k++;
     return OK;
 }
@@ -28,6 +50,7 @@ FUNCTION_BLOCK(illegal, "Executes what is no instruction.", param(int64_t, at, 1
 FUNCTION_BLOCK(runs_away, "Never returns.", param(int64_t, at, 10, "invocation that fails"), out(int64_t, k, "invocations"))
 {
     volatile int on = self->k >= self->at;
+    if (on) leave_the_instant();
     while (on) {}
     self->k++;
     return OK;
@@ -35,7 +58,10 @@ FUNCTION_BLOCK(runs_away, "Never returns.", param(int64_t, at, 10, "invocation t
 
 FUNCTION_BLOCK(aborts, "Calls abort().", param(int64_t, at, 10, "invocation that fails"), out(int64_t, k, "invocations"))
 {
-    if (self->k >= self->at) abort();
+    if (self->k >= self->at) {
+        leave_the_instant();
+        abort();
+    }
     self->k++;
     return OK;
 }

@@ -5,7 +5,7 @@
     python tests/faults/campaign.py --bounded             a few of each, as the tests do
     python tests/faults/campaign.py --only segfault --seed 7
 
-It writes a table and `out/faults.json`, and fails if anything did not hold.
+It writes a table and `out/campaign.json`, and fails if anything did not hold. Ctrl-C ends it, with what was found so far.
 """
 
 from __future__ import annotations
@@ -18,20 +18,27 @@ import random
 import statistics
 import sys
 import tempfile
+import time
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import leftovers
-from kinds import KINDS, Kind, Round
+from kinds import KINDS
 from opengpac import _native
+from rounds import Kind, Round
 
 HERE = Path(__file__).parent
-OUT = HERE.parent.parent / "out" / "faults.json"
+OUT = HERE.parent.parent / "out" / "campaign.json"
+
+Found = dict[str, list[Round]]
+"""The rounds of each kind, by its name."""
 
 
-def rounds_of(kind: Kind, count: int, seed: int, blocks: str) -> list[Round]:
-    """That many faults of a kind; a seed and a round make the same fault again."""
-    return [kind.make(random.Random(f"{seed} {kind.name} {number}"), blocks) for number in range(count)]
+def rounds_of(kind: Kind, count: int, seed: int, blocks: str) -> Iterator[Round]:
+    """That many faults of a kind, one after the other; a seed and a round make the same fault again."""
+    return (kind.make(random.Random(f"{seed} {kind.name} {number}"), blocks) for number in range(count))
 
 
 def built(folder: str) -> str:
@@ -39,23 +46,61 @@ def built(folder: str) -> str:
     return _native.build([str(HERE / "blocks.c")], str(Path(folder) / "faulty.so"))
 
 
-def milliseconds(times: list[float]) -> str:
-    """Median and 99th percentile, in words."""
-    if not times:
-        return "—"
-    ordered = sorted(times)
-    return f"{statistics.median(ordered) * 1e3:.1f} / {ordered[min(len(ordered) - 1, int(0.99 * len(ordered)))] * 1e3:.1f} ms"
+def spread(times: Iterable[float | None]) -> dict[str, float] | None:
+    """Median and 99th percentile, ms; None where nothing was measured."""
+    ordered = sorted(time for time in times if time is not None)
+    if not ordered:
+        return None
+    return {"median_ms": statistics.median(ordered) * 1e3, "p99_ms": ordered[min(len(ordered) - 1, int(0.99 * len(ordered)))] * 1e3}
 
 
-def table(found: dict[str, list[Round]]) -> str:
+def summary(rounds: list[Round]) -> dict[str, Any]:
+    """What a kind led to."""
+    return {
+        "rounds": len(rounds),
+        "held": sum(not one.wrong for one in rounds),
+        "end_report": spread(one.reported_s for one in rounds),
+        "safe_outputs": spread(one.safe_s for one in rounds),
+    }
+
+
+def table(found: Found) -> str:
     """What every kind led to, one line each."""
-    lines = [f"{'fault':34}{'rounds':>8}{'all held':>10}   {'end report, median / p99':28}safe outputs, median / p99"]
+
+    def words(of: dict[str, float] | None) -> str:
+        return "—" if of is None else f"{of['median_ms']:.1f} / {of['p99_ms']:.1f} ms"
+
+    lines = [f"{'fault':38}{'rounds':>8}{'all held':>10}   {'end report, median / p99':28}safe outputs, median / p99"]
     for name, rounds in found.items():
-        held = sum(not one.wrong for one in rounds)
-        reported = milliseconds([one.reported_s for one in rounds if one.reported_s is not None])
-        safe = milliseconds([one.safe_s for one in rounds if one.safe_s is not None])
-        lines.append(f"{name:34}{len(rounds):8}{held:10}   {reported:28}{safe}")
+        led = summary(rounds)
+        lines.append(f"{name:38}{led['rounds']:8}{led['held']:10}   {words(led['end_report']):28}{words(led['safe_outputs'])}")
     return "\n".join(lines)
+
+
+def written(found: Found) -> None:
+    """Writes the report."""
+    OUT.parent.mkdir(exist_ok=True)
+    report = {name: {**summary(rounds), "each": [asdict(one) for one in rounds]} for name, rounds in found.items()}
+    OUT.write_text(json.dumps(report, indent=1) + "\n")
+
+
+def break_it(options: argparse.Namespace, found: Found) -> None:
+    """Makes all the faults; what each led to is in `found` as soon as it is known."""
+    kinds = [kind for kind in KINDS.values() if options.only in kind.name]
+    with tempfile.TemporaryDirectory() as folder:
+        blocks = built(folder)
+        for kind in kinds:
+            count, begin = kind.bounded if options.bounded else kind.full, time.monotonic()
+            rounds = found.setdefault(kind.name, [])
+            for one in rounds_of(kind, count, options.seed, blocks):
+                rounds.append(one)
+                wrong = sum(bool(each.wrong) for each in rounds)
+                told = f"{kind.name}: {len(rounds)} of {count}, {wrong} did not hold, {time.monotonic() - begin:.0f} s"
+                print(f"\r{told}", end="", file=sys.stderr, flush=True)
+                for text in one.wrong:
+                    print(f"\n{kind.name}, round {len(rounds) - 1}: {text}", file=sys.stderr, flush=True)
+            print(file=sys.stderr)
+            written(found)
 
 
 def main() -> int:
@@ -66,22 +111,21 @@ def main() -> int:
     options = parser.parse_args()
     leftovers.enter_alone([str(Path(__file__).resolve()), *sys.argv[1:]])
     logging.getLogger("opengpac").setLevel(logging.ERROR)
-    found: dict[str, list[Round]] = {}
-    with tempfile.TemporaryDirectory() as folder:
-        blocks = built(folder)
-        for kind in KINDS.values():
-            if options.only in kind.name:
-                found[kind.name] = rounds_of(kind, kind.bounded if options.bounded else kind.full, options.seed, blocks)
-                print(f"{kind.name}: {len(found[kind.name])} rounds", file=sys.stderr, flush=True)
+    found: Found = {}
+    is_whole = True
+    try:
+        break_it(options, found)
+    except KeyboardInterrupt:
+        is_whole = False
+        print("\ninterrupted: this is what was found so far", file=sys.stderr)
+    written(found)
     print(table(found))
     alone = bool(os.environ.get(leftovers.ALONE))
     print("Processes and shared memory were counted", "in namespaces of their own." if alone else "among those of this machine.")
-    OUT.parent.mkdir(exist_ok=True)
-    OUT.write_text(json.dumps({name: [asdict(one) for one in rounds] for name, rounds in found.items()}, indent=1) + "\n")
     wrong = [(name, number, text) for name, rounds in found.items() for number, one in enumerate(rounds) for text in one.wrong]
     for name, number, text in wrong:
         print(f"{name}, round {number}: {text}")
-    return 1 if wrong or not found else 0
+    return 130 if not is_whole else 1 if wrong or not found else 0
 
 
 if __name__ == "__main__":

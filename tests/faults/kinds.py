@@ -3,82 +3,43 @@
 
 from __future__ import annotations
 
-import contextlib
-import gc
 import json
 import os
 import random
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import application
 import opengpac as gpac
-from leftovers import Before, command_of
-
-VICTIM = Path(__file__).parent / "victim.py"
-THREAD: Mapping[str, Any] = {}
-PROCESS: Mapping[str, Any] = {"process": True}
-"""What the doomed processor is."""
-
-LIMIT = "20 s"
-"""How long an end report may take; a net, not a measure."""
-
-
-@dataclass
-class Round:
-    """What one fault led to."""
-
-    wrong: list[str] = field(default_factory=list)
-    """What did not hold, in words."""
-    reported_s: float | None = None
-    """From the fault to its end reports, s."""
-    safe_s: float | None = None
-    """From the fault to the safe outputs, s; None where no plant outlives the fault and could tell."""
-
-
-@dataclass(frozen=True)
-class Kind:
-    """A kind of fault: how often the whole campaign makes it, and how often the tests do."""
-
-    name: str
-    full: int
-    bounded: int
-    make: Callable[[random.Random, str], Round]
-
-
-def accounted(broken: Callable[[Round, Before, random.Random, str], None]) -> Callable[[random.Random, str], Round]:
-    """A round of a fault, with what it left behind once the system is closed and nobody holds it any more."""
-
-    def make(chosen: random.Random, blocks: str) -> Round:
-        found, before = Round(), Before()
-        broken(found, before, chosen, blocks)
-        gc.collect()
-        found.wrong += before.left_over()
-        return found
-
-    return make
+from apart import VICTIM, of_the_programming_system, of_the_supervisor, said_counts
+from leftovers import Before
+from plant import Plant, until
+from rounds import PROCESS, THREAD, Kind, Round, accounted, instant_ns, runs_for_a_while, started
 
 
 def in_a_block(block: str, doomed: Mapping[str, Any] = THREAD) -> Callable[[random.Random, str], Round]:
     """A signal or an endless loop inside a block: `fault` for the verbs of its source, and nothing for anybody else."""
 
-    def broken(found: Round, before: Before, chosen: random.Random, blocks: str) -> None:
+    def broken(found: Round, _: Before, chosen: random.Random, blocks: str) -> None:
         with gpac.System("campaign", progress=False) as cell:
-            made = application.run(cell, blocks, block, at=chosen.randint(1, 30), doomed=doomed)
-            expected = {"failing": ("fault", "it"), "pushing": ("fault", None)}
-            for name, (condition, culprit) in expected.items():
-                found.wrong += _ends_with(made.doomed[name], condition, culprit)
-            fault = next((entry for entry in cell.log() if entry["kind"] == "fault"), None)
-            if fault is None:
-                found.wrong.append("the log has no fault")
+            plant = Plant()
+            made = application.run(cell, blocks, block, at=chosen.randint(1, 30), doomed=doomed, plant=plant)
+            watch = plant.watched()
+            for name, culprit in {"failing": "it", "pushing": None}.items():
+                found.expect_end(made.doomed[name], "fault", culprit)
+            failed_ns = instant_ns()
+            if failed_ns is None:
+                found.wrong.append("the block has not failed")
             else:
-                found.reported_s = cell.now - fault["time_s"]
-            found.wrong += _goes_on(made)
+                found.time_from(failed_ns)
+            found.expect_safe(watch, failed_ns)
+            if not any(entry["kind"] == "fault" for entry in cell.log()):
+                found.wrong.append("the log has no fault")
+            found.expect_healthy(made)
             for instance in (made.healthy, made.doomed["bystander"]):
                 instance.halt()
                 found.wrong += [] if instance.report and instance.report.condition == "halted" else [f"'{instance.name}' was not halted"]
@@ -86,75 +47,102 @@ def in_a_block(block: str, doomed: Mapping[str, Any] = THREAD) -> Callable[[rand
     return accounted(broken)
 
 
-def of_a_processor(how: str) -> Callable[[random.Random, str], Round]:
-    """The process of a processor dies: `processor_lost` for every verb that has a block there, and nothing for anybody else."""
-
-    def broken(found: Round, before: Before, chosen: random.Random, blocks: str) -> None:
-        with gpac.System("campaign", progress=False) as cell:
-            aborts = how == "aborts"
-            made = application.run(cell, blocks, "aborts" if aborts else "counts", at=chosen.randint(1, 60), doomed=PROCESS)
-            killed_s = cell.now
-            if not aborts:
-                with contextlib.suppress(TimeoutError):
-                    made.healthy.wait(timeout=chosen.uniform(0.0, 0.1))
-                killed_s = cell.now
-                os.kill(_pid(before), signal.SIGKILL)
-            for instance in made.doomed.values():
-                found.wrong += _ends_with(instance, "processor_lost", None)
-            if not aborts:
-                found.reported_s = cell.now - killed_s
-            found.wrong += _goes_on(made)
-            made.healthy.halt()
-
-    return accounted(broken)
+def abort_in_a_block(found: Round, _: Before, chosen: random.Random, blocks: str) -> None:
+    """A block ends the process of its processor: `processor_lost` for every verb that has a block there, nothing for anybody else."""
+    with gpac.System("campaign", progress=False) as cell:
+        plant = Plant()
+        made = application.run(cell, blocks, "aborts", at=chosen.randint(1, 60), doomed=PROCESS, plant=plant)
+        watch = plant.watched()
+        for instance in made.doomed.values():
+            found.expect_end(instance, "processor_lost")
+        failed_ns = instant_ns()
+        if failed_ns is None:
+            found.wrong.append("the block has not failed")
+        else:
+            found.time_from(failed_ns)
+        found.expect_safe(watch, failed_ns, by_guard=True)
+        found.expect_healthy(made)
+        made.healthy.halt()
 
 
-def _pid(before: Before) -> int:
-    """The one process that has come: that of the doomed processor."""
-    (pid,) = [pid for pid in before.new() if "run_processor" in command_of(pid)]
-    return pid
+def of_a_processor(found: Round, before: Before, chosen: random.Random, blocks: str) -> None:
+    """kill -9 of the process of a processor at a random instant: as an abort."""
+    with gpac.System("campaign", progress=False) as cell:
+        plant = Plant()
+        made = application.run(cell, blocks, "counts", at=0, doomed=PROCESS, plant=plant)
+        runs_for_a_while(made, chosen)
+        (processor,) = started(before, "run_processor")
+        _kill_processor(found, plant, made, processor)
+        made.healthy.halt()
+
+
+def _kill_processor(found: Round, plant: Plant, made: application.Application, processor: int) -> None:
+    watch = plant.watched()
+    killed_ns = time.monotonic_ns()
+    os.kill(processor, signal.SIGKILL)
+    for instance in made.doomed.values():
+        found.expect_end(instance, "processor_lost")
+    found.time_from(killed_ns)
+    found.expect_safe(watch, killed_ns, by_guard=True)
+    found.expect_healthy(made)
+
+
+def of_the_guard(found: Round, before: Before, chosen: random.Random, blocks: str) -> None:
+    """kill -9 of the guard: another one guards with all that was registered, also what dies before it does."""
+    with gpac.System("campaign", progress=False) as cell:
+        plant = Plant()
+        made = application.run(cell, blocks, "counts", at=0, doomed=PROCESS, plant=plant)
+        runs_for_a_while(made, chosen)
+        (guard,), (processor,) = started(before, "run_guard"), started(before, "run_processor")
+        os.kill(guard, signal.SIGKILL)
+        if chosen.random() < 0.5:
+            until(lambda: _guards_again(cell), "no other guard guards")
+            found.expect_healthy(made)
+            if any(instance.done for instance in made.doomed.values()):
+                found.wrong.append("a verb ended with the guard")
+        _kill_processor(found, plant, made, processor)
+        until(lambda: _guards_again(cell), "no other guard guards")
+        others = started(before, "run_guard")
+        if len(others) != 1 or guard in others:
+            found.wrong.append(f"the guards after guard {guard} are {others}")
+        made.healthy.halt()
+
+
+def _guards_again(cell: gpac.System) -> bool:
+    return any(entry["kind"] == "guard" and "another one guards now" in entry["text"] for entry in cell.log())
 
 
 def of_everything(doomed: Mapping[str, Any]) -> Callable[[random.Random, str], Round]:
-    """kill -9 of the process of programming system and supervisor, at a random instant: nothing is left, no processor either."""
+    """kill -9 of the process of programming system and supervisor, at a random instant: nothing is left, no processor either.
+
+    Where the doomed processor is a thread of that process, nobody is there to make its outputs safe, and nobody promises it.
+    """
 
     def broken(found: Round, _: Before, chosen: random.Random, blocks: str) -> None:
-        _kill_victim(found, chosen, [sys.executable, str(VICTIM), blocks, json.dumps(dict(doomed))])
+        plant = Plant()
+        told = json.dumps({"blocks": blocks, "doomed": dict(doomed), "plant": plant.name})
+        with subprocess.Popen([sys.executable, str(VICTIM), told], stdout=subprocess.PIPE, text=True) as victim:
+            if chosen.random() < 0.25:
+                _kill_in_its_start(victim, chosen.uniform(0.1, 1.5))
+                return
+            found.wrong += said_counts(victim, chosen.randint(1, 40))
+            watch = plant.watched() if doomed else None
+            killed_ns = time.monotonic_ns()
+            victim.kill()
+            victim.wait()
+            if watch:
+                found.expect_safe(watch, killed_ns)
 
     return accounted(broken)
 
 
-def _kill_victim(found: Round, chosen: random.Random, command: list[str]) -> None:
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stdin=subprocess.PIPE, text=True) as victim:
-        assert victim.stdin and victim.stdout
-        for _ in range(chosen.randint(1, 40)):
-            line = victim.stdout.readline()
-            if not line.startswith("count "):
-                found.wrong.append(f"the victim said {line!r}")
-                break
-        os.kill(victim.pid, signal.SIGKILL)
+def _kill_in_its_start(victim: subprocess.Popen[str], after_s: float) -> None:
+    """Whatever it was about to make then, nothing of it must stay."""
+    try:
+        victim.wait(after_s)
+    except subprocess.TimeoutExpired:
+        victim.kill()
         victim.wait()
-
-
-def _ends_with(instance: gpac.VerbInstance, condition: str, block: str | None) -> list[str]:
-    try:
-        report = instance.wait(timeout=LIMIT)
-    except gpac.Terminated as end:
-        if (end.condition, end.block) == (condition, block):
-            return []
-        return [f"'{instance.name}' ended with '{end.condition}' of block {end.block!r} instead of '{condition}' of {block!r}"]
-    except TimeoutError:
-        return [f"'{instance.name}' has no end report after {LIMIT}"]
-    return [f"'{instance.name}' ended normally, with '{report.condition}'"]
-
-
-def _goes_on(made: application.Application) -> list[str]:
-    before = made.count.value
-    try:
-        made.healthy.wait(timeout="10 ms")
-    except TimeoutError:
-        return [] if made.count.value > before else ["the healthy verb stands still"]
-    return ["the healthy verb has ended"]
 
 
 KINDS = {
@@ -166,8 +154,11 @@ KINDS = {
         Kind("runaway loop in a block", 50, 2, in_a_block("runs_away")),
         Kind("segfault in a block of a process", 50, 2, in_a_block("segfaults", PROCESS)),
         Kind("runaway loop in a block of a process", 50, 1, in_a_block("runs_away", PROCESS)),
-        Kind("abort in a block of a process", 100, 3, of_a_processor("aborts")),
-        Kind("kill -9 of a processor", 200, 5, of_a_processor("is killed")),
+        Kind("abort in a block of a process", 100, 3, accounted(abort_in_a_block)),
+        Kind("kill -9 of a processor", 200, 5, accounted(of_a_processor)),
+        Kind("kill -9 of the guard", 50, 2, accounted(of_the_guard)),
+        Kind("kill -9 of the supervisor, a daemon", 100, 2, accounted(of_the_supervisor)),
+        Kind("kill -9 of the programming system", 100, 2, accounted(of_the_programming_system)),
         Kind("kill -9 of everything, on threads", 50, 1, of_everything(THREAD)),
         Kind("kill -9 of system and supervisor", 100, 3, of_everything(PROCESS)),
     )

@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import os
 import select
+import signal
 import subprocess
 import sys
 import time
@@ -33,6 +34,8 @@ def enter_alone(program: list[str]) -> None:
         given = False
     if given:
         os.environ[ALONE] = "1"
+        # Ctrl-C is for the one inside, which says what it has found so far.
+        signal.signal(signal.SIGINT, lambda *_: None)
         sys.exit(subprocess.run([*unshare, "bash", "-c", _ALONE_SCRIPT, "bash", sys.executable, *program]).returncode)
 
 

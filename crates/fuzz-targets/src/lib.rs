@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What reads bytes that others wrote, one function each: a fuzzer may give it any bytes, and it neither panics nor takes for good
 //! what it would say differently. `fuzz/` drives them with libFuzzer; the tests here replay the corpus and change it at random.
+mod control;
 mod definitions;
+mod exchange;
 mod journal;
 mod packets;
+mod schema;
 mod scripts;
 
 use indexmap::IndexMap;
@@ -21,6 +24,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("frames", scripts::frames),
     ("parcels", scripts::parcels),
     ("journal", journal::journal),
+    ("control", control::control),
 ];
 
 /// The type parser: a declaration, and after each further line break `name declaration` of a type that it may use. What was read

@@ -25,7 +25,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("control", &["opengpac", "model", "supervisor", "session"]),
     ("bindings", &["opengpac", "model", "guard", "drivers", "supervisor", "session", "places", "control"]),
     ("c-package", &["session"]),
-    ("fuzz-targets", &["opengpac", "model", "interconnect", "kernel", "modules", "library", "rtp", "control"]),
+    ("fuzz-targets", &["opengpac", "model", "interconnect", "kernel", "modules", "library", "rtp", "control", "session", "supervisor"]),
 ];
 
 /// What some crates must not know of the world.
