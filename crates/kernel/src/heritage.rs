@@ -8,8 +8,8 @@ use opengpac::abi::{Item, NONE, kind};
 use std::collections::HashMap;
 use std::ffi::CStr;
 use std::ptr;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 /// What the table of a source has in force.
 #[derive(Clone)]
@@ -56,8 +56,8 @@ pub struct Heritage {
     times: Vec<(Arc<Process>, Arc<Process>, SourceId)>,
     devices: Vec<Arc<Device>>,
     ahead_ns: i64,
-    /// What is to be freed elsewhere.
-    left: Vec<Looks>,
+    /// What is to be freed elsewhere. Never locked: a script is shared, this is not.
+    left: Mutex<Vec<Looks>>,
     is_done: Arc<AtomicBool>,
 }
 
@@ -106,7 +106,7 @@ impl Heritage {
                 }
             }
         }
-        let left = Vec::with_capacity(to.devices.len());
+        let left = Mutex::new(Vec::with_capacity(to.devices.len()));
         (Heritage { passes, times, devices: to.devices.clone(), ahead_ns, left, is_done: Arc::default() }, passed)
     }
 
@@ -150,9 +150,10 @@ impl Kernel {
                 unsafe { (*to.state()).keep_behind(&*from.state(), heritage.ahead_ns) };
             }
         }
+        let left = heritage.left.get_mut().expect("nobody locks it");
         for device in &heritage.devices {
             // SAFETY: a device of this source; the host before has ended.
-            heritage.left.extend(unsafe { device.inherit(heritage.ahead_ns) });
+            left.extend(unsafe { device.inherit(heritage.ahead_ns) });
         }
         self.stored = true;
         heritage.is_done.store(true, Ordering::Release);
