@@ -16,7 +16,8 @@ from typing import Any
 from .. import _native
 from ..errors import ConnectionLost, VersionMismatch, refusals, refuse
 from ..reports import Report
-from .transport import Answer, Transport, readable, spoken
+from .answers import Answer
+from .transport import Transport, readable, spoken
 
 _logger = logging.getLogger("opengpac")
 

@@ -39,9 +39,6 @@ impl Seen {
     }
 }
 
-// SAFETY: nothing of it is reached through a shared reference.
-unsafe impl Sync for Looks {}
-
 impl Looks {
     /// What the device read last.
     pub(super) fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
