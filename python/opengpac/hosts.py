@@ -56,10 +56,10 @@ def add_to(commands: Any) -> None:
 def _join(given: argparse.Namespace) -> int:
     token = Path(given.token_file).read_text().strip() if given.token_file else None
     options = options_json(given.at, given.name, authority=given.ca, certificate=given.cert, key=given.key, token=token)
-    print(f"host '{given.name}' joins system '{given.system}' at {given.at}; Ctrl-C ends it", flush=True)
     # Whoever manages services ends it so; it is the same as Ctrl-C.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
+        print(f"host '{given.name}' joins system '{given.system}' at {given.at}; Ctrl-C ends it", flush=True)
         why = _native.join_system(given.system, options)
         end = f"system '{given.system}' is gone"
     except KeyboardInterrupt:
