@@ -137,8 +137,11 @@ mod tests {
         let path = folder.path.clone();
         // As a killed process leaves it: the lock goes, the files stay.
         locks::unlock(&folder.members).expect("it was locked");
-        sweep();
-        assert!(!path.exists());
+        // Another sweep may have the lock just now: then that one removes it.
+        while path.exists() {
+            sweep();
+            std::thread::yield_now();
+        }
     }
 
     #[test]
