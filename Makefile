@@ -4,8 +4,9 @@
 # make faults  the whole fault campaign, the fuzzers and the cell of 16 processors: two hours; reports in out/
 # make bench   ratios against hand-written loops and peers, taken in one run
 # The crate `hosts` is built apart, in one profile and by its name only: zenoh takes minutes.
+# make test-studio   the studio's page: types, lint, units;  make test-browser  the same page in a real browser against a running arm; screenshots in out/studio/
 # make c-package   target/release/libopengpac_ps.so, for programming systems in C
-.PHONY: run test faults bench c-package setup test-rust test-loom test-sanitizer test-python lint clean
+.PHONY: run test test-browser faults bench c-package setup test-rust test-loom test-sanitizer test-python test-studio lint clean
 .DEFAULT_GOAL := run
 
 PYTHON ?= python3
@@ -14,29 +15,41 @@ VENV := .venv
 BIN := $(VENV)/bin
 NATIVE := python/opengpac/_native.abi3.so
 RUST := $(shell find crates -name '*.rs' -o -name '*.c' -o -name '*.h' -o -name '*.py' -o -name Cargo.toml 2>/dev/null) Cargo.toml Cargo.lock
+# The studio's page, which the wheel carries and the control interface serves.
+PAGE := python/opengpac/studio_page/index.html
+PAGE_SOURCES := $(shell find studio/src studio/public -type f 2>/dev/null) studio/index.html studio/vite.config.ts studio/tsconfig.json
 # Where the plant's physics library lies: the Rust tests of its driver need it.
 MUJOCO = $(shell $(BIN)/python -c 'import pathlib, importlib.util as u; print(pathlib.Path(u.find_spec("mujoco").origin).parent)' 2>/dev/null)
 
 run: setup
 	$(BIN)/python examples/coordinated_motion.py
 
-setup: $(VENV)/ready $(NATIVE)
+setup: $(VENV)/ready $(PAGE) $(NATIVE)
 
 $(VENV)/ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check maturin numpy tomlkit mujoco matplotlib pytest hypothesis scipy pyright ruff
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check maturin numpy rich tomlkit mujoco matplotlib pytest hypothesis scipy ipython ipykernel nbclient mcap pyright ruff
 	touch $@
 
 $(NATIVE): $(RUST) pyproject.toml $(VENV)/ready
 	$(BIN)/maturin develop --release --quiet
 	touch $@
 
-test: lint test-rust test-loom test-sanitizer test-python
+studio/node_modules/ready: studio/package-lock.json
+	@node -e 'const [a, b] = process.versions.node.split("."); process.exit(a > 20 || (a == 20 && b >= 19) ? 0 : 1)' 2>/dev/null || \
+		{ echo "the studio's page is built with Node 20.19 or newer, which is not here: install it from nodejs.org or your distribution"; false; }
+	cd studio && npm install --no-save --no-audit --no-fund --loglevel=error
+	touch $@
+
+$(PAGE): $(PAGE_SOURCES) studio/node_modules/ready
+	cd studio && npm run --silent build -- --logLevel error
+	touch $@
+
+test: lint test-rust test-loom test-sanitizer test-python test-studio
 
 lint: setup
 	cargo fmt --all --check
-	cargo clippy --workspace --exclude hosts --all-targets --quiet -- -D warnings
-	cargo clippy -p hosts -p places -p bindings --features bindings/hosts --release --all-targets --quiet -- -D warnings
+	cargo clippy --workspace --features bindings/hosts --all-targets --quiet -- -D warnings
 	$(BIN)/ruff check python tests examples
 	$(BIN)/pyright
 
@@ -56,11 +69,21 @@ test-python: setup
 	@set -o pipefail; $(BIN)/python -m pytest 2>&1 | tee out/pytest.log || \
 		{ grep -v 'site-packages\|^  File "<frozen\|^Extension modules' out/pytest.log | tail -n 40 | cut -c 1-300; false; }
 
+test-studio: setup
+	cd studio && npm run --silent check
+
+# The page in Debian's chromium against running systems; pictures in out/studio. Some minutes, more where graphics are computed.
+test-browser: setup
+	cd studio && npm run --silent test:browser
+
 faults: setup
 	$(BIN)/python tests/faults/campaign.py
 	$(BIN)/python tests/faults/fuzz.py
 	$(BIN)/python tests/faults/sixteen.py
+	cargo build --profile checked -p bindings --features hosts
+	$(BIN)/python tests/faults/replays.py --also target/checked/lib_native.so
 	OPENGPAC_PARTITIONS_S=1,3,10,30 cargo test -p hosts --release --test namespaces -- --nocapture
+	cd studio && npm run --silent test:faults
 
 bench: setup
 	$(BIN)/python bench/run.py
@@ -69,4 +92,4 @@ c-package:
 	cargo build --release -p c-package
 
 clean:
-	rm -rf target $(VENV) out $(NATIVE)
+	rm -rf target $(VENV) out $(NATIVE) $(dir $(PAGE)) studio/node_modules

@@ -24,7 +24,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import lines
-from rows import hosts, jitter, kernel, planned, processes, remote, verbs, virtual_clock
+from rows import hosts, jitter, kernel, planned, processes, recording, remote, verbs, virtual_clock
 
 
 @dataclass(frozen=True)
@@ -45,6 +45,7 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
     "processes": lambda options: processes.measure(options.rounds),
     "jitter": lambda options: jitter.measure(options.rounds, options.quick),
     "verb": lambda options: verbs.measure(options.rounds, options.quick),
+    "recording": lambda options: recording.measure(options.rounds, options.quick),
     "remote": lambda options: remote.measure(options.rounds, options.quick),
     "hosts": lambda options: hosts.measure(options.rounds),
     "virtual": lambda options: virtual_clock.measure(options.rounds),

@@ -188,6 +188,7 @@ def main() -> int:
         arm = gpac.robots.load("ur5e", rtp, on=fast)
         trace = JointTrace(arm)
         log = Account(trace)
+        programs.studio(cell, options)
         print(f"UR5e in {options.clock} time: {', '.join(joint.short_name for joint in arm)}")
         with arm.enabled():
             perform(arm, cell.physical_devices["ur5e"], slow, fast, log)

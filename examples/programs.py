@@ -34,6 +34,17 @@ def system(name: str, options: argparse.Namespace) -> gpac.System:
     return gpac.System(name, clock="virtual" if options.clock == "virtual" else "monotonic")
 
 
+def studio(cell: gpac.System, options: argparse.Namespace) -> None:
+    """Prints where the page of the system is; under the virtual clock it would be over before anybody opens it."""
+    if options.clock == "virtual":
+        return
+    try:
+        print(f"studio: {cell.studio().url}", flush=True)
+    except gpac.FileFailed as missing:
+        # A checkout in which the page was not built: everything else works.
+        print(f"studio: none, {missing.message}; {missing.remedy}", flush=True)
+
+
 def run(main: Callable[[], int]) -> None:
     """Runs a program to its exit code; Ctrl-C is 130: what ran was halted when its system was left."""
     try:

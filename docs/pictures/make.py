@@ -9,6 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import opengpac as gpac
+from opengpac import library
 
 matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "opengpac", "font.family": "sans-serif", "font.size": 9})
 
@@ -89,5 +90,20 @@ def verb_to_torque() -> None:
         figure.savefig(sys.argv[sys.argv.index("--preview") + 1], dpi=100)
 
 
+def definitions() -> None:
+    """What a notebook shows of a graph and of a verb."""
+    smooth = gpac.Graph("smooth",
+        blocks={"gain": library.gain(k=2.0), "filter": library.lowpass(alpha=0.3)},
+        inputs={"u": "gain.u"}, outputs={"y": "filter.y"}, cells={"scaled": ["gain.y", "filter.u"]})
+    loop = gpac.Graph("loop",
+        blocks={"pid": library.pid(kp=2.0), "limit": library.limit(high=1.0), "plant": library.first_order_lag(time=0.2), "sensor": smooth},
+        inputs={"goal": "pid.setpoint"}, outputs={"position": ["plant.y", "sensor.u"]},
+        cells={"effort": ["pid.effort", "limit.u"], "limited": ["limit.y", "plant.u"], "measured": ["sensor.y", "pid.measured"]},
+        modes={"pid.measured": "asynchronous"})
+    loop.save_svg(FOLDER / "graph.svg")
+    gpac.motion.move_linear.save_svg(FOLDER / "verb.svg")
+
+
+definitions()
 motion("virtual" if "--virtual" in sys.argv else "monotonic")
 verb_to_torque()

@@ -2,7 +2,7 @@
 """OpenGPAC, a general purpose automation controller: configure real-time control programs, and change them while they run.
 
 `System` is a real-time system; `Verb` and `verb` make verbs, `Graph` a data flow graph, `LogicalDevice` a type of devices;
-`library` has the blocks, `drivers` the physical devices, `robots` arms that are ready to use.
+`load` reads them from a file; `library` has the blocks, `drivers` the physical devices, `robots` arms that are ready to use.
 """
 
 import importlib
@@ -60,15 +60,19 @@ from .parameters import each, input, required
 from .physical import Channel, Part, PhysicalDevice
 from .points import Point, Points
 from .quantities import Quantity, deg
+from .recordings import Recorded, Recording, open_recording
 from .remote.connecting import connect
+from .replaying import Difference, Replay, replay
 from .reports import Report
 from .sources import Processor, Source
+from .studio import Studio
 from .suspension import Holding, holding
 from .svvs import SVV, Predicate, Snapshot
 from .system import System
 from .verbs import Verb
 
 from .decorated import verb  # isort: skip
+from .definitions import DefinitionFile, load, save  # isort: skip
 
 if TYPE_CHECKING:
     from . import cell, motion, robots
@@ -85,12 +89,13 @@ def __getattr__(name: str) -> ModuleType:
 
 __all__ = [
     "SVV", "AuditFailed", "Block", "BlockUse", "CallError", "Channel", "Command", "ComposedVerb", "CompositionConflict", "ConnectionLost",
-    "CoverError", "DefinitionError", "DeviceFailed", "EmergencyStopped", "Error", "FileFailed", "Frame", "Graph", "Group", "Holding",
-    "InUse", "InstallationErrors", "Interval", "InvalidState", "LimitExceeded", "LogicalDevice", "Module", "ModuleError", "NotAllowed",
-    "NotCommanding", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part", "PhysicalDevice", "PlacementError", "Point", "Points",
-    "Pose", "Predicate", "Processor", "Quantity", "Reference", "Report", "SchedulingError", "SecondWriter", "SessionLost", "Snapshot",
-    "Source", "StructType", "SynchronousCycle", "System", "TakenOver", "TakenProcessor", "Terminated", "Termination", "TypeMismatch",
-    "UnitMismatch", "UnknownName", "Unreachable", "ValueRefused", "Verb", "VerbInstance", "VersionMismatch", "activate", "cell", "compose",
-    "connect", "deactivate", "deg", "drivers", "each", "execute", "holding", "input", "install", "interval", "library", "motion", "on",
-    "parameter", "ratio", "ready", "required", "robots", "svv", "together", "verb", "wait",
+    "CoverError", "DefinitionError", "DefinitionFile", "DeviceFailed", "Difference", "EmergencyStopped", "Error", "FileFailed", "Frame",
+    "Graph", "Group", "Holding", "InUse", "InstallationErrors", "Interval", "InvalidState", "LimitExceeded", "LogicalDevice", "Module",
+    "ModuleError", "NotAllowed", "NotCommanding", "NotEnabled", "NotHomed", "Occurrence", "OutOfRange", "Part", "PhysicalDevice",
+    "PlacementError", "Point", "Points", "Pose", "Predicate", "Processor", "Quantity", "Recorded", "Recording", "Reference", "Replay",
+    "Report", "SchedulingError", "SecondWriter", "SessionLost", "Snapshot", "Source", "StructType", "Studio", "SynchronousCycle",
+    "System", "TakenOver", "TakenProcessor", "Terminated", "Termination", "TypeMismatch", "UnitMismatch", "UnknownName", "Unreachable",
+    "ValueRefused", "Verb", "VerbInstance", "VersionMismatch", "activate", "cell", "compose", "connect", "deactivate", "deg", "drivers",
+    "each", "execute", "holding", "input", "install", "interval", "library", "load", "motion", "on", "open_recording", "parameter",
+    "ratio", "ready", "replay", "required", "robots", "save", "svv", "together", "verb", "wait",
 ]  # fmt: skip

@@ -6,6 +6,7 @@ refuses comes as `Refused`, whose `args[0]` is the JSON of a list of refusals (`
 Times are ns, int. Names of sources are `rtp.source`.
 """
 
+import os
 from collections.abc import Callable
 
 class Refused(Exception):
@@ -21,6 +22,9 @@ def header_text() -> str:
 def build(sources: list[str], output: str | None) -> str:
     """Compiles C or C++ sources into a code module; returns its path. Refused (ModuleError) shows the first error."""
 
+def replay(path: str, asked_json: str) -> str:
+    """Runs a record again: what is asked for and what is found as JSON. Refused (CallError) is what cannot be read."""
+
 def trial(module: str, block: str, values_json: str, inputs_json: str, times: int, period_ns: int) -> str:
     """Runs a block with no system, an invocation every `period_ns`: `values` constants, `inputs` name → list of values (one an invocation) or one constant.
 
@@ -30,6 +34,9 @@ def trial(module: str, block: str, values_json: str, inputs_json: str, times: in
 
 def type_json(type_text: str, types_json: str) -> str:
     """Normalised type as a tree: {"scalar": "double"} | {"array": [tree, n]} | {"struct": [[name, tree, offset], …], "size": n}, with "text", "size", "align"."""
+
+def long_form(kind: str, definition_json: str) -> str:
+    """A definition (JSON) of kind "graph", "verb" or "device_type" with its short forms written out, as `define_verb` keeps it."""
 
 def number_in(text: str, unit: str) -> float:
     """The number that a quantity, `"90 deg"`, is in a unit, `"rad"`. Refused: ValueRefused, UnitMismatch."""
@@ -53,12 +60,14 @@ def plant_state(name: str) -> str | None:
     {"is_safe", "obeyed_ns": monotonic, "steps", "failed": text or null, "readings": bytes, "pid"}.
     """
 
-def serve(system: System, options_json: str, tell: Callable[[str], object], ready: Callable[[list[str]], object]) -> None:
+def serve(
+    system: System, options_json: str, tell: Callable[[str], object], ready: Callable[[list[str], str | None], object]
+) -> None:
     """Serves a system over the control interface until a signal's exception comes; `tell` hears what its journal comes to, line by
-    line, then `ready` gets the addresses.
+    line, then `ready` gets the addresses, and where the studio's page is.
 
     options: {"socket", "listen", "tls_cert", "tls_key", "client_ca", "tokens", "audit", "journal": text, "journal_strict",
-    "insecure_loopback": bool, "hosts", "origins": [text]}, each may be left out. Nothing listens where something is refused.
+    "insecure_loopback": bool, "hosts", "origins": [text], "page": folder, "run_token": role, "no_socket": bool}, each may be left out. Nothing listens where something is refused.
     """
 
 def socket_path(name: str) -> str:
@@ -76,8 +85,26 @@ def token_list(path: str) -> str:
 def token_revoke(path: str, name: str) -> bool:
     """Revokes what has that name; false where there is none."""
 
+class Server:
+    """A system of this process, served over the control interface by threads of its own: whatever Python does, they answer."""
+
+    def __init__(self, system: System, options_json: str) -> None:
+        """options: as those of `serve`, and {"no_socket": bool, "run_token": role, "page": folder}."""
+
+    def addresses(self) -> list[str]:
+        """Where it listens."""
+
+    def studio(self) -> str | None:
+        """Where the page is, with the token of this run behind `#`; None where no page is served."""
+
+    def stop(self) -> None:
+        """Stops answering. Twice is once."""
+
 class System:
     """One real-time system, embedded in this process."""
+
+    def trace(self, path: os.PathLike[str]) -> None:
+        """Records it so that it can be replayed, into a new file, until it is closed. Refused (InvalidState) where it has sources already."""
 
     def __init__(self, name: str, clock: str, options_json: str) -> None:
         """clock: "monotonic" or "virtual". options: {"seed": int, "interconnect": {"kind": "memory"} | {"kind": "message", "seed": int, "delay_ns": [lo, hi], "drop": p, "repeat": p, "reorder": p, "corrupt": p}, "processes": {"command": [text], "guard": [text], "python": text}, "adopt": bool}."""
@@ -87,9 +114,10 @@ class System:
         """Lets other hosts join; options as in `join_system`. Refused: InvalidState."""
 
     def take_over(self) -> str:
-        """What runs in processes that lost their system goes on. {"processors": [{"name", "is_adopted", "carried": [label], "anew": [{"block", "why"}], "ended": [label], "gap_ns": int | None}]}. Refused: InvalidState."""
+        """What runs in processes that lost their system goes on. {"processors": [{"name", "processors": [name], "is_adopted", "carried": [label], "anew": [{"block", "why"}], "ended": [label], "gap_ns": int | None}]}. Refused: InvalidState."""
 
-    def processor(self, name: str, core: int | None, supervisor: bool, process: bool, host: str | None) -> None: ...
+    def processor(self, name: str, core: int | None, supervisor: bool, process: bool | str, host: str | None) -> None:
+        """process: False, True (one of its own) or the name of one that several processors share. Refused: PlacementError, DefinitionError, InUse, InvalidState."""
     def source(self, processor: str, name: str, kind: str, period_ns: int, priority: int, virtual_cost_ns: int) -> None:
         """kind: "timer", "trigger" or "software"."""
 
@@ -113,6 +141,12 @@ class System:
         """Checks and enters a verb. An equal definition is nothing; a different one of the name redefines it (InUse while an instance runs or is suspended)."""
 
     def check_graph(self, graph_json: str) -> None: ...
+    def check_definition(self, drawing_json: str) -> str:
+        """{"graph": …} or {"verb": …} -> the refusals (JSON) of that definition, types and units too, each with "where"; nothing is entered."""
+
+    def compatible(self, drawing_json: str, source_json: str, sink_json: str) -> str:
+        """Why the ports {block, port} of a definition cannot be wired, or null; `to` null: [{block, port, reason}] for every port."""
+
     def compose(self, composition_json: str) -> str:
         """The verb (JSON) that a composition of verbs is: {name, doc, parts: {label: verb}, transitions: [{from: [part or list], condition | null, to, place}],
         initial, rename, preset, share, together, place}. Nothing is entered; Refused lists every conflict."""
@@ -220,7 +254,11 @@ class System:
         """[alarm]: the history of an earlier life."""
 
     def statistics_json(self) -> str:
-        """{sources: {name: {firings, overruns, faults, jitter_*, duration_*, stopped, rights_missing}}, instances: [..], devices: {..}, emergency: null | reason, paused: bool | [device], mode}."""
+        """{sources: {name: {firings, overruns, faults, jitter_*, duration_*, stopped, rights_missing, probed, blocks: [{instance, label, block, samples, last_ns, mean_ns, max_ns}]}}, instances: [..], devices: {..}, emergency: null | reason, paused: bool | [device], mode}."""
+
+    def probe(self, source: str | None, for_ns: int) -> None:
+        """The probe visits the blocks of a source, or of all, one a firing, for so long of real time (an hour at most): then
+        `statistics_json` tells their times."""
 
     def verbs_json(self) -> str:
         """[{name, doc, class: "supports devices" | "acts on devices", supports: [device types], simple, lists, parts: {label: {verb, initial}}}]."""
@@ -232,8 +270,49 @@ class System:
         """What there is, in full: {processors: {name: {core, supervisor}}, sources: {name: {processor, kind: "trigger" | "software" | {"timer": {period_ns}}, priority}},
         physical_devices: {name: {source, channels, parts, …}}, logical_devices: {name: device type}, device_types: {name: definition}}."""
 
+    def installed_json(self) -> str:
+        """Every instance as it is installed: {instances: [{id, name, verb, state, list, owner, starts, device, blocks, cells, lists,
+        conditions, transitions, initial, ending}]}; docs/control.md has the form."""
+
+    def verb_form_json(self, name: str) -> str:
+        """What a form that starts a verb needs: {name, doc, arguments, inputs, defined}."""
+
+    def geometry_json(self, device: str) -> str:
+        """The bodies of a physical device for drawing: {bodies, meshes}. It loads the model once more."""
+
     def log_json(self, since: int) -> str:
-        """Recorded conditions, faults, transitions, end reports: [{sequence, time_s, kind, text, …}]."""
+        """Recorded commands, conditions, faults, transitions, ends: [{sequence, time_s, kind, about, text, who}]; `who` of commands."""
+
+
+    def record(self, path: str, options_json: str) -> int:
+        """Begins to record into a new file: {svvs: [names with * and ?], cells: bool}. The number of the recording."""
+
+    def recording_json(self, number: int) -> str:
+        """{path, running, counts: {channel: n}, lost: {channel: n}, bytes, failure}."""
+
+    def stop_recording(self, number: int) -> str:
+        """Ends it, as recording_json. Releases the interpreter; lets signals through."""
 
     def close(self) -> None:
         """Halts the actions, disables the devices, stops the kernels. Safe to call twice."""
+
+
+class Recording:
+    """A recording in memory."""
+
+    def series_json(self) -> str:
+        """{name: {kind, type, type_text, unit, count}}."""
+
+    def series(self, name: str) -> tuple[bytes, bytes, bytes]:
+        """Numbers (u64), times in ns (i64) and values of one of them."""
+
+    def records_json(self, topic: str) -> str:
+        """[[time in ns, message]] of another channel."""
+
+    def topics(self) -> list[str]:
+        """Names of the other channels."""
+
+    def about_json(self) -> str:
+        """{complete, metadata: {name: {..}}, lost: {channel: n}}."""
+
+def open_recording(path: str) -> Recording: ...

@@ -10,11 +10,12 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class TakenProcessor:
-    """What became of one processor in a process of its own.
+    """What became of one processor in a process of its own, or of those that share one.
 
-    `adopted`: its process had lost its system, and what ran there goes on; else it was started for this system. `carried` are the
-    blocks that go on where they were (`instance.block`), `anew` those that begin anew, each with the reason, `ended` those that ran
-    and that this system has not started. `gap` is the longest time for which a device was not written, in s; None where none was.
+    `name` is that of the processor, or of the process that may be shared, `processors` are those in it. `adopted`: its process had lost
+    its system, and what ran there goes on; else it was started for this system. `carried` are the blocks that go on where they were
+    (`instance.block`), `anew` those that begin anew, each with the reason, `ended` those that ran and that this system has not
+    started. `gap` is the longest time for which a device was not written, in s; None where none was.
     """
 
     name: str
@@ -23,12 +24,15 @@ class TakenProcessor:
     anew: Mapping[str, str] = field(default_factory=dict)
     ended: tuple[str, ...] = ()
     gap: float | None = None
+    processors: tuple[str, ...] = ()
 
     def __str__(self) -> str:
+        shared = self.name not in self.processors
+        of = f"process '{self.name}' (processors {', '.join(map(repr, self.processors))})" if shared else f"processor '{self.name}'"
         if not self.adopted:
-            return f"processor '{self.name}': its process was started for this system"
+            return f"{of}: {'it' if shared else 'its process'} was started for this system"
         gap = "" if self.gap is None else f"; outputs held for {self.gap * 1e3:.3g} ms"
-        lines = [f"processor '{self.name}': {len(self.carried)} blocks go on{gap}"]
+        lines = [f"{of}: {len(self.carried)} blocks go on{gap}"]
         lines += [f"  {block} begins anew: {why}" for block, why in self.anew.items()]
         lines += [f"  {block} has ended: it was not started again" for block in self.ended]
         return "\n".join(lines)
@@ -36,21 +40,22 @@ class TakenProcessor:
 
 @dataclass(frozen=True)
 class TakenOver:
-    """What `System.take_over` did, for each processor in a process of its own; it prints as a text."""
+    """What `System.take_over` did, for each process of processors; it prints as a text."""
 
     processors: tuple[TakenProcessor, ...]
 
     @property
     def adopted(self) -> tuple[str, ...]:
         """The names of the processors whose processes were taken over."""
-        return tuple(of.name for of in self.processors if of.adopted)
+        return tuple(name for of in self.processors if of.adopted for name in of.processors)
 
     def __getitem__(self, name: str) -> TakenProcessor:
-        """What became of the processor of that name."""
+        """What became of the processor of that name, and of those that share its process."""
         for of in self.processors:
-            if of.name == name:
+            if name in (of.name, *of.processors):
                 return of
-        raise KeyError(f"no processor '{name}' in a process of its own; there are {', '.join(of.name for of in self.processors) or 'none'}")
+        there = ", ".join(name for of in self.processors for name in of.processors)
+        raise KeyError(f"no processor '{name}' in a process of its own; there are {there or 'none'}")
 
     def __str__(self) -> str:
         return "\n".join(str(of) for of in self.processors) or "there was nothing to take over: no processor has a process of its own"
@@ -67,6 +72,7 @@ def taken_over(text: str) -> TakenOver:
                 anew={block["block"]: block["why"] for block in of["anew"]},
                 ended=tuple(of["ended"]),
                 gap=None if of["gap_ns"] is None else of["gap_ns"] * 1e-9,
+                processors=tuple(of["processors"]),
             )
             for of in json.loads(text)["processors"]
         )

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
+from .tables import Shown, Table
 
 if TYPE_CHECKING:
     from .system import System
@@ -68,7 +69,7 @@ def _alarm(given: Mapping[str, Any]) -> Alarm:
 _TIMES = {"returned_ns": "returned", "acknowledged_ns": "acknowledged_at"}
 
 
-class Alarms:
+class Alarms(Shown):
     """The alarms of a system, `cell.alarms`: those that are active or not acknowledged, in the order in which they came first.
 
     Every end of a verb that raises, every device that fails and the emergency stop raise one by themselves; `define` adds your
@@ -166,10 +167,21 @@ class Alarms:
         lines = [str(alarm) for alarm in self]
         return "\n".join(lines) if lines else "no alarms"
 
-    def _repr_html_(self) -> str:
-        names = ("number", "time", "wall", "severity", "state", "code", "source", "text", "remedy", "count")
-        rows = "".join("<tr>" + "".join(f"<td>{getattr(alarm, name)}</td>" for name in names) + "</tr>" for alarm in self)
-        return "<table><tr>" + "".join(f"<th>{name}</th>" for name in names) + f"</tr>{rows}</table>"
+    def _table(self) -> Table | None:
+        if self._system.closed:
+            return None
+        return _alarm_table(shown) if (shown := [*self]) else None
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [] if self._system.closed else [alarm.code for alarm in self]
+
+
+def _alarm_table(alarms: Iterable[Alarm]) -> Table:
+    """Alarms as a table: red while they are active."""
+    shown = [*alarms]
+    rows = [(a.number, f"{a.time:.3f} s", a.severity, a.state, a.code, a.source, a.text, a.remedy, a.count) for a in shown]
+    looks = ["bad" if a.active and not a.acknowledged else "warn" if a.active else "soft" for a in shown]
+    return Table("alarms", ["number", "time", "severity", "state", "code", "source", "text", "remedy", "count"], rows, looks)
 
 
 def _text(given: Any, what: str) -> str:

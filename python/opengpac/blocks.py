@@ -5,10 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .errors import CallError, DefinitionError, UnknownName, did_you_mean, refuse
 from .places import Place, here
+from .tables import CallSignature, Shown, Table
 from .values import plain
 
 if TYPE_CHECKING:
@@ -44,7 +46,7 @@ class Item:
         return f"{self.kind.replace('_', ' ')}{mode} {self.name} ({self.type or 'no value'}{unit}{last}): {self.doc}"
 
 
-class Block:
+class Block(Shown):
     """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`."""
 
     def __init__(self, interface: Mapping[str, Any], module: str = "library", system: System | None = None) -> None:
@@ -116,12 +118,18 @@ class Block:
         lines = [f"block {self.name}: {self.doc}", *(f"  {item!r}" for item in self.items.values())]
         return "\n".join(lines)
 
-    def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><td>{i.kind.replace('_', ' ')}</td><td><b>{i.name}</b></td><td>{i.type}</td><td>{i.unit}</td><td>{i.doc}</td></tr>"
+    @CallSignature
+    def __signature__(self) -> Signature:
+        """Constants that a use may give: what completion in a call knows."""
+        constant = [item for item in self.items.values() if item.kind in ("parameter", "size", "input", "condition")]
+        return Signature([Parameter(item.name, Parameter.KEYWORD_ONLY, default=...) for item in constant])
+
+    def _table(self) -> Table:
+        rows = [
+            (i.kind.replace("_", " "), i.name, i.type, i.unit, "" if i.kind not in ("input", "output") else i.mode, i.doc)
             for i in self.items.values()
-        )
-        return f"<b>{self.name}</b>: {self.doc}<table>{rows}</table>"
+        ]
+        return Table(f"{self.name}: {self.doc}", ["kind", "name", "type", "unit", "mode", "what it is"], rows)
 
 
 class BlockUse:
@@ -163,7 +171,7 @@ class Occurrence:
         self._use = use
 
     def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
+        if name.startswith("_"):
             raise AttributeError(name)
         block = self._use.block
         if name in block.items:
@@ -172,6 +180,10 @@ class Occurrence:
         if name in inner:
             return Occurrence(f"{self._label}.{name}", inner[name])
         refuse(UnknownName, f"block '{self._label}' ({block.name}) has no item '{name}'", did_you_mean(name, [*block.items, *inner]))
+
+    def __dir__(self) -> list[str]:
+        block = self._use.block
+        return [*block.items, *getattr(block, "blocks", {})]
 
     def __str__(self) -> str:
         return self._label

@@ -54,12 +54,17 @@ def _short(file: str) -> str:
 
 @functools.cache
 def _found(place: Place, words: tuple[str, ...], message: str) -> tuple[int, int, int]:
-    """Line, column and length of the first of the words that the statement at that place has, else of the statement's line."""
+    """Line, column and length of the first of the words that the statement at that place has, else of the statement's line.
+
+    In a file of definitions the line says it: what is wrong there stands on it.
+    """
     file, line = place
     lines = linecache.getlines(file)
     first = lines[line - 1] if 0 < line <= len(lines) else ""
     begin = len(first) - len(first.lstrip())
     fallback = (line, begin, max(1, len(first.strip())))
+    if not file.endswith(".py"):
+        return next(((line, at, len(word)) for word in words if (at := first.find(word)) >= 0), fallback)
     try:
         tree = ast.parse("".join(lines))
     except SyntaxError:

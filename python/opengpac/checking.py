@@ -33,6 +33,8 @@ class Findings:
     errors: list[Error] = field(default_factory=list)
     stopped: str = ""
     """Why the program was not followed to its end, if it was not: it needed a value that only a run gives."""
+    names: dict[str, Any] = field(default_factory=dict)
+    """What the program binds."""
 
 
 _findings: Findings | None = None
@@ -105,7 +107,7 @@ def check(path: str, arguments: list[str]) -> Findings:
     _findings, before = Findings(), sys.argv
     sys.argv = [path, *arguments]
     try:
-        follow(path, note)
+        follow(path, note, _findings.names)
     except SystemExit:
         pass
     except Exception as error:

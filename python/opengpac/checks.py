@@ -24,7 +24,7 @@ class Definitions:
     """The verbs and device types that a system knows, by name, so that an equal definition is nothing."""
 
     def __init__(self, native: RealTimeSystem) -> None:
-        self._native = native
+        self.native = native
         self._verbs: dict[str, str] = {}
         self._device_types: dict[str, str] = {}
         self._modules: dict[str, tuple[str, int]] = {}
@@ -33,7 +33,7 @@ class Definitions:
         """Downloads a code module of the component data base, and gives the interfaces of its blocks."""
         stamp = _stamp(path)
         with refusals:
-            described = json.loads(self._native.download(path, name))
+            described = json.loads(self.native.download(path, name))
         self._modules[name] = stamp
         return described["blocks"]
 
@@ -51,7 +51,7 @@ class Definitions:
         text = verb.text()
         if self._verbs.get(verb.name) != text:
             with refusals:
-                self._native.define_verb(text)
+                self.native.define_verb(text)
             self._verbs[verb.name] = text
 
     def enter_device_type(self, device_type: type[LogicalDevice]) -> None:
@@ -62,7 +62,7 @@ class Definitions:
         name, text = device_type.definition_name(), json.dumps(device_type.definition_json())
         if self._device_types.get(name) != text:
             with refusals:
-                self._native.define_device_type(text)
+                self.native.define_device_type(text)
             self._device_types[name] = text
 
 
@@ -98,7 +98,7 @@ def compose(parts: Iterable[Verb[..., object]], composition: Mapping[str, object
         for obj in part.objects.values():
             definitions.enter_device_type(obj.device_type)
     with refusals:
-        return json.loads(definitions._native.compose(json.dumps(composition)))
+        return json.loads(definitions.native.compose(json.dumps(composition)))
     raise AssertionError("`refusals` lets no exception pass silently")
 
 
@@ -107,7 +107,7 @@ def check_graph(graph: Graph, system: System | None) -> None:
     definitions = system._definitions if system is not None else without_system()
     definitions.enter_modules(graph.blocks.values())
     with refusals:
-        definitions._native.check_graph(json.dumps(graph.json()))
+        definitions.native.check_graph(json.dumps(graph.json()))
 
 
 def check_device_type(device_type: type[LogicalDevice]) -> None:

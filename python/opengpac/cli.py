@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac`: run, check, build, new block, blocks, rts, token, join, doctor."""
+"""The command `opengpac`: run, check, stubs, build, new block, blocks, rts, token, studio, join, doctor, top, record, plot, trace,
+replay."""
 
 from __future__ import annotations
 
@@ -7,10 +8,10 @@ import argparse
 import re
 import runpy
 import sys
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from pathlib import Path
 
-from . import _native, daemon, doctor, hosts, library
+from . import _native, daemon, doctor, hosts, library, plotting, replaying, studio, top
 from .errors import Error, refusals
 
 _TEMPLATE = """// SPDX-License-Identifier: Apache-2.0
@@ -50,11 +51,17 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("program")
     run.add_argument("arguments", nargs=argparse.REMAINDER)
     run.set_defaults(run=_run)
-    check = commands.add_parser("check", help="make every installation check of a program; nothing runs")
+    check = commands.add_parser("check", help="make every installation check of a program, or of a file of definitions; nothing runs")
     check.add_argument("-v", "--verbose", action="store_true", help="also list what was filled in, and the delays")
     check.add_argument("program")
     check.add_argument("arguments", nargs=argparse.REMAINDER)
     check.set_defaults(run=_check)
+    stubs = commands.add_parser(
+        "stubs", help="write PROGRAM.pyi: types of the calls of verbs made from dictionaries, for editors and pyright"
+    )
+    stubs.add_argument("program")
+    stubs.add_argument("-o", "--output", help="the stub, else beside the program")
+    stubs.set_defaults(run=_stubs)
     build = commands.add_parser("build", help="compile C or C++ files into a code module")
     build.add_argument("files", nargs="+")
     build.add_argument("-o", "--output", help="the module, else beside the first file")
@@ -68,8 +75,12 @@ def _parser() -> argparse.ArgumentParser:
     blocks.add_argument("words", nargs="*", metavar="WORD")
     blocks.set_defaults(run=_blocks)
     daemon.add_to(commands)
+    studio.add_to(commands)
     hosts.add_to(commands)
     doctor.add_to(commands)
+    top.add_to(commands)
+    plotting.add_to(commands)
+    replaying.add_to(commands)
     return parser
 
 
@@ -81,6 +92,8 @@ def _run(given: argparse.Namespace) -> int:
 
 
 def _check(given: argparse.Namespace) -> int:
+    if Path(given.program).suffix in (".toml", ".json"):
+        return _check_file(given.program)
     from .carets import shown
     from .checking import check
 
@@ -98,7 +111,40 @@ def _check(given: argparse.Namespace) -> int:
     return 1 if errors else 0
 
 
-def _count(things: Sequence[object], word: str) -> str:
+def _stubs(given: argparse.Namespace) -> int:
+    from . import files
+    from .carets import shown
+    from .checking import check
+    from .stubs import stub
+
+    program = Path(given.program)
+    sys.path.insert(0, str(program.absolute().parent))
+    findings = check(given.program, [])
+    for error in findings.errors:
+        print(shown(error), file=sys.stderr)
+    output = Path(given.output) if given.output else program.with_suffix(".pyi")
+    files.write(output, stub(program, findings.names), "the stub")
+    if findings.stopped:
+        print(f"followed as far as a value that only a run gives: {findings.stopped}")
+    print(output)
+    return 1 if findings.errors else 0
+
+
+def _check_file(path: str) -> int:
+    """Every check of a file with definitions that needs no hardware; code modules that it names are built and loaded."""
+    from .carets import shown
+    from .definitions.reading import read_file
+    from .system import System
+
+    with System("check", clock="virtual") as cell:
+        made, errors = read_file(path, system=cell, stand_in=True)
+    texts = list(dict.fromkeys(shown(error) for error in errors))
+    print("\n".join(texts), file=sys.stderr, end="\n" if texts else "")
+    print(f"{_count(made, 'definition')} checked, {_count(texts, 'error')}")
+    return 1 if texts else 0
+
+
+def _count(things: Sized, word: str) -> str:
     return f"{len(things)} {word}{'' if len(things) == 1 else 's'}"
 
 

@@ -81,6 +81,7 @@ class ComposedVerb(Verb[..., Report]):
         self.composition = composition
         self._parts = dict(composition.parts)
         self.name, self.doc, self.place = composition.name, composition.doc, composition.place
+        self.layout: dict[str, Any] = {}
         self.blocks: dict[str, BlockUse] = {}
         self.placed_in, self.instance_name = None, None
         self._blocks_of_parts()

@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from . import _native, system
+from . import _native, studio, system
 from .drivers import _mujoco_folder
 from .errors import CallError, FileFailed, refusals, refuse
 
@@ -40,9 +40,13 @@ def add_to(commands: Any) -> None:
         "--journal", metavar="FILE", help="the calls that made the system what it is, appended; a daemon that starts again makes them again"
     )
     rts.add_argument("--journal-strict", action="store_true", help="ends the start where a call of the journal fails")
+    rts.add_argument("--records", metavar="FOLDER", help="where programs elsewhere may record, by names")
     rts.add_argument("--insecure-loopback", action="store_true", help="whoever is on this machine may observe over TCP without a token")
     rts.add_argument("--host", action="append", default=[], metavar="NAME", help="a name by which requests may call this machine")
     rts.add_argument("--origin", action="append", default=[], metavar="URL", help="a site whose pages may call")
+    rts.add_argument("--studio", action="store_true", help="prints the address of the page with a token of this run")
+    rts.add_argument("--studio-role", choices=studio.ROLES, help="what that token allows; default: operate")
+    rts.add_argument("--page", metavar="FOLDER", help="the page's files, instead of those that come with OpenGPAC")
     rts.add_argument("program", nargs="?", help="runs first; the system that it leaves open is served")
     rts.add_argument("arguments", nargs=argparse.REMAINDER)
     rts.set_defaults(run=_rts)
@@ -74,8 +78,9 @@ def _rts(given: argparse.Namespace) -> int:
     options = {
         "socket": given.socket, "listen": given.listen, "tls_cert": given.tls_cert, "tls_key": given.tls_key,
         "client_ca": given.client_ca, "tokens": given.tokens, "audit": given.audit,
-        "journal": given.journal, "journal_strict": given.journal_strict,
+        "journal": given.journal, "journal_strict": given.journal_strict, "records": given.records,
         "insecure_loopback": given.insecure_loopback, "hosts": given.host, "origins": given.origin,
+        **_studio(given),
     }  # fmt: skip
     try:
         served = _of_program(given) if given.program else _of_words(given)
@@ -92,9 +97,22 @@ def _tell(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def _say(addresses: list[str]) -> None:
+def _say(addresses: list[str], page: str | None) -> None:
     for address in addresses:
         print(f"listening on {address}", flush=True)
+    if page is not None:
+        print(f"studio: {page}", flush=True)
+
+
+def _studio(given: argparse.Namespace) -> dict[str, Any]:
+    """What is served of the studio: the page where there is a port and it was built, a token of this run where that is asked for."""
+    if given.studio_role is not None and not given.studio:
+        refuse(CallError, "--studio-role is given and no page has a token", "add --studio")
+    page = None if given.page is None else Path(given.page)
+    if given.studio:
+        return {"listen": given.listen or "127.0.0.1:0", "page": str(studio.built(page)), "run_token": given.studio_role or "operate"}
+    served = given.listen is not None and (page is not None or (studio.PAGE / "index.html").is_file())
+    return {"page": str(studio.built(page))} if served else {}
 
 
 def _of_words(given: argparse.Namespace) -> system.System:

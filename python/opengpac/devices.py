@@ -15,6 +15,7 @@ from .modules import StructType
 from .places import Place, here
 from .quantities import Quantity, duration_ns, optional_ns
 from .svvs import SVV
+from .tables import Shown, Table
 from .values import lively, plain, to_json
 
 if TYPE_CHECKING:
@@ -156,7 +157,7 @@ class _Definition:
     place: Place
 
 
-class LogicalDevice:
+class LogicalDevice(Shown):
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
     `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `on` is where its verb runs, the other arguments are its
@@ -323,6 +324,16 @@ class LogicalDevice:
         with refusals:
             self.system._alive().delete_device(self.name)
         self.system.devices.pop(self.name, None)
+
+    def _table(self) -> Table | None:
+        if self.system.closed:
+            return None
+        svvs = [getattr(self, name) for name in self.svv_members()]
+        values = self.system.read(*svvs) if svvs else ()
+        rows = [(name, value, svv.unit, "SVV") for name, svv, value in zip(self.svv_members(), svvs, values, strict=True)]
+        for name, member in self.parameter_members().items():
+            rows.append((name, getattr(self, name), member.unit, "tunable parameter" if member.tunable else "parameter"))
+        return Table(f"{self.definition_name()} {self.name}: {self.state}", ["member", "value", "unit", "kind"], rows)
 
     def __repr__(self) -> str:
         state = "in a closed system" if self.system.closed else self.state

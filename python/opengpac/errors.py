@@ -24,7 +24,10 @@ class End(NamedTuple):
 
 
 class Error(Exception):
-    """What OpenGPAC refuses. `message`, `remedy`, `ends`, `place` (file and line in your program) say what, why and where."""
+    """What OpenGPAC refuses. `message`, `remedy`, `ends`, `place` (file and line in your program) say what, why and where.
+
+    `where` has the parts of a definition that it is about, as an editor draws them: `{"block": "filter", "port": "u"}`.
+    """
 
     def __init__(self, message: str = "", *, remedy: str = "", ends: Sequence[End] = (), place: Place | None = None) -> None:
         super().__init__(message)
@@ -32,6 +35,7 @@ class Error(Exception):
         self.remedy = remedy
         self.ends = tuple(ends)
         self.place = place
+        self.where: list[dict[str, Any]] = []
 
     @property
     def file(self) -> str | None:
@@ -217,26 +221,25 @@ def _place(given: Mapping[str, Any] | None) -> Place | None:
 
 def from_refusals(text: str) -> Error:
     """The exception for the refusals of one call: its own class for one, `InstallationErrors` for several."""
-    errors = [
-        _CLASSES.get(r["class"], Error)(
-            r["message"],
-            remedy=r.get("remedy", ""),
-            ends=[End(e["what"], _place(e.get("place"))) for e in r.get("ends", [])],
-            place=_place(r.get("place")),
-        )
-        for r in json.loads(text)
-    ]
+    errors = [_from_refusal(refusal) for refusal in json.loads(text)]
     if len(errors) == 1:
         if errors[0].place is None:
             errors[0].place = here()
         return errors[0]
-    return _several(errors)
+    return several(errors)
+
+
+def _from_refusal(r: Mapping[str, Any]) -> Error:
+    ends = [End(e["what"], _place(e.get("place"))) for e in r.get("ends", [])]
+    error = _CLASSES.get(r["class"], Error)(r["message"], remedy=r.get("remedy", ""), ends=ends, place=_place(r.get("place")))
+    error.where = r.get("where", [])
+    return error
 
 
 _BOTH: dict[type[Error], type[InstallationErrors]] = {}
 
 
-def _several(errors: Sequence[Error]) -> InstallationErrors:
+def several(errors: Sequence[Error]) -> InstallationErrors:
     """Several errors as one: of the class that they share too, so that `except NotEnabled` catches an arm of six joints."""
     kinds = {type(error) for error in errors}
     if len(kinds) != 1 or Error in kinds:

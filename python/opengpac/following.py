@@ -44,8 +44,8 @@ class Absent:
 ABSENT = Absent()
 
 
-def follow(path: str, note: Callable[[Error], None]) -> None:
-    """Executes the program in that file as `__main__`; `note` is called for each refused statement.
+def follow(path: str, note: Callable[[Error], None], names: dict[str, Any] | None = None) -> None:
+    """Executes the program in that file as `__main__`; `note` is called for each refused statement. What it binds is put into `names`.
 
     Errors of other kinds, `SystemExit` among them, leave as they do when it is run.
     """
@@ -64,6 +64,8 @@ def follow(path: str, note: Callable[[Error], None]) -> None:
     try:
         exec(compile(ast.fix_missing_locations(tree), path, "exec"), module.__dict__)
     finally:
+        if names is not None:
+            names.update({name: value for name, value in vars(module).items() if not name.startswith("__")})
         if before is not None:
             sys.modules["__main__"] = before
 

@@ -4,12 +4,16 @@
 from __future__ import annotations
 
 import copy
+import os
 from collections.abc import Mapping
+from inspect import Parameter, Signature
 from typing import Any
 
 from .blocks import Block, Blocks, BlockUse, Item, Occurrence, mapping_of, systems_of, use_of, uses_of
 from .errors import DefinitionError, UnknownName, did_you_mean, refuse
-from .places import here
+from .pictures import Pictured, graph_svg
+from .places import Place, here
+from .tables import CallSignature, identifiers
 
 
 def mode_json(mode: Any) -> Any:
@@ -24,7 +28,7 @@ def ratio(n: int) -> dict[str, int]:
     return {"ratio": n}
 
 
-class Graph:
+class Graph(Pictured):
     """A data flow graph: blocks, and ρ as three mappings. Outside it looks like a subroutine, and stands wherever one may.
 
     `inputs`, `outputs` and `cells` map a port or local cell of the graph to ports of its blocks; `modes` relaxes the mode of a
@@ -58,13 +62,31 @@ class Graph:
         self.cells = mapping_of(cells)
         self.modes = {str(port): mode_json(mode) for port, mode in (modes or {}).items()}
         self.divide = {str(label): n for label, n in (divide or {}).items()}
-        self.place = here()
+        self.layout: dict[str, Any] = {}
+        self.place = self._defined_at()
         self._check()
+
+    def _defined_at(self) -> Place:
+        return here()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes it to a TOML or JSON file, by its ending: `docs/files.md`. What the file has besides stays; `gpac.load` reads it.
+
+        `layout`, the positions of its boxes as an editor draws them, is written as it is.
+        """
+        from .definitions import save
+
+        save(path, self)
 
     @property
     def items(self) -> Mapping[str, Any]:
         """Its ports, by name."""
         return {**self.inputs, **self.outputs}
+
+    @CallSignature
+    def __signature__(self) -> Signature:
+        """Constants that a use may give: what completion in a call knows."""
+        return Signature([Parameter(name, Parameter.KEYWORD_ONLY, default=...) for name in identifiers(self.inputs)])
 
     def __call__(self, **constants: Any) -> BlockUse:
         """This graph with constants for its inputs, or `**{"filter.alpha": 0.1}` for an inner parameter."""
@@ -118,6 +140,13 @@ class Graph:
                     moved = []
         new._check()
         return new
+
+    def svg(self) -> str:
+        """Its picture as SVG: blocks with their ports, types, units and modes, and the wires between them. Nested graphs are boxes.
+
+        A notebook shows it by itself. Dashed wires are asynchronous, dotted ones go by ratio.
+        """
+        return graph_svg(self)
 
     def source_json(self) -> dict[str, Any]:
         """What the model calls it as a block of something."""

@@ -12,6 +12,7 @@ from . import checking
 from .devices import LogicalDevice
 from .errors import CallError, InvalidState, UnknownName, did_you_mean, refusals, refuse
 from .quantities import Quantity, optional_ns
+from .tables import Shown, Table, identifiers
 
 if TYPE_CHECKING:
     from .system import System
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 D = TypeVar("D", bound=LogicalDevice)
 
 
-class Group(Generic[D]):
+class Group(Shown, Generic[D]):
     """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each."""
 
     def __init__(self, name: str, *devices: D) -> None:
@@ -114,8 +115,29 @@ class Group(Generic[D]):
             raise AttributeError(name)
         return self[name]
 
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *identifiers(self._ipython_key_completions_())]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [device.short_name for device in self._devices]
+
+    def _table(self) -> Table | None:
+        if self.system.closed:
+            return None
+        members = [*dict.fromkeys(name for device in self._devices for name in device.svv_members())]
+        rows: list[list[Any]] = []
+        for device in self._devices:
+            there = [name for name in members if name in device.svv_members()]
+            values = dict(zip(there, self.system.read(*(getattr(device, name) for name in there)) if there else (), strict=True))
+            rows.append([device.short_name, device.state, *(_short(values[name]) if name in values else "" for name in members)])
+        return Table(f"group {self.name}", ["device", "state", *members], rows)
+
     def __repr__(self) -> str:
         return f"group {self.name}: {', '.join(d.short_name for d in self._devices)}"
+
+
+def _short(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:

@@ -13,6 +13,7 @@ from .applications import application_json, options_json, system_for, values_jso
 from .errors import CallError, InvalidState, refusals, refuse
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import terminated
+from .tables import Shown, Table
 from .values import plain
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 R = TypeVar("R", covariant=True)
 
 
-class VerbInstance(Generic[R]):
+class VerbInstance(Shown, Generic[R]):
     """A verb applied to its arguments. Awaitable; a context manager that halts and deletes it at the end.
 
     Made by `verb.asynch(...)`, whose `wait` deletes it, or by `verb.new_instance(...)`, which may be started many times.
@@ -178,6 +179,15 @@ class VerbInstance(Generic[R]):
     def _about(self) -> dict[str, Any]:
         with refusals:
             return json.loads(self.system._native.instance_json(self.identity))
+
+    def _table(self) -> Table | None:
+        if self._deleted or self.system.closed:
+            return None
+        about = self._about()
+        rows = [(b["label"], b["block"], b["source"]) for b in about.get("blocks", [])]
+        where = f" in list '{about['list']}'" if about.get("list") else ""
+        running = f", running for {about['running_s']:.6g} s" if "running_s" in about else ""
+        return Table(f"{about['name']} of {self.verb.name}: {about['state']}{where}{running}", ["block", "what", "source"], rows)
 
     def __repr__(self) -> str:
         if self.system.closed:

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeVar
 
+from .tables import Shown, Table
+
 
 class VerbEntry(NamedTuple):
     """A verb that was entered in a system."""
@@ -24,6 +26,11 @@ class VerbEntry(NamedTuple):
     def kind(self) -> str:
         """`supports devices` (a servo), or `acts on devices`."""
         return "supports devices" if self.supports else "acts on devices"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What its line has."""
+        return ("verb", "kind", "shape", "what it is for")
 
     def row(self) -> tuple[str, ...]:
         """Its line of the listing."""
@@ -44,6 +51,11 @@ class InstanceEntry(NamedTuple):
     device: str | None
     """The logical device that it keeps going; None: it acts on devices."""
 
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """What its line has."""
+        return ("instance", "state", "list", "what it does")
+
     def row(self) -> tuple[str, ...]:
         """Its line of the listing."""
         return (self.name, self.state, self.command_list, f"supports {self.device}" if self.device else "acts on devices")
@@ -52,8 +64,11 @@ class InstanceEntry(NamedTuple):
 E = TypeVar("E", VerbEntry, InstanceEntry)
 
 
-class Listing(list[E]):
+class Listing(list[E], Shown):
     """Entries, which print as a table."""
+
+    def _table(self) -> Table:
+        return Table("", self[0].columns if self else [], [entry.row() for entry in self])
 
     def __repr__(self) -> str:
         rows = [entry.row() for entry in self]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from .blocks import Block
 from .errors import UnknownName, did_you_mean, refuse
+from .tables import Shown, Table
 
 if TYPE_CHECKING:
     from .system import System
@@ -33,7 +34,7 @@ class Types:
         self._types = types
 
     def __getattr__(self, name: str) -> StructType:
-        if name.startswith("__"):
+        if name.startswith("_"):
             raise AttributeError(name)
         if name not in self._types:
             refuse(UnknownName, f"code module '{self._module}' has no type '{name}'", did_you_mean(name, self._types))
@@ -41,11 +42,14 @@ class Types:
 
     __getitem__ = __getattr__
 
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self._types]
+
     def __dir__(self) -> list[str]:
         return [*self._types]
 
 
-class Module:
+class Module(Shown):
     """The blocks and types of a downloaded code module."""
 
     def __init__(self, described: Mapping[str, Any], path: str, system: System) -> None:
@@ -55,7 +59,7 @@ class Module:
         self.types = Types(self._name, described.get("types", {}))
 
     def __getattr__(self, name: str) -> Block:
-        if name.startswith("__"):
+        if name.startswith("_"):
             raise AttributeError(name)
         return self[name]
 
@@ -72,6 +76,13 @@ class Module:
 
     def __dir__(self) -> list[str]:
         return [*self._blocks, "types"]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return [*self._blocks]
+
+    def _table(self) -> Table:
+        rows = [(name, block.doc.partition("\n")[0]) for name, block in self._blocks.items()]
+        return Table(f"code module '{self._name}'", ["block", "what it is for"], rows)
 
     def __repr__(self) -> str:
         return f"code module '{self._name}' ({self._path}): {', '.join(self._blocks)}"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from .places import here
+from .tables import Shown, Table, identifiers
 
 if TYPE_CHECKING:
     from .sources import Source
@@ -43,7 +44,7 @@ class Channel:
         return f"channel {self.device.name}.{self.name} ({self.type}{', ' + self.unit if self.unit else ''}), {way}"
 
 
-class _Channels:
+class _Channels(Shown):
     """Channels by the last word of their name, as attributes and items."""
 
     def _find(self, name: str) -> Any:
@@ -56,6 +57,20 @@ class _Channels:
 
     def __getitem__(self, name: str) -> Any:
         return self._find(name)
+
+    def _names(self) -> list[str]:
+        raise NotImplementedError
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self._names()
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *identifiers(self._names())]
+
+
+def _channel_table(title: str, channels: Mapping[str, Channel]) -> Table:
+    rows = [(name, c.type, c.unit, "written" if c.write else "read") for name, c in channels.items()]
+    return Table(title, ["channel", "type", "unit", "way"], rows)
 
 
 class Part(_Channels):
@@ -79,6 +94,12 @@ class Part(_Channels):
                 UnknownName, f"part '{self.name}' of device '{self.device.name}' has no channel '{name}'", did_you_mean(name, self.channels)
             )
         return self.channels[name]
+
+    def _names(self) -> list[str]:
+        return [*self.channels]
+
+    def _table(self) -> Table:
+        return _channel_table(repr(self).partition(":")[0], self.channels)
 
     def __repr__(self) -> str:
         return f"part {self.device.name}.{self.name}: {', '.join(self.channels)}"
@@ -118,6 +139,12 @@ class PhysicalDevice(_Channels):
         if found is None:
             refuse(UnknownName, f"device '{self.name}' has no part or channel '{name}'", did_you_mean(name, [*self._parts, *self.channels]))
         return found
+
+    def _names(self) -> list[str]:
+        return [*self._parts, *self.channels]
+
+    def _table(self) -> Table:
+        return _channel_table(f"physical device {self.name} on {self.source.name}", self.channels)
 
     def __repr__(self) -> str:
         return f"physical device {self.name} on {self.source.name}: {', '.join(self.parts) or ', '.join(self.channels)}"

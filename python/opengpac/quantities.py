@@ -82,3 +82,16 @@ def deg(angles: Sequence[float] | float | np.ndarray) -> Any:
     """
     radians = np.deg2rad(np.asarray(angles, dtype=float))
     return float(radians) if radians.ndim == 0 else radians
+
+
+def duration_text(ns: float, digits: int = 6) -> str:
+    """A duration in the largest unit of which it is one or more, rounded to so many digits.
+
+    >>> duration_text(20_000_000), duration_text(1_234_567, digits=3)
+    ('20 ms', '1.23 ms')
+    """
+    for unit, size in (("s", 1e9), ("ms", 1e6), ("us", 1e3)):
+        if ns >= size:
+            shown = f"{ns / size:.{digits}g}"
+            return f"{ns / size:.0f} {unit}" if "e" in shown else f"{shown} {unit}"
+    return f"{ns:.0f} ns"

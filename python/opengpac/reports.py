@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from .errors import Terminated, did_you_mean
 from .places import here, packaged
+from .tables import Shown, Table
 from .values import lively
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ class Reported(NamedTuple):
     time: float
 
 
-class Report:
+class Report(Shown):
     """How a verb ended: `condition`, `time` (s since its start), `value`, `others`, and an attribute for each output it returned.
 
     `started` and `ended` are times of the system's clock.
@@ -73,9 +74,16 @@ class Report:
         value = "" if self.value is None else f", value={self.value!r}"
         return f"{type(self).__name__}({self.verb}: {self.condition} after {self.time:.6g} s{value}{outputs})"
 
-    def _repr_html_(self) -> str:
-        rows = [("verb", self.verb), ("condition", self.condition), ("time", f"{self.time:.6g} s"), *self.outputs.items()]
-        return "<table>" + "".join(f"<tr><td>{name}</td><td>{value}</td></tr>" for name, value in rows) + "</table>"
+    def _table(self) -> Table:
+        rows = [("verb", self.verb), ("instance", self.instance), ("condition", self.condition), ("time", f"{self.time:.6g} s")]
+        rows += [("value", str(self.value))] if self.value is not None else []
+        rows += [("message", self.message)] if self.message else []
+        rows += [(name, str(value)) for name, value in self.outputs.items()]
+        rows += [(f"also {o.condition}", f"after {o.time:.6g} s{f' by {o.block}' if o.block else ''}") for o in self.others]
+        return Table("end report", ["what", "is"], rows, ["", "", "good" if self.normal else "bad"])
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.outputs]
 
 
 R = TypeVar("R")

@@ -12,6 +12,7 @@ from .errors import CallError, refusals, refuse
 from .physical import PhysicalDevice
 from .places import here
 from .quantities import Quantity, duration_ns
+from .tables import Shown, Table
 
 if TYPE_CHECKING:
     from .system import System
@@ -38,7 +39,7 @@ class Source:
         return f"{self.kind} {self.name}{period}, priority {self.priority}"
 
 
-class Processor:
+class Processor(Shown):
     """A real-time processor: one instruction stream, with interrupt sources and the physical devices that it can reach."""
 
     def __init__(self, system: System, name: str) -> None:
@@ -83,6 +84,11 @@ class Processor:
         source = Source(self.system, self, name, kind, period_ns, priority)
         self.system.sources[source.name] = source
         return source
+
+    def _table(self) -> Table:
+        own = [s for s in self.system.sources.values() if s.processor is self]
+        rows = [(s.name, s.kind, f"{s.period * 1e3:g} ms" if s.kind == "timer" else "", s.priority) for s in own]
+        return Table(f"processor {self.name}", ["source", "kind", "period", "priority"], rows)
 
     def __repr__(self) -> str:
         sources = [s.name.split(".", 1)[1] for s in self.system.sources.values() if s.processor is self]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 
 from .errors import ValueRefused, refusals, refuse
+from .tables import Shown, Table
 from .values import dtype_of, from_bytes, to_json
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class Predicate:
         return self._text
 
 
-class SVV(Generic[T]):
+class SVV(Shown, Generic[T]):
     """A state vector variable. `value`, `number` and `time` are its newest publication; setting `value` writes it.
 
     `history[-100:]` is a structured array of the last values with `number`, `time` (s) and `value`. A comparison, `svv > 1.0`,
@@ -133,6 +134,13 @@ class SVV(Generic[T]):
 
     def __bool__(self) -> bool:
         raise TypeError(f"whether SVV '{self.name}' is true means nothing: compare its .value")
+
+    def _table(self) -> Table | None:
+        if self.system.closed:
+            return None
+        value, number, time = self._read()
+        columns = ["SVV", "type", "unit", "value", "number", "time"]
+        return Table("", columns, [(self.name, self.type, self.unit, value, number, f"{time:.6g} s")])
 
     def __repr__(self) -> str:
         if self.system.closed:

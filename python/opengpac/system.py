@@ -11,16 +11,18 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
+from urllib.parse import urlsplit
 from weakref import WeakValueDictionary
 
 from . import _native, checking, existing, hosts, restart
+from . import studio as pages
 from .adoption import TakenOver, taken_over
 from .alarms import Alarms
 from .checks import Definitions
 from .devices import LogicalDevice, type_json
 from .errors import CallError, InUse, InvalidState, refusals, refuse
-from .listing import InstanceEntry, Listing, VerbEntry, instances_of, verbs_of
 from .modules import Module
+from .observing import Observed
 from .physical import Channel, PhysicalDevice
 from .places import here
 from .processes import processes_json
@@ -29,6 +31,7 @@ from .realtime import RealTimeSystem
 from .remote import connecting
 from .remote.calls import Remote
 from .remote.session import Session
+from .replaying import trace_of
 from .reports import Report
 from .sources import Processor, Source, placement_json
 from .svvs import SVV, Snapshot, snapshot
@@ -45,14 +48,18 @@ _open: WeakValueDictionary[str, System] = WeakValueDictionary()
 
 _logger = logging.getLogger("opengpac")
 
+made_hooks: list[Callable[[System], object]] = []
+"""Called with every system that is made."""
 
-class System:
+
+class System(Observed):
     """A real-time system in this process. `clock="virtual"` makes time a number that the program advances: for tests.
 
     `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
     chooses preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; where there is
     none yet nothing is restored. `adopt=True` looks for processors in processes of their own that have lost a system of this name:
-    what runs there goes on with `take_over()`. A context manager: leaving it halts the actions, then disables the
+    what runs there goes on with `take_over()`. `trace` is a file that everything that comes from outside is written to, so that
+    `gpac.replay` can run it again (docs/replay.md). A context manager: leaving it halts the actions, then disables the
     devices. Making a system again rebuilds it if nothing runs in it.
 
     Where the environment has `OPENGPAC_SYSTEM`, the URL of a daemon, the system is that one, and the program runs on it unchanged.
@@ -75,6 +82,7 @@ class System:
         progress: bool | None = None,
         restore: str | os.PathLike[str] | None = None,
         adopt: bool = False,
+        trace: str | os.PathLike[str] | None = None,
     ) -> None:
         if clock not in ("monotonic", "virtual"):
             refuse(CallError, f"the clock of system '{name}' is {clock!r}", "say 'monotonic' or 'virtual'")
@@ -85,6 +93,12 @@ class System:
         _close_last(name)
         virtual = clock == "virtual" or checking.active()
         url = None if checking.active() else os.environ.get("OPENGPAC_SYSTEM")
+        if url and trace is not None:
+            refuse(
+                CallError,
+                f"system '{name}' runs in a daemon, and cannot be recorded from here",
+                "leave out trace=, or OPENGPAC_SYSTEM",
+            )
         if url:
             session = connecting.instead(url, name, virtual, interconnect)
             self._begin(Remote(session), name, virtual, progress, session)
@@ -93,7 +107,11 @@ class System:
             carrier = {"kind": link} if isinstance(link, str) else dict(link)
             options = {"seed": seed, "interconnect": carrier, "processes": processes_json(), "adopt": adopt}
             with refusals:
-                self._begin(_native.System(name, "virtual" if virtual else clock, json.dumps(options)), name, virtual, progress)
+                native = _native.System(name, "virtual" if virtual else clock, json.dumps(options))
+                file = None if checking.active() else trace_of(trace)
+                if file is not None:
+                    native.trace(_path(file, "trace="))
+                self._begin(native, name, virtual, progress)
         if restore is not None:
             try:
                 self._restored = restart.load(self, _path(restore, "restore="))
@@ -102,6 +120,10 @@ class System:
                 self.closed = True
                 raise
         _open[name] = self
+        for hook in made_hooks:
+            hook(self)
+        if pages.shown is not None and self.session is None:
+            pages.shown.made(self)
 
     def _begin(self, native: RealTimeSystem, name: str, virtual: bool, progress: bool | None, session: Session | None = None) -> None:
         self._native = native
@@ -119,16 +141,23 @@ class System:
         self._definitions = Definitions(native)
         self._rights_said = virtual
         self._restored: restart.Restored | None = None
+        self._studio: pages.Studio | None = None
 
     # ---- configuration ----
 
     def processor(
-        self, name: str, core: int | None = None, *, supervisor: bool = False, process: bool = False, host: str | None = None
+        self, name: str, core: int | None = None, *, supervisor: bool = False, process: bool | str = False, host: str | None = None
     ) -> Processor:
         """A real-time processor, on a core of its own where one is named. The first is the supervisor, unless another says so.
 
-        `process=True` runs it in a process of its own: whatever crashes there is `processor_lost` for the others. `host` names a
-        host that has joined the system. Under the virtual clock all processors run in one thread, wherever they are to run.
+        `process=True` runs it in a process of its own: whatever crashes there is `processor_lost` for the others. `process="cell-a"`
+        runs it in the process of that name, with every other processor that names it: what crashes there takes all of them, and
+        between them a value is on its way as between threads. `host` names a host that has joined the system. Under the virtual clock
+        all processors run in one thread, wherever they are to run.
+
+        Raises PlacementError for a named process and a host together, DefinitionError for a process whose name is none (letters, digits,
+        `-`, `_`, `.`, at most 64), InUse where that is another processor's own process, InvalidState where the process cannot be
+        started or is lost.
         """
         with refusals:
             self._alive().processor(name, core, supervisor, process, host)
@@ -362,33 +391,40 @@ class System:
         """What a person has to know of: active or not yet acknowledged."""
         return Alarms(self)
 
-    @property
-    def statistics(self) -> dict[str, Any]:
-        """Firings, overruns, jitter and times of each source; instances; devices; the emergency stop."""
-        with refusals:
-            return json.loads(self._alive().statistics_json())
+    def studio(
+        self, port: int = 0, role: str = "operate", *, edit: bool = False, open: bool = False, audit: str | os.PathLike[str] | None = None
+    ) -> pages.Studio:
+        """The page that shows this system in a browser: `cell.studio().url` is its address, with a token of this run.
 
-    @property
-    def names(self) -> dict[str, Any]:
-        """What there is: processors, sources, devices, SVVs, verbs, modules, instances."""
-        with refusals:
-            return json.loads(self._alive().names_json())
+        It is served on 127.0.0.1 by threads of the core, at any free port where none is named; Python may be busy. `role` is what the
+        page may do: "observe" looks, "operate" starts, halts and enables too; `edit=True` lets it install definitions, the role
+        "configure". `open=True` opens it in a browser, where there is one. The log says what the page commanded; `audit` names a file
+        that says it too. Asked for again it is the same one; it ends with `stop()`, as a context manager, and with the system.
 
-    @property
-    def verbs(self) -> Listing[VerbEntry]:
-        """The verbs that were entered: those that support devices and those that act on devices, simple and composed ones."""
-        with refusals:
-            return verbs_of(json.loads(self._alive().verbs_json()))
+        Of a system elsewhere it is the page of its daemon, where that serves one. Raises `FileFailed` where the page was not built,
+        `InUse` where the port is taken, `InvalidState` where it is served already with another port or role.
+        """
+        role = "configure" if edit and role == "operate" else role
+        if edit and role != "configure":
+            refuse(CallError, f"the studio is to edit, and its role is {role!r}", "leave role out, or edit=True")
+        there = self._studio
+        if there is None or there.closed:
+            self._alive()
+            file = None if audit is None else str(_path(audit, "audit="))
+            there = self._served(pages.serve(self, port, role, file) if self.session is None else pages.of_daemon(self))
+        elif there.role not in (None, role) or port not in (0, urlsplit(there.url).port):
+            refuse(
+                InvalidState,
+                f"the studio of system '{self.name}' is served already, with role '{there.role}' at {there.url.split('#')[0]}",
+                "stop() it first",
+            )
+        if open:
+            there.open()
+        return there
 
-    @property
-    def instances(self) -> Listing[InstanceEntry]:
-        """The verb instances that there are, those of devices too, with the command list that each is in."""
-        return instances_of(self.statistics["instances"])
-
-    def log(self, since: int = 0) -> list[dict[str, Any]]:
-        """Conditions, faults, transitions and end reports, recorded in their order; `since` a sequence number."""
-        with refusals:
-            return json.loads(self._alive().log_json(since))
+    def _served(self, page: pages.Studio) -> pages.Studio:
+        self._studio = page
+        return page
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes what a warm restart gives back, `gpac.System(name, restore=path)`: tunable parameters and members declared with
@@ -413,6 +449,8 @@ class System:
             self.closed = True
             if _open.get(self.name) is self:
                 del _open[self.name]
+            if self._studio is not None:
+                self._studio.stop()
             with refusals:
                 self._native.close()
 
@@ -422,7 +460,11 @@ class System:
     def __exit__(self, kind: object, *_: object) -> None:
         if kind is not None:
             self._abandon()
-        self.close()
+        try:
+            if kind is None and pages.shown is not None:
+                pages.shown.ended(self)
+        finally:
+            self.close()
 
     def _abandon(self) -> None:
         """A program that fails has not left in order: what it started elsewhere follows its policy."""

@@ -34,6 +34,9 @@ class Trial:
             return outputs[name]
         raise AttributeError(f"block '{self.__dict__.get('block')}' has no output '{name}'; {did_you_mean(name, outputs)}")
 
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.outputs]
+
     def __repr__(self) -> str:
         outputs = ", ".join(f"{name}={values!r}" for name, values in self.outputs.items())
         return f"Trial({self.block}: {outputs}, conditions={self.conditions}, fault={self.fault!r})"

@@ -7,7 +7,10 @@ import copy
 import functools
 import inspect
 import json
+import os
 from collections.abc import Mapping, Sequence
+from html import escape
+from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, Generic, ParamSpec, TypeVar, overload
 
 from . import checks
@@ -17,11 +20,13 @@ from .conditions import Termination, termination_of
 from .errors import CallError, DefinitionError, Terminated, did_you_mean, refuse
 from .graphs import mode_json
 from .parameters import Object, input_of, objects_of, requirement_of
-from .places import here
+from .pictures import Pictured, verb_svg
+from .places import Place, here
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import Report
 from .signatures import arguments_signature, call_signature, inputs_signature
 from .suspension import Holding, cut_off_json, suspend_json
+from .tables import CallSignature
 
 if TYPE_CHECKING:
     from .composition import ComposedVerb
@@ -32,7 +37,7 @@ P = ParamSpec("P")
 R = TypeVar("R", covariant=True)
 
 
-class Verb(Generic[P, R]):
+class Verb(Pictured, Generic[P, R]):
     """A verb, made from the paper's mappings. `gpac.verb` makes one from a typed function.
 
     `manual`: it may be started on devices in manual mode too.
@@ -95,7 +100,8 @@ class Verb(Generic[P, R]):
         self.ending_limit_ns = optional_ns(ending_limit, f"the ending limit of verb '{name}'")
         self.suspend = suspend_json(suspend, name)
         self.if_cut_off = cut_off_json(if_cut_off, name)
-        self.place = here()
+        self.layout: dict[str, Any] = {}
+        self.place = self._defined_at()
         self.placement: dict[str, str] = {}
         self.intervals: dict[str, int] = {}
         self.instance_name: str | None = None
@@ -185,6 +191,19 @@ class Verb(Generic[P, R]):
 
     # ---- the definition ----
 
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes it to a TOML or JSON file, by its ending, with the graphs that it uses: `docs/files.md`. What the file has besides
+        stays; `gpac.load` reads it. A function that it was made from is not written: loaded, it is called by the verb's parameters.
+
+        `layout`, the positions of its boxes and lists as an editor draws them, is written as it is.
+        """
+        from .definitions import save
+
+        save(path, self)
+
+    def _defined_at(self) -> Place:
+        return here()
+
     def own_system(self) -> System | None:
         """The system whose code modules its blocks, or those of the verbs that keep its devices going, come from, if they do."""
         systems = self.own_systems()
@@ -196,6 +215,12 @@ class Verb(Generic[P, R]):
         """The systems whose code modules it needs: one, or none, of a verb that is in order."""
         kept = (obj.device_type.definition_verb() for obj in self.objects.values())
         return systems_of(self.blocks.values()).union(*(verb.own_systems() for verb in kept if verb is not None))
+
+    @CallSignature
+    def __signature__(self) -> Signature:
+        """That of a call, with the time limit that every verb takes."""
+        limit = Parameter("time_limit", Parameter.KEYWORD_ONLY, default=None)
+        return self.signature.replace(parameters=[*self.signature.parameters.values(), limit])
 
     @property
     def supports(self) -> tuple[str, ...]:
@@ -297,6 +322,10 @@ class Verb(Generic[P, R]):
         kind = (termination.raises if termination else None) or Terminated
         return f"ends, raises {kind.__name__}"
 
+    def svg(self) -> str:
+        """Its picture as SVG: command lists as states, transitions with their conditions, and the ends. A notebook shows it by itself."""
+        return verb_svg(self)
+
     def __repr__(self) -> str:
         kind = "simple verb" if self.simple else "composed verb" if self.parts else "verb"
         lines = [f"{kind} {self.name}{self.signature}: {(self.doc or '').strip().splitlines()[0] if self.doc else ''}".rstrip(": ")]
@@ -308,8 +337,10 @@ class Verb(Generic[P, R]):
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        rows = "".join(f"<tr><td>{c}</td><td>{t}</td><td>{what}</td></tr>" for c, t, what in self.table())
-        return f"<b>{self.name}</b>{self.signature}<br>{self.doc}<table><tr><th>list</th><th>condition</th><th></th></tr>{rows}</table>"
+        cells = (map(escape, row) for row in self.table())
+        rows = "".join(f"<tr><td>{c}</td><td>{t}</td><td>{what}</td></tr>" for c, t, what in cells)
+        head = f"<p><b>{escape(self.name)}</b>{escape(str(self.signature))}<br>{escape(self.doc)}</p>"
+        return f"{head}{self.svg()}<table><tr><th>list</th><th>condition</th><th></th></tr>{rows}</table>"
 
 
 def eval_annotation(text: str, function: Any) -> Any:

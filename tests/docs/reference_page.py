@@ -27,8 +27,11 @@ MODULES = ["opengpac", "opengpac.motion", "opengpac.robots", "opengpac.cell", "o
 GROUPS: dict[str, tuple[str, str]] = {
     "Systems": (
         "opengpac",
-        "System TakenOver TakenProcessor connect Processor Source PhysicalDevice Part Channel SVV Snapshot Predicate Module StructType",
+        "System TakenOver TakenProcessor connect Processor Source PhysicalDevice Part Channel SVV Snapshot Predicate Module StructType "
+        "Studio",
     ),
+    "Recordings and replay": ("opengpac", "Recording open_recording Recorded replay Replay Difference"),
+    "Definitions in files": ("opengpac", "load save DefinitionFile"),
     "Blocks and graphs": ("opengpac", "Block BlockUse Occurrence Reference Graph ratio"),
     "Verbs": ("opengpac", "Verb verb VerbInstance Report Terminated"),
     "Tables of a verb": ("opengpac", "each input required on Termination holding Holding"),

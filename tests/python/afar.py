@@ -57,13 +57,13 @@ def shared_memory(word: str) -> list[str]:
 
 
 class Afar:
-    """`here` on `rtp0`, a thread; `there` on `rtp1`, a process of its own: timers of 2 ms."""
+    """`here` on `rtp0`, a thread; `there` on `rtp1`, a process of its own or the one of a name: timers of 2 ms."""
 
-    def __init__(self, cell: gpac.System, built: dict[str, str]) -> None:
+    def __init__(self, cell: gpac.System, built: dict[str, str], process: bool | str = True) -> None:
         self.cell = cell
         self.built = built
         self.rtp0 = cell.processor("rtp0")
-        self.rtp1 = cell.processor("rtp1", process=True)
+        self.rtp1 = cell.processor("rtp1", process=process)
         self.here = self.rtp0.timer("fast", period="2 ms", priority=80)
         self.there = self.rtp1.timer("fast", period="2 ms", priority=80)
         self._modules: dict[str, gpac.Module] = {}
@@ -116,12 +116,13 @@ class Afar:
 
 
 class Guarded:
-    """A device on `rtp1` whose plant has a process of its own, so that it is there when the processor is not."""
+    """A device, on `rtp1` if nothing else is said, whose plant has a process of its own, so that it is there when the processor is not."""
 
-    def __init__(self, afar: Afar) -> None:
-        self.name = f"plant-{os.getpid()}"
-        self.device = afar.rtp1.physical_device(
-            "drives", gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=self.name), exchange=afar.there
+    def __init__(self, afar: Afar, rtp: gpac.Processor | None = None, source: gpac.Source | None = None, number: int = 0) -> None:
+        self.name = f"plant-{os.getpid()}-{number}"
+        self.source = source or afar.there
+        self.device = (rtp or afar.rtp1).physical_device(
+            f"drives{number}", gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=self.name), exchange=self.source
         )
 
     def state(self) -> dict[str, Any]:

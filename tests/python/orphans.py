@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """A system whose servo and another block run in a process of its own, which outlives it: as a program that is killed, and for the test.
 
-python orphans.py SYSTEM FOLDER does...
+python orphans.py SYSTEM MODULES does SECOND
 
 `does`: `begins` it as new; `adopts` makes it again over what runs; `takes` takes that over. It says so, line by line, and begins when it
-reads a line; then it waits to be killed.
+reads a line; then it waits to be killed. `SECOND` is where a second processor runs: empty for none, `own` for a process of its own, else
+the name of a process that both share.
 """
 
 from __future__ import annotations
@@ -36,12 +37,14 @@ HOLD_ERROR = 0.01
 
 
 class Cell:
-    """The system, made as new or over what runs: the joint `axis`, held by its servo, and a verb that goes on when it is cut off."""
+    """The system, made as new or over what runs: the joint `axis`, held by its servo, and verbs that go on when it is cut off."""
 
-    def __init__(self, name: str, modules: dict[str, str], adopt: bool = False, **changes: Any) -> None:
+    def __init__(self, name: str, modules: dict[str, str], adopt: bool = False, second: str = "", **changes: Any) -> None:
         self.system = gpac.System(name, progress=False, adopt=adopt)
         self.system.processor("rtp0")
-        self.rtp1 = self.system.processor("rtp1", process=True)
+        shared = second not in ("", "own")
+        self.rtp1 = self.system.processor("rtp1", process=second if shared else True)
+        self.after = self.system.processor("rtp2", process=second if shared else True).software("after", priority=50) if second else None
         self.fast = self.rtp1.timer("fast", period="1 ms", priority=80)
         self.slow = self.rtp1.timer("slow", period="20 ms", priority=60)
         options = {"step": "1 ms", "linger": "10 s", **changes}
@@ -63,6 +66,20 @@ class Cell:
         )
         return verb.on(self.fast).asynch(self.level, level=level)
 
+    def chain(self) -> gpac.VerbInstance[Any]:
+        """Counts on the first processor, and doubles each number on the second."""
+        assert self.after is not None
+        count = self.system.download(self.modules["count"], "count")["count"]
+        verb = gpac.Verb(
+            "chain",
+            blocks={"count": count, "twice": library.gain(k=2.0)},
+            instantiation_parameters={"numbers": ["count.y", "twice.u"], "doubled": "twice.y"},
+            command_lists={"start": [activate("twice"), activate("count", every="2 ms")]},
+            if_cut_off="continue",
+        )
+        self.doubled = self.system.svv("doubled", history=200)
+        return verb.on({"count": self.fast, "twice": self.after}).asynch(self.system.svv("numbers"), self.doubled)
+
     def counting(self) -> gpac.VerbInstance[Any]:
         """The same by its names, with another block."""
         count = self.system.download(self.modules["count"], "count")["count"]
@@ -82,19 +99,22 @@ class Cell:
 class Orphaned:
     """Programs that are killed, one after the other, and what of them runs on."""
 
-    def __init__(self, name: str, modules: dict[str, str]) -> None:
+    def __init__(self, name: str, modules: dict[str, str], second: str = "") -> None:
         self.name = name
+        self.second = second
         self.modules = modules
         self.programs: list[subprocess.Popen[str]] = []
         self.process = 0
         """The process of `rtp1`."""
+        self.others: list[int] = []
+        """Those of other processors."""
         self.guard = 0
         self.positions: list[float] = []
 
     def program(self, does: str) -> subprocess.Popen[str]:
         """A program that is ready to begin: it has loaded what it needs."""
         made = subprocess.Popen(
-            [sys.executable, __file__, self.name, json.dumps(self.modules), does],
+            [sys.executable, __file__, self.name, json.dumps(self.modules), does, self.second],
             env=environment(PYTHONPATH=os.pathsep.join([str(Path(__file__).parent), environment()["PYTHONPATH"]])),
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
         )  # fmt: skip
@@ -106,7 +126,7 @@ class Orphaned:
         """The first program, which holds the joint."""
         made = self.program("begins")
         go(made, "begins")
-        [self.process], [self.guard] = children("run_processor", made.pid), children("run_guard", made.pid)
+        (self.process, *self.others), [self.guard] = children("run_processor", made.pid), children("run_guard", made.pid)
         return made
 
     def kill(self, program: subprocess.Popen[str]) -> None:
@@ -119,7 +139,7 @@ class Orphaned:
 
     def cell(self, **changes: Any) -> Cell:
         """The same system, over what runs."""
-        return Cell(self.name, self.modules, adopt=True, **changes)
+        return Cell(self.name, self.modules, adopt=True, second=self.second, **changes)
 
     def there(self) -> dict[str, Any]:
         """How the plant is; nothing where it is gone."""
@@ -177,13 +197,15 @@ def lives(pid: int) -> bool:
         return False
 
 
-def main(name: str, modules: str, does: str) -> None:
+def main(name: str, modules: str, does: str, second: str) -> None:
     """Says that it is ready, waits for a line, does it, and waits for its end."""
     print("ready", flush=True)
     sys.stdin.readline()
-    cell = Cell(name, json.loads(modules), adopt=does != "begins")
+    cell = Cell(name, json.loads(modules), adopt=does != "begins", second=second)
     cell.joint.enable()
     cell.keeping(LEVEL if does == "begins" else 1.0)
+    if second:
+        cell.chain()
     if does == "begins":
         cell.goes(HOLDS)
         until(lambda: cell.level.value == LEVEL, "it is kept")

@@ -2,11 +2,14 @@
 //! Bindings: the supervisor's `System` for Python. Conversions only; `python/opengpac/_native.pyi` says what each call means.
 mod convert;
 mod processes;
+mod recordings;
+mod replaying;
 mod serve;
 mod system;
 
 use crate::convert::{Refused, from_json, refused, to_json};
 use indexmap::IndexMap;
+use model::definition::{DeviceType, Graph, Verb};
 use model::value::Value;
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -55,6 +58,16 @@ fn number_in(text: &str, unit: &str) -> PyResult<f64> {
     model::quantity::number_in(text, unit).map_err(|refusal| refused(vec![refusal]))
 }
 
+/// A definition in its long form.
+#[pyfunction]
+fn long_form(kind: &str, definition_json: &str) -> PyResult<String> {
+    match kind {
+        "graph" => to_json(&from_json::<Graph>(definition_json)?),
+        "verb" => to_json(&from_json::<Verb>(definition_json)?),
+        _ => to_json(&from_json::<DeviceType>(definition_json)?),
+    }
+}
+
 /// The life of a process that was started for a processor; the error says why it could not serve.
 #[pyfunction]
 fn run_processor(py: Python<'_>) -> Option<String> {
@@ -65,6 +78,9 @@ fn run_processor(py: Python<'_>) -> Option<String> {
 fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("Refused", m.py().get_type::<Refused>())?;
     m.add_class::<system::System>()?;
+    m.add_class::<recordings::Recording>()?;
+    m.add_function(wrap_pyfunction!(recordings::open_recording, m)?)?;
+    m.add_class::<serve::Served>()?;
     m.add_function(wrap_pyfunction!(version, m)?)?;
     m.add_function(wrap_pyfunction!(library_json, m)?)?;
     m.add_function(wrap_pyfunction!(header_text, m)?)?;
@@ -72,11 +88,13 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(trial, m)?)?;
     m.add_function(wrap_pyfunction!(type_json, m)?)?;
     m.add_function(wrap_pyfunction!(number_in, m)?)?;
+    m.add_function(wrap_pyfunction!(long_form, m)?)?;
     m.add_function(wrap_pyfunction!(run_processor, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_guard, m)?)?;
     m.add_function(wrap_pyfunction!(processes::join_system, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_plant, m)?)?;
     m.add_function(wrap_pyfunction!(processes::plant_state, m)?)?;
+    m.add_function(wrap_pyfunction!(replaying::replay, m)?)?;
     m.add_function(wrap_pyfunction!(serve::serve, m)?)?;
     m.add_function(wrap_pyfunction!(serve::socket_path, m)?)?;
     m.add_function(wrap_pyfunction!(serve::token_new, m)?)?;

@@ -6,6 +6,7 @@ use control::{Options, Role, Server, Watcher, tokens};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use std::path::PathBuf;
+use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
 /// How long serving goes on without looking at signals.
@@ -31,6 +32,40 @@ impl Watcher for Starting {
     }
 }
 
+/// A system of this process, served by threads of its own as long as this is not stopped.
+#[pyclass(name = "Server", frozen, module = "opengpac._native")]
+pub struct Served(Mutex<Server>);
+
+#[pymethods]
+impl Served {
+    #[new]
+    fn new(py: Python<'_>, system: &System, options_json: &str) -> PyResult<Served> {
+        let mut options: Options = from_json(options_json)?;
+        options.python = Some(interpreter(py)?);
+        let shared = system.shared();
+        let server = py.detach(|| Server::start(shared, &options)).map_err(refused)?;
+        Ok(Served(Mutex::new(server)))
+    }
+
+    fn addresses(&self) -> Vec<String> {
+        self.server().addresses().to_vec()
+    }
+
+    fn studio(&self) -> Option<String> {
+        self.server().studio().map(str::to_owned)
+    }
+
+    fn stop(&self, py: Python<'_>) {
+        py.detach(|| self.server().stop());
+    }
+}
+
+impl Served {
+    fn server(&self) -> MutexGuard<'_, Server> {
+        self.0.lock().expect("nobody panics with this lock")
+    }
+}
+
 /// Serves a system until a signal's exception comes; `tell` hears what its journal comes to, then `ready` is called with the addresses.
 #[pyfunction]
 pub fn serve(py: Python<'_>, system: &System, options_json: &str, tell: Py<PyAny>, ready: &Bound<'_, PyAny>) -> PyResult<()> {
@@ -43,7 +78,7 @@ pub fn serve(py: Python<'_>, system: &System, options_json: &str, tell: Py<PyAny
         return Err(ended);
     }
     let mut server = started.map_err(refused)?;
-    let mut looked = ready.call1((server.addresses().to_vec(),)).map(|_| ());
+    let mut looked = ready.call1((server.addresses().to_vec(), server.studio())).map(|_| ());
     while looked.is_ok() {
         py.detach(|| std::thread::sleep(LOOK));
         looked = py.check_signals();

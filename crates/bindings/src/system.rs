@@ -9,9 +9,9 @@ use model::value::Value;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use supervisor::{Alarm, AlarmText, DeviceRequest, Limits, Location, Mode, SvvRequest, Waited};
+use supervisor::{Alarm, AlarmText, DeviceRequest, InProcess, Limits, Location, Mode, SvvRequest, Waited};
 
 /// How long a wait goes on without looking at signals.
 const SLICE: Duration = Duration::from_millis(50);
@@ -20,6 +20,8 @@ const SLICE: Duration = Duration::from_millis(50);
 #[pyclass(frozen, module = "opengpac._native")]
 pub struct System {
     inner: Arc<supervisor::System>,
+    /// The record for replay that is made of it.
+    tracing: Mutex<Option<session::Tracing>>,
 }
 
 impl System {
@@ -40,16 +42,33 @@ fn in_slices<T: Send>(py: Python<'_>, mut wait: impl FnMut(Duration) -> Result<W
     }
 }
 
+/// `process=` as Python gives it.
+#[derive(FromPyObject)]
+enum OwnOrNamed {
+    Own(bool),
+    Named(String),
+}
+
 #[pymethods]
 impl System {
     #[new]
     fn new(name: &str, clock: &str, options_json: &str) -> PyResult<Self> {
         let inner = session::open(name, clock, options_json).map_err(refused)?;
-        Ok(System { inner: Arc::new(inner) })
+        Ok(System { inner: Arc::new(inner), tracing: Mutex::default() })
     }
 
-    fn processor(&self, py: Python<'_>, name: &str, core: Option<usize>, supervisor: bool, process: bool, host: Option<String>) -> PyResult<()> {
-        py.detach(|| self.inner.processor_in(name, core, supervisor, Location::of(process, host))).map_err(refused)
+    fn trace(&self, path: PathBuf) -> PyResult<()> {
+        let tracing = session::Tracing::begin(&self.inner, &path).map_err(refused)?;
+        *self.tracing.lock().unwrap_or_else(PoisonError::into_inner) = Some(tracing);
+        Ok(())
+    }
+
+    fn processor(&self, py: Python<'_>, name: &str, core: Option<usize>, supervisor: bool, process: OwnOrNamed, host: Option<String>) -> PyResult<()> {
+        let process = match process {
+            OwnOrNamed::Own(own) => InProcess::Own(own),
+            OwnOrNamed::Named(process) => InProcess::Named(process),
+        };
+        py.detach(|| self.inner.processor_in(name, core, supervisor, Location::of(name, process, host)?)).map_err(refused)
     }
 
     fn source(&self, py: Python<'_>, processor: &str, name: &str, kind: &str, period_ns: u64, priority: u8, virtual_cost_ns: u64) -> PyResult<()> {
@@ -58,6 +77,7 @@ impl System {
     }
 
     fn request(&self, source: &str) -> PyResult<()> {
+        self.inner.log_program("request", source, 0);
         self.inner.request(source).map_err(refused)
     }
 
@@ -106,6 +126,18 @@ impl System {
         self.inner.check_graph(&graph).map_err(refused)
     }
 
+    fn check_definition(&self, drawing_json: &str) -> PyResult<String> {
+        to_json(&self.inner.check_definition(&from_json(drawing_json)?).map_err(refused)?)
+    }
+
+    fn compatible(&self, drawing_json: &str, source_json: &str, sink_json: &str) -> PyResult<String> {
+        let (drawing, from) = (from_json(drawing_json)?, from_json(source_json)?);
+        match from_json::<Option<model::PortName>>(sink_json)? {
+            Some(to) => to_json(&self.inner.compatible(&drawing, &from, &to).map_err(refused)?),
+            None => to_json(&self.inner.compatible_with(&drawing, &from).map_err(refused)?),
+        }
+    }
+
     fn compose(&self, composition_json: &str) -> PyResult<String> {
         to_json(&self.inner.compose(&from_json(composition_json)?).map_err(refused)?)
     }
@@ -130,15 +162,18 @@ impl System {
     }
 
     fn enable(&self, py: Python<'_>, device: &str) -> PyResult<u64> {
+        self.inner.log_program("enable", device, 0);
         py.detach(|| self.inner.enable(device)).map_err(refused)
     }
 
     fn disable(&self, py: Python<'_>, device: &str) -> PyResult<()> {
+        self.inner.log_program("disable", device, 0);
         in_slices(py, |slice| self.inner.disable(device, slice))?;
         Ok(())
     }
 
     fn exchange_verb(&self, py: Python<'_>, device: &str, verb: &str, place_json: &str) -> PyResult<()> {
+        self.inner.log_program("exchange_verb", device, 0);
         let place = from_json(place_json)?;
         py.detach(|| self.inner.exchange_verb(device, verb, place)).map_err(refused)
     }
@@ -157,6 +192,7 @@ impl System {
     }
 
     fn set_device_parameter(&self, py: Python<'_>, device: &str, parameter: &str, value_json: &str) -> PyResult<()> {
+        self.inner.log_program("set_device_parameter", device, 0);
         let value: Value = from_json(value_json)?;
         py.detach(|| self.inner.set_device_parameter(device, parameter, value)).map_err(refused)
     }
@@ -181,20 +217,24 @@ impl System {
     }
 
     fn start(&self, py: Python<'_>, instance: u64, values_json: &str, options_json: &str) -> PyResult<()> {
+        self.inner.log_program("start", "", instance);
         let values: IndexMap<String, Value> = from_json(values_json)?;
         let limits: Limits = from_json(options_json)?;
         py.detach(|| self.inner.start(instance, &values, limits)).map_err(refused)
     }
 
     fn suspend(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
+        self.inner.log_program("suspend", "", instance);
         py.detach(|| self.inner.suspend(instance)).map_err(refused)
     }
 
     fn resume(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
+        self.inner.log_program("resume", "", instance);
         py.detach(|| self.inner.resume(instance)).map_err(refused)
     }
 
     fn halt(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
+        self.inner.log_program("halt", "", instance);
         py.detach(|| self.inner.halt(instance)).map_err(refused)?;
         in_slices(py, |slice| self.inner.wait(instance, None, slice))?;
         Ok(())
@@ -225,6 +265,7 @@ impl System {
     }
 
     fn set(&self, py: Python<'_>, instance: u64, values_json: &str, every_json: &str) -> PyResult<()> {
+        self.inner.log_program("set", "", instance);
         let values: IndexMap<String, Value> = from_json(values_json)?;
         let every: IndexMap<String, u64> = from_json(every_json)?;
         py.detach(|| self.inner.set(instance, &values, &every)).map_err(refused)
@@ -242,6 +283,7 @@ impl System {
     }
 
     fn write(&self, py: Python<'_>, name: &str, value_json: &str) -> PyResult<()> {
+        self.inner.log_program("write", name, 0);
         let value: Value = from_json(value_json)?;
         py.detach(|| self.inner.write(name, &value)).map_err(refused)
     }
@@ -274,6 +316,7 @@ impl System {
     }
 
     fn emergency_stop(&self, py: Python<'_>, reason: &str) -> PyResult<()> {
+        self.inner.log_program("emergency_stop", "system", 0);
         py.detach(|| self.inner.emergency_stop(reason)).map_err(refused)
     }
 
@@ -282,10 +325,12 @@ impl System {
     }
 
     fn reset(&self) -> PyResult<()> {
+        self.inner.log_program("reset", "system", 0);
         self.inner.reset().map_err(refused)
     }
 
     fn pause(&self, py: Python<'_>, devices: Option<Vec<String>>) -> PyResult<Vec<String>> {
+        self.inner.log_program("pause", "system", 0);
         let stopped = py.detach(|| self.inner.pause(devices.as_deref())).map_err(refused)?;
         let (ids, names): (Vec<u64>, Vec<String>) = stopped.into_iter().unzip();
         in_slices(py, |slice| self.inner.paused(&ids, slice))?;
@@ -293,6 +338,7 @@ impl System {
     }
 
     fn resume_program(&self, py: Python<'_>, devices: Option<Vec<String>>) -> PyResult<Vec<String>> {
+        self.inner.log_program("resume_program", "system", 0);
         let going = py.detach(|| self.inner.resume_program(devices.as_deref())).map_err(refused)?;
         Ok(going.into_iter().map(|(_, name)| name).collect())
     }
@@ -302,6 +348,7 @@ impl System {
     }
 
     fn set_mode(&self, py: Python<'_>, mode_json: &str) -> PyResult<()> {
+        self.inner.log_program("set_mode", "system", 0);
         let mode: Mode = from_json(mode_json)?;
         py.detach(|| self.inner.set_mode(mode)).map_err(refused)
     }
@@ -316,14 +363,17 @@ impl System {
     }
 
     fn raise_alarm(&self, py: Python<'_>, code: &str, source: &str, text: &str) -> PyResult<()> {
+        self.inner.log_program("raise_alarm", code, 0);
         py.detach(|| self.inner.raise_alarm(code, source, text)).map_err(refused)
     }
 
     fn clear_alarm(&self, py: Python<'_>, code: &str, source: Option<&str>) -> PyResult<bool> {
+        self.inner.log_program("clear_alarm", code, 0);
         py.detach(|| self.inner.clear_alarm(code, source)).map_err(refused)
     }
 
     fn acknowledge_alarms(&self, py: Python<'_>, number: Option<u64>) -> PyResult<usize> {
+        self.inner.log_program("acknowledge_alarms", "system", 0);
         py.detach(|| self.inner.acknowledge_alarms(number)).map_err(refused)
     }
 
@@ -340,6 +390,11 @@ impl System {
         to_json(&self.inner.statistics_json())
     }
 
+    #[pyo3(signature = (source, for_ns))]
+    fn probe(&self, source: Option<&str>, for_ns: u64) -> PyResult<()> {
+        self.inner.probe(source, for_ns).map_err(refused)
+    }
+
     fn verbs_json(&self) -> PyResult<String> {
         to_json(&self.inner.verbs_json())
     }
@@ -352,12 +407,48 @@ impl System {
         to_json(&self.inner.configuration_json())
     }
 
+    fn installed_json(&self, py: Python<'_>) -> PyResult<String> {
+        to_json(&py.detach(|| self.inner.installed_json()))
+    }
+
+    fn verb_form_json(&self, name: &str) -> PyResult<String> {
+        to_json(&self.inner.verb_form_json(name).map_err(refused)?)
+    }
+
+    fn geometry_json(&self, py: Python<'_>, device: &str) -> PyResult<String> {
+        to_json(&py.detach(|| self.inner.geometry_json(device)).map_err(refused)?)
+    }
+
     fn log_json(&self, since: u64) -> PyResult<String> {
         to_json(&self.inner.log_since(since))
     }
 
-    fn close(&self, py: Python<'_>) {
-        py.detach(|| self.inner.close());
+    fn record(&self, py: Python<'_>, path: PathBuf, options_json: &str) -> PyResult<u64> {
+        let options = from_json(options_json)?;
+        py.detach(|| session::record(&self.inner, &path, options)).map_err(refused)
+    }
+
+    fn recording_json(&self, number: u64) -> PyResult<String> {
+        to_json(&session::recording(&self.inner, number).map_err(refused)?)
+    }
+
+    fn stop_recording(&self, py: Python<'_>, number: u64) -> PyResult<String> {
+        loop {
+            let summary = py.detach(|| session::end_recording(&self.inner, number, SLICE)).map_err(refused)?;
+            if !summary.running {
+                return to_json(&summary);
+            }
+            py.check_signals()?;
+        }
+    }
+
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
+        py.detach(|| {
+            self.inner.close();
+            let tracing = self.tracing.lock().unwrap_or_else(PoisonError::into_inner).take();
+            tracing.map_or(Ok(()), |mut tracing| tracing.finish())
+        })
+        .map_err(refused)
     }
 }
 

@@ -49,7 +49,7 @@ void opengpac_close(opengpac_system *system);
 /* The calls. Names of sources are "processor.source", times are ns; what stands in [brackets] may be left out.
  *
  * configuration
- *   processor              name, [core], [supervisor], [process] (a process of its own), [host] (one that has joined)
+ *   processor              name, [core], [supervisor], [process] (true: one of its own; text: the one of that name), [host] (one that has joined)
  *   listen                 endpoint ("tcp/HOST:PORT", "tls/HOST:PORT"), name, [authority], [certificate], [key], [token], [clock_limit_ns]
  *   take_over              -> what runs in processes that lost a system of this name goes on; the system is opened with "adopt": true
  *   source                 processor, name, kind ("timer", "trigger", "software"), [period_ns], priority, [virtual_cost_ns]
@@ -60,9 +60,11 @@ void opengpac_close(opengpac_system *system);
  * software
  *   download               path, [name], [python]                            -> the module's blocks
  *   define_verb            a verb        check_graph            a data flow graph        define_device_type     a logical device type
+ *   check_definition       graph or verb -> all that is wrong with it, each with "where"; nothing is entered
+ *   compatible             graph or verb, from, [to]: {"block", "port"} -> null or why they cannot be wired; without to: of every port
  *   svv                    name, type_text, [unit], [initial], [history], [types]
  *   delete_svv             name
- *   library                                                                 -> every block of the library
+ *   library                                                                 -> every block: of the library, of code modules
  * logical devices
  *   device                 name, device_type, [parameters], [arguments], [source]
  *   enable                 name -> its instance; wait_enabled: name, [timeout_ns] or [until_ns] -> bool; disable, delete_device, device_state: name
@@ -76,6 +78,7 @@ void opengpac_close(opengpac_system *system);
  * values and time
  *   read                   names, [raw] -> {"time_ns", "values": {name: {"value", "number", "time_ns"}}}, one consistent snapshot
  *   write                  name, value;   history: name, count, [raw];   svv_about: name;   raw: "bytes" in base64 instead of "value"
+ *                          names are those of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position"
  *   now                    -> ns;   advance: duration_ns;   step -> bool
  * cell
  *   emergency_stop         reason;   emergency_stop_input: device, channel, [at_zero];   reset
@@ -85,7 +88,11 @@ void opengpac_close(opengpac_system *system);
  *   alarms                 -> all and their history;   acknowledge_alarms: [number];   restore_alarms: history
  *   raises                 device, channel, source      exchange_verb: device, verb      compose: a composition      verbs
  *   configuration          -> processors, sources, devices as their drivers describe them, device types
- *   statistics, names      -> what there is and how it runs;   log: [since] -> conditions, faults, transitions, end reports
+ *   installed              -> every instance with its blocks, ports, cells, command lists, conditions and transitions
+ *   verb_form              name -> the arguments and input parameters of a verb;   geometry: device -> bodies, joints, shapes, meshes
+ *   statistics, names      -> what there is and how it runs;   probe: [source], for_ns; then statistics tells how long blocks take;
+ *     log: [since] -> commands, conditions, faults, transitions, ends
+ *   record                 path, [svvs], [cells] -> {"recording"}, into a new MCAP file;   recording, stop_recording: recording -> how it stands
  *
  * A verb: {"name", "blocks": {label: {"block": {"subroutine": "library.pid"}, "constants": {}}}, "instantiation_parameters": {name: [ports]},
  * "cells", "input_parameters": {name: {"targets": [ports], "default"}}, "output_values": {name: port}, "command_lists": {name: {"commands":

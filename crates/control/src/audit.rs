@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The audit file: who commanded what, one JSON line each, appended. What cannot be recorded is not configured.
+//! The audit file: who commanded what, one JSON line each, appended. What cannot be recorded is not configured. A system that serves
+//! only its studio has none, unless it is asked for: there the log alone says who commanded what.
 use crate::caller::Caller;
 use crate::failure::Failure;
 use crate::wire::hex;
@@ -35,19 +36,27 @@ pub struct Act {
     /// Name of the session; empty: none.
     pub session: String,
     pub call: String,
+    /// What it concerns, for the log: an instance, a device, an SVV.
+    pub about: String,
     pub arguments_sha256: String,
 }
 
 impl Act {
     /// An act with these arguments, of which the file has only the digest.
     pub fn new(caller: &Caller, session: &str, call: &str, arguments: &[u8]) -> Act {
-        Act { caller: caller.clone(), session: session.to_owned(), call: call.to_owned(), arguments_sha256: hex(&Sha256::digest(arguments)) }
+        Act {
+            caller: caller.clone(),
+            session: session.to_owned(),
+            call: call.to_owned(),
+            about: String::new(),
+            arguments_sha256: hex(&Sha256::digest(arguments)),
+        }
     }
 }
 
-/// The open file, and whether the last line could be written.
+/// The open file, and whether the last line could be written; nothing where there is none.
 pub struct Audit {
-    file: Mutex<(File, bool)>,
+    file: Option<Mutex<(File, bool)>>,
     path: String,
 }
 
@@ -55,11 +64,17 @@ impl Audit {
     /// Opens the file for appending; it is made with mode 0600.
     pub fn open(path: &Path) -> io::Result<Audit> {
         let file = OpenOptions::new().append(true).create(true).mode(0o600).open(path)?;
-        Ok(Audit { file: Mutex::new((file, true)), path: path.display().to_string() })
+        Ok(Audit { file: Some(Mutex::new((file, true))), path: path.display().to_string() })
+    }
+
+    /// No file.
+    pub fn none() -> Audit {
+        Audit { file: None, path: String::new() }
     }
 
     /// Writes a line. Errors: `AuditFailed`; the first is also said on standard error.
     pub fn write(&self, act: &Act, outcome: &str) -> Result<(), Failure> {
+        let Some(file) = &self.file else { return Ok(()) };
         let line = Line {
             time: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64()),
             who: &act.caller.who,
@@ -72,7 +87,7 @@ impl Audit {
         };
         let mut text = serde_json::to_string(&line).expect("texts and a number are JSON");
         text.push('\n');
-        let mut file = self.file.lock().expect("nobody panics with this lock");
+        let mut file = file.lock().expect("nobody panics with this lock");
         // One write a line: with O_APPEND lines do not mix.
         match file.0.write_all(text.as_bytes()) {
             Ok(()) => {

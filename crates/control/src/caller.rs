@@ -2,7 +2,7 @@
 //! Who calls, from where, and as what: tokens, client certificates, the user of a Unix socket; the host and origin of a request.
 use crate::failure::Failure;
 use crate::role::Role;
-use crate::tokens::{Rejected, Tokens, now_s};
+use crate::tokens::{Rejected, RunToken, Tokens, now_s};
 use axum::http::{HeaderMap, StatusCode, header};
 use model::refusal::Class;
 use std::net::{IpAddr, SocketAddr};
@@ -24,10 +24,20 @@ pub enum Peer {
     },
 }
 
+impl Peer {
+    /// The machine at the other end.
+    pub fn address(&self) -> String {
+        match self {
+            Peer::Unix { .. } => "unix".to_owned(),
+            Peer::Tcp { from } | Peer::Tls { from, .. } => from.ip().to_string(),
+        }
+    }
+}
+
 /// Who calls.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Caller {
-    /// `user 1000`, `token panel`, `certificate panel`, `anybody`.
+    /// `user 1000`, `token panel`, `certificate panel`, `studio` (the token of this run), `anybody`.
     pub who: String,
     pub role: Role,
     pub from: String,
@@ -36,6 +46,8 @@ pub struct Caller {
 /// Who is let in.
 pub struct Gate {
     pub tokens: Option<Tokens>,
+    /// The token that was made for this run.
+    pub run: Option<RunToken>,
     /// The user that the daemon runs as.
     pub uid: u32,
     /// Callers without a token may observe from loopback.
@@ -49,13 +61,15 @@ pub struct Gate {
 impl Gate {
     /// Who calls, or why nobody is let in.
     pub fn admit(&self, peer: &Peer, headers: &HeaderMap) -> Result<Caller, Failure> {
-        self.check_host(headers)?;
-        self.check_origin(headers)?;
+        self.check_site(peer, headers)?;
         let from = match peer {
             Peer::Unix { .. } => "unix".to_owned(),
             Peer::Tcp { from } | Peer::Tls { from, .. } => from.to_string(),
         };
         if let Some(token) = bearer(headers)? {
+            if let Some(run) = self.run.as_ref().filter(|run| run.is(token)) {
+                return Ok(Caller { who: "studio".to_owned(), role: run.role, from });
+            }
             let entry = match &self.tokens {
                 Some(tokens) => tokens.verify(token, now_s()).map_err(rejected)?,
                 None => return Err(rejected(Rejected::Wrong)),
@@ -73,6 +87,12 @@ impl Gate {
                 Err(Failure::new(Class::NotAllowed, "there is no token", "send the header 'Authorization: Bearer TOKEN'").status(StatusCode::UNAUTHORIZED))
             }
         }
+    }
+
+    /// Refuses a request that a page of another site makes, whoever calls. The studio's files, which everybody may have, need no more.
+    pub fn check_site(&self, peer: &Peer, headers: &HeaderMap) -> Result<(), Failure> {
+        self.check_host(headers)?;
+        self.check_origin(peer, headers)
     }
 
     /// A certificate that is signed but not listed may observe.
@@ -96,10 +116,21 @@ impl Gate {
         Err(Failure::new(Class::NotAllowed, format!("the host '{host}' is not ours"), format!("start the daemon with --host {name}")))
     }
 
-    /// No page of a browser calls, unless it is named at the start.
-    fn check_origin(&self, headers: &HeaderMap) -> Result<(), Failure> {
+    /// No page of a browser calls, unless it is named at the start or came from the very address that it calls. That its host is ours
+    /// was looked at before.
+    fn check_origin(&self, peer: &Peer, headers: &HeaderMap) -> Result<(), Failure> {
         let Some(origin) = headers.get(header::ORIGIN) else { return Ok(()) };
         let origin = origin.to_str().unwrap_or("?");
+        let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("");
+        let own = match peer {
+            Peer::Unix { .. } => None,
+            Peer::Tcp { .. } => Some(format!("http://{host}")),
+            Peer::Tls { .. } => Some(format!("https://{host}")),
+        };
+        let only = headers.get_all(header::ORIGIN).iter().count() == 1;
+        if only && own.is_some_and(|own| own.eq_ignore_ascii_case(origin)) {
+            return Ok(());
+        }
         if self.origins.iter().any(|known| known == origin) {
             return Ok(());
         }
@@ -117,9 +148,28 @@ fn name_of(host: &str) -> &str {
 
 /// The token of a request. What is there and cannot be read is a wrong one.
 fn bearer(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
-    let Some(given) = headers.get(header::AUTHORIZATION) else { return Ok(None) };
+    let Some(given) = headers.get(header::AUTHORIZATION) else { return of_protocols(headers) };
     let token = given.to_str().ok().and_then(|text| text.strip_prefix("Bearer ")).map(str::trim);
     token.filter(|token| !token.is_empty()).map(Some).ok_or_else(|| rejected(Rejected::Wrong))
+}
+
+/// The token among the subprotocols of a WebSocket, `bearer.TOKEN`: a browser sends no other header of ours with one. A request that
+/// opens no WebSocket has none there.
+fn of_protocols(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
+    let opens = headers.get(header::UPGRADE).is_some_and(|to| to.as_bytes().eq_ignore_ascii_case(b"websocket"));
+    if !opens {
+        return Ok(None);
+    }
+    let mut tokens = Vec::new();
+    for named in headers.get_all(header::SEC_WEBSOCKET_PROTOCOL).iter() {
+        let named = named.to_str().map_err(|_| rejected(Rejected::Wrong))?;
+        tokens.extend(named.split(',').filter_map(|name| name.trim().strip_prefix("bearer.")));
+    }
+    match tokens[..] {
+        [] => Ok(None),
+        [token] if !token.is_empty() => Ok(Some(token)),
+        _ => Err(rejected(Rejected::Wrong)),
+    }
 }
 
 fn rejected(why: Rejected) -> Failure {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The one table of the calls: who may make them, what they take, what they answer.
 use crate::role::Role;
-use Of::{Alarms, Any, Application, Bool, Composition, Device, DeviceType, Graph, Int, Limits, Map, Names, Place, Placement, Report, Svv, Text, Verb};
+use Of::{
+    Alarms, Any, Application, Bool, Composition, Device, DeviceType, Graph, InProcess, Int, Limits, Map, Names, Place, Placement, Report, Svv, Text, Verb,
+};
 use Role::{Configure, Download, Observe, Operate};
 
 /// What an argument or a result is; `schema.rs` has the JSON Schema of each.
@@ -20,6 +22,8 @@ pub enum Of {
     /// Intervals by label, ns.
     Intervals,
     Place,
+    /// Whether in a process of its own, or in which.
+    InProcess,
     Limits,
     Report,
     Snapshot,
@@ -30,6 +34,12 @@ pub enum Of {
     Severity,
     Verb,
     Graph,
+    /// What is wrong with a definition.
+    Findings,
+    /// A port of a definition that is drawn.
+    Port,
+    /// Why two ports cannot be wired; of one port and all others, a list.
+    Wired,
     Composition,
     DeviceType,
     Device,
@@ -77,11 +87,12 @@ const fn whole(name: &'static str, role: Role, of: Of, arguments: &'static [Argu
 const NONE: &[Argument] = &[];
 const NAME: &[Argument] = &[must("name", Text)];
 const INSTANCE: &[Argument] = &[must("instance", Int)];
+const DRAWING: &[Argument] = &[may("graph", Graph), may("verb", Verb)];
 const WAIT: &[Argument] = &[must("instance", Int), may("timeout_ns", Int), may("until_ns", Int)];
 
 /// The calls, in the order of `opengpac_ps.h`. `download` is not among them: code comes by `PUT /v1/modules`.
 pub const CALLS: &[Call] = &[
-    call("processor", Configure, &[must("name", Text), may("core", Int), may("supervisor", Bool), may("process", Bool), may("host", Text)], Of::Nothing),
+    call("processor", Configure, &[must("name", Text), may("core", Int), may("supervisor", Bool), may("process", InProcess), may("host", Text)], Of::Nothing),
     call(
         "listen",
         Download,
@@ -114,6 +125,8 @@ pub const CALLS: &[Call] = &[
     whole("place", Configure, Placement, NONE, Of::Nothing),
     whole("define_verb", Configure, Verb, NONE, Of::Nothing),
     whole("check_graph", Observe, Graph, NONE, Of::Nothing),
+    call("check_definition", Observe, DRAWING, Of::Findings),
+    call("compatible", Observe, &[may("graph", Graph), may("verb", Verb), must("from", Of::Port), may("to", Of::Port)], Of::Wired),
     whole("define_device_type", Configure, DeviceType, NONE, Of::Nothing),
     whole("svv", Configure, Svv, &[must("name", Text), may("place", Place)], Of::Nothing),
     call("delete_svv", Configure, NAME, Of::Nothing),
@@ -165,8 +178,15 @@ pub const CALLS: &[Call] = &[
     whole("compose", Observe, Composition, NONE, Verb),
     call("verbs", Observe, NONE, Any),
     call("configuration", Observe, NONE, Any),
+    call("installed", Observe, NONE, Any),
+    call("verb_form", Observe, NAME, Any),
+    call("geometry", Observe, &[must("device", Text)], Any),
     call("statistics", Observe, NONE, Any),
+    call("probe", Observe, &[may("source", Text), must("for_ns", Int)], Of::Nothing),
     call("names", Observe, NONE, Any),
+    call("record", Configure, &[must("path", Text), may("svvs", Names), may("cells", Bool)], Any),
+    call("recording", Observe, &[must("recording", Int)], Any),
+    call("stop_recording", Configure, &[must("recording", Int)], Any),
     call("log", Observe, &[may("since", Int)], Of::Log),
 ];
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Which code fits: the version of the block interface and the machine that a shared object is for.
+use crate::caller::Caller;
 use crate::failure::Failure;
 use crate::service::Service;
 use model::refusal::Class;
@@ -27,10 +28,11 @@ pub fn target() -> String {
 }
 
 /// `GET /v1/version`.
-pub fn version(service: &Service) -> Value {
+pub fn version(service: &Service, caller: &Caller) -> Value {
     json!({
         "opengpac": env!("CARGO_PKG_VERSION"), "interface": 1, "abi": opengpac::abi::ABI, "target": target(),
         "system": service.system.name(), "clock": if service.system.is_virtual() { "virtual" } else { "monotonic" },
+        "role": caller.role,
     })
 }
 

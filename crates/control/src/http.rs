@@ -64,6 +64,13 @@ async fn admit(State(service): Shared, mut request: Request, next: Next) -> Resp
     let Some(peer) = request.extensions().get::<Peer>().cloned() else {
         return Failure::new(Class::NotAllowed, "nobody is at the other end", "").into_response();
     };
+    if let Some(page) = &service.page
+        && let Some(file) = page.answer(request.method(), request.uri().path(), request.headers())
+    {
+        let allowed = service.gate.check_site(&peer, request.headers());
+        let paced = || service.rates.take(&format!("page {}", peer.address()), Instant::now());
+        return allowed.and_then(|()| paced()).map_or_else(IntoResponse::into_response, |()| file);
+    }
     match service.gate.admit(&peer, request.headers()) {
         Ok(caller) => {
             if let Err(failure) = service.rates.take(&caller.who, Instant::now()) {
@@ -73,10 +80,7 @@ async fn admit(State(service): Shared, mut request: Request, next: Next) -> Resp
             next.run(request).await
         }
         Err(failure) => {
-            let from = match peer {
-                Peer::Unix { .. } => "unix".to_owned(),
-                Peer::Tcp { from } | Peer::Tls { from, .. } => from.ip().to_string(),
-            };
+            let from = peer.address();
             // Guessing fills neither the disk nor the processor: beyond its rate it is not even written down.
             if let Err(too_often) = service.failures.take(&from, Instant::now()) {
                 return too_often.into_response();
@@ -116,8 +120,8 @@ async fn apart<T: Send + 'static>(run: impl FnOnce() -> Result<T, Failure> + Sen
     tokio::task::spawn_blocking(run).await.map_err(failed)?
 }
 
-async fn version(State(service): Shared) -> Json<Value> {
-    Json(code::version(&service))
+async fn version(State(service): Shared, Extension(caller): Extension<Caller>) -> Json<Value> {
+    Json(code::version(&service, &caller))
 }
 
 async fn call(State(service): Shared, Extension(caller): Extension<Caller>, Path(name): Path<String>, headers: HeaderMap, given: Body) -> Answer {

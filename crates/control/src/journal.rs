@@ -120,8 +120,8 @@ impl Journal {
 
     /// Whether a call is any of its business.
     pub fn concerns(call: &Call) -> bool {
-        // Taking over is of this life of the daemon alone.
-        (call.role >= Role::Configure && call.name != "take_over") || OPERATING.contains(&call.name)
+        // Taking over, and a recording, are of this life of the daemon alone.
+        (call.role >= Role::Configure && !matches!(call.name, "take_over" | "record" | "stop_recording")) || OPERATING.contains(&call.name)
     }
 
     /// Before something is made that cannot go unrecorded: there is room for its line. Errors: `AuditFailed`, nothing is done.
@@ -280,6 +280,9 @@ impl Inner {
     }
 
     fn append(&mut self, line: Line) -> io::Result<()> {
+        if let Line::Became { of: Subject::Instance(number), state: State::Deleted } = &line {
+            self.instances.remove(number);
+        }
         self.ledger.take(0, line.clone()).map_err(|why| io::Error::other(format!("a line that goes with none before it: {why}")))?;
         let written = if self.is_broken { self.rewrite() } else { self.file.append(&line) };
         self.is_broken |= written.is_err();
@@ -290,9 +293,6 @@ impl Inner {
     }
 
     fn became(&mut self, of: Subject, state: State) -> io::Result<()> {
-        if let (Subject::Instance(number), State::Deleted) = (&of, state) {
-            self.instances.remove(number);
-        }
         self.append(Line::Became { of, state })
     }
 
@@ -323,15 +323,12 @@ impl Inner {
                 }
                 Some(Subject::Instance(number))
             }
-            "start" => Some(Subject::Instance(self.number(instance?).filter(|_| system.continues(instance.unwrap_or_default()))?)),
+            "start" => Some(Subject::Instance(self.number(instance?).filter(|_| instance.is_some_and(|of| system.continues(of)))?)),
             "set" => Some(self.subject(system, instance?).filter(|subject| self.ledger.runs(subject))?),
             "enable" => Some(Subject::Device(arguments.get("name")?.as_str()?.to_owned())),
             "halt" | "delete" => {
                 let state = if call == "halt" { State::Ended } else { State::Deleted };
                 let of = self.subject(system, instance?).filter(|of| state == State::Deleted || self.ledger.runs(of))?;
-                if let (Subject::Instance(number), State::Deleted) = (&of, state) {
-                    self.instances.remove(number);
-                }
                 return Some(Line::Became { of, state });
             }
             _ if OPERATING.contains(&call) && !MADE_AGAIN.contains(&call) => return None,

@@ -5,9 +5,10 @@ use crate::wire::{OpenSession, StreamFrame, TakeCommand};
 use model::compose::Composition;
 use model::definition::{Application, DeviceType, Graph, Verb};
 use model::refusal::{Place, Refusal};
+use model::{PortName, Verdict};
 use schemars::{JsonSchema, SchemaGenerator, generate::SchemaSettings};
 use serde_json::{Map, Value, json};
-use supervisor::{Alarm, DeviceRequest, Entry, Limits, Mode, Report, Severity, SvvRequest};
+use supervisor::{Alarm, DeviceRequest, Entry, InProcess, Limits, Mode, Report, Severity, SvvRequest};
 
 /// All schemas: `{"version", "calls": {name: {"role", "arguments", "result"}}, "requests": {name: schema}, "$defs": {…}}`, draft 2020-12.
 pub fn all() -> Value {
@@ -68,6 +69,7 @@ fn schema(generator: &mut SchemaGenerator, of: Of) -> Value {
         Of::Map => json!({ "type": "object" }),
         Of::Intervals => json!({ "type": "object", "additionalProperties": { "type": "integer", "minimum": 0 } }),
         Of::Place => one::<Option<Place>>(generator),
+        Of::InProcess => one::<InProcess>(generator),
         Of::Limits => one::<Limits>(generator),
         Of::Report => one::<Option<Report>>(generator),
         Of::Snapshot => json!({
@@ -81,6 +83,9 @@ fn schema(generator: &mut SchemaGenerator, of: Of) -> Value {
         Of::Severity => one::<Severity>(generator),
         Of::Verb => one::<Verb>(generator),
         Of::Graph => one::<Graph>(generator),
+        Of::Findings => one::<Vec<Refusal>>(generator),
+        Of::Port => one::<PortName>(generator),
+        Of::Wired => json!({ "anyOf": [generator.subschema_for::<Option<String>>(), generator.subschema_for::<Vec<Verdict>>()] }),
         Of::Composition => one::<Composition>(generator),
         Of::DeviceType => one::<DeviceType>(generator),
         Of::Device => one::<DeviceRequest>(generator),

@@ -6,14 +6,17 @@ use crate::files::Files;
 use crate::journal::Journal;
 use crate::journal::play::{Unwatched, Watcher, play};
 use crate::listen::{self, Listener};
+use crate::page::Page;
 use crate::rates::Rates;
+use crate::role::Role;
 use crate::service::{Service, WAITS_MAX};
 use crate::sessions::Sessions;
 use crate::socket;
 use crate::tls;
-use crate::tokens::Tokens;
+use crate::tokens::{RunToken, Tokens};
 use model::refusal::{Class, Refusal, Refusals};
 use serde::Deserialize;
+use std::io::ErrorKind;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
@@ -30,6 +33,8 @@ use tokio_rustls::TlsAcceptor;
 pub struct Options {
     /// Path of the Unix socket, instead of [`socket::default_path`].
     pub socket: Option<PathBuf>,
+    /// There is no Unix socket, and no audit file but one that is named: a system inside a program, served for its studio.
+    pub no_socket: bool,
     /// `HOST:PORT` of TCP, besides the socket.
     pub listen: Option<String>,
     pub tls_cert: Option<PathBuf>,
@@ -37,6 +42,10 @@ pub struct Options {
     /// Who signs client certificates.
     pub client_ca: Option<PathBuf>,
     pub tokens: Option<PathBuf>,
+    /// Makes a token of this role for this run: [`Server::studio`] has it.
+    pub run_token: Option<Role>,
+    /// The folder of the studio's page, served at `/` of TCP.
+    pub page: Option<PathBuf>,
     /// The audit file, instead of one beside the socket.
     pub audit: Option<PathBuf>,
     /// Whoever is on this machine may observe over TCP without a token.
@@ -49,6 +58,8 @@ pub struct Options {
     pub python: Option<String>,
     /// The file that keeps the calls which made the system what it is; they are made again at the start.
     pub journal: Option<PathBuf>,
+    /// The folder in which callers may record.
+    pub records: Option<PathBuf>,
     /// Ends the start where a call of the journal fails.
     pub journal_strict: bool,
 }
@@ -63,7 +74,8 @@ pub struct Server {
     runtime: Option<Runtime>,
     service: Arc<Service>,
     addresses: Vec<String>,
-    socket: PathBuf,
+    socket: Option<PathBuf>,
+    studio: Option<String>,
 }
 
 fn refuse(message: impl Into<String>, remedy: &str) -> Refusals {
@@ -84,7 +96,7 @@ fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
     };
     let failed = |why: &dyn std::fmt::Display| refuse(format!("cannot listen on '{listen}': {why}"), "write --listen HOST:PORT, for example 127.0.0.1:8777");
     let address = listen.to_socket_addrs().map_err(|why| failed(&why))?.next().ok_or_else(|| failed(&"no such address"))?;
-    let knows_callers = options.tokens.is_some() || options.client_ca.is_some();
+    let knows_callers = options.tokens.is_some() || options.client_ca.is_some() || options.run_token.is_some();
     if !address.ip().is_loopback() {
         if options.insecure_loopback {
             return Err(refuse(format!("--insecure-loopback does not go with '{listen}'"), "it is for addresses of this machine only"));
@@ -122,27 +134,35 @@ fn host_name() -> Option<String> {
     Some(name.trim().to_owned()).filter(|name| !name.is_empty())
 }
 
-fn service(system: Arc<System>, options: &Options, socket: &Path, journal: Option<Journal>) -> Result<Service, Refusals> {
-    let beside = || socket.with_extension("audit.jsonl");
-    let audit = options.audit.clone().unwrap_or_else(beside);
+/// The audit file that is named, or the one beside the socket.
+fn audit(options: &Options, socket: Option<&Path>) -> Result<Audit, Refusals> {
+    let path = options.audit.clone().or_else(|| socket.map(|socket| socket.with_extension("audit.jsonl")));
+    let Some(path) = path else { return Ok(Audit::none()) };
+    Audit::open(&path).map_err(|why| refuse(format!("cannot open the audit file '{}': {why}", path.display()), "give another with --audit"))
+}
+
+fn service(system: Arc<System>, options: &Options, audit: Audit, run: Option<RunToken>, journal: Option<Journal>) -> Result<Service, Refusals> {
     let tokens =
         options.tokens.as_deref().map(Tokens::open).transpose().map_err(|why| refuse(format!("tokens: {why}"), "make the file with opengpac token new"))?;
     Ok(Service {
         system,
         gate: Gate {
             tokens,
+            run,
             uid: socket::uid(),
             insecure_loopback: options.insecure_loopback,
             hosts: options.hosts.iter().cloned().chain(host_name()).collect(),
             origins: options.origins.clone(),
         },
         sessions: Sessions::default(),
-        audit: Audit::open(&audit).map_err(|why| refuse(format!("cannot open the audit file '{}': {why}", audit.display()), "give another with --audit"))?,
+        audit,
+        page: options.page.as_deref().map(Page::load).transpose()?,
         rates: Rates::new(20_000.0, 20_000.0),
         failures: Rates::new(10.0, 20.0),
         waits: Arc::new(Semaphore::new(WAITS_MAX)),
         files: Files::new().map_err(|why| refuse(format!("cannot make a folder for files: {why}"), "make room among the temporary files"))?,
         journal,
+        records: options.records.clone(),
         python: options.python.clone().unwrap_or_else(|| "python3".to_owned()),
     })
 }
@@ -158,10 +178,16 @@ impl Server {
         if options.journal_strict && options.journal.is_none() {
             return Err(refuse("--journal-strict is given and there is no journal", "add --journal FILE"));
         }
-        let path = options.socket.clone().unwrap_or_else(|| socket::default_path(system.name()));
         let tcp = tcp(options)?;
+        if tcp.is_none() && (options.no_socket || options.page.is_some() || options.run_token.is_some()) {
+            return Err(refuse("the studio needs an address of TCP", "add --listen 127.0.0.1:8777"));
+        }
+        if options.no_socket {
+            return Server::serve(system, options, None, tcp, watcher);
+        }
+        let path = options.socket.clone().unwrap_or_else(|| socket::default_path(system.name()));
         let bound = socket::bind(&path, options.socket.is_none())?;
-        let served = Server::serve(system, options, bound, &path, tcp, watcher);
+        let served = Server::serve(system, options, Some((bound, &path)), tcp, watcher);
         if served.is_err() {
             // What was bound is of no use to anybody; the refusal is what is told.
             let _gone = std::fs::remove_file(&path);
@@ -172,18 +198,19 @@ impl Server {
     fn serve(
         system: Arc<System>,
         options: &Options,
-        bound: UnixListener,
-        path: &Path,
+        bound: Option<(UnixListener, &Path)>,
         tcp: Option<Tcp>,
         watcher: &mut dyn Watcher,
     ) -> Result<Server, Refusals> {
         let (journal, told) = options.journal.as_deref().map(|file| Journal::open(file, system.name())).transpose()?.unzip();
         told.into_iter().flatten().for_each(|text| watcher.tell(&text));
-        let service = Arc::new(service(system, options, path, journal)?);
+        let failed = |why: std::io::Error| refuse(format!("cannot serve: {why}"), "close other programs and try again");
+        let (run, token) = options.run_token.map(RunToken::new).transpose().map_err(failed)?.unzip();
+        let audit = audit(options, bound.as_ref().map(|(_, path)| *path))?;
+        let service = Arc::new(service(system, options, audit, run, journal)?);
         if let Some(journal) = &service.journal {
             play(&service, journal, options.journal_strict, watcher)?;
         }
-        let failed = |why: std::io::Error| refuse(format!("cannot serve: {why}"), "close other programs and try again");
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
             .max_blocking_threads(BLOCKING_THREADS)
@@ -191,13 +218,23 @@ impl Server {
             .enable_all()
             .build()
             .map_err(failed)?;
-        let mut addresses = vec![format!("unix://{}", path.display())];
-        let mut listeners = vec![Listener::unix(&runtime, bound).map_err(failed)?];
+        let (mut addresses, mut listeners, mut studio) = (Vec::new(), Vec::new(), None);
+        let socket = bound.as_ref().map(|(_, path)| path.to_path_buf());
+        if let Some((bound, path)) = bound {
+            addresses.push(format!("unix://{}", path.display()));
+            listeners.push(Listener::unix(&runtime, bound).map_err(failed)?);
+        }
         if let Some((address, acceptor)) = tcp {
-            let cannot = |why| refuse(format!("cannot listen on '{address}': {why}"), "is the port taken?");
+            let cannot = |why: std::io::Error| {
+                let class = if why.kind() == ErrorKind::AddrInUse { Class::InUse } else { Class::DefinitionError };
+                vec![Refusal::new(class, format!("cannot listen on '{address}': {why}")).remedy("take another port, or 0 for any that is free")]
+            };
             let listener = std::net::TcpListener::bind(address).map_err(cannot)?;
             let scheme = if acceptor.is_some() { "https" } else { "http" };
-            addresses.push(format!("{scheme}://{}", listener.local_addr().map_err(cannot)?));
+            let url = format!("{scheme}://{}", listener.local_addr().map_err(cannot)?);
+            let fragment = token.map(|token| format!("#token={token}")).unwrap_or_default();
+            studio = service.page.is_some().then(|| format!("{url}/{fragment}"));
+            addresses.push(url);
             listeners.push(Listener::tcp(&runtime, listener, acceptor).map_err(failed)?);
         }
         let router = crate::http::router(service.clone());
@@ -205,12 +242,17 @@ impl Server {
             runtime.spawn(listen::accept(listener, router.clone()));
         }
         runtime.spawn(look_after(service.clone()));
-        Ok(Server { runtime: Some(runtime), service, addresses, socket: path.to_owned() })
+        Ok(Server { runtime: Some(runtime), service, addresses, socket, studio })
     }
 
     /// Where it listens: `unix://PATH`, `http://HOST:PORT`, `https://HOST:PORT`.
     pub fn addresses(&self) -> &[String] {
         &self.addresses
+    }
+
+    /// Where the studio's page is, with the token of this run behind `#` where there is one; nothing where it is not served.
+    pub fn studio(&self) -> Option<&str> {
+        self.studio.as_deref()
     }
 
     /// The paths of the interface without a connection: for tests and fuzzers, which say who calls by an extension of the request,
@@ -222,8 +264,10 @@ impl Server {
     /// Stops answering and removes the socket. Twice is once.
     pub fn stop(&mut self) {
         if let Some(runtime) = self.runtime.take() {
-            // The socket may have gone with its folder.
-            let _gone = std::fs::remove_file(&self.socket);
+            if let Some(socket) = &self.socket {
+                // It may have gone with its folder.
+                let _gone = std::fs::remove_file(socket);
+            }
             runtime.shutdown_timeout(Duration::from_secs(2));
             if let Some(journal) = &self.service.journal {
                 journal.end(&self.service.system);

@@ -8,6 +8,7 @@ use crate::failure::Failure;
 use crate::files::Files;
 use crate::journal::Journal;
 use crate::journal::lines::By;
+use crate::page::Page;
 use crate::rates::Rates;
 use crate::role::Role;
 use crate::sessions::Sessions;
@@ -15,6 +16,7 @@ use crate::wire::Asked;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 use session::Answered;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 use supervisor::System;
@@ -29,6 +31,8 @@ pub struct Service {
     pub gate: Gate,
     pub sessions: Sessions,
     pub audit: Audit,
+    /// The studio's page, where it is served.
+    pub page: Option<Page>,
     /// Requests of each caller.
     pub rates: Rates,
     /// Requests that nobody was let in with, from each address.
@@ -37,6 +41,8 @@ pub struct Service {
     pub files: Files,
     /// What is recorded for a daemon that starts again.
     pub journal: Option<Journal>,
+    /// The folder in which callers may record.
+    pub records: Option<PathBuf>,
     /// The interpreter that tries code modules.
     pub python: String,
 }
@@ -75,18 +81,41 @@ impl Service {
     /// a thread that serves others.
     pub fn call(self: &Arc<Self>, call: &Call, asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         let role = call.role_under(self.system.is_virtual());
-        let act = Act::new(caller, presence.map_or("", |p| &p.name), call.name, asked_text(&asked).as_bytes());
+        let mut act = Act::new(caller, presence.map_or("", |p| &p.name), call.name, asked_text(&asked).as_bytes());
+        let commands = session::commanded(&self.system, call.name, &asked.arguments);
+        act.about = commands.clone().unwrap_or_default();
         let allowed = self.require_role(caller, role, call.name).and_then(|()| match role {
             Role::Observe => Ok(()),
             _ if call.is_free() => Ok(()),
             _ => self.sessions.require_command(presence.map(|p| p.name.as_str())),
         });
-        self.recorded(&act, role, || allowed.and_then(|()| self.kept(call, asked, caller, presence)))
+        let result = self.audited(&act, role, || allowed.and_then(|()| self.kept(call, asked, caller, presence)));
+        if commands.is_some() {
+            self.log(&act, result.as_ref().err());
+        }
+        result
+    }
+
+    /// Enters a command into the system's log, and who gave it.
+    fn log(&self, act: &Act, failure: Option<&Failure>) {
+        let who = if act.session.is_empty() { act.caller.who.clone() } else { format!("{} ({})", act.session, act.caller.who) };
+        let refused = failure.map(|failure| failure.refusals.first().map_or_else(String::new, |refusal| refusal.message.clone()));
+        let about = if act.about.is_empty() { "system" } else { &act.about };
+        self.system.log_command(&who, &act.call, about, refused.as_deref());
+    }
+
+    /// Does something else than a call that commands: it is in the audit file and in the log.
+    pub fn recorded<T>(&self, act: &Act, role: Role, run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+        let result = self.audited(act, role, run);
+        if role > Role::Observe {
+            self.log(act, result.as_ref().err());
+        }
+        result
     }
 
     /// Does something that the audit file records: with the role `configure` and above nothing is done that could not be written
     /// before. What only observes is recorded where it is refused for want of rights.
-    pub fn recorded<T>(&self, act: &Act, role: Role, run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
+    fn audited<T>(&self, act: &Act, role: Role, run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
         if role >= Role::Configure {
             self.audit.write(act, "begun")?;
         }
@@ -123,6 +152,9 @@ impl Service {
             && let Some(options) = asked.arguments.get_mut("options")
         {
             self.files.resolve(options)?;
+        }
+        if call.name == "record" {
+            crate::records::place(self.records.as_deref(), &mut asked.arguments)?;
         }
         // Before the start, so that an end which comes at once is not nobody's.
         if let (Some(presence), "start", Some(instance)) = (presence, call.name, instance) {
@@ -172,7 +204,8 @@ impl Service {
             let who = Caller { who: "the system".to_owned(), role: Role::Download, from: "here".to_owned() };
             // A system that is closed has nothing left that could be cut off.
             let outcome = self.system.abandon(&instances, &name).map_or("InvalidState", |()| "ok");
-            let _said = self.audit.write(&Act::new(&who, &name, "cut_off", b""), outcome);
+            let act = Act::new(&who, &name, "cut_off", b"");
+            let _said = self.audit.write(&act, outcome);
         }
         self.drain();
         for instance in self.sessions.orphans() {

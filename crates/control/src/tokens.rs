@@ -106,6 +106,33 @@ impl Tokens {
     }
 }
 
+/// A token that holds as long as this process serves, and lies in no file.
+pub struct RunToken {
+    sha256: String,
+    /// What its holder may do.
+    pub role: Role,
+}
+
+impl RunToken {
+    /// A new one of this role, and its text.
+    pub fn new(role: Role) -> io::Result<(RunToken, String)> {
+        let token = random()?;
+        Ok((RunToken { sha256: hex(&Sha256::digest(token.as_bytes())), role }, token))
+    }
+
+    /// Whether this is its text; the same time whatever is equal.
+    pub fn is(&self, token: &str) -> bool {
+        self.sha256.as_bytes().ct_eq(hex(&Sha256::digest(token.as_bytes())).as_bytes()).into()
+    }
+}
+
+/// A token that nobody has had.
+fn random() -> io::Result<String> {
+    let mut random = [0_u8; 32];
+    getrandom::fill(&mut random).map_err(|why| io::Error::other(why.to_string()))?;
+    Ok(format!("gpac_{}", URL_SAFE_NO_PAD.encode(random)))
+}
+
 /// s since 1970.
 pub fn now_s() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
@@ -113,9 +140,7 @@ pub fn now_s() -> u64 {
 
 /// Makes a token of that name and puts it into the file, which is made where there is none. The token: it is told this once.
 pub fn add(path: &Path, name: &str, role: Role, expires: Option<u64>) -> io::Result<String> {
-    let mut random = [0_u8; 32];
-    getrandom::fill(&mut random).map_err(|why| io::Error::other(why.to_string()))?;
-    let token = format!("gpac_{}", URL_SAFE_NO_PAD.encode(random));
+    let token = random()?;
     enter(path, name, role, expires, hex(&Sha256::digest(token.as_bytes())), false)?;
     Ok(token)
 }

@@ -97,10 +97,10 @@ pub struct StreamFrame {
     /// The subscription that is over.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unsubscribe: Option<String>,
-    /// Of `svvs`: which.
+    /// Of `svvs` and `scope`: which.
     #[serde(default)]
     pub names: Vec<String>,
-    /// How often it is looked, ms of the wall clock, 10 at the least.
+    /// How often it is looked, ms of the wall clock, 10 at the least; of `statistics` and `installed` 100, of `scope` 1,000 at the most.
     #[serde(default = "every_ms")]
     pub every_ms: u64,
     /// Of `svvs`: bytes in base64 instead of values.
@@ -111,13 +111,17 @@ pub struct StreamFrame {
     pub since: u64,
 }
 
-/// What a stream carries.
+/// What a stream carries. `scope`: every value of some SVVs and private cells, in binary frames; `installed`: at first, and whenever it
+/// has changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {
     Svvs,
     Log,
     Ends,
+    Scope,
+    Statistics,
+    Installed,
 }
 
 fn every_ms() -> u64 {
@@ -137,10 +141,13 @@ pub fn frame(text: &str) -> Result<Wanted, Failure> {
     let short = |id: &String| !id.is_empty() && id.len() <= 64;
     match (frame.subscribe, frame.id, frame.unsubscribe) {
         (Some(topic), Some(id), None) if short(&id) => {
-            if (topic == Topic::Svvs) == frame.names.is_empty() {
-                return Err(wrong(format!("subscription '{id}' has {} names", frame.names.len()), "a subscription to svvs names them, and no other does"));
+            if matches!(topic, Topic::Svvs | Topic::Scope) == frame.names.is_empty() {
+                let remedy = "a subscription to svvs or scope names them, and no other does";
+                return Err(wrong(format!("subscription '{id}' has {} names", frame.names.len()), remedy));
             }
-            let every = Duration::from_millis(frame.every_ms.clamp(10, 3_600_000));
+            // All that there is, again and again: it lasts longer to say than a value.
+            let least = if matches!(topic, Topic::Statistics | Topic::Installed) { 100 } else { 10 };
+            let every = Duration::from_millis(frame.every_ms.clamp(least, 3_600_000));
             Ok(Wanted::Subscribe { id, topic, names: frame.names, every, raw: frame.raw, since: frame.since })
         }
         (None, None, Some(id)) => Ok(Wanted::Unsubscribe(id)),

@@ -11,6 +11,7 @@
 //! | `scripted` | channels of any type that read a table of values and record what is written, for tests |
 pub mod driver;
 pub mod error;
+mod geometry;
 pub mod loopback;
 pub mod mujoco;
 pub mod part;
@@ -21,4 +22,5 @@ mod bytes;
 
 pub use driver::{KINDS, open};
 pub use error::DriverError;
+pub use geometry::geometry;
 pub use part::{Part, Servo};

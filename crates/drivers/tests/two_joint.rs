@@ -27,6 +27,34 @@ fn its_parts_are_found_whatever_drives_them() {
 }
 
 #[test]
+fn it_is_drawn_from_its_bodies_joints_and_shapes() {
+    with_mujoco(|library| {
+        let options = json!({ "path": robot("two_joint.xml"), "library": library });
+        let drawn = drivers::geometry("mujoco", &options).expect("it loads").expect("it has a shape");
+        let plant = drivers::geometry("plant_process", &json!({ "driver": { "kind": "mujoco", "options": options } })).expect("it loads");
+        assert_eq!(plant.as_ref(), Some(&drawn), "that it runs apart does not change how it looks");
+        let bodies = drawn["bodies"].as_array().expect("bodies");
+        assert_eq!((&bodies[0]["name"], &bodies[0]["parent"]), (&json!("world"), &json!(null)));
+        let of_joint = |name: &str| bodies.iter().find(|body| body["joint"]["name"] == name).unwrap_or_else(|| panic!("no body turns with '{name}'"));
+        let (shoulder, elbow) = (of_joint("shoulder"), of_joint("elbow"));
+        assert_eq!((&shoulder["joint"]["kind"], &shoulder["parent"]), (&json!("hinge"), &json!("world")));
+        assert_eq!(elbow["parent"], shoulder["name"]);
+        assert_eq!((&elbow["quaternion"], &elbow["joint"]["reference"]), (&json!([1.0, 0.0, 0.0, 0.0]), &json!(0.0)));
+        assert!(shoulder["geoms"].as_array().is_some_and(|geoms| geoms.iter().all(|geom| geom["rgba"].as_array().is_some_and(|rgba| rgba.len() == 4))));
+    });
+    with_mujoco(|library| {
+        let text = r#"<mujoco><asset><material name="red" rgba="1 0 0 1"/><mesh name="t" vertex="0 0 0 2 0 0 0 2 0 0 0 2"/></asset><worldbody><body name="b">
+            <joint name="j" axis="0 0 1"/><geom type="mesh" mesh="t" material="red" mass="1"/><geom type="sphere" size="0.1" group="3"/></body></worldbody>
+            <actuator><motor joint="j"/></actuator></mujoco>"#;
+        let drawn = drivers::geometry("mujoco", &json!({ "path": scratch("meshed", text), "library": library })).expect("it loads").expect("it has a shape");
+        let shapes = drawn["bodies"][1]["geoms"].as_array().expect("shapes");
+        assert_eq!(shapes.len(), 1, "what only collides is left out");
+        assert_eq!((&shapes[0]["kind"], &shapes[0]["mesh"], &shapes[0]["rgba"]), (&json!("box"), &json!(null), &json!([1.0, 0.0, 0.0, 1.0])));
+    });
+    assert!(drivers::geometry("loopback", &json!({ "parts": ["x"] })).expect("nothing is loaded").is_none());
+}
+
+#[test]
 fn the_bias_is_the_weight_of_the_links_and_holds_them() {
     with_mujoco(|library| {
         let mut machine = Machine::open("mujoco", json!({ "path": robot("two_joint.xml"), "library": library }));

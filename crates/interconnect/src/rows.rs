@@ -56,6 +56,13 @@ impl RowsWriter {
         shared.written.0.store(self.written, Ordering::Release);
     }
 
+    /// Rows that were lost before they came here: readers count as many as lost before the next row. For a ring that repeats the rows
+    /// of another one.
+    pub fn skip(&mut self, lost: u64) {
+        self.written += lost;
+        self.next = (self.written % self.shared.depth as u64) as usize;
+    }
+
     /// Bytes of a row.
     pub fn row_len(&self) -> usize {
         self.shared.row_len
@@ -179,6 +186,23 @@ impl RowsReader {
         lost
     }
 
+    /// Copies the oldest row from `sequence` on that is still there to `into`, whose memory it uses again, and returns how many before
+    /// it were lost; the next call asks from `into.sequence` + 1 on. None, and nothing copied, where no row has been written since.
+    pub fn next(&self, sequence: u64, into: &mut Row) -> Option<u64> {
+        let mut wanted = sequence;
+        loop {
+            let end = self.written();
+            if wanted >= end {
+                return None;
+            }
+            wanted = wanted.max(end.saturating_sub(self.shared.depth as u64));
+            if self.copy(wanted, into) {
+                return Some(wanted - sequence);
+            }
+            wanted += 1;
+        }
+    }
+
     /// The last `n` rows or fewer, oldest first. A row that was written over while they were read is left out with the older ones.
     pub fn last(&self, n: usize) -> Vec<Row> {
         let mut out = Vec::new();
@@ -205,24 +229,28 @@ impl RowsReader {
 
     /// Row `sequence`, which has been written; none where it was written over.
     fn row(&self, sequence: u64) -> Option<Row> {
+        let mut row = Row { bytes: Vec::with_capacity(self.shared.words_len * WORD), ..Row::default() };
+        self.copy(sequence, &mut row).then_some(row)
+    }
+
+    /// The same to where another row was; false where it was written over, and what is in `into` then is no row.
+    fn copy(&self, sequence: u64, into: &mut Row) -> bool {
         let row = self.shared.place((sequence % self.shared.depth as u64) as usize);
         // The caller has seen the count of written rows, so what is read here is of this row or a later one, never an earlier.
         if row[STAMP].load(Ordering::Relaxed) != stamp_of(sequence) {
-            return None;
+            return false;
         }
-        let number = row[NUMBER].load(Ordering::Relaxed);
-        let time_ns = row[TIME].load(Ordering::Relaxed).cast_signed();
-        let mut bytes = Vec::with_capacity(self.shared.words_len * WORD);
+        into.sequence = sequence;
+        into.number = row[NUMBER].load(Ordering::Relaxed);
+        into.time_ns = row[TIME].load(Ordering::Relaxed).cast_signed();
+        into.bytes.clear();
         for word in &row[HEADER_WORDS..] {
-            bytes.extend_from_slice(&word.load(Ordering::Relaxed).to_le_bytes());
+            into.bytes.extend_from_slice(&word.load(Ordering::Relaxed).to_le_bytes());
         }
         // If a word above was of a later row, the odd stamp before it is visible from here on.
         fence(Ordering::Acquire);
-        if row[STAMP].load(Ordering::Relaxed) != stamp_of(sequence) {
-            return None;
-        }
-        bytes.truncate(self.shared.row_len);
-        Some(Row { sequence, number, time_ns, bytes })
+        into.bytes.truncate(self.shared.row_len);
+        row[STAMP].load(Ordering::Relaxed) == stamp_of(sequence)
     }
 }
 
@@ -303,6 +331,30 @@ mod tests {
         assert!(out.is_empty());
         assert_eq!(numbers(&reader.last(2)), [8, 9]);
         assert_eq!(numbers(&reader.last(100)), [6, 7, 8, 9]);
+    }
+
+    #[test]
+    fn rows_one_by_one_tell_how_many_were_lost_before_each() {
+        let (mut writer, reader) = rows(8, 4);
+        let mut row = Row::default();
+        assert_eq!(reader.next(0, &mut row), None);
+        for number in 0..6 {
+            write(&mut writer, number);
+        }
+        assert_eq!((reader.next(0, &mut row), row.sequence, row.number), (Some(2), 2, 2));
+        assert_eq!((reader.next(3, &mut row), row.sequence, row.number), (Some(0), 3, 3));
+        assert_eq!(reader.next(6, &mut row), None);
+    }
+
+    #[test]
+    fn rows_that_a_ring_before_has_lost_are_lost_here_too() {
+        let (mut writer, reader) = rows(8, 4);
+        let mut row = Row::default();
+        write(&mut writer, 0);
+        writer.skip(7);
+        write(&mut writer, 8);
+        assert_eq!((reader.next(1, &mut row), row.sequence, row.number), (Some(7), 8, 8));
+        assert_eq!(reader.newest().map(|row| row.number), Some(8));
     }
 
     #[test]

@@ -61,7 +61,7 @@ impl Abroad {
 /// Below this many processes none is looked for that nobody holds.
 const PROCESSES_MIN: usize = 256;
 
-fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
     of.lock().expect("nobody panics with the lock held")
 }
 
@@ -122,7 +122,9 @@ impl Host {
         if from.is_none() && to.is_none() {
             // Within a source nothing is on a way.
             let (sender, receiver) = if writer == reader { Memory.connect(spec) } else { locked(&self.carrier).connect(spec) };
-            return (sender.into(), receiver.into());
+            let (Some(trace), Some(tape)) = (self.trace(), self.source(reader).tape.clone()) else { return (sender.into(), receiver.into()) };
+            let way = Some(Way { number: trace.way(), spec: *spec, reach: Reach::Process });
+            return (End { end: sender, way }, End { end: Box::new(crate::trace::Taped::recording(receiver, tape)), way });
         }
         let reach = self.reach(writer, reader);
         let way = Way { number: self.abroad.last_way.fetch_add(1, Ordering::Relaxed) + 1, spec: *spec, reach };

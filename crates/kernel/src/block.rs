@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A function block instance as the kernel sees it: memory with an entry.
+use crate::BlockTimes;
 use crate::memory::Cell;
+use crate::probe::Times;
 use opengpac::abi::{Descriptor, Header, Item, NONE, flag, kind};
 use std::any::Any;
 use std::sync::Arc;
@@ -25,6 +27,7 @@ pub struct Block {
     bound: Vec<Option<Cell>>,
     /// Keeps the code loaded.
     module: Arc<dyn Any + Send + Sync>,
+    times: Times,
 }
 
 impl Block {
@@ -43,7 +46,17 @@ impl Block {
         let initial: Box<[u8]> = unsafe { std::slice::from_raw_parts(descriptor.image.cast::<u8>(), size) }.into();
         memory.store(&initial);
         let items = items(descriptor);
-        Block { id, name: name.to_owned(), descriptor, restored: restored(items, size), memory, initial, bound: vec![None; items.len()], module }
+        Block {
+            id,
+            name: name.to_owned(),
+            descriptor,
+            restored: restored(items, size),
+            memory,
+            initial,
+            bound: vec![None; items.len()],
+            module,
+            times: Times::default(),
+        }
     }
 
     /// Binds item `item` (a port or device) to `cell`. Before it is in a table. Panics where the item has no address or the
@@ -88,6 +101,15 @@ impl Block {
     /// Its name for people.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// How long its invocations took, as far as the probe has visited them in this process.
+    pub fn block_times(&self) -> BlockTimes {
+        self.times.read()
+    }
+
+    pub(crate) fn times(&self) -> &Times {
+        &self.times
     }
 
     /// What its module says about it.
@@ -201,6 +223,12 @@ impl Block {
         let (start, end) = (cell.start() as usize, cell.start() as usize + cell.len());
         let outputs = self.items().iter().zip(&self.bound).filter(|(item, _)| item.kind == kind::OUTPUT);
         outputs.filter_map(|(_, bound)| bound.as_ref()).any(|bound| (bound.start() as usize) < end && start < bound.start() as usize + bound.len())
+    }
+
+    /// The items that it stores through addresses, each with its cell: outputs and channels of devices.
+    pub(crate) fn stores(&self) -> impl Iterator<Item = (&'static Item, &Cell)> {
+        let stored = self.items().iter().zip(&self.bound).filter(|(item, _)| matches!(item.kind, kind::OUTPUT | kind::DEVICE_WRITE));
+        stored.filter_map(|(item, cell)| Some((item, cell.as_ref()?)))
     }
 
     pub(crate) fn items(&self) -> &'static [Item] {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Between two firings: scripts are carried out.
+use crate::conditions::{is_so, word_of};
 use crate::firing::Kernel;
 use crate::script::Submission;
+use crate::tape::Occasion;
 use crate::{Activation, Cell, Due, Op, Process, Table};
 use std::mem;
 use std::sync::Arc;
@@ -11,8 +13,9 @@ impl Kernel {
     /// Carries out every script that has come, in the order of submission.
     pub(crate) fn carry_out_all(&mut self, now_ns: i64) {
         if self.source.restarting.swap(false, Ordering::AcqRel) {
-            self.stopped = false;
-            self.source.counters.stopped.store(false, Ordering::Release);
+            self.begin();
+            self.restart();
+            self.end(Occasion::Restart, now_ns);
         }
         if self.source.mailbox.is_empty() {
             return;
@@ -22,9 +25,16 @@ impl Kernel {
         self.wake();
     }
 
+    /// What stopped it is over.
+    pub(crate) fn restart(&mut self) {
+        self.stopped = false;
+        self.source.counters.stopped.store(false, Ordering::Release);
+    }
+
     /// One script as one: then what it stored is published, the conditions of its executes are served, and it is acknowledged.
     #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
-    fn carry_out(&mut self, mut submission: Box<Submission>, now_ns: i64) {
+    pub(crate) fn carry_out(&mut self, mut submission: Box<Submission>, now_ns: i64) {
+        self.begin();
         let mut captured = mem::take(&mut submission.captured);
         for op in &mut submission.script.ops {
             match op {
@@ -33,10 +43,10 @@ impl Kernel {
                     self.swap(table, now_ns);
                 }
                 Op::While { process, generation } => {
-                    let before = process.word();
+                    let before = word_of(&self.source, process);
                     self.serve_entered(now_ns);
                     self.serve(now_ns);
-                    if process.word() != before || !before.acts() || before.generation != *generation {
+                    if word_of(&self.source, process) != before || !before.acts() || before.generation != *generation {
                         break;
                     }
                 }
@@ -54,6 +64,7 @@ impl Kernel {
         submission.serial = self.shared.serials.fetch_add(1, Ordering::AcqRel);
         // Publication before acknowledgement: who waits for the script then sees what it stored.
         self.settle(now_ns);
+        self.end(Occasion::Script(submission.recorded), now_ns);
         self.source.done.put(submission);
         self.told = true;
     }
@@ -114,12 +125,12 @@ impl Kernel {
             }
             Op::Execute(blocks) => self.execute(blocks, now_ns),
             Op::Stage { process, stage, generation } => {
-                if process.enter(*stage, *generation) {
+                if is_so(&self.source, process.enter(*stage, *generation)) {
                     self.enter(process);
                 }
             }
             Op::Advance { process, generation, from, to } => {
-                if process.advance(*generation, *from, *to) {
+                if is_so(&self.source, process.advance(*generation, *from, *to)) {
                     self.enter(process);
                 }
             }
@@ -131,14 +142,14 @@ impl Kernel {
             Op::KeepClock(to, from) => {
                 if let (Some(to), Some(from)) = (to.time(self.source.id), from.time(self.source.id)) {
                     // SAFETY: both are times in this source, of two processes.
-                    unsafe { (*to.state()).keep(&*from.state()) };
+                    unsafe { (*to.state()).keep(&*from.state(), 0) };
                 }
             }
             Op::Capture(cells) => cells.iter().for_each(|cell| capture(cell, captured)),
             Op::Engage { device, channels } => channels.iter().for_each(|channel| device.engage(usize::from(*channel), true)),
             Op::Safe { device, channels } => {
                 // SAFETY: a device of this source.
-                if let Err(error) = unsafe { device.make_safe(now_ns, channels) } {
+                if let Err(error) = unsafe { device.make_safe(now_ns, channels, self.source.tape.as_deref()) } {
                     let (name, message) = (device.name().to_owned(), error.message);
                     self.tell(crate::Event::DeviceLost { source: self.source.id, device: name, message, time_ns: now_ns }, &[], &[]);
                 }

@@ -3,6 +3,7 @@
 //! the first that moves its process.
 use crate::firing::Kernel;
 use crate::process::{TimeState, Watch, Word};
+use crate::source::Source;
 use crate::steps::{SIGNAL, fault};
 use crate::table::{Candidate, Report};
 use crate::{BlockId, Event, Op, Process, Response};
@@ -80,7 +81,7 @@ impl Kernel {
         let table = &mut *self.table;
         let found = &table.processes[process as usize];
         let block = block_of(&table.steps, report.step);
-        let stage = found.word().stage;
+        let stage = word_of(&self.source, found).stage;
         let lines = found.watches(stage).iter().enumerate().filter(|(_, watch)| watch.matches(block, item));
         let watch = lines.min_by_key(|(line, watch)| (Reverse(watch.priority), *line));
         let (priority, order) = watch.map_or((i32::MIN, u32::MAX), |(line, watch)| (watch.priority, line as u32));
@@ -111,7 +112,7 @@ impl Kernel {
         let process = &raw const *self.table.processes[candidate.process as usize];
         // SAFETY: the table holds the process, and no reaction swaps the table.
         let process = unsafe { &*process };
-        let word = process.word();
+        let word = word_of(&self.source, process);
         let block = block_of(&self.table.steps, candidate.step);
         // SAFETY: the block is in the table, and no step runs.
         let number = self.table.header(candidate.step).map_or(0, |header| unsafe { (*header).number }.saturating_sub(1));
@@ -170,17 +171,18 @@ impl Kernel {
                 process.remember(watch.condition);
                 None
             }
-            Response::Tell => process.freeze(word).then_some(Moved::Frozen),
+            Response::Tell => is_so(&self.source, process.freeze(word)).then_some(Moved::Frozen),
             Response::React { script, next } => {
-                if !process.react(word, *next) {
+                if !is_so(&self.source, process.react(word, *next)) {
                     return None;
                 }
                 let mut captured = std::mem::take(&mut self.captured);
                 for op in &script.ops {
-                    if let Op::While { process, generation } = op
-                        && (process.word().generation != *generation || !process.word().acts())
-                    {
-                        break;
+                    if let Op::While { process, generation } = op {
+                        let word = word_of(&self.source, process);
+                        if word.generation != *generation || !word.acts() {
+                            break;
+                        }
                     }
                     if matches!(op, Op::Forget) {
                         process.forget_all();
@@ -207,11 +209,12 @@ impl Kernel {
         while let Some(process) = self.entered.pop() {
             // SAFETY: the script that entered the stage, or the table, holds the process.
             let process = unsafe { &*process };
-            let word = process.word();
+            let word = word_of(&self.source, process);
             if !word.acts() {
                 continue;
             }
-            let Some(watch) = process.awaited(word.stage) else { continue };
+            let remembered = self.source.tape.as_ref().map_or_else(|| process.remembered(), |tape| tape.number(process.remembered()));
+            let Some(watch) = process.awaited_of(word.stage, remembered) else { continue };
             process.forget(watch.condition);
             self.captured.clear();
             let Some(moved) = self.respond(process, word, watch, now_ns) else { continue };
@@ -254,6 +257,17 @@ impl Kernel {
         self.captured = captured;
         self.captured.clear();
     }
+}
+
+/// Where a process stands, which others move too; where a record is made that is part of it.
+pub(crate) fn word_of(source: &Source, process: &Process) -> Word {
+    let word = process.word();
+    source.tape.as_ref().map_or(word, |tape| Word::unpack(tape.number(word.pack())))
+}
+
+/// Whether a process could be moved, in the same way.
+pub(crate) fn is_so(source: &Source, moved: bool) -> bool {
+    source.tape.as_ref().map_or(moved, |tape| tape.whether(moved))
 }
 
 /// What a condition did.

@@ -520,11 +520,12 @@ impl RowsEnd {
         unsafe { &*self.0.get() }.reader()
     }
 
-    /// Writes a row that a kernel elsewhere wrote there. By the one thread that takes what comes from there. Nothing where it is of
-    /// another length.
-    pub fn repeat(&self, number: u64, time_ns: i64, bytes: &[u8]) {
+    /// Writes a row that a kernel elsewhere wrote there, `lost` rows after the one before. By the one thread that takes what comes from
+    /// there. Nothing where it is of another length.
+    pub fn repeat(&self, lost: u64, number: u64, time_ns: i64, bytes: &[u8]) {
         // SAFETY: the caller is the one that touches it: the ring's source has no kernel here.
         let writer = unsafe { &mut *self.0.get() };
+        writer.skip(lost.min(u64::from(u32::MAX)));
         if bytes.len() == writer.row_len() {
             writer.write(number, time_ns, |sink| sink.put(bytes));
         }

@@ -4,6 +4,7 @@ mod heir;
 
 pub(crate) use heir::Looks;
 
+use crate::tape::Tape;
 use crate::{Cell, Extent};
 use heir::Seen;
 use interconnect::Sender;
@@ -200,6 +201,15 @@ struct Service {
 }
 
 impl Service {
+    /// What is to go out goes to the driver.
+    fn send(&mut self, release_ns: i64, tape: Option<&Tape>) -> Result<(), DeviceError> {
+        let mut live = || self.driver.write(release_ns + self.ahead_ns, &self.out, &self.engaged);
+        match tape {
+            None => live(),
+            Some(tape) => tape.written(live, |message| DeviceError { message }),
+        }
+    }
+
     /// Once: safe state, then the end of the driver.
     fn close(&mut self) {
         if !std::mem::replace(&mut self.is_closed, true) {
@@ -262,6 +272,14 @@ impl Device {
         let device = Device::open(name, Box::new(Unreached(channels)), 0)?;
         let _first = device.calls.set(calls);
         Ok(device)
+    }
+
+    /// One of a record, with these channels: what it reads comes from there.
+    ///
+    /// # Errors
+    /// None: as of [`Device::open`].
+    pub fn recorded(name: &str, channels: Vec<Channel>) -> Result<Arc<Device>, DeviceError> {
+        Device::open(name, Box::new(Unreached(channels)), 0)
     }
 
     /// How it stands.
@@ -386,15 +404,19 @@ impl Device {
     ///
     /// # Safety
     /// Called by the kernel of its source alone.
-    pub(crate) unsafe fn read(&self, release_ns: i64) -> Result<(), DeviceError> {
+    pub(crate) unsafe fn read(&self, release_ns: i64, tape: Option<&Tape>) -> Result<(), DeviceError> {
         if self.is_lost() {
             return Ok(());
         }
         // SAFETY: the caller is the one that touches both.
         let (service, readings) = unsafe { (&mut *self.service.get(), std::slice::from_raw_parts_mut(self.readings.start(), self.readings.len())) };
-        let read = match &mut service.looks {
+        let mut live = |readings: &mut [u8]| match &mut service.looks {
             None => service.driver.read(release_ns + service.ahead_ns, readings),
             Some(looks) => looks.read(release_ns, readings),
+        };
+        let read = match tape {
+            None => live(readings),
+            Some(tape) => tape.read(readings, live, |message| DeviceError { message }),
         };
         if let Some(shows) = &mut service.shows {
             shows.group()[..readings.len()].copy_from_slice(readings);
@@ -439,7 +461,7 @@ impl Device {
     ///
     /// # Safety
     /// As for `read`.
-    pub(crate) unsafe fn write(&self, release_ns: i64) -> Result<(), DeviceError> {
+    pub(crate) unsafe fn write(&self, release_ns: i64, tape: Option<&Tape>) -> Result<(), DeviceError> {
         if self.is_lost() {
             return Ok(());
         }
@@ -472,7 +494,7 @@ impl Device {
             self.seen.written(release_ns - service.written_ns.unwrap_or(release_ns));
         }
         service.written_ns = Some(release_ns);
-        let written = service.driver.write(release_ns + service.ahead_ns, &service.out, &service.engaged);
+        let written = service.send(release_ns, tape);
         self.checked(service, written)
     }
 
@@ -480,7 +502,7 @@ impl Device {
     ///
     /// # Safety
     /// As for `read`.
-    pub(crate) unsafe fn make_safe(&self, release_ns: i64, channels: &[u16]) -> Result<(), DeviceError> {
+    pub(crate) unsafe fn make_safe(&self, release_ns: i64, channels: &[u16], tape: Option<&Tape>) -> Result<(), DeviceError> {
         if self.is_lost() {
             return Ok(());
         }
@@ -495,7 +517,7 @@ impl Device {
                 service.out[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
             }
         }
-        let written = service.driver.write(release_ns + service.ahead_ns, &service.out, &service.engaged);
+        let written = service.send(release_ns, tape);
         self.checked(service, written)
     }
 

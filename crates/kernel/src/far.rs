@@ -6,7 +6,7 @@
 //! as everywhere, and who takes it asks there. The word of one whose sources lie in several places is here; kernels elsewhere only tell
 //! what was reported, and it is served when that arrives.
 use crate::relay::Wanted;
-use crate::{Script, SourceId, Statistics, Taken};
+use crate::{BlockId, BlockTimes, Script, SourceId, Statistics, Taken};
 use interconnect::{ConnectionSpec, EndError, Full, Header, Receiver, Sender};
 use std::sync::Arc;
 
@@ -23,6 +23,12 @@ pub trait Far: Send + Sync {
 
     /// Counters and histograms of a source, as it told last.
     fn statistics(&self, source: SourceId) -> Statistics;
+
+    /// [`Host::probe`](crate::Host::probe), there.
+    fn probe(&self, source: SourceId, for_ns: u64);
+
+    /// How long the invocations of a block there took, as it told last.
+    fn block_times(&self, block: BlockId) -> BlockTimes;
 
     /// [`Process::take`](crate::Process::take), there. `None`: nobody answers any more.
     fn take(&self, process: u64, generation: u32, insist: bool) -> Option<Taken>;

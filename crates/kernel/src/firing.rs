@@ -4,10 +4,12 @@
 use crate::clock::monotonic_ns;
 use crate::event::{Event, Teller};
 use crate::futex::Bell;
+use crate::memory::Span;
 use crate::preempt::{Never, Preempt};
 use crate::schedule::stores;
 use crate::source::{Source, add};
 use crate::steps::{self, Ended};
+use crate::tape::{Occasion, Tape, digest};
 use crate::{Activation, Block, Device, DeviceError, Due, Process, Table};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -81,6 +83,7 @@ impl Kernel {
     #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
     pub(crate) fn fire<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) {
         self.firing = number;
+        self.begin();
         if !self.stopped {
             self.careful = false;
             self.latch(release_ns, preempt);
@@ -93,7 +96,31 @@ impl Kernel {
             self.serve(release_ns);
         }
         self.settle(release_ns);
+        self.end(Occasion::Firing, release_ns);
         add(&self.source.counters.firings, 1);
+    }
+
+    /// A stretch of its record begins, where one is made.
+    #[inline]
+    pub(crate) fn begin(&self) {
+        if let Some(tape) = &self.source.tape {
+            tape.begin();
+        }
+    }
+
+    /// The stretch is over.
+    #[inline]
+    pub(crate) fn end(&self, occasion: Occasion, time_ns: i64) {
+        if let Some(tape) = self.source.tape.as_ref().filter(|tape| tape.records()) {
+            tape.end(occasion, self.firing, time_ns, self.digest(), self.stopped);
+        }
+    }
+
+    /// Digest of everything that its blocks have stored.
+    pub(crate) fn digest(&self) -> u64 {
+        // SAFETY: a span lies within its cells, which the table's blocks hold; this source's own image.
+        let bytes = |span: &Span| unsafe { std::slice::from_raw_parts(span.start, span.len) };
+        self.table.stored.iter().fold(0, |of, span| digest(of, bytes(span)))
     }
 
     /// `execute`: an extra firing at `now_ns` in which `blocks` are due, and what they drive, where that is on.
@@ -224,9 +251,9 @@ impl Kernel {
             // SAFETY: running times in this source of processes that the table holds.
             unsafe { (*time).tell(now_ns) };
         }
-        self.devices(now_ns, |device| {
+        self.devices(now_ns, |device, tape| {
             // SAFETY: this is the kernel of the device's source.
-            unsafe { device.read(now_ns) }
+            unsafe { device.read(now_ns, tape) }
         });
         self.look(now_ns, false);
         for (edge, source) in self.table.edges.iter().zip(&self.table.edge_sources) {
@@ -240,16 +267,16 @@ impl Kernel {
             self.stop(ended, now_ns);
             return false;
         }
-        self.devices(now_ns, |device| {
+        self.devices(now_ns, |device, tape| {
             // SAFETY: as above.
-            unsafe { device.write(now_ns) }
+            unsafe { device.write(now_ns, tape) }
         });
         true
     }
 
-    fn devices(&mut self, now_ns: i64, serve: impl Fn(&Device) -> Result<(), DeviceError>) {
+    fn devices(&mut self, now_ns: i64, serve: impl Fn(&Device, Option<&Tape>) -> Result<(), DeviceError>) {
         for index in 0..self.table.devices.len() {
-            if let Err(error) = serve(&self.table.devices[index]) {
+            if let Err(error) = serve(&self.table.devices[index], self.source.tape.as_deref()) {
                 self.device_lost(index, error, now_ns);
             }
         }
@@ -307,7 +334,7 @@ impl Kernel {
         }
     }
 
-    /// Publishes groups, sends rows, raises sources, writes the row of the programming system.
+    /// Publishes groups, sends rows, raises sources, writes the rows of the programming system.
     fn publish<P: Preempt>(&mut self, now_ns: i64, preempt: &P) {
         self.publish_groups(now_ns, preempt);
         for index in 0..self.table.outbound.len() {
@@ -353,7 +380,7 @@ impl Kernel {
     }
 
     pub(crate) fn write_row(&mut self, now_ns: i64) {
-        if let Some((spans, rows)) = &self.table.rows {
+        for (spans, rows) in &self.table.rows {
             // SAFETY: this is the kernel of the source that the ring belongs to.
             unsafe { rows.writer.write(self.firing, now_ns, spans) };
         }

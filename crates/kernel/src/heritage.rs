@@ -147,7 +147,7 @@ impl Kernel {
         for (to, from, source) in &heritage.times {
             if let (Some(to), Some(from)) = (to.time(self.source.id), from.time(*source)) {
                 // SAFETY: the first is a time in this source, the source of the second has ended.
-                unsafe { (*to.state()).keep_behind(&*from.state(), heritage.ahead_ns) };
+                unsafe { (*to.state()).keep(&*from.state(), heritage.ahead_ns) };
             }
         }
         let left = heritage.left.get_mut().expect("nobody locks it");

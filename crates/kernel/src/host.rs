@@ -7,13 +7,15 @@ use crate::firing::{Kernel, Shared};
 use crate::guard::BLACK_BOX_LEN;
 use crate::script::Submission;
 use crate::source::Source;
+use crate::tape::Tape;
+use crate::trace::{CodeNames, Trace};
 use crate::virtual_clock::Virtual;
 use crate::watchdog::Watchdog;
 use crate::*;
 use interconnect::Carrier;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, Ordering};
 use std::sync::mpsc::channel;
-use std::sync::{Arc, Mutex, MutexGuard, RwLock, RwLockReadGuard};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, RwLock, RwLockReadGuard};
 use std::thread::JoinHandle;
 
 /// All kernels of this process.
@@ -23,6 +25,10 @@ pub struct Host {
     pub(crate) shared: Arc<Shared>,
     /// What lies elsewhere.
     pub(crate) abroad: Abroad,
+    /// The record that is made of it.
+    trace: OnceLock<Arc<Trace>>,
+    /// It does again what is recorded.
+    plays: AtomicBool,
     /// Where the next sources say which block runs.
     black_box: Mutex<Option<BlackBox>>,
     /// Monotonic: when the host was made. Zero under the virtual clock.
@@ -82,6 +88,8 @@ impl Host {
             sources: RwLock::default(),
             shared: Arc::default(),
             abroad: Abroad::default(),
+            trace: OnceLock::new(),
+            plays: AtomicBool::new(false),
             black_box: Mutex::default(),
             epoch_ns,
             now_ns: AtomicI64::new(0),
@@ -98,6 +106,26 @@ impl Host {
         host
     }
 
+    /// Makes a record from now on, so that the run can be run again. `names`: how code is called there. None where there are sources already,
+    /// or a record.
+    pub fn record(&self, names: CodeNames) -> Option<Arc<Trace>> {
+        let sources = self.sources();
+        let trace = Arc::new(Trace::new(names));
+        (sources.is_empty() && self.trace.set(trace.clone()).is_ok()).then_some(trace)
+    }
+
+    /// A host under the virtual clock whose sources do what is recorded of others: [`Host::play`].
+    pub fn playing() -> Host {
+        let host = Host::new(ClockKind::Virtual { seed: 0 }, Box::new(interconnect::Memory));
+        host.plays.store(true, Ordering::Release);
+        host
+    }
+
+    /// The record that is made of it.
+    pub fn trace(&self) -> Option<&Arc<Trace>> {
+        self.trace.get()
+    }
+
     /// Makes a source with an empty table; a monotonic one starts its thread. Fails if the thread cannot be made.
     pub fn add_source(&self, spec: SourceSpec) -> std::io::Result<SourceId> {
         let mut sources = self.sources.write().expect("nobody panics with the lock held");
@@ -109,7 +137,11 @@ impl Host {
         };
         let (teller, listener) = telling(id);
         let guard = self.black_box().map_or_else(|| guard::Guard::new(budget_ns), |place| place.guard(budget_ns));
-        let source = Arc::new(Source::new(id, spec, listener, guard));
+        let tape = match self.trace.get() {
+            Some(trace) => Some(trace.tape(id, &spec)),
+            None => self.plays.load(Ordering::Acquire).then(Tape::playing),
+        };
+        let source = Arc::new(Source::new(id, spec, listener, guard, tape));
         let kernel = Kernel::new(source.clone(), self.shared.clone(), teller, 0, budget_ns);
         match &self.executor {
             Some(executor) => executor.lock().expect("nobody panics with the lock held").add(kernel, self.now_ns()),
@@ -151,7 +183,10 @@ impl Host {
         let mut sources = self.sources.write().expect("nobody panics with the lock held");
         let id = SourceId(sources.len() as u32);
         let (_, listener) = telling(id);
-        sources.push(Arc::new(Source::new(id, spec, listener, guard::Guard::new(0))));
+        if let Some(trace) = self.trace.get() {
+            trace.broken(&format!("source '{}' runs in another process or on another host", spec.name));
+        }
+        sources.push(Arc::new(Source::new(id, spec, listener, guard::Guard::new(0), None)));
         id
     }
 
@@ -162,6 +197,19 @@ impl Host {
         if let Some(far) = self.far(source) {
             return far.submit(source, script);
         }
+        self.prepare(source, &mut script);
+        let mut submission = Submission::new(script);
+        submission.recorded = self.trace.get().map_or(0, |trace| trace.script(source, &submission.script));
+        let to = self.source(source);
+        to.mailbox.put(submission);
+        match &self.executor {
+            Some(executor) => executor.lock().expect("nobody panics with the lock held").carry_out(source.0 as usize, self.now_ns()),
+            None => to.bell.ring(),
+        }
+    }
+
+    /// Makes the place of a script's tables and processes in its source.
+    pub(crate) fn prepare(&self, source: SourceId, script: &mut Script) {
         let sources = self.sources();
         for op in &mut script.ops {
             match op {
@@ -177,12 +225,11 @@ impl Host {
                 _ => {}
             }
         }
-        let to = &sources[source.0 as usize];
-        to.mailbox.put(Submission::new(script));
-        match &self.executor {
-            Some(executor) => executor.lock().expect("nobody panics with the lock held").carry_out(source.0 as usize, self.now_ns()),
-            None => to.bell.ring(),
-        }
+    }
+
+    /// Virtual: the kernel of a source, between two firings.
+    pub(crate) fn with_kernel<T>(&self, source: SourceId, then: impl FnOnce(&mut Kernel) -> T) -> T {
+        self.executor().with_kernel(source.0 as usize, then)
     }
 
     /// Requests a firing of a software source.
@@ -193,6 +240,11 @@ impl Host {
         let source = self.source(source);
         source.request(self.now_ns());
         source.bell.wake();
+    }
+
+    /// True where time is a number that `fire_next` and `set_now` move.
+    pub fn is_virtual(&self) -> bool {
+        self.executor.is_some()
     }
 
     /// ns on the clock since the host's epoch; the first release of a timer of period T is at T.
@@ -274,6 +326,9 @@ impl Host {
             }
             let Some((time, index)) = firing.filter(|&(time, _)| time <= limit_ns) else { return Ok(false) };
             executor.fire(index, time, &self.now_ns)?;
+            if let Some(trace) = self.trace.get() {
+                trace.gather();
+            }
             return Ok(true);
         }
     }
@@ -294,6 +349,29 @@ impl Host {
             return far.statistics(source);
         }
         self.source(source).statistics()
+    }
+
+    /// From now on, and for `for_ns` at least, the probe visits the blocks of a source, one a firing. Several who look add nothing to
+    /// one: the latest end holds.
+    pub fn probe(&self, source: SourceId, for_ns: u64) {
+        if let Some(far) = self.far(source) {
+            far.probe(source, for_ns);
+        }
+        let until_ns = monotonic_ns().saturating_add(i64::try_from(for_ns).unwrap_or(i64::MAX));
+        self.source(source).probe_until_ns.fetch_max(until_ns, Ordering::Relaxed);
+    }
+
+    /// Whether the probe was asked to visit the blocks of a source now.
+    pub fn probes(&self, source: SourceId) -> bool {
+        self.source(source).probe_until_ns.load(Ordering::Relaxed) > monotonic_ns()
+    }
+
+    /// How long the invocations of a block in `source` took, as far as they were visited.
+    pub fn block_times(&self, source: SourceId, block: &crate::Block) -> crate::BlockTimes {
+        match self.far(source) {
+            Some(far) => far.block_times(block.id()),
+            None => block.block_times(),
+        }
     }
 
     /// Restarts a source that a fault stopped (after its devices are safe and its blocks gone).
@@ -336,6 +414,9 @@ impl Host {
         let threads = std::mem::take(&mut *self.threads());
         // A thread that panicked has said so; the others are joined all the same.
         threads.into_iter().for_each(|thread| drop(thread.join()));
+        if let Some(trace) = self.trace.get() {
+            trace.close();
+        }
     }
 
     /// Lets what is under way arrive, and raises who waits for it.

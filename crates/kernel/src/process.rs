@@ -126,11 +126,11 @@ const CLAIMED: u16 = 2;
 const ENDED: u16 = 4;
 
 impl Word {
-    fn pack(self) -> u64 {
+    pub(crate) fn pack(self) -> u64 {
         u64::from(self.generation) << 32 | u64::from(self.stage) << 16 | u64::from(self.flags)
     }
 
-    fn unpack(word: u64) -> Word {
+    pub(crate) fn unpack(word: u64) -> Word {
         Word { generation: (word >> 32) as u32, stage: (word >> 16) as u16, flags: word as u16 }
     }
 
@@ -179,10 +179,7 @@ impl Process {
         for watch in stages.iter().flat_map(|stage| &stage.watches) {
             match &watch.response {
                 Response::React { script, .. } => {
-                    assert!(
-                        !script.ops.iter().any(|op| matches!(op, Op::Table(_) | Op::Follow { .. } | Op::Inherit(_))),
-                        "a reaction cannot swap a table; switch activations instead"
-                    );
+                    assert!(!script.ops.iter().any(Op::swaps), "a reaction cannot swap a table; switch activations instead");
                     assert!(script.captured_len() <= CAPTURED_MAX, "a reaction can capture {CAPTURED_MAX} bytes, not {}", script.captured_len());
                 }
                 Response::Remember => assert!(watch.condition < 64, "at most 64 conditions of a process can be remembered"),
@@ -316,13 +313,20 @@ impl Process {
         self.remembered.fetch_or(1 << condition, Ordering::AcqRel);
     }
 
-    pub(crate) fn remembers(&self, condition: u16) -> bool {
-        condition < 64 && self.remembered.load(Ordering::Acquire) & (1 << condition) != 0
-    }
-
     /// What waits in `stage` for a condition that came before it was entered: the one to serve first.
     pub(crate) fn awaited(&self, stage: u16) -> Option<&Watch> {
-        let waits = |watch: &&Watch| self.remembers(watch.condition) && !matches!(watch.response, Response::Remember);
+        self.awaited_of(stage, self.remembered())
+    }
+
+    /// What came, unserved: one bit a condition.
+    pub(crate) fn remembered(&self) -> u64 {
+        self.remembered.load(Ordering::Acquire)
+    }
+
+    /// The same where `remembered` came.
+    pub(crate) fn awaited_of(&self, stage: u16, remembered: u64) -> Option<&Watch> {
+        let came = |condition: u16| condition < 64 && remembered & (1 << condition) != 0;
+        let waits = |watch: &&Watch| came(watch.condition) && !matches!(watch.response, Response::Remember);
         self.watches(stage).iter().filter(waits).min_by_key(|watch| Reverse(watch.priority))
     }
 
@@ -416,13 +420,8 @@ impl TimeState {
         self.runs = true;
     }
 
-    /// Runs as another does.
-    pub(crate) fn keep(&mut self, other: &TimeState) {
-        (self.base_ns, self.runs) = (other.base_ns, other.runs);
-    }
-
-    /// Runs as another does whose clock is ahead by `ahead_ns`.
-    pub(crate) fn keep_behind(&mut self, other: &TimeState, ahead_ns: i64) {
+    /// Runs as another does whose clock is ahead by `ahead_ns`: by nothing, where it is of the same host.
+    pub(crate) fn keep(&mut self, other: &TimeState, ahead_ns: i64) {
         (self.base_ns, self.runs) = (if other.runs { other.base_ns - ahead_ns } else { other.base_ns }, other.runs);
     }
 

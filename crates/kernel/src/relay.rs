@@ -9,13 +9,14 @@
 //! | if an end finds no room | | the row stays in the queue before it, and is tried again | |
 //!
 //! A publication keeps its number and its time, so its age is known at the reader as over any other way.
+use crate::abroad::locked;
 use crate::clock::monotonic_ns;
 use crate::far::{Far, Way};
 use crate::futex::Bell;
 use crate::{Host, rights};
 use interconnect::{EndError, Receiver, Sender};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, Weak};
+use std::sync::{Arc, Mutex, Weak};
 
 /// How often groups, of which nobody tells that they came, and rows that found no room are looked for, ns.
 const LOOK_NS: i64 = 1_000_000;
@@ -49,10 +50,6 @@ struct Relay {
     sender: Box<dyn Sender>,
     group_len: usize,
     wanted: Weak<Wanted>,
-}
-
-fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().expect("nobody panics with the lock held")
 }
 
 impl Relays {

@@ -66,6 +66,13 @@ pub enum Op {
     Inherit(Box<crate::Heritage>),
 }
 
+impl Op {
+    /// It changes what a source has, beyond what blocks and devices hold: only a script that is submitted may, never a reaction.
+    pub(crate) fn swaps(&self) -> bool {
+        matches!(self, Op::Table(_) | Op::Follow { .. } | Op::Inherit(_))
+    }
+}
+
 /// Operations carried out in order between two firings of one source, as one.
 pub struct Script {
     /// For the acknowledgement.
@@ -97,6 +104,8 @@ pub(crate) struct Submission {
     pub(crate) time_ns: i64,
     /// Order among the events of the host.
     pub(crate) serial: u64,
+    /// Its number in a record of the host; 0 where none is made.
+    pub(crate) recorded: u64,
     next: *mut Submission,
 }
 
@@ -106,7 +115,7 @@ unsafe impl Send for Submission {}
 impl Submission {
     pub(crate) fn new(script: Box<Script>) -> Box<Submission> {
         let captured = Vec::with_capacity(script.captured_len());
-        Box::new(Submission { script, captured, firing: 0, time_ns: 0, serial: 0, next: ptr::null_mut() })
+        Box::new(Submission { script, captured, firing: 0, time_ns: 0, serial: 0, recorded: 0, next: ptr::null_mut() })
     }
 }
 

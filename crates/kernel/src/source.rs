@@ -4,8 +4,9 @@ use crate::event::Listener;
 use crate::futex::Bell;
 use crate::guard::Guard;
 use crate::script::Mailbox;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard};
+use crate::tape::Tape;
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 /// Index of a source in its host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -62,6 +63,8 @@ pub struct Statistics {
     pub duration_max_ns: u64,
     /// As `jitter_bins`.
     pub duration_bins: [u64; 32],
+    /// Of all firings together: what share of the time it works.
+    pub duration_sum_ns: u64,
     /// A fault stopped it.
     pub stopped: bool,
     /// What was asked for and not given (priority, memory lock, core), in words; empty if all was.
@@ -87,13 +90,17 @@ pub(crate) struct Source {
     /// Set by `Host::restart`, taken by the kernel.
     pub(crate) restarting: AtomicBool,
     pub(crate) guard: Guard,
+    /// Until when the probe visits its blocks, on CLOCK_MONOTONIC.
+    pub(crate) probe_until_ns: AtomicI64,
     pub(crate) counters: Counters,
     pub(crate) rights_missing: Mutex<Vec<String>>,
+    /// Where a record is made of it, or it does again what is recorded.
+    pub(crate) tape: Option<Arc<Tape>>,
     listener: Mutex<Listener>,
 }
 
 impl Source {
-    pub(crate) fn new(id: SourceId, spec: SourceSpec, listener: Listener, guard: Guard) -> Source {
+    pub(crate) fn new(id: SourceId, spec: SourceSpec, listener: Listener, guard: Guard, tape: Option<Arc<Tape>>) -> Source {
         Source {
             id,
             spec,
@@ -106,8 +113,10 @@ impl Source {
             leaving: AtomicBool::new(false),
             restarting: AtomicBool::new(false),
             guard,
+            probe_until_ns: AtomicI64::new(i64::MIN),
             counters: Counters::default(),
             rights_missing: Mutex::new(Vec::new()),
+            tape,
             listener: Mutex::new(listener),
         }
     }
@@ -148,6 +157,7 @@ impl Source {
             duration_last_ns: load(&counters.duration.last_ns),
             duration_max_ns: load(&counters.duration.max_ns),
             duration_bins: std::array::from_fn(|bin| load(&counters.duration.bins[bin])),
+            duration_sum_ns: load(&counters.duration.sum_ns),
             stopped: counters.stopped.load(Ordering::Acquire),
             rights_missing: self.rights_missing.lock().expect("nobody panics with the lock held").clone(),
         }
@@ -166,11 +176,12 @@ pub(crate) struct Counters {
     pub(crate) duration: Histogram,
 }
 
-/// Last, greatest, and counts in bins of powers of two.
+/// Last, greatest, sum, and counts in bins of powers of two.
 #[derive(Default)]
 pub(crate) struct Histogram {
     last_ns: AtomicU64,
     max_ns: AtomicU64,
+    sum_ns: AtomicU64,
     bins: [AtomicU64; 32],
 }
 
@@ -182,6 +193,7 @@ impl Histogram {
         if ns > self.max_ns.load(Ordering::Relaxed) {
             self.max_ns.store(ns, Ordering::Relaxed);
         }
+        add(&self.sum_ns, ns);
         add(&self.bins[(ns | 1).ilog2().min(31) as usize], 1);
     }
 }

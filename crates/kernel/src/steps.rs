@@ -6,9 +6,10 @@ use crate::firing::Kernel;
 use crate::guard::{OUTSIDE, budget_signal};
 use crate::preempt::Preempt;
 use crate::source::add;
-use crate::table::Report;
+use crate::table::{Report, Table};
 use opengpac::abi::outcome;
 use std::ffi::c_void;
+use std::sync::atomic::Ordering;
 
 /// How a guarded loop ended before its end.
 pub(crate) struct Ended {
@@ -41,6 +42,8 @@ pub(crate) fn fault(result: u64) -> Option<Fault> {
 struct Frame<'a, P> {
     kernel: *mut Kernel,
     now_ns: i64,
+    /// Somebody looks at how long blocks take.
+    probes: bool,
     preempt: &'a P,
 }
 
@@ -48,7 +51,8 @@ struct Frame<'a, P> {
 #[inline]
 pub(crate) fn guarded<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns: i64, preempt: &P) -> Option<Ended> {
     let guard = &raw const kernel.source.guard;
-    let mut frame = Frame { kernel, now_ns, preempt };
+    let probes = started_ns < kernel.source.probe_until_ns.load(Ordering::Relaxed);
+    let mut frame = Frame { kernel, now_ns, probes, preempt };
     // SAFETY: the guard lives as long as the kernel's source; the body keeps nothing that must be dropped.
     let ended = unsafe { (*guard).run(body::<P>, (&raw mut frame).cast::<c_void>(), started_ns) };
     ended.map(|(signal, step)| Ended { step, result: SIGNAL | if signal == budget_signal() { 0 } else { (signal as u64) << outcome::SHIFT } })
@@ -60,19 +64,24 @@ unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
     // SAFETY: `guarded` passes its own frame.
     unsafe {
         let frame = frame.cast::<Frame<P>>();
-        let (kernel, now_ns, preempt) = ((*frame).kernel, (*frame).now_ns, (*frame).preempt);
+        let (kernel, now_ns, probes, preempt) = ((*frame).kernel, (*frame).now_ns, (*frame).probes, (*frame).preempt);
         if (*kernel).careful {
-            careful(kernel, 0, now_ns, preempt);
+            careful(kernel, 0, now_ns, probes, preempt);
+        } else if probes {
+            let visited = (*kernel).table.visit();
+            hot::<P, true>(kernel, now_ns, visited, preempt);
         } else {
-            hot(kernel, now_ns, preempt);
+            hot::<P, false>(kernel, now_ns, OUTSIDE, preempt);
         }
         (&(*kernel).source).guard.step().write_volatile(OUTSIDE);
     }
 }
 
+/// With `PROBED` the time of step `visited` is taken; the loop without it knows nothing of probes.
+///
 /// # Safety
 /// `kernel` is that of the calling thread, its table placed; nobody else touches either.
-unsafe fn hot<P: Preempt>(kernel: *mut Kernel, now_ns: i64, preempt: &P) {
+unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, visited: u32, preempt: &P) {
     // SAFETY: the lengths are those of the table's own vectors, which do not change during a firing.
     unsafe {
         let table = &raw mut *(*kernel).table;
@@ -86,13 +95,17 @@ unsafe fn hot<P: Preempt>(kernel: *mut Kernel, now_ns: i64, preempt: &P) {
             }
             for index in strip.start..strip.end {
                 step.write_volatile(index);
-                let call = &*calls.add(index as usize);
-                let result = (call.run)(call.instance, call.invocation);
+                let result = if PROBED && index == visited {
+                    Table::run_timed(table, index)
+                } else {
+                    let call = &*calls.add(index as usize);
+                    (call.run)(call.instance, call.invocation)
+                };
                 if result != 0 {
                     step.write_volatile(OUTSIDE);
                     if report(kernel, index, result, now_ns) {
                         begin_careful(kernel, index);
-                        return careful(kernel, index + 1, now_ns, preempt);
+                        return careful(kernel, index + 1, now_ns, false, preempt);
                     }
                 }
                 if P::POSSIBLE {
@@ -133,12 +146,13 @@ fn begin_careful(kernel: *mut Kernel, faulted: u32) {
     table.ran[faulted as usize] = false;
 }
 
-/// The rest of a firing in which a step has faulted, or one of `execute`: each step looks at what drives it.
+/// The rest of a firing in which a step has faulted, or one of `execute`: each step looks at what drives it. `probes`: takes the times
+/// of what is executed, which no firing visits.
 ///
 /// # Safety
 /// As for `hot`.
 #[cold]
-unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, preempt: &P) {
+unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, probes: bool, preempt: &P) {
     // SAFETY: as for `hot`.
     unsafe {
         let table = &raw mut *(*kernel).table;
@@ -162,8 +176,12 @@ unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, preem
                 continue;
             }
             step.write_volatile(index);
-            let call = (&(*table).calls)[place];
-            let result = (call.run)(call.instance, call.invocation);
+            let result = if probes && chosen {
+                Table::run_timed(table, index)
+            } else {
+                let call = (&(*table).calls)[place];
+                (call.run)(call.instance, call.invocation)
+            };
             step.write_volatile(OUTSIDE);
             (&mut (*table).ran)[place] = result & outcome::MASK == outcome::DONE;
             if result != 0 {

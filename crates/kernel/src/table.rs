@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What one interrupt source runs.
 use crate::memory::{Span, spans};
+use crate::probe::Visits;
 use crate::process::{RunningTime, TimeState};
 use crate::source::Source;
 use crate::window::Window;
@@ -47,7 +48,7 @@ pub struct Step {
     pub drivers: Vec<u32>,
 }
 
-/// The ring of rows that the PS and the recorder read: these cells are copied into a row at the end of each firing.
+/// A ring of rows that the PS, a scope or the recorder reads: these cells are copied into a row at the end of each firing.
 pub struct Rows {
     /// In order, without gaps.
     pub cells: Vec<Cell>,
@@ -61,6 +62,8 @@ pub struct Table {
     /// The hot loop: what to call, in order.
     pub(crate) calls: Vec<Call>,
     pub(crate) strips: Vec<Strip>,
+    /// Where the probe goes.
+    pub(crate) visits: Visits,
     /// By activation: its strips, as a range of `strips_of`.
     strip_ranges: Vec<(u32, u32)>,
     strips_of: Vec<u32>,
@@ -94,7 +97,9 @@ pub struct Table {
     pub(crate) edges: Vec<Arc<Edge>>,
     /// Whom each edge raises; filled in when the table is submitted.
     pub(crate) edge_sources: Vec<Option<Arc<Source>>>,
-    pub(crate) rows: Option<(Vec<Span>, Rows)>,
+    pub(crate) rows: Vec<(Vec<Span>, Rows)>,
+    /// What its blocks store to; only where a record is made or played.
+    pub(crate) stored: Vec<Span>,
     /// The greatest budget declared, and whether some activation declares none.
     pub(crate) budget_ns: (u64, bool),
     /// Copy steps, at addresses that stay.
@@ -196,6 +201,7 @@ impl Table {
         table.budget_ns = (budgets.clone().flatten().max().unwrap_or(0), budgets.clone().any(|budget| budget.is_none()) || activations.is_empty());
         table.due = vec![false; activations.len()];
         table.index_strips(activations.len());
+        table.index_visits();
         table.ran = vec![false; table.steps.len()];
         table.chosen = vec![false; table.steps.len()];
         table.reports = Vec::with_capacity(2 * table.steps.len() + 1);
@@ -203,8 +209,7 @@ impl Table {
         table.times = vec![ptr::null_mut(); table.processes.len()];
         table.wakes = outbound.iter().map(|_| None).collect();
         table.queues = inbound.iter().any(|inbound| inbound.queues());
-        table.rows = rows.map(|rows| (spans(&rows.cells).0, rows));
-        Table { activations, inbound, outbound, devices, ..table }
+        Table { activations, inbound, outbound, devices, ..table }.with_rows(rows)
     }
 
     /// The block of each step.
@@ -220,11 +225,19 @@ impl Table {
         self
     }
 
+    /// The same with more rings of rows.
+    #[must_use]
+    pub fn with_rows(mut self, rows: impl IntoIterator<Item = Rows>) -> Table {
+        self.rows.extend(rows.into_iter().map(|rows| (spans(&rows.cells).0, rows)));
+        self
+    }
+
     /// A table without anything.
     pub(crate) fn empty() -> Table {
         Table {
             calls: Vec::new(),
             strips: Vec::new(),
+            visits: Visits::default(),
             strip_ranges: Vec::new(),
             strips_of: Vec::new(),
             activations: Vec::new(),
@@ -244,7 +257,8 @@ impl Table {
             devices: Vec::new(),
             edges: Vec::new(),
             edge_sources: Vec::new(),
-            rows: None,
+            rows: Vec::new(),
+            stored: Vec::new(),
             budget_ns: (0, true),
             copies: Vec::new(),
             appends: Vec::new(),
@@ -320,6 +334,11 @@ impl Table {
         }
         for (raised, edge) in self.edge_sources.iter_mut().zip(&self.edges) {
             *raised = sources.get(edge.raises.0 as usize).cloned();
+        }
+        if sources.get(source.0 as usize).is_some_and(|source| source.tape.is_some()) {
+            let blocks = self.steps.iter().filter_map(|step| step.block.as_ref());
+            let cells: Vec<Cell> = blocks.flat_map(|block| block.stores().map(|(_, cell)| cell.clone())).collect();
+            self.stored = spans(&cells).0;
         }
     }
 

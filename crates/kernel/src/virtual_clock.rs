@@ -58,6 +58,12 @@ impl Virtual {
         unsafe { &mut *member.kernel.get() }.carry_out_all(now_ns);
     }
 
+    /// The kernel of a source, between two firings.
+    pub(crate) fn with_kernel<T>(&self, source: usize, then: impl FnOnce(&mut Kernel) -> T) -> T {
+        // SAFETY: as for `carry_out`.
+        then(unsafe { &mut *self.member(source).kernel.get() })
+    }
+
     /// When the next firing is, and of which source.
     pub(crate) fn next(&self) -> Option<(i64, usize)> {
         let sources = self.sources.borrow();

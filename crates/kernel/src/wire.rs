@@ -32,14 +32,14 @@ pub struct CodeName {
 }
 
 /// When an activation is due.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum DueAs {
     Interval,
     Driven(Vec<(u64, u32)>),
     Queued(Vec<(u64, u32)>, Vec<(u64, u32)>),
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct MemberAs {
     cell: CellAt,
     offset: u64,
@@ -48,7 +48,7 @@ struct MemberAs {
 }
 
 /// How a connection is called, and what it is.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct WayAs {
     number: u64,
     writer: u32,
@@ -78,7 +78,7 @@ impl WayAs {
     }
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct WatchAs {
     block: Option<BlockId>,
     item: u8,
@@ -87,7 +87,7 @@ struct WatchAs {
     response: ResponseAs,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum ResponseAs {
     React { ops: Vec<OpAs>, next: Option<u16> },
     Tell,
@@ -95,7 +95,7 @@ enum ResponseAs {
 }
 
 /// An object that the other side makes, with its number there.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum Made {
     Extent {
         number: u64,
@@ -163,14 +163,14 @@ enum Made {
     },
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum StepAs {
     Block(u64),
     Copy(Vec<(CellAt, CellAt)>),
     Append(Vec<AppendAs>),
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct AppendAs {
     block: u64,
     ratio: u32,
@@ -178,7 +178,7 @@ struct AppendAs {
     window: CellAt,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 struct TableAs {
     /// (what, activation, process, drivers).
     steps: Vec<(StepAs, u64, u64, Vec<u32>)>,
@@ -186,10 +186,10 @@ struct TableAs {
     outbound: Vec<u64>,
     devices: Vec<u64>,
     edges: Vec<u64>,
-    rows: Option<(Vec<CellAt>, u64)>,
+    rows: Vec<(Vec<CellAt>, u64)>,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 enum OpAs {
     Table(TableAs),
     Store(CellAt, Vec<u8>),
@@ -217,7 +217,7 @@ enum OpAs {
 }
 
 /// A script on its way, with everything that it names for the first time.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Parcel {
     made: Vec<Made>,
     ops: Vec<OpAs>,

@@ -177,6 +177,10 @@ impl Far for Unreachable {
     fn statistics(&self, _source: SourceId) -> Statistics {
         Statistics::default()
     }
+    fn probe(&self, _source: SourceId, _for_ns: u64) {}
+    fn block_times(&self, _block: BlockId) -> BlockTimes {
+        BlockTimes::default()
+    }
     fn take(&self, _process: u64, _generation: u32, _insist: bool) -> Option<Taken> {
         None
     }

@@ -95,7 +95,7 @@ pub(crate) struct Draft<'a> {
 }
 
 impl<'a> Draft<'a> {
-    fn new(checked: &'a CheckedVerb, application: &'a Application, configuration: &'a Configuration) -> Draft<'a> {
+    pub(crate) fn new(checked: &'a CheckedVerb, application: &'a Application, configuration: &'a Configuration) -> Draft<'a> {
         Draft {
             checked,
             application,

@@ -14,10 +14,11 @@ use crate::lists::{self, CheckedList};
 use crate::order;
 use crate::plan::{PlannedEnding, Remark};
 use crate::reach::check_reach;
-use crate::refusal::{Class, Place, Refusal, Refusals};
+use crate::refusal::{Class, Place, Refusal, Refusals, Where};
 use crate::suggest::did_you_mean;
 use crate::value::Value;
 use indexmap::IndexMap;
+use std::sync::OnceLock;
 
 /// A parameter of a verb, taken apart: whose it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,6 +81,11 @@ pub fn check_verb(verb: &Verb, configuration: &Configuration) -> Refusals {
 
 /// Every refusal of a graph's definition.
 pub fn check_graph(graph: &Graph, configuration: &Configuration) -> Refusals {
+    flat_graph(graph, configuration).refusals
+}
+
+/// A graph, flat and checked by itself.
+pub(crate) fn flat_graph<'a>(graph: &'a Graph, configuration: &'a Configuration) -> Flat<'a> {
     let mut flat = Flat::new(configuration);
     flat.add("", &graph.blocks, &graph.divide, 1);
     flat.close_graph("", graph, 0, 1, &graph.place);
@@ -89,7 +95,7 @@ pub fn check_graph(graph: &Graph, configuration: &Configuration) -> Refusals {
         let group_of = group_of(&flat.blocks, &flat.groups);
         flat.refusals.extend(synchronous_cycle(&flat.blocks, &flat.groups, &group_of, &graph.place));
     }
-    flat.refusals
+    flat
 }
 
 impl CheckedVerb {
@@ -98,49 +104,53 @@ impl CheckedVerb {
     /// # Errors
     /// Everything that is wrong with it, in the order of the definition.
     pub fn new(verb: &Verb, configuration: &Configuration) -> Result<CheckedVerb, Refusals> {
-        let no_divides = IndexMap::new();
         let mut flat = Flat::new(configuration);
+        let checked = CheckedVerb::sketch(&mut flat, verb);
+        if flat.refusals.is_empty() { Ok(checked) } else { Err(flat.refusals) }
+    }
+
+    /// What can be told of a verb, right or wrong: the refusals are in `flat`, with the labels.
+    pub(crate) fn sketch<'a>(flat: &mut Flat<'a>, verb: &'a Verb) -> CheckedVerb {
         flat.is_composed = !verb.parts.is_empty();
-        flat.add("", &verb.blocks, &no_divides, 1);
-        let parameters = instantiation_parameters(&mut flat, verb);
+        flat.add("", &verb.blocks, no_divides(), 1);
+        let parameters = instantiation_parameters(flat, verb);
         for (name, nodes) in &verb.cells {
+            flat.subject = Some(Where::Cell { cell: name.clone() });
             let ports = flat.cover("", name, nodes, &verb.place);
             if verb.instantiation_parameters.contains_key(name) {
                 flat.refuse(Class::CoverError, format!("'{name}' is an instantiation parameter and a cell"), &verb.place, "give them two names");
             }
             flat.groups.push(Group { name: name.clone(), origin: Origin::Cell, ports, place: verb.place.clone() });
         }
+        flat.subject = None;
         flat.relax("", &verb.modes, None, &verb.place);
-        let inputs = input_parameters(&mut flat, verb);
-        conformity::check(&mut flat, verb);
-        let outputs = output_values(&mut flat, verb);
-        let lists = lists::check_lists(&mut flat, verb);
-        let conditions = conditions::check_conditions(&mut flat, verb);
-        let initial = lists::initial(&mut flat, verb);
-        let ending = ending::check_ending(&mut flat, verb, initial);
-        let suspend = ending::check_suspend(&mut flat, verb, &conditions);
+        let inputs = input_parameters(flat, verb);
+        conformity::check(flat, verb);
+        let outputs = output_values(flat, verb);
+        let lists = lists::check_lists(flat, verb);
+        let conditions = conditions::check_conditions(flat, verb);
+        let initial = lists::initial(flat, verb);
+        let ending = ending::check_ending(flat, verb, initial);
+        let suspend = ending::check_suspend(flat, verb, &conditions);
         let given: Vec<Port> = inputs.iter().flat_map(|input| input.ports.iter().copied()).chain(suspend.given()).collect();
         let known = flat.refusals.is_empty();
         let mut remarks = flat.fill(&given, false, &verb.place);
-        constants_on_bound_inputs(&mut flat);
-        remarks.extend(cells_without_writer(&mut flat, &given));
+        constants_on_bound_inputs(flat);
+        remarks.extend(cells_without_writer(flat, &given));
         let group_of = group_of(&flat.blocks, &flat.groups);
         let driven = driven(&flat.blocks, &flat.groups, &group_of);
         if known {
             flat.refusals.extend(synchronous_cycle(&flat.blocks, &flat.groups, &group_of, &verb.place));
-            lists::check_intervals(&mut flat, &lists, &driven);
-            remarks.extend(check_reach(&mut flat, verb, &lists, (initial, ending.list), &conditions, &outputs));
+            lists::check_intervals(flat, &lists, &driven);
+            remarks.extend(check_reach(flat, verb, &lists, (initial, ending.list), &conditions, &outputs));
         }
-        if !flat.refusals.is_empty() {
-            return Err(flat.refusals);
-        }
-        Ok(CheckedVerb {
+        CheckedVerb {
             name: verb.name.clone(),
             place: verb.place.clone(),
             objects: verb.objects.clone(),
             parts: verb.parts.clone(),
-            blocks: flat.blocks,
-            groups: flat.groups,
+            blocks: std::mem::take(&mut flat.blocks),
+            groups: std::mem::take(&mut flat.groups),
             group_of,
             parameters,
             inputs,
@@ -155,7 +165,7 @@ impl CheckedVerb {
             manual: verb.manual,
             remarks,
             driven,
-        })
+        }
     }
 
     /// The group that a data item is bound to.
@@ -183,6 +193,7 @@ fn whose(flat: &mut Flat<'_>, verb: &Verb, name: &str, is_svv: bool, place: &Opt
 
 fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(usize, Whose)> {
     for (name, object) in &verb.objects {
+        flat.subject = Some(Where::Object { object: name.clone() });
         if !flat.configuration.device_types.contains_key(&object.device_type) {
             let remedy = did_you_mean(&object.device_type, flat.configuration.device_types.keys().map(String::as_str));
             flat.refuse(
@@ -195,6 +206,7 @@ fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(usize, Who
     }
     let mut parameters = Vec::with_capacity(verb.instantiation_parameters.len());
     for (name, nodes) in &verb.instantiation_parameters {
+        flat.subject = Some(Where::Cell { cell: name.clone() });
         let whose = whose(flat, verb, name, true, &verb.place);
         let ports = flat.cover("", name, nodes, &verb.place);
         parameters.push((flat.groups.len(), whose));
@@ -206,6 +218,7 @@ fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(usize, Who
 fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedInput> {
     let mut inputs = Vec::with_capacity(verb.input_parameters.len());
     for (name, input) in &verb.input_parameters {
+        flat.subject = Some(Where::Parameter { parameter: name.clone() });
         let place = if input.place.is_some() { &input.place } else { &verb.place };
         if verb.instantiation_parameters.contains_key(name) || verb.objects.contains_key(name) {
             flat.refuse(
@@ -261,12 +274,14 @@ fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedInput> {
             place: place.clone(),
         });
     }
+    flat.subject = None;
     inputs
 }
 
 fn output_values(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(String, Port)> {
     let mut outputs = Vec::with_capacity(verb.output_values.len());
     for (name, source) in &verb.output_values {
+        flat.subject = Some(Where::Output { output: name.clone() });
         let port = match flat.resolve("", source, &verb.place) {
             Some(Named::Item(port)) => port,
             Some(Named::Ports(ports)) => match ports.first() {
@@ -293,6 +308,7 @@ fn output_values(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(String, Port)> {
             );
         }
     }
+    flat.subject = None;
     outputs
 }
 
@@ -302,7 +318,7 @@ fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
         for &(block, item) in &group.ports {
             if flat.blocks[block].constants.iter().any(|(at, _)| *at == item) {
                 let message = format!("{} is given a constant and bound to '{}'", flat.described((block, item)), group.name);
-                let refusal = Refusal::new(Class::CoverError, message).remedy("leave one of them out");
+                let refusal = Refusal::new(Class::CoverError, message).remedy("leave one of them out").about([flat.part((block, item))]);
                 flat.refusals.push(refusal.at(&flat.blocks[block].place));
             }
         }
@@ -326,7 +342,12 @@ fn cells_without_writer(flat: &mut Flat<'_>, given: &[Port]) -> Vec<Remark> {
     remarks
 }
 
-fn group_of(blocks: &[FlatBlock], groups: &[Group]) -> Vec<Vec<Option<u32>>> {
+fn no_divides() -> &'static IndexMap<String, u32> {
+    static NONE: OnceLock<IndexMap<String, u32>> = OnceLock::new();
+    NONE.get_or_init(IndexMap::new)
+}
+
+pub(crate) fn group_of(blocks: &[FlatBlock], groups: &[Group]) -> Vec<Vec<Option<u32>>> {
     let mut group_of: Vec<Vec<Option<u32>>> = blocks.iter().map(|b| vec![None; b.kind.interface.items.len()]).collect();
     for (at, group) in groups.iter().enumerate() {
         for (block, item) in &group.ports {
@@ -348,7 +369,7 @@ fn driven(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>])
 }
 
 /// A cycle of synchronous ports within the definition.
-fn synchronous_cycle(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>], place: &Option<Place>) -> Option<Refusal> {
+pub(crate) fn synchronous_cycle(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>], place: &Option<Place>) -> Option<Refusal> {
     let mut edges = Vec::new();
     for group in groups {
         for writer in group.ports.iter().filter(|p| blocks[p.0].kind.item(p.1).kind == Kind::Output) {
@@ -369,9 +390,11 @@ fn is_synchronous_input(blocks: &[FlatBlock], (block, item): Port) -> bool {
 /// Names a cycle.
 pub(crate) fn cycle_refusal(labels: &[&str], place: &Option<Place>) -> Refusal {
     let path: Vec<String> = labels.iter().chain(labels.first()).map(|label| format!("'{label}'")).collect();
+    let about = labels.iter().map(|label| Where::Block { block: (*label).to_owned() });
     Refusal::new(Class::SynchronousCycle, format!("synchronous ports make a cycle: {}", path.join(" → ")))
         .remedy("relax one of the inputs with modes={…: 'asynchronous'}")
         .at(place)
+        .about(about)
 }
 
 /// The block row that a label names.

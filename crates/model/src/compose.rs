@@ -28,8 +28,8 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Step {
     /// A part, which stands for every list of it that the condition ends, or one list: `approach`, `approach.back_off`; or several.
-    #[serde(deserialize_with = "crate::definition::one_or_several")]
-    #[cfg_attr(feature = "schema", schemars(with = "crate::definition::Names"))]
+    #[serde(deserialize_with = "crate::written::one_or_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
     pub from: Vec<String>,
     /// A condition, by its name in the composed verb or in the part; absent: every normal end, but a halt.
     #[serde(default)]

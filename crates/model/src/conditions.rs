@@ -4,7 +4,7 @@ use crate::definition::{Termination, Verb};
 use crate::flatten::{Flat, Port};
 use crate::lists::condition_port;
 use crate::plan::PlannedCondition;
-use crate::refusal::Class;
+use crate::refusal::{Class, Where};
 use crate::suggest::did_you_mean;
 use std::collections::HashMap;
 
@@ -24,7 +24,11 @@ pub struct CheckedCondition {
 
 /// Resolves the table of conditions and τ. The system conditions that the verb does not name come after its own.
 pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedCondition> {
-    let mut conditions: Vec<CheckedCondition> = verb.conditions.iter().map(|(name, termination)| check_one(flat, verb, name, termination)).collect();
+    let mut conditions: Vec<CheckedCondition> = Vec::with_capacity(verb.conditions.len());
+    for (name, termination) in &verb.conditions {
+        flat.subject = Some(Where::Condition { condition: name.clone() });
+        conditions.push(check_one(flat, verb, name, termination));
+    }
     for name in SYSTEM.into_iter().chain(LIMITS) {
         if let Some(during) = lists_without(&conditions, name, verb.command_lists.len()) {
             let planned =
@@ -33,6 +37,7 @@ pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedConditio
         }
     }
     check_transitions(flat, verb, &mut conditions);
+    flat.subject = None;
     conditions
 }
 
@@ -84,6 +89,7 @@ fn check_transitions(flat: &mut Flat<'_>, verb: &Verb, conditions: &mut [Checked
     let mut seen: HashMap<(&str, &str), &str> = HashMap::new();
     for transition in &verb.transitions {
         let place = if transition.place.is_some() { &transition.place } else { &verb.place };
+        flat.subject = Some(Where::Transition { transition: (transition.from.clone(), transition.condition.clone()) });
         let text = format!("the transition ('{}', '{}') → '{}'", transition.from, transition.condition, transition.to);
         if let Some(other) = seen.insert((&transition.from, &transition.condition), &transition.to) {
             flat.refuse(Class::DefinitionError, format!("{text} is there already, to '{other}'"), place, "a condition leads from a list to one list");

@@ -67,7 +67,7 @@ impl<'a> Flat<'a> {
                 Some(Named::Item(port)) if is_data(self.item_kind(port)) => vec![port],
                 Some(Named::Item(port)) => {
                     let message = format!("'{by}' covers {}, which is no port or device", self.described(port));
-                    self.refuse(Class::CoverError, message, place, "parameters and conditions are reached by input parameters");
+                    self.refuse_ports(Class::CoverError, message, place, "parameters and conditions are reached by input parameters", &[port]);
                     continue;
                 }
                 None => continue,
@@ -76,7 +76,7 @@ impl<'a> Flat<'a> {
                 match self.covered.insert(port, by.to_owned()) {
                     Some(other) => {
                         let message = format!("{} is covered by '{other}' and by '{by}'", self.described(port));
-                        self.refuse(Class::CoverError, message, place, "a port has one binding; leave one of them out");
+                        self.refuse_ports(Class::CoverError, message, place, "a port has one binding; leave one of them out", &[port]);
                     }
                     None => ports.push(port),
                 }
@@ -98,8 +98,10 @@ impl<'a> Flat<'a> {
                 },
             };
             for port in ports {
+                self.subject = Some(self.part(port));
                 self.relax_port(port, *mode, place);
             }
+            self.subject = None;
         }
     }
 
@@ -166,17 +168,20 @@ impl<'a> Flat<'a> {
             (_, Kind::DeviceRead | Kind::DeviceWrite) => {
                 let message = format!("{} has no channel", self.described(first));
                 let remedy = "name it in an instantiation parameter";
-                self.refusals.push(Refusal::new(Class::CoverError, message).remedy(remedy).end(self.described(first), &self.blocks[first.0].place).at(place));
+                let refusal = Refusal::new(Class::CoverError, message).remedy(remedy).about([self.part(first)]);
+                self.push(refusal.end(self.described(first), &self.blocks[first.0].place).at(place));
                 return;
             }
             _ if is_given => (Origin::InputOnly, format!("input '{name}' gets a cell that only input parameters write")),
             _ if ports.iter().all(has_value) => (Origin::Constant, format!("input '{name}' gets its default")),
             _ => {
-                let described = self.described(*ports.iter().find(|port| !has_value(port)).unwrap_or(&first));
+                let bare = *ports.iter().find(|port| !has_value(port)).unwrap_or(&first);
+                let described = self.described(bare);
                 let whose = if in_graph { "a cell or an input of the graph" } else { "an instantiation parameter, a cell or an input parameter" };
                 let refusal = Refusal::new(Class::CoverError, format!("{described} has no binding, default or input parameter"));
                 let refusal = refusal.remedy(format!("name it in {whose}, or give it a constant"));
-                self.refusals.push(refusal.end(described, &self.blocks[first.0].place).at(place));
+                let refusal = refusal.about([self.part(bare)]);
+                self.push(refusal.end(described, &self.blocks[first.0].place).at(place));
                 return;
             }
         };

@@ -22,6 +22,8 @@ pub enum BlockSource {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BlockUse {
+    #[serde(deserialize_with = "crate::written::one")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Written<BlockSource>"))]
     pub block: BlockSource,
     /// Constants for parameters, presets, sizes and inputs of this occurrence (`code.biquad(b0=0.1)`).
     #[serde(default)]
@@ -37,12 +39,17 @@ pub struct Graph {
     pub name: String,
     #[serde(default)]
     pub doc: String,
+    #[serde(deserialize_with = "crate::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<BlockUse>"))]
     pub blocks: IndexMap<String, BlockUse>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::written::sets")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Sets"))]
     pub inputs: IndexMap<String, Vec<String>>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::written::sets")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Sets"))]
     pub outputs: IndexMap<String, Vec<String>>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::written::sets")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Sets"))]
     pub cells: IndexMap<String, Vec<String>>,
     /// Relaxed modes: port → mode.
     #[serde(default)]
@@ -64,9 +71,11 @@ pub struct Object {
 }
 
 /// An input parameter: ψ.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InputParameter {
+    #[serde(deserialize_with = "crate::written::one_or_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
     pub targets: Vec<String>,
     #[serde(default)]
     pub default: Option<Value>,
@@ -83,6 +92,12 @@ pub struct InputParameter {
     /// The range is that of this SVV of an object plus the value (`arm.commanded`, for a relative goal).
     #[serde(default)]
     pub counted_from: Option<String>,
+    /// Where a call leaves it out: this attribute of an object, `arm.chain`, which the PS looks up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub member: Option<String>,
+    /// The function of the PS that makes the value of what people write, by its name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form: Option<String>,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -119,6 +134,8 @@ pub struct Requirement {
 pub enum Command {
     /// Fresh state for these blocks.
     Install {
+        #[serde(deserialize_with = "crate::written::one_or_several")]
+        #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
         blocks: Vec<String>,
     },
     Execute {
@@ -140,7 +157,8 @@ pub enum Command {
     },
     /// `conditions` (block conditions `label.item`, or termination condition names), or a time, or neither: until no instance is active.
     Wait {
-        #[serde(default)]
+        #[serde(default, deserialize_with = "crate::written::one_or_several")]
+        #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
         conditions: Vec<String>,
         #[serde(default)]
         time_ns: Option<i64>,
@@ -152,27 +170,32 @@ pub enum Command {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CommandList {
+    #[serde(deserialize_with = "crate::written::commands")]
+    #[cfg_attr(feature = "schema", schemars(with = "Vec<crate::written::WrittenCommand>"))]
     pub commands: Vec<Command>,
     #[serde(default)]
     pub place: Option<Place>,
 }
 
 /// A termination condition: an element of t_V with its ν.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Termination {
     /// Block conditions (`label.item`) it stands for; empty: the system condition of its own name.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::written::one_or_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
     pub on: Vec<String>,
     /// ν: outputs it returns. Absent: none declared.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::written::perhaps_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "Option<crate::written::Names>"))]
     pub returns: Option<Vec<String>>,
-    /// It raises on the PS (the PS knows which class).
-    #[serde(default)]
+    /// It raises on the PS (the PS knows which class): so, or by the name of the class.
+    #[serde(default, deserialize_with = "crate::written::raised")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Raised"))]
     pub raises: bool,
     /// Only in these command lists; empty: in all. In JSON one name, or several.
-    #[serde(default, deserialize_with = "one_or_several")]
-    #[cfg_attr(feature = "schema", schemars(with = "Names"))]
+    #[serde(default, deserialize_with = "crate::written::one_or_several")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Names"))]
     pub during: Vec<String>,
     #[serde(default)]
     pub priority: i32,
@@ -181,23 +204,6 @@ pub struct Termination {
     pub alarm: Option<String>,
     #[serde(default)]
     pub place: Option<Place>,
-}
-
-/// One name or several, as JSON may have them.
-#[derive(Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(untagged)]
-pub(crate) enum Names {
-    One(String),
-    Several(Vec<String>),
-}
-
-pub(crate) fn one_or_several<'de, D: serde::Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
-    Ok(match Option::<Names>::deserialize(deserializer)? {
-        None => Vec::new(),
-        Some(Names::One(name)) => vec![name],
-        Some(Names::Several(names)) => names,
-    })
 }
 
 /// One line of τ.
@@ -225,7 +231,7 @@ pub struct Part {
 ///
 /// In a composed verb, one with `parts`, blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
 /// `conditions` and `output_values`, which may then hold one line for each part; what reports and τ call them is [`Verb::reported`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Verb {
     pub name: String,
@@ -234,27 +240,37 @@ pub struct Verb {
     /// It may be started in manual mode.
     #[serde(default)]
     pub manual: bool,
+    #[serde(deserialize_with = "crate::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<BlockUse>"))]
     pub blocks: IndexMap<String, BlockUse>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<Object>"))]
     pub objects: IndexMap<String, Object>,
     /// χ: parameter (`sensed`, `drive.position`, `arm.commanded`) → data nodes.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::written::sets")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Sets"))]
     pub instantiation_parameters: IndexMap<String, Vec<String>>,
     /// Private SVVs of each instance; part of χ.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::written::sets")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::Sets"))]
     pub cells: IndexMap<String, Vec<String>>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<InputParameter>"))]
     pub input_parameters: IndexMap<String, InputParameter>,
     /// Members of objects, SVVs or parameters of type bool, that must be true at a start: `arm.homed`.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<Requirement>"))]
     pub requires: IndexMap<String, Requirement>,
     /// ω.
     #[serde(default)]
     pub output_values: IndexMap<String, String>,
+    #[serde(deserialize_with = "crate::written::lists")]
+    #[cfg_attr(feature = "schema", schemars(with = "IndexMap<String, crate::written::WrittenList>"))]
     pub command_lists: IndexMap<String, CommandList>,
     #[serde(default)]
     pub initial: Option<String>,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "crate::written::map")]
+    #[cfg_attr(feature = "schema", schemars(with = "crate::written::WrittenMap<Termination>"))]
     pub conditions: IndexMap<String, Termination>,
     #[serde(default)]
     pub transitions: Vec<Transition>,
@@ -376,6 +392,9 @@ pub struct SvvSpecification {
     /// Least and greatest value that the PS may store.
     #[serde(default)]
     pub within: Option<(f64, f64)>,
+    /// The PS keeps its value over a warm restart.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub keep: Option<bool>,
     /// Of a device type: the devices have no SVV of their own, they share the system's of this name.
     #[serde(default)]
     pub shared: Option<String>,
@@ -389,6 +408,9 @@ pub struct DeviceParameter {
     pub unit: String,
     #[serde(default)]
     pub tunable: bool,
+    /// The PS keeps its value over a warm restart; absent: that of a tunable one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub keep: Option<bool>,
 }
 
 /// A logical device type: an optional verb, SVVs, parameters.
@@ -436,7 +458,7 @@ pub enum Argument {
 }
 
 /// A verb applied to arguments: what makes a verb instance.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Application {
     /// Name of a verb that was defined in the system.

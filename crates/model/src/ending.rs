@@ -6,7 +6,7 @@ use crate::flatten::{Flat, Named, Port};
 use crate::interface::Kind;
 use crate::lists::condition_port;
 use crate::plan::PlannedEnding;
-use crate::refusal::Class;
+use crate::refusal::{Class, Where};
 use crate::suggest::did_you_mean;
 
 /// How a verb is suspended, with its ports resolved.
@@ -36,6 +36,7 @@ pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> Planned
         flat.refuse(Class::DefinitionError, message, &verb.place, "give a positive time, for example ending_limit='2 s'");
     }
     let Some(name) = &verb.ending else { return PlannedEnding { list: None, limit_ns } };
+    flat.subject = Some(Where::List { list: name.clone() });
     let list = verb.command_lists.get_index_of(name);
     match list {
         None => {
@@ -50,10 +51,12 @@ pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> Planned
     }
     for transition in verb.transitions.iter().filter(|t| t.from == *name || t.to == *name) {
         let place = if transition.place.is_some() { &transition.place } else { &verb.place };
+        flat.subject = Some(Where::Transition { transition: (transition.from.clone(), transition.condition.clone()) });
         let way = if transition.from == *name { "leaves" } else { "enters" };
         let message = format!("the transition ('{}', '{}') → '{}' {way} the ending list", transition.from, transition.condition, transition.to);
         flat.refuse(Class::DefinitionError, message, place, "the ending list runs when the verb ends, and then the verb has ended");
     }
+    flat.subject = None;
     PlannedEnding { list, limit_ns }
 }
 

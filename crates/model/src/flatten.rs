@@ -4,7 +4,7 @@ use crate::configuration::Configuration;
 use crate::definition::{BlockSource, BlockUse, Graph};
 use crate::interface::{Kind, Mode};
 use crate::kind::{self, BlockKind};
-use crate::refusal::{Class, Place, Refusal, Refusals};
+use crate::refusal::{Class, Place, Refusal, Refusals, Where};
 use crate::suggest::did_you_mean;
 use crate::value::Value;
 use indexmap::IndexMap;
@@ -100,6 +100,8 @@ pub struct Flat<'a> {
     /// Ports that a ρ or χ covers, and the name that covers them.
     pub covered: HashMap<Port, String>,
     pub refusals: Refusals,
+    /// The part of the definition that is looked at: what refusals are about.
+    pub subject: Option<Where>,
     /// Labels of blocks of a composed verb begin with that of their part.
     pub is_composed: bool,
     kinds: HashMap<&'a str, Option<Arc<BlockKind>>>,
@@ -115,6 +117,7 @@ impl<'a> Flat<'a> {
             groups: Vec::new(),
             covered: HashMap::new(),
             refusals: Vec::new(),
+            subject: None,
             is_composed: false,
             kinds: HashMap::new(),
         }
@@ -124,6 +127,7 @@ impl<'a> Flat<'a> {
     pub fn add(&mut self, prefix: &str, blocks: &'a IndexMap<String, BlockUse>, divides: &'a IndexMap<String, u32>, divide: u32) {
         for (label, usage) in blocks {
             let full = format!("{prefix}{label}");
+            self.subject = Some(Where::Block { block: full.clone() });
             let may_have_dot = self.is_composed && prefix.is_empty();
             if label.is_empty() || label.contains('.') && !may_have_dot {
                 self.refuse(Class::DefinitionError, format!("the label '{full}' of a block is empty or has a dot"), &usage.place, "");
@@ -135,16 +139,19 @@ impl<'a> Flat<'a> {
                 BlockSource::Graph(graph) => self.add_graph(full, graph, usage, divide),
             }
         }
+        self.subject = None;
     }
 
     fn add_subroutine(&mut self, label: String, name: &'a str, usage: &'a BlockUse, divide: u32) {
         let Some(kind) = self.kind(name, usage) else { return };
         let mut constants = Vec::new();
         for (constant, value) in &usage.constants {
+            self.subject = Some(Where::Block { block: label.clone() });
             let found = kind.find(constant);
             match found {
                 Some(item) if takes_constant(&kind, item) => constants.push((item, value.clone())),
                 Some(item) => {
+                    self.subject = Some(Where::Port { block: label.clone(), port: constant.clone() });
                     let what = kind::kind_name(kind.item(item).kind);
                     let message = format!("'{constant}' of '{label}' is a {what} and takes no constant");
                     self.refuse(Class::DefinitionError, message, &usage.place, "constants go to parameters, presets, sizes and inputs");
@@ -167,7 +174,8 @@ impl<'a> Flat<'a> {
         let kind = match self.configuration.interfaces.get(name).map(BlockKind::new) {
             Some(Ok(kind)) => Some(Arc::new(kind)),
             Some(Err(refusals)) => {
-                self.refusals.extend(refusals.into_iter().map(|refusal| refusal.at(&usage.place)));
+                let subject = self.subject.clone();
+                self.refusals.extend(refusals.into_iter().map(|refusal| refusal.at(&usage.place).about(subject.clone())));
                 None
             }
             None => {
@@ -186,6 +194,7 @@ impl<'a> Flat<'a> {
         let first = self.blocks.len();
         self.add(&prefix, &graph.blocks, &graph.divide, divide);
         self.close_graph(&prefix, graph, first, divide, place);
+        self.subject = Some(Where::Block { block: label.clone() });
         for (name, value) in &usage.constants {
             self.constant_of_graph(&prefix, name, value, place);
         }
@@ -214,6 +223,7 @@ impl<'a> Flat<'a> {
     /// The scope of a graph whose blocks are in place: its cover, cells, modes, divides.
     pub fn close_graph(&mut self, prefix: &str, graph: &'a Graph, first: usize, divide: u32, place: &Option<Place>) {
         for (label, divide) in &graph.divide {
+            self.subject = Some(Where::Block { block: format!("{prefix}{label}") });
             if !graph.blocks.contains_key(label) {
                 let remedy = did_you_mean(label, graph.blocks.keys().map(String::as_str));
                 self.refuse(Class::UnknownName, format!("divide of graph '{}' names '{label}', which is no block of it", graph.name), place, &remedy);
@@ -225,6 +235,7 @@ impl<'a> Flat<'a> {
         let sides = graph.inputs.iter().map(|(name, inner)| (name, inner, true));
         for (name, inner, is_input) in sides.chain(graph.outputs.iter().map(|(name, inner)| (name, inner, false))) {
             let full = format!("{prefix}{name}");
+            self.subject = Some(Where::Port { block: prefix.trim_end_matches('.').to_owned(), port: name.clone() });
             let resolved = self.cover(prefix, &full, inner, place);
             self.check_side(&full, &resolved, is_input, place);
             if ports.insert(name.clone(), resolved).is_some() {
@@ -233,12 +244,14 @@ impl<'a> Flat<'a> {
         }
         for (name, inner) in &graph.cells {
             let full = format!("{prefix}{name}");
+            self.subject = Some(Where::Cell { cell: full.clone() });
             let resolved = self.cover(prefix, &full, inner, place);
             self.one_output(&full, &resolved, place);
             self.groups.push(Group { name: full, origin: Origin::Cell, ports: resolved, place: place.clone() });
         }
         self.scopes.push(Scope { label: prefix.trim_end_matches('.').to_owned(), name: graph.name.clone(), blocks: first..self.blocks.len(), ports, divide });
         let scope = self.scopes.len() - 1;
+        self.subject = None;
         self.relax(prefix, &graph.modes, Some(scope), place);
     }
 
@@ -247,7 +260,7 @@ impl<'a> Flat<'a> {
         match output {
             Some(port) if is_input => {
                 let message = format!("the graph input '{name}' covers the output '{}'", self.port_name(port));
-                self.refuse(Class::CoverError, message, place, "a graph input leads to inputs; make it an output or a cell");
+                self.refuse_ports(Class::CoverError, message, place, "a graph input leads to inputs; make it an output or a cell", &[port]);
             }
             None if !is_input && !ports.is_empty() => {
                 self.refuse(Class::CoverError, format!("the graph output '{name}' covers no output of a block"), place, "make it an input");
@@ -260,9 +273,8 @@ impl<'a> Flat<'a> {
     fn one_output(&mut self, name: &str, ports: &[Port], place: &Option<Place>) {
         let mut outputs = ports.iter().copied().filter(|port| self.item_kind(*port) == Kind::Output);
         if let (Some(first), Some(second)) = (outputs.next(), outputs.next()) {
-            let (first, second) = (self.described(first), self.described(second));
-            let refusal = Refusal::new(Class::SecondWriter, format!("'{name}' has two writers: {first} and {second}"));
-            self.refusals.push(refusal.remedy("give each a cell of its own").at(place));
+            let message = format!("'{name}' has two writers: {} and {}", self.described(first), self.described(second));
+            self.refuse_ports(Class::SecondWriter, message, place, "give each a cell of its own", &[second, first]);
         }
     }
 
@@ -280,8 +292,24 @@ impl<'a> Flat<'a> {
         describe(&self.blocks[port.0], port.1)
     }
 
+    /// The part of the drawing that a port is.
+    pub fn part(&self, (block, item): Port) -> Where {
+        Where::Port { block: self.blocks[block].label.clone(), port: self.blocks[block].kind.item(item).name.clone() }
+    }
+
     pub fn refuse(&mut self, class: Class, message: String, place: &Option<Place>, remedy: &str) {
-        self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place));
+        self.push(Refusal::new(class, message).remedy(remedy).at(place));
+    }
+
+    /// As `refuse`, about these ports before the part that is looked at.
+    pub fn refuse_ports(&mut self, class: Class, message: String, place: &Option<Place>, remedy: &str, ports: &[Port]) {
+        let parts: Vec<Where> = ports.iter().map(|port| self.part(*port)).collect();
+        self.push(Refusal::new(class, message).remedy(remedy).at(place).about(parts));
+    }
+
+    /// Adds a refusal, about the part that is looked at too.
+    pub fn push(&mut self, refusal: Refusal) {
+        self.refusals.push(refusal.about(self.subject.clone()));
     }
 }
 

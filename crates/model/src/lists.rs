@@ -5,7 +5,7 @@ use crate::definition::{Command, CommandList, Verb};
 use crate::flatten::{Flat, Named, Port};
 use crate::interface::Kind;
 use crate::plan::Wait;
-use crate::refusal::{Class, Place};
+use crate::refusal::{Class, Place, Where};
 use crate::suggest::did_you_mean;
 use std::ops::Range;
 
@@ -51,7 +51,8 @@ pub fn check_lists(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedList> {
 fn check_list(flat: &mut Flat<'_>, verb: &Verb, name: &str, list: &CommandList) -> CheckedList {
     let place = if list.place.is_some() { &list.place } else { &verb.place };
     let mut stages = vec![CheckedStage { commands: Vec::new(), wait: None }];
-    for command in &list.commands {
+    for (at, command) in list.commands.iter().enumerate() {
+        flat.subject = Some(Where::Command { list: name.to_owned(), command: at });
         let what = format!("command list '{name}'");
         let checked = match command {
             Command::Install { blocks } => {
@@ -87,6 +88,7 @@ fn check_list(flat: &mut Flat<'_>, verb: &Verb, name: &str, list: &CommandList) 
         };
         stages.last_mut().expect("there is one from the start").commands.extend(checked);
     }
+    flat.subject = None;
     CheckedList { name: name.to_owned(), stages, place: place.clone() }
 }
 
@@ -184,8 +186,10 @@ pub fn check_intervals(flat: &mut Flat<'_>, lists: &[CheckedList], driven: &[boo
             if blocks.clone().all(|block| driven[block]) && !blocks.is_empty() {
                 let message = format!("command list '{}' gives '{label}' an execution interval, and a synchronous input drives it", list.name);
                 let remedy = format!("write activate('{label}'), or relax the input with modes={{…: 'asynchronous'}}");
+                flat.subject = Some(Where::List { list: list.name.clone() });
                 flat.refuse(Class::SchedulingError, message, &list.place, &remedy);
             }
         }
     }
+    flat.subject = None;
 }

@@ -7,7 +7,7 @@ use crate::flatten::{Flat, Port};
 use crate::interface::Kind;
 use crate::lists::{CheckedCommand, CheckedList};
 use crate::plan::{Remark, Wait};
-use crate::refusal::{Class, Place, Refusal};
+use crate::refusal::{Class, Place, Refusal, Where};
 
 /// What the lists run, and which of them are reached.
 struct Reach<'v> {
@@ -40,12 +40,14 @@ pub fn check_reach(
             remarks.push(Remark { text: message, place: list.place.clone() });
             continue;
         }
+        flat.subject = Some(Where::List { list: list.name.clone() });
         flat.refuse(Class::DefinitionError, message, &list.place, "lead a transition to it, or leave it out");
     }
     reach.waits(flat, &mut remarks);
     reach.conditions(flat, conditions, &mut remarks);
     reach.outputs(flat, outputs, conditions);
     reach.idle_blocks(flat, &mut remarks);
+    flat.subject = None;
     remarks
 }
 
@@ -90,6 +92,7 @@ impl Reach<'_> {
                 }
                 let message =
                     format!("command list '{}' waits for {}, and does not activate or execute {} before", list.name, names(flat, ports), labels(flat, ports));
+                flat.subject = Some(Where::List { list: list.name.clone() });
                 self.never(flat, message, &list.place, "activate it before the wait", remarks);
             }
         }
@@ -101,6 +104,7 @@ impl Reach<'_> {
             let planned = &condition.planned;
             let reports = |list: usize| planned.on.iter().any(|port| self.runs[list][port.0]);
             let line = self.verb.conditions.iter().find(|(key, _)| self.verb.reported(key) == planned.name);
+            flat.subject = line.map(|(key, _)| Where::Condition { condition: key.clone() });
             let place = line.and_then(|(_, termination)| termination.place.clone()).or_else(|| self.verb.place.clone());
             if !(0..self.lists.len()).filter(|list| planned.holds_in(*list)).any(reports) {
                 let held: Vec<&str> = planned.during.iter().map(|list| self.lists[*list].name.as_str()).collect();
@@ -123,6 +127,7 @@ impl Reach<'_> {
                     self.lists[from].name,
                     labels(flat, &planned.on)
                 );
+                flat.subject = Some(Where::Transition { transition: (self.lists[from].name.clone(), planned.name.clone()) });
                 self.never(flat, message, &self.transition_place(from, &planned.name), "activate it there, or leave the transition out", remarks);
             }
         }
@@ -138,6 +143,7 @@ impl Reach<'_> {
         for (at, (name, port)) in outputs.iter().enumerate() {
             let returned = conditions.iter().any(|condition| condition.planned.returns.contains(&at));
             if returned && matches!(flat.item_kind(*port), Kind::Output | Kind::Condition) && !self.runs.iter().any(|runs| runs[port.0]) {
+                flat.subject = Some(Where::Output { output: name.clone() });
                 let described = flat.described(*port);
                 let message = format!("the output value '{name}' reads {described}, and no command list activates or executes {}", labels(flat, &[*port]));
                 flat.refuse(Class::DefinitionError, message, &self.verb.place, "activate or execute it, or leave the output value out");
@@ -160,7 +166,7 @@ impl Reach<'_> {
         if self.timed {
             remarks.push(Remark { text: format!("{message}; only the time limit ends it"), place: place.clone() });
         } else {
-            flat.refusals.push(Refusal::new(Class::SchedulingError, message).remedy(remedy).at(place));
+            flat.push(Refusal::new(Class::SchedulingError, message).remedy(remedy).at(place));
         }
     }
 }

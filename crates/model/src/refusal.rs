@@ -61,6 +61,51 @@ pub enum Class {
     AuditFailed,
 }
 
+/// A part of a definition, as who draws it knows it. JSON: `{"block": "filter", "port": "u"}`, `{"transition": ["start", "contact"]}`, …
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum Where {
+    /// An item of a block; `"outer.inner"` in a nested graph, `""` for the graph that is defined.
+    Port {
+        block: String,
+        port: String,
+    },
+    Block {
+        block: String,
+    },
+    /// A wire: a cell, a port of the graph, an instantiation parameter.
+    Cell {
+        cell: String,
+    },
+    /// An input parameter.
+    Parameter {
+        parameter: String,
+    },
+    /// An output value.
+    Output {
+        output: String,
+    },
+    Object {
+        object: String,
+    },
+    /// A command of a list, from 0.
+    Command {
+        list: String,
+        command: usize,
+    },
+    List {
+        list: String,
+    },
+    Condition {
+        condition: String,
+    },
+    /// Command list and condition.
+    Transition {
+        transition: (String, String),
+    },
+}
+
 /// One of the ends that a refusal is about.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -86,6 +131,9 @@ pub struct Refusal {
     /// Where to look first: the definition that is at fault.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<Place>,
+    /// The parts of the definition that it is about, the first one first.
+    #[serde(default, rename = "where", skip_serializing_if = "Vec::is_empty")]
+    pub about: Vec<Where>,
 }
 
 /// All that is wrong, in the order found. Never empty where it is an error.
@@ -94,7 +142,7 @@ pub type Refusals = Vec<Refusal>;
 impl Refusal {
     /// A refusal of this class; ends, remedy and place are added by the methods below.
     pub fn new(class: Class, message: impl Into<String>) -> Refusal {
-        Refusal { class, message: message.into(), ends: Vec::new(), remedy: String::new(), place: None }
+        Refusal { class, message: message.into(), ends: Vec::new(), remedy: String::new(), place: None, about: Vec::new() }
     }
 
     /// Adds the next step; it is printed behind a semicolon.
@@ -114,6 +162,12 @@ impl Refusal {
         if self.place.is_none() {
             self.place.clone_from(place);
         }
+        self
+    }
+
+    /// Adds parts of the definition that it is about.
+    pub fn about(mut self, parts: impl IntoIterator<Item = Where>) -> Refusal {
+        self.about.extend(parts);
         self
     }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! How a new supervisor finds a processor's process that has lost its own, and what both say before the greeting.
 //!
-//! Each process of a processor listens at a socket in the folder of this user's sockets, named for its system, its processor and itself. Who
+//! Each process of a processor listens at a socket in the folder of this user's sockets, named for its system, what it is
+//! called there (as its processor, or as those that share it name it) and itself. Who
 //! connects says whom it looks for. A process that may be taken over answers with a descriptor of itself, its heartbeat and the path of
 //! its guard; then it is told the run of the new system, and given the way of safe handles and the memory of the black box. From there on
 //! it is greeted like one that was just started.
@@ -33,11 +34,12 @@ const PATH_LEN_MAX: usize = 107;
 pub(crate) struct Knock {
     version: u32,
     system: String,
+    /// What its process is called.
     processor: String,
 }
 
 impl Knock {
-    /// Whether this processor is meant.
+    /// Whether this process is meant.
     pub fn means(&self, system: &str, processor: &str) -> bool {
         self.version == VERSION && self.system == system && self.processor == processor
     }
@@ -71,7 +73,7 @@ pub(crate) struct Waiting {
     pub heart: Heartbeat,
 }
 
-/// The process of a processor that has lost its system. None where there is none. Errors: it must not be taken over, in words.
+/// The process of this name that has lost its system. None where there is none. Errors: it must not be taken over, in words.
 pub(crate) fn find(system: &str, processor: &str) -> Result<Option<Waiting>, String> {
     let Ok(folder) = run_folder() else { return Ok(None) };
     let prefix = prefix(system, processor);

@@ -18,6 +18,7 @@ const KNOCK: Duration = Duration::from_secs(1);
 /// What a process keeps over all who command it.
 pub(crate) struct Belongings {
     pub system: String,
+    /// What the process is called.
     pub processor: String,
     pub heart: Heartbeat,
     handles: Mutex<UnixLink>,
@@ -48,7 +49,7 @@ impl SocketDoor {
         match Listener::listen(&path) {
             Ok(listener) => Some(Box::new(SocketDoor { listener, belongings: belongings.clone() })),
             Err(why) => {
-                eprintln!("processor '{}' cannot be taken over by a new supervisor: nobody can listen at '{}': {why}", belongings.processor, path.display());
+                eprintln!("process '{}' cannot be taken over by a new supervisor: nobody can listen at '{}': {why}", belongings.processor, path.display());
                 None
             }
         }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The guard of a system's processes: started with the first of them.
 use crate::adopting;
+use crate::telling::Telling;
 use guard::{Guard, GuardCommand, GuardEvent, Heartbeat, UnixLink, receive_handles};
 use interconnect::Link;
-use rtp::Tell;
 use std::ffi::OsString;
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// How long the heart of a process may stand still: a machine with other work may hold it up for long.
@@ -20,7 +20,7 @@ const LOOK: Duration = Duration::from_secs(1);
 /// The guard process, as far as there is one, and who is told of it.
 #[derive(Default)]
 pub(crate) struct Guarding {
-    tell: Arc<OnceLock<Tell>>,
+    telling: Telling,
     guard: Mutex<Option<Arc<Guard>>>,
     /// Guards of systems that were lost, whose processes are taken over.
     adopted: Mutex<Vec<Adopted>>,
@@ -69,17 +69,13 @@ impl Drop for Guarded {
 
 impl Guarding {
     /// `path`: where the guard that is started here is found by a later supervisor.
-    pub fn new(path: Option<PathBuf>) -> Guarding {
-        Guarding { path, ..Guarding::default() }
+    pub fn new(path: Option<PathBuf>, telling: Telling) -> Guarding {
+        Guarding { path, telling, ..Guarding::default() }
     }
 
     /// Where the guard that is started here is found by a later supervisor.
     pub fn path(&self) -> Option<&PathBuf> {
         self.path.as_ref()
-    }
-
-    pub fn tell_to(&self, tell: Tell) {
-        let _first = self.tell.set(tell);
     }
 
     /// Guards a process from now on; `handles` brings what makes its devices safe. Errors: there is no guard, in words.
@@ -112,7 +108,7 @@ impl Guarding {
 
     /// Passes on what makes devices safe.
     fn hear(&self, guard: Arc<Guard>, ward: u64, name: &str, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
-        let (held, handles, tell, name) = (Arc::downgrade(&guard), handles.clone(), self.tell.clone(), name.to_owned());
+        let (held, handles, telling, name) = (Arc::downgrade(&guard), handles.clone(), self.telling.clone(), name.to_owned());
         let body = move || {
             loop {
                 match receive_handles(&handles, LOOK) {
@@ -121,8 +117,8 @@ impl Guarding {
                     Ok(Some((device, given))) => {
                         let Some(guard) = held.upgrade() else { return };
                         let told = if given.is_empty() { guard.release(ward, &device) } else { guard.hold(ward, &device, given) };
-                        if let (Err(why), Some(tell)) = (told, tell.get()) {
-                            tell("guard", &name, format!("device '{device}' is not guarded: {why}"));
+                        if let Err(why) = told {
+                            telling.tell("guard", &name, format!("device '{device}' is not guarded: {why}"));
                         }
                         let _heard = handles.send(b"held");
                     }
@@ -146,12 +142,10 @@ impl Guarding {
     }
 
     fn telling(&self) -> impl Fn(GuardEvent) + Send + Sync + 'static {
-        let tell = self.tell.clone();
+        let telling = self.telling.clone();
         move |event: GuardEvent| {
-            if let Some(tell) = tell.get() {
-                let (about, text) = words(event);
-                tell("guard", &about, text);
-            }
+            let (about, text) = words(event);
+            telling.tell("guard", &about, text);
         }
     }
 

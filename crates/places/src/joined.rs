@@ -3,17 +3,18 @@
 //!
 //! The listening host tells a joined one over link 0 which link the next processor has; there a thread serves it. All processors of a
 //! joined host are threads of one process.
+use crate::telling::Telling;
 use crate::text;
 use hosts::{Hosts, Options, Security};
 use interconnect::{Ends, Link};
 use modules::Probe;
-use rtp::{Reaches, Running, Service, Started, Tell};
+use rtp::{Reaches, Running, Service, Started};
 use serde::Deserialize;
 use shared_memory::SharedMemory;
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, OnceLock, mpsc};
+use std::sync::{Arc, Mutex, mpsc};
 use std::time::Duration;
 
 /// How long a processor waits for its host.
@@ -49,7 +50,7 @@ pub struct JoinOptions {
 }
 
 impl JoinOptions {
-    fn options(self, system: &str, tell: Option<&Arc<OnceLock<Tell>>>) -> Options {
+    fn options(self, system: &str, telling: Option<&Telling>) -> Options {
         let pair = self.certificate.clone().zip(self.key.clone());
         let security = match (self.token, self.authority, pair) {
             (Some(token), authority, certificate) => Security::Token { token, authority, certificate },
@@ -64,12 +65,11 @@ impl JoinOptions {
             join_max,
             ..Options::new(system, &self.name, &self.endpoint)
         };
-        if let Some(tell) = tell.cloned() {
+        if let Some(telling) = telling.cloned() {
             options.clock_watch = Some(Arc::new(move |report| {
-                let Some(tell) = tell.get() else { return };
                 let (worst_us, limit_us) = (report.offset.worst_ns() as f64 * 1e-3, report.limit_ns as f64 * 1e-3);
                 let how = if report.beyond { "more than" } else { "within" };
-                tell("clock_offset", &report.host, format!("its clock is {worst_us:.0} us off, {how} the limit of {limit_us:.0} us"));
+                telling.tell("clock_offset", &report.host, format!("its clock is {worst_us:.0} us off, {how} the limit of {limit_us:.0} us"));
             }));
         }
         options
@@ -79,7 +79,7 @@ impl JoinOptions {
 /// The hosts that have joined a system.
 #[derive(Default)]
 pub(crate) struct Joined {
-    pub tell: Arc<OnceLock<Tell>>,
+    telling: Telling,
     listening: Mutex<Option<Listening>>,
 }
 
@@ -90,6 +90,10 @@ struct Listening {
 }
 
 impl Joined {
+    pub fn new(telling: Telling) -> Joined {
+        Joined { telling, listening: Mutex::default() }
+    }
+
     /// Lets other hosts join. Errors: in words, with what to do.
     pub fn listen(&self, system: &str, options: &str, epoch_ns: i64) -> Result<(), String> {
         let mut listening = self.listening.lock().expect("nobody panics with the lock held");
@@ -97,7 +101,7 @@ impl Joined {
             return Err(format!("system '{system}' listens already"));
         }
         let options: JoinOptions = serde_json::from_str(options).map_err(|why| format!("this is not how a host listens: {why}"))?;
-        let hosts = Hosts::listen(options.options(system, Some(&self.tell))).map_err(text)?;
+        let hosts = Hosts::listen(options.options(system, Some(&self.telling))).map_err(text)?;
         hosts.set_epoch(epoch_ns);
         *listening = Some(Listening { hosts, last_link: CONTROL, controls: HashMap::new() });
         Ok(())

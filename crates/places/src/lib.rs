@@ -11,6 +11,7 @@ mod guarding;
 mod joined;
 mod process;
 mod started;
+mod telling;
 
 pub use guarding::guard_processes;
 #[cfg(feature = "hosts")]
@@ -26,7 +27,7 @@ pub(crate) fn text(why: impl std::fmt::Display) -> String {
 pub(crate) const SYSTEM: &str = "OPENGPAC_SYSTEM_NAME";
 pub(crate) const RUN: &str = "OPENGPAC_SYSTEM_RUN";
 pub(crate) const PYTHON: &str = "OPENGPAC_PYTHON";
-/// The processor, and where the guard is found by whoever takes it over.
+/// What the process is called (for its processor, or as those that share it name it), and where the guard is found by whoever takes it over.
 pub(crate) const PROCESSOR: &str = "OPENGPAC_PROCESSOR";
 pub(crate) const GUARD: &str = "OPENGPAC_GUARD_AT";
 

@@ -2,6 +2,7 @@
 //! Starting processes for processors.
 use crate::adopting::{self, Enter, Waiting};
 use crate::guarding::{Guarded, Guarding};
+use crate::telling::Telling;
 use crate::{BLACK_BOX, BLACK_BOX_SOURCES, GUARD, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SYSTEM, text};
 use guard::{Child, Heartbeat, Launch, UnixLink};
 use interconnect::{Ends, Link};
@@ -12,7 +13,7 @@ use std::collections::HashSet;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// Command lines of the processes that a system starts.
@@ -26,16 +27,16 @@ pub struct Commands {
     pub python: OsString,
 }
 
-/// Starts a process of this host for each processor that asks for one, guarded; and finds hosts that have joined.
+/// Starts the processes of this host that processors ask for, guarded; and finds hosts that have joined.
 pub struct Places {
     system: String,
     run: u64,
     commands: Commands,
     guarding: Guarding,
     adopts: bool,
-    /// Processors that were looked for.
+    /// Processes that were looked for, by name.
     sought: Mutex<HashSet<String>>,
-    tell: OnceLock<Arc<Tell>>,
+    telling: Telling,
     #[cfg(feature = "hosts")]
     pub(crate) joined: crate::joined::Joined,
 }
@@ -50,29 +51,29 @@ const REAL_TIME_MAX: Duration = Duration::from_secs(5);
 const GRACE: Duration = Duration::from_secs(3);
 
 impl Places {
-    /// For a system of this name. `adopts`: for each processor a process that has lost a system of this name is looked for first.
+    /// For a system of this name. `adopts`: for each process one that has lost a system of this name is looked for first.
     pub fn new(system: &str, commands: Commands, adopts: bool) -> Places {
-        let run = shared_memory::new_run();
+        let (run, telling) = (shared_memory::new_run(), Telling::default());
         Places {
             system: system.to_owned(),
             run,
             commands,
-            guarding: Guarding::new(adopting::guard_place(run)),
+            guarding: Guarding::new(adopting::guard_place(run), telling.clone()),
             adopts,
             sought: Mutex::default(),
-            tell: OnceLock::new(),
             #[cfg(feature = "hosts")]
-            joined: crate::joined::Joined::default(),
+            joined: crate::joined::Joined::new(telling.clone()),
+            telling,
         }
     }
 
-    /// A process of this processor that has lost a system of this name; looked for once. Errors: it must not be taken over, in words.
-    fn adopted(&self, processor: &str) -> Result<Option<Started>, String> {
-        if !self.adopts || !self.sought.lock().expect("nobody panics with the lock held").insert(processor.to_owned()) {
+    /// The process of this name that has lost a system of this name; looked for once. Errors: it must not be taken over, in words.
+    fn adopted(&self, name: &str) -> Result<Option<Started>, String> {
+        if !self.adopts || !self.sought.lock().expect("nobody panics with the lock held").insert(name.to_owned()) {
             return Ok(None);
         }
-        let Some(waiting) = adopting::find(&self.system, processor)? else {
-            self.tell(processor, "no process of it waits for a new supervisor: one is started");
+        let Some(waiting) = adopting::find(&self.system, name)? else {
+            self.telling.tell("processor", name, "no process of it waits for a new supervisor: one is started".to_owned());
             return Ok(None);
         };
         let Waiting { link, guard, process, heart } = waiting;
@@ -82,40 +83,27 @@ impl Places {
         let black_box = guard::SharedMemory::new(BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?;
         let handles = Arc::new(handles);
         let known = match &guard {
-            Some(path) => self.guarding.adopt(&self.commands.guard, path, processor, child.pid(), &handles)?,
+            Some(path) => self.guarding.adopt(&self.commands.guard, path, name, child.pid(), &handles)?,
             None => None,
         };
         let is_unguarded = known.is_none();
         let guarded = match known {
             Some(guarded) => guarded,
-            None => self.guarding.watch(&self.commands.guard, processor, process, heart, &handles)?,
+            None => self.guarding.watch(&self.commands.guard, name, process, heart, &handles)?,
         };
         guarded.own(false);
         let guard = if is_unguarded { self.guarding.path().cloned() } else { guard };
         adopting::say(&link, &Enter { run: self.run, guard, is_unguarded }, &[&handles_there, &black_box.descriptor().map_err(text)?])?;
-        self.tell(processor, &format!("process {} of it has lost its system, and is to be taken over", child.pid()));
-        let socket = adopting::place(&self.system, processor, child.pid().cast_unsigned());
+        self.telling.tell("processor", name, format!("process {} of it has lost its system, and is to be taken over", child.pid()));
+        let socket = adopting::place(&self.system, name, child.pid().cast_unsigned());
         let running = Arc::new(Process { child, guarded, black_box, socket });
         Ok(Some(Started { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: true }))
-    }
-
-    fn tell(&self, processor: &str, what: &str) {
-        if let Some(tell) = self.tell.get() {
-            tell("processor", processor, what.to_owned());
-        }
     }
 }
 
 impl rtp::Places for Places {
     fn tell_to(&self, tell: Tell) {
-        let tell: Arc<Tell> = Arc::new(tell);
-        let _first = self.tell.set(tell.clone());
-        #[cfg(feature = "hosts")]
-        {
-            let tell = tell.clone();
-            let _first = self.joined.tell.set(Box::new(move |kind, about, text| tell(kind, about, text)));
-        }
-        self.guarding.tell_to(Box::new(move |kind, about, text| tell(kind, about, text)));
+        self.telling.to(tell);
     }
 
     fn close(&self) {
@@ -124,8 +112,8 @@ impl rtp::Places for Places {
         self.joined.close();
     }
 
-    fn process(&self, processor: &str) -> Result<Started, String> {
-        if let Some(adopted) = self.adopted(processor)? {
+    fn process(&self, name: &str) -> Result<Started, String> {
+        if let Some(adopted) = self.adopted(name)? {
             return Ok(adopted);
         }
         let (link, other) = UnixLink::pair().map_err(text)?;
@@ -142,15 +130,15 @@ impl rtp::Places for Places {
             .variable(SYSTEM, &self.system)
             .variable(RUN, self.run.to_string())
             .variable(PYTHON, &self.commands.python)
-            .variable(PROCESSOR, processor)
+            .variable(PROCESSOR, name)
             .real_time_max(REAL_TIME_MAX);
         if let Some(path) = self.guarding.path() {
             launch = launch.variable(GUARD, path);
         }
         let child = launch.start().map_err(text)?;
         let descriptor = child.descriptor().map_err(text)?;
-        let guarded = self.guarding.watch(&self.commands.guard, processor, descriptor, heart, &Arc::new(handles))?;
-        let socket = adopting::place(&self.system, processor, child.pid().cast_unsigned());
+        let guarded = self.guarding.watch(&self.commands.guard, name, descriptor, heart, &Arc::new(handles))?;
+        let socket = adopting::place(&self.system, name, child.pid().cast_unsigned());
         let running = Arc::new(Process { child, guarded, black_box, socket });
         Ok(Started { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: false })
     }

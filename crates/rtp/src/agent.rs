@@ -187,6 +187,7 @@ impl Agent {
             Order::Work { source, submission, parcel } => self.work(source, submission, parcel)?,
             Order::Request { source } => self.shared.host.request(self.mine(source)?),
             Order::Restart { source } => self.shared.host.restart(self.mine(source)?),
+            Order::Probe { source, for_ns } => self.shared.host.probe(self.mine(source)?, for_ns),
             Order::Take { ticket, process, generation, insist } => {
                 let taken = locked(&self.shared.reader).process_of(process).map(|process| process.take(generation, insist));
                 self.answer(ticket, Answer::Taken(taken));

@@ -1,62 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What scripts stand on where they run: code, devices, connections.
 use crate::agent::{Devices, locked};
-use crate::module::{LIBRARY, Module};
+use crate::code::Code;
 use crate::service::Reaches;
 use interconnect::{Carrier, Memory, Receiver, Sender};
 use kernel::far::Nowhere;
 use kernel::wire::{CodeName, Ground};
 use kernel::{Device, Event, Host, Reach, SourceId, Way};
-use modules::{LoadOptions, Probe};
+use modules::Probe;
 use opengpac::abi::Descriptor;
-use opengpac::read::{BlockFace, TypeFace};
 use std::any::Any;
 use std::collections::HashMap;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 type Keeper = Arc<dyn Any + Send + Sync>;
 
 /// The code, devices and connections of one processor.
 pub(crate) struct Grounds {
-    code: HashMap<CodeName, (&'static Descriptor, Keeper)>,
+    code: Code,
     devices: Arc<Devices>,
     reaches: Reaches,
     /// The other ends of connections within this process.
     senders: HashMap<u64, Box<dyn Sender>>,
     receivers: HashMap<u64, Box<dyn Receiver>>,
     host: Arc<Host>,
-    probe: Probe,
 }
 
 impl Grounds {
     pub fn new(host: Arc<Host>, devices: Arc<Devices>, reaches: Reaches, probe: Probe) -> Grounds {
-        let mut grounds = Grounds { code: HashMap::new(), devices, reaches, senders: HashMap::new(), receivers: HashMap::new(), host, probe };
-        let types: Vec<TypeFace> = library::types().iter().filter_map(|of| TypeFace::read(of).ok()).collect();
-        let faces: Vec<BlockFace> = library::blocks().iter().filter_map(|of| BlockFace::read(of, &types).ok()).collect();
-        grounds.enter(LIBRARY, &faces, &(Arc::new(Module::library()) as Keeper));
-        grounds
+        Grounds { code: Code::new(probe), devices, reaches, senders: HashMap::new(), receivers: HashMap::new(), host }
     }
 
     /// Loads a module from its bytes. Errors: what is wrong with it, in words.
     pub fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
-        let module = Module::new(name, bytes.into());
-        if module.key() != key {
-            return Err(format!("module '{name}' is damaged: it has changed on its way"));
-        }
-        if self.code.keys().any(|known| known.module == key) {
-            return Ok(());
-        }
-        let options = LoadOptions { probe: self.probe.clone(), ..LoadOptions::default() };
-        let loaded = modules::load_bytes(&PathBuf::from(format!("{name}.so")), bytes.to_vec(), &options).map_err(|why| why.to_string())?;
-        self.enter(key, &loaded.blocks, &(Arc::new(module) as Keeper));
-        Ok(())
-    }
-
-    fn enter(&mut self, key: &str, faces: &[BlockFace], keeper: &Keeper) {
-        for face in faces {
-            self.code.insert(CodeName { module: key.to_owned(), block: face.name.clone() }, (face.descriptor, keeper.clone()));
-        }
+        self.code.load(key, name, bytes)
     }
 
     fn ends(&mut self, way: &Way) -> Result<&mut Box<dyn interconnect::Ends>, String> {
@@ -74,7 +51,7 @@ impl Grounds {
 
 impl Ground for Grounds {
     fn code(&self, name: &CodeName) -> Option<(&'static Descriptor, Keeper)> {
-        self.code.get(name).cloned()
+        self.code.find(name)
     }
 
     fn device(&self, name: &str) -> Option<Arc<Device>> {

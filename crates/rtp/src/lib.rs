@@ -13,6 +13,7 @@
 //!
 //! It knows no verb, no supervisor and no Python.
 mod agent;
+mod code;
 mod ground;
 mod module;
 mod places;
@@ -23,7 +24,8 @@ mod service;
 mod take_over;
 mod tells;
 
-pub use module::Module;
+pub use code::Code;
+pub use module::{Module, name_of};
 pub use places::{Places, Running, Started, Tell};
 pub use processor::{Near, Opened, Processor};
 pub use serve::serve;

@@ -39,7 +39,8 @@ impl Module {
         &self.name
     }
 
-    pub(crate) fn bytes(&self) -> &[u8] {
+    /// The shared object; nothing of the library.
+    pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
@@ -50,7 +51,7 @@ impl Module {
 }
 
 /// How a block's code is called, where it can be sent.
-pub(crate) fn name_of(block: &kernel::Block) -> Option<CodeName> {
+pub fn name_of(block: &kernel::Block) -> Option<CodeName> {
     let module = Module::of(block.module())?;
     Some(CodeName { module: module.key.clone(), block: block.code_name().to_owned() })
 }

@@ -10,11 +10,11 @@ pub trait Places: Send + Sync {
     /// Where they are to tell what people should know: what it is about, and what happened. Once, before the first process.
     fn tell_to(&self, _tell: Tell) {}
 
-    /// A process of this host for a processor.
+    /// A process of this host for processors: `name` is that of the only one, or what those that share it call it.
     ///
     /// # Errors
     /// What keeps it from starting, in words.
-    fn process(&self, processor: &str) -> Result<Started, String>;
+    fn process(&self, name: &str) -> Result<Started, String>;
 
     /// Lets other hosts join; `options`: JSON. `epoch_ns`: of the system, on CLOCK_MONOTONIC.
     ///

@@ -6,7 +6,7 @@ use crate::places::{Running, Started};
 use crate::protocol::{Answer, Beat, News, Order, TakenOver, VERSION, frame, opened};
 use interconnect::{ConnectionSpec, EndError, Ends, Link, Receiver, Sender};
 use kernel::wire::{EventAs, Writer};
-use kernel::{BlockId, Channel, Device, Event, Far, Host, Op, Script, SourceId, SourceSpec, Statistics, Taken};
+use kernel::{BlockId, BlockTimes, Channel, Device, Event, Far, Host, Op, Script, SourceId, SourceSpec, Statistics, Taken};
 use opengpac::abi::ABI as ABI_VERSION;
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -26,7 +26,7 @@ pub struct Opened {
     pub description: String,
 }
 
-/// A processor in a process of its own. It outlives that process: after a loss another one may take its place.
+/// A process with the sources of a processor, or of several. It outlives that process: after a loss another one may take its place.
 pub struct Processor {
     name: String,
     host_name: Option<String>,
@@ -36,6 +36,7 @@ pub struct Processor {
     answered: Condvar,
     sources: Mutex<Vec<(SourceId, SourceSpec, bool)>>,
     statistics: Mutex<HashMap<SourceId, Statistics>>,
+    block_times: Mutex<HashMap<BlockId, BlockTimes>>,
     devices: Mutex<HashMap<String, Weak<Device>>>,
     is_up: AtomicBool,
     /// How long it may be silent.
@@ -70,7 +71,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 const LOOK: Duration = Duration::from_millis(50);
 
 impl Processor {
-    /// One that is not there yet. `host_name`: where it runs, none on this host.
+    /// One that is not there yet, by the name of the process, on another host that of the processor. `host_name`: where it runs, none on this host.
     pub fn new(name: &str, host_name: Option<&str>) -> Arc<Processor> {
         Arc::new(Processor {
             name: name.to_owned(),
@@ -81,6 +82,7 @@ impl Processor {
             answered: Condvar::new(),
             sources: Mutex::default(),
             statistics: Mutex::default(),
+            block_times: Mutex::default(),
             devices: Mutex::default(),
             is_up: AtomicBool::new(false),
             silence_ms: AtomicU64::new(0),
@@ -116,7 +118,7 @@ impl Processor {
             return Err("it does not answer the greeting".to_owned());
         };
         if let Some(refused) = refused {
-            return Err(format!("processor '{}' ({target}) refuses: {refused}", self.name));
+            return Err(format!("it refuses ({target}): {refused}"));
         }
         let (outbox, frames) = channel::<Vec<u8>>();
         {
@@ -284,7 +286,7 @@ impl Processor {
             let left = until.saturating_duration_since(Instant::now());
             if !self.is_up() || left.is_zero() {
                 answers.remove(&ticket);
-                return Err(format!("processor '{}' does not answer", self.name));
+                return Err(format!("'{}' does not answer", self.name));
             }
             answers = self.answered.wait_timeout(answers, left.min(LOOK)).expect("nobody panics with the lock held").0;
         }
@@ -331,13 +333,19 @@ impl Processor {
     }
 
     fn tell_loss(&self, host: &Host, why: &str) {
-        let message = format!("processor '{}' was lost: {why}", self.name);
-        let running = locked(&self.running).clone();
-        for (place, (source, ..)) in locked(&self.sources).iter().filter(|(.., here)| *here).enumerate() {
-            let step = running.as_ref().and_then(|running| running.step(place));
-            let block = step.and_then(|step| locked(&self.tables).get(source)?.get(step as usize).copied().flatten());
-            host.tell(Event::Gone { source: *source, block, message: message.clone(), time_ns: host.now_ns() });
+        let sources: Vec<SourceId> = locked(&self.sources).iter().filter(|(.., here)| *here).map(|(source, ..)| *source).collect();
+        let blocks: Vec<Option<BlockId>> = sources.iter().enumerate().map(|(place, source)| self.ran(place, *source)).collect();
+        // A source that ran none went with one that did.
+        let culprit = blocks.iter().copied().flatten().next();
+        for (source, block) in sources.into_iter().zip(blocks) {
+            host.tell(Event::Gone { source, block: block.or(culprit), message: why.to_owned(), time_ns: host.now_ns() });
         }
+    }
+
+    /// The block that the source at `place` there ran, as far as it is known.
+    fn ran(&self, place: usize, source: SourceId) -> Option<BlockId> {
+        let step = locked(&self.running).as_ref()?.step(place)?;
+        locked(&self.tables).get(&source)?.get(step as usize).copied().flatten()
     }
 
     fn take_in(&self, host: &Host, news: News) -> Result<(), String> {
@@ -377,6 +385,7 @@ impl Processor {
 
     fn take_beat(&self, beat: Beat) {
         locked(&self.statistics).extend(beat.sources);
+        locked(&self.block_times).extend(beat.blocks);
         self.take_devices(&beat.devices);
         let wire = locked(&self.wire);
         for (number, brought, late) in beat.inbounds {
@@ -386,7 +395,7 @@ impl Processor {
         }
         for (number, rows) in beat.rows {
             if let Some(ring) = wire.writer.rows_of(number) {
-                rows.iter().for_each(|(number, time_ns, bytes)| ring.repeat(*number, *time_ns, bytes));
+                rows.iter().for_each(|(lost, number, time_ns, bytes)| ring.repeat(*lost, *number, *time_ns, bytes));
             }
         }
     }
@@ -417,7 +426,7 @@ impl Far for Processor {
             Err(why) => {
                 drop(wire);
                 if let Some(host) = locked(&self.host).upgrade() {
-                    host.tell(Event::Gone { source, block: None, message: format!("processor '{}': {why}", self.name), time_ns: host.now_ns() });
+                    host.tell(Event::Gone { source, block: None, message: why, time_ns: host.now_ns() });
                 }
             }
         }
@@ -434,6 +443,14 @@ impl Far for Processor {
 
     fn statistics(&self, source: SourceId) -> Statistics {
         locked(&self.statistics).get(&source).cloned().unwrap_or_default()
+    }
+
+    fn probe(&self, source: SourceId, for_ns: u64) {
+        self.send(&Order::Probe { source, for_ns });
+    }
+
+    fn block_times(&self, block: BlockId) -> BlockTimes {
+        locked(&self.block_times).get(&block).copied().unwrap_or_default()
     }
 
     fn take(&self, process: u64, generation: u32, insist: bool) -> Option<Taken> {

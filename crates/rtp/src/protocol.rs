@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What travels between who commands a processor and the processor: frames of `postcard`, one value each.
 use kernel::wire::{EventAs, Parcel};
-use kernel::{Channel, DeviceCall, DeviceState, SourceId, SourceSpec, Statistics, Taken};
+use kernel::{BlockId, BlockTimes, Channel, DeviceCall, DeviceState, SourceId, SourceSpec, Statistics, Taken};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// Both sides speak the same version, or they part with words.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// To the processor.
 #[derive(Debug, Serialize, Deserialize)]
@@ -46,6 +46,8 @@ pub enum Order {
     Close,
     /// What ran there without a supervisor goes on in what this side has made since.
     TakeOver { ticket: u64 },
+    /// Takes the times of the blocks of a source for so long.
+    Probe { source: SourceId, for_ns: u64 },
 }
 
 /// From the processor.
@@ -88,8 +90,8 @@ pub struct TakenOver {
     pub gap_ns: Option<i64>,
 }
 
-/// A row of a ring: number, time, bytes.
-pub type RowAs = (u64, i64, Vec<u8>);
+/// A row of a ring: how many before it were lost, number, time, bytes.
+pub type RowAs = (u64, u64, i64, Vec<u8>);
 
 /// How a processor stands.
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -97,10 +99,13 @@ pub struct Beat {
     /// Its own clock, ns since the epoch of the system.
     pub now_ns: i64,
     pub sources: Vec<(SourceId, Statistics)>,
+    /// Of the blocks that were visited since: how long they took.
+    pub blocks: Vec<(BlockId, BlockTimes)>,
     /// Inbound connections: what was brought last, and since when a ratio value is late.
     pub inbounds: Vec<(u64, Option<i64>, Option<i64>)>,
     pub devices: Vec<(String, DeviceState)>,
-    /// New rows of each ring. Where more were written than it holds, those that it holds: as many as a ring on the commanding side has.
+    /// New rows of each ring, those of older rings first. Where more were written than it holds, those that it holds: as many as a
+    /// ring on the commanding side has.
     pub rows: Vec<(u64, Vec<RowAs>)>,
 }
 

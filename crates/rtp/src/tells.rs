@@ -4,7 +4,7 @@ use crate::agent::{Shared, locked};
 use crate::protocol::{Beat, News, RowAs, frame};
 use interconnect::{Row, RowsReader};
 use kernel::wire::EventAs;
-use kernel::{DeviceState, Event, SourceId};
+use kernel::{BlockId, BlockTimes, DeviceState, Event, SourceId};
 use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 
@@ -80,6 +80,8 @@ struct Beats {
     count: u64,
     devices: HashMap<String, DeviceState>,
     inbounds: HashMap<u64, (Option<i64>, Option<i64>)>,
+    /// Of each block: how many of its invocations were visited.
+    blocks: HashMap<BlockId, u64>,
     /// Rows taken of each ring.
     taken: HashMap<u64, u64>,
     /// Of each timer: its firings, and when there was a new one last.
@@ -109,6 +111,7 @@ impl Beats {
         if self.count % STATISTICS_EVERY == 1 {
             let sources = locked(&shared.sources).clone();
             beat.sources = sources.into_iter().map(|source| (source, shared.host.statistics(source))).collect();
+            beat.blocks = self.block_times(shared);
         }
         beat.devices = states(shared).into_iter().filter(|(name, state)| self.devices.insert(name.clone(), state.clone()).as_ref() != Some(state)).collect();
         let inbounds: Vec<_> = locked(&shared.reader).inbounds().map(|(number, inbound)| (number, inbound.brought_ns(), inbound.late_since_ns())).collect();
@@ -119,20 +122,46 @@ impl Beats {
         beat
     }
 
-    /// The new rows of each ring.
-    fn all_rows(&mut self, shared: &Shared) -> Vec<(u64, Vec<RowAs>)> {
-        let rings: Vec<_> = locked(&shared.reader).rings().collect();
-        self.taken.retain(|number, _| rings.iter().any(|(known, _)| known == number));
-        rings.into_iter().filter_map(|(number, ring)| self.rows(number, &ring)).collect()
+    /// Of the blocks that the probe has visited since they were told last.
+    fn block_times(&mut self, shared: &Shared) -> Vec<(BlockId, BlockTimes)> {
+        let times: HashMap<BlockId, BlockTimes> = locked(&shared.reader).blocks().map(|block| (block.id(), block.block_times())).collect();
+        self.blocks.retain(|block, _| times.contains_key(block));
+        let visited = times.into_iter().filter(|(_, times)| times.samples > 0);
+        visited.filter(|(block, times)| self.blocks.insert(*block, times.samples) != Some(times.samples)).collect()
     }
 
-    fn rows(&mut self, number: u64, ring: &RowsReader) -> Option<(u64, Vec<RowAs>)> {
+    /// The new rows of each ring.
+    fn all_rows(&mut self, shared: &Shared) -> Vec<(u64, Vec<RowAs>)> {
+        let mut rings: Vec<_> = locked(&shared.reader).rings().collect();
+        self.taken.retain(|number, _| rings.iter().any(|(known, _)| known == number));
+        // A source goes on from an older ring to a newer one. Who sees a row of the newer one counts on having all of the older one: so how
+        // far each goes is looked up at the newest first, and told from the oldest on.
+        rings.sort_by_key(|(number, _)| *number);
+        let ends: Vec<u64> = rings.iter().rev().map(|(_, ring)| ring.written()).collect();
+        let mut all = Vec::new();
+        for ((number, ring), end) in rings.iter().zip(ends.into_iter().rev()) {
+            let rows = self.rows(*number, ring, end);
+            let is_through = rows.len() < ROWS_MAX;
+            if !rows.is_empty() {
+                all.push((*number, rows));
+            }
+            if !is_through {
+                break;
+            }
+        }
+        all
+    }
+
+    fn rows(&mut self, number: u64, ring: &RowsReader, end: u64) -> Vec<RowAs> {
         let taken = self.taken.entry(number).or_default();
-        let mut rows = Vec::new();
-        let lost = ring.since(*taken, &mut rows);
-        rows.truncate(ROWS_MAX);
-        *taken += lost + rows.len() as u64;
-        let rows: Vec<RowAs> = rows.into_iter().map(|Row { number, time_ns, bytes, .. }| (number, time_ns, bytes)).collect();
-        (!rows.is_empty()).then_some((number, rows))
+        let (mut rows, mut row) = (Vec::new(), Row::default());
+        while rows.len() < ROWS_MAX
+            && *taken < end
+            && let Some(lost) = ring.next(*taken, &mut row)
+        {
+            *taken = row.sequence + 1;
+            rows.push((lost, row.number, row.time_ns, std::mem::take(&mut row.bytes)));
+        }
+        rows
     }
 }

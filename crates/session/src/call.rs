@@ -2,6 +2,7 @@
 //! Every call on a system by its name, with its arguments as a JSON object.
 use crate::arguments::{Answer, Arguments, done, told};
 use crate::cell::cell;
+use crate::recordings::recordings;
 use crate::values::{history, read};
 use crate::waits::{Answered, wait};
 use indexmap::IndexMap;
@@ -9,6 +10,7 @@ use model::configuration::SourceKind;
 use model::definition::{Application, DeviceType, Graph, Verb};
 use model::refusal::{Class, Place, Refusal, Refusals};
 use model::value::Value;
+use model::{Drawing, PortName};
 use serde_json::{Value as Json, json};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -41,7 +43,7 @@ pub fn begin(system: &System, name: &str, arguments: &str, slice: Duration) -> R
     if let Some(answered) = wait(system, name, &mut a, slice)? {
         return Ok(answered);
     }
-    for group in [configuration, software, devices, instances, commands, observation, time, cell] {
+    for group in [configuration, software, devices, instances, commands, observation, recordings, time, cell] {
         if let Some(result) = group(system, name, &mut a)? {
             return Ok(Answered::Done(result));
         }
@@ -53,7 +55,7 @@ fn configuration(system: &System, name: &str, a: &mut Arguments) -> Answer {
     match name {
         "processor" => {
             let (processor, core, supervisor) = (a.take::<String>("name")?, a.or("core")?, a.or("supervisor")?);
-            let location = Location::of(a.or("process")?, a.or("host")?);
+            let location = Location::of(&processor, a.or("process")?, a.or("host")?)?;
             a.none_left()?;
             done(system.processor_in(&processor, core, supervisor, location))
         }
@@ -122,6 +124,15 @@ fn software(system: &System, name: &str, a: &mut Arguments) -> Answer {
         }
         "define_verb" => done(system.define_verb(a.whole::<Verb>()?)),
         "check_graph" => done(system.check_graph(&a.whole::<Graph>()?)),
+        "check_definition" => told(system.check_definition(&a.whole::<Drawing>()?)?),
+        "compatible" => {
+            let (from, to) = (a.take::<PortName>("from")?, a.or::<Option<PortName>>("to")?);
+            let drawing = a.whole::<Drawing>()?;
+            match to {
+                Some(to) => told(system.compatible(&drawing, &from, &to)?),
+                None => told(system.compatible_with(&drawing, &from)?),
+            }
+        }
         "define_device_type" => done(system.define_device_type(a.whole::<DeviceType>()?)),
         "svv" => {
             let (svv, place) = (a.take::<String>("name")?, a.or::<Option<Place>>("place")?);
@@ -219,7 +230,12 @@ fn observation(system: &System, name: &str, a: &mut Arguments) -> Answer {
             a.none_left()?;
             told(system.log_since(since))
         }
-        "library" => a.none_left().map(|()| Some(supervisor::library_json())),
+        "probe" => {
+            let (source, for_ns) = (a.or::<Option<String>>("source")?, a.take("for_ns")?);
+            a.none_left()?;
+            done(system.probe(source.as_deref(), for_ns))
+        }
+        "library" => a.none_left().map(|()| Some(system.blocks_json())),
         "statistics" => a.none_left().map(|()| Some(system.statistics_json())),
         "names" => a.none_left().map(|()| Some(system.names_json())),
         _ => Ok(None),

@@ -86,6 +86,17 @@ fn changes(system: &System, name: &str, a: &mut Arguments) -> Answer {
         }
         "compose" => told(system.compose(&a.whole()?)?),
         "verbs" => a.none_left().and_then(|()| told(system.verbs_json())),
+        "installed" => a.none_left().and_then(|()| told(system.installed_json())),
+        "verb_form" => {
+            let verb = a.take::<String>("name")?;
+            a.none_left()?;
+            told(system.verb_form_json(&verb)?)
+        }
+        "geometry" => {
+            let device = a.take::<String>("device")?;
+            a.none_left()?;
+            told(system.geometry_json(&device)?)
+        }
         "configuration" => a.none_left().and_then(|()| told(system.configuration_json())),
         _ => Ok(None),
     }

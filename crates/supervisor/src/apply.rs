@@ -44,7 +44,7 @@ pub struct DeviceRequest {
 
 impl Definitions {
     /// The checked form of a verb; made anew where a module that it may use has changed.
-    fn checked(&mut self, verb: &str) -> Result<Arc<CheckedVerb>, Refusals> {
+    pub fn checked(&mut self, verb: &str) -> Result<Arc<CheckedVerb>, Refusals> {
         if let Some(checked) = self.checked.get(verb) {
             return Ok(checked.clone());
         }

@@ -7,8 +7,8 @@ use crate::instance::{Cause, Limits, State};
 use crate::psi::stored_svvs;
 use model::definition::Arbitration;
 use model::plan::{Claim, Plan, Target};
-use model::refusal::{Class, End, Refusal, Refusals};
-use std::collections::HashSet;
+use model::refusal::{Class, Refusal, Refusals};
+use std::collections::BTreeSet;
 
 /// A start that was accepted: its values are encoded.
 pub(crate) struct Request {
@@ -80,13 +80,8 @@ impl Core {
         } else {
             format!("'{}' cannot store into {what}: it is {is} by '{holder}'", plan.verb)
         };
-        Refusal {
-            class: Class::SecondWriter,
-            message,
-            ends: vec![End { what, place: None }, End { what: format!("'{holder}'"), place: None }],
-            remedy: format!("wait for '{holder}' or halt it"),
-            place: None,
-        }
+        let refusal = Refusal::new(Class::SecondWriter, message).end(what, &None).end(format!("'{holder}'"), &None);
+        refusal.remedy(format!("wait for '{holder}' or halt it"))
     }
 
     fn claim_name(&self, claim: &Claim) -> String {
@@ -128,7 +123,7 @@ impl Core {
             }
             let running = |h: &Held| self.instances[&h.holder].state != State::Queued;
             if held.iter().all(|h| h.arbitration == Arbitration::Abort && running(h)) {
-                let holders: HashSet<u64> = held.iter().map(|h| h.holder).collect();
+                let holders: BTreeSet<u64> = held.iter().map(|h| h.holder).collect();
                 let length = self.queue.len();
                 holders.into_iter().for_each(|holder| self.abort(holder, &name));
                 if self.queue.len() != length {

@@ -2,7 +2,7 @@
 //! Configuration: hardware, code, definitions, SVVs. It can change at any time, as long as nothing that runs is affected.
 use crate::catalog::Code;
 use crate::core::PhysicalRecord;
-use crate::elsewhere::Location;
+use crate::location::{Location, Processor};
 use crate::refuse::{invalid_state, refuse, refuse_at, unknown};
 use crate::svvs::SvvRecord;
 use crate::system::System;
@@ -15,7 +15,7 @@ use model::plan::CellKind;
 use model::refusal::{Class, Place, Refusals};
 use model::types::Type;
 use model::{CheckedVerb, Composition, check_graph, compose};
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 /// An SVV as it is asked for: its specification, and the struct types that its type needs.
@@ -34,7 +34,7 @@ impl System {
         self.processor_in(name, core, supervisor, Location::Thread)
     }
 
-    /// The same, in a process of its own or on another host. Under the virtual clock all are threads of one.
+    /// The same, in a process of its own, in one with others, or on another host. Under the virtual clock all are threads of one.
     pub fn processor_in(&self, name: &str, core: Option<usize>, supervisor: bool, location: Location) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         if definitions.configuration.processors.iter().any(|p| p == name) {
@@ -54,12 +54,12 @@ impl System {
                 "a system has one supervisor; leave supervisor= out",
             ));
         }
-        self.settle_elsewhere(name, supervisor, &location)?;
+        self.settle(&definitions, name, supervisor, &location)?;
         let first = definitions.processors.is_empty();
         if supervisor {
             definitions.processors.values_mut().for_each(|p| p.supervisor = false);
         }
-        definitions.processors.insert(name.to_owned(), Processor { core, supervisor: supervisor || first, asked: supervisor });
+        definitions.processors.insert(name.to_owned(), Processor { core, supervisor: supervisor || first, asked: supervisor, location });
         definitions.configuration.processors.push(name.to_owned());
         Ok(())
     }
@@ -207,7 +207,8 @@ impl System {
             let id = core.sources[source];
             device.obey(core.emergency.stop.clone());
             core.tables.get_mut(&id).expect("a source has its table as long as the system lives").devices.push(device.clone());
-            core.physical.insert(name.to_owned(), PhysicalRecord { device, source: id, lost: None, opened, about: description.clone() });
+            core.physical
+                .insert(name.to_owned(), PhysicalRecord { device, source: id, lost: None, opened, driver: (kind, options), about: description.clone() });
             let op = core.table_op(id);
             core.submit(id, vec![op], crate::core::Purpose::Nothing);
             Ok(())
@@ -365,8 +366,8 @@ impl System {
                     size: of.size(),
                     within: asked.within,
                     history: asked.history,
-                    cells: HashMap::new(),
-                    readers: HashMap::new(),
+                    cells: BTreeMap::new(),
+                    readers: BTreeMap::new(),
                     home: None,
                     stored,
                     stored_ns: now_ns,
@@ -381,6 +382,7 @@ impl System {
                     stores: VecDeque::new(),
                 },
             );
+            core.widen_taps();
             Ok(id)
         })?;
         let svv = Svv {
@@ -482,14 +484,6 @@ impl System {
     pub fn write(&self, name: &str, value: &model::value::Value) -> Result<(), Refusals> {
         self.shared.command(|core| core.write(name, value))
     }
-}
-
-/// A processor as it was asked for.
-pub(crate) struct Processor {
-    pub core: Option<usize>,
-    pub supervisor: bool,
-    /// It was named supervisor, and is not one only because it is the first.
-    pub asked: bool,
 }
 
 /// The shortest period of a timer.

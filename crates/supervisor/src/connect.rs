@@ -66,7 +66,7 @@ pub(crate) fn queues(
     core: &Core,
     plan: &Plan,
     block_source: &[SourceId],
-    cells: &[HashMap<SourceId, Cell>],
+    cells: &[BTreeMap<SourceId, Cell>],
     delays: &Delays,
     only: Option<&str>,
 ) -> Vec<Queue> {
@@ -123,7 +123,7 @@ fn author_ratio(plan: &Plan, cell: usize) -> u32 {
 }
 
 /// Who writes a cell, from where.
-fn author_of(core: &Core, plan: &Plan, block_source: &[SourceId], cells: &[HashMap<SourceId, Cell>], cell: usize) -> Option<(SourceId, Cell, Author)> {
+fn author_of(core: &Core, plan: &Plan, block_source: &[SourceId], cells: &[BTreeMap<SourceId, Cell>], cell: usize) -> Option<(SourceId, Cell, Author)> {
     let planned = &plan.cells[cell];
     if let Some((block, _)) = planned.writers.first() {
         let source = block_source[*block];

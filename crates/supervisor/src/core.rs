@@ -3,6 +3,7 @@
 //! the files named after what they do; none of them waits.
 use crate::alarms::Alarms;
 use crate::claims::Request;
+use crate::commanded::Commanded;
 use crate::connect::Pair;
 use crate::emergency::Emergency;
 use crate::ends::Ends;
@@ -12,9 +13,10 @@ use crate::modes::Modes;
 use crate::pause::Pause;
 use crate::svvs::SvvRecord;
 use crate::tables::SourceTable;
+use crate::taps::Taps;
 use guard::Restarts;
 use indexmap::IndexMap;
-use kernel::{Device, Host, Op, Script, SourceId, SourceSpec};
+use kernel::{Cell, Device, Host, Op, Script, SourceId, SourceSpec};
 use model::plan::Claim;
 use rtp::Processor;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -46,6 +48,8 @@ pub(crate) struct PhysicalRecord {
     pub lost: Option<String>,
     /// Of one that lies elsewhere: how it was opened.
     pub opened: Option<(String, String)>,
+    /// Kind and options of its driver.
+    pub driver: (String, serde_json::Value),
     /// What its driver says of itself.
     pub about: serde_json::Value,
 }
@@ -66,11 +70,13 @@ pub(crate) struct Core {
     pub sources: IndexMap<String, SourceId>,
     /// What each source is, by number.
     pub specs: Vec<SourceSpec>,
-    /// Processors that run elsewhere.
+    /// Processors that run elsewhere; those that share a process have one.
     pub elsewhere: IndexMap<String, Arc<Processor>>,
+    /// Processes of this host but this one, as they were asked for, with the processors in each.
+    pub processes: IndexMap<String, Vec<String>>,
     /// How often each of them may get a new process.
     pub restarts: HashMap<String, Restarts>,
-    pub tables: HashMap<SourceId, SourceTable>,
+    pub tables: BTreeMap<SourceId, SourceTable>,
     pub svvs: IndexMap<String, SvvRecord>,
     pub physical: IndexMap<String, PhysicalRecord>,
     pub logical: IndexMap<String, LogicalRecord>,
@@ -79,6 +85,7 @@ pub(crate) struct Core {
     /// Starts that wait for claims, in order.
     pub queue: Vec<Request>,
     pub log: Log,
+    pub commanded: Commanded,
     pub emergency: Emergency,
     pub pause: Pause,
     pub modes: Modes,
@@ -95,11 +102,14 @@ pub(crate) struct Core {
     pub ended: u64,
     /// The latest end reports, for who was not there.
     pub ends: Ends,
+    pub taps: Taps,
     /// The latest connection of each pair.
     pub latest: HashMap<Pair, u64>,
     pub last_connection: u64,
     /// How many instances of each verb have been named.
     pub named: HashMap<String, u64>,
+    /// Of a system that is recorded: the cells whose SVV the record knows.
+    pub recorded: HashMap<(String, SourceId), Cell>,
     scripts: HashMap<u64, Purpose>,
     last_id: u64,
 }
@@ -111,8 +121,9 @@ impl Core {
             sources: IndexMap::new(),
             specs: Vec::new(),
             elsewhere: IndexMap::new(),
+            processes: IndexMap::new(),
             restarts: HashMap::new(),
-            tables: HashMap::new(),
+            tables: BTreeMap::new(),
             svvs: IndexMap::new(),
             physical: IndexMap::new(),
             logical: IndexMap::new(),
@@ -120,6 +131,7 @@ impl Core {
             claims: HashMap::new(),
             queue: Vec::new(),
             log: Log::default(),
+            commanded: Commanded::default(),
             emergency: Emergency::default(),
             pause: Pause::default(),
             modes: Modes::default(),
@@ -130,9 +142,11 @@ impl Core {
             reads: HashMap::new(),
             ended: 0,
             ends: Ends::default(),
+            taps: Taps::default(),
             latest: HashMap::new(),
             last_connection: 0,
             named: HashMap::new(),
+            recorded: HashMap::new(),
             scripts: HashMap::new(),
             last_id: 0,
         }
@@ -148,6 +162,9 @@ impl Core {
     pub fn submit(&mut self, source: SourceId, ops: Vec<Op>, purpose: Purpose) {
         let id = self.fresh();
         self.scripts.insert(id, purpose);
+        if self.host.trace().is_some() && ops.iter().any(|op| matches!(op, Op::Table(_))) {
+            self.name_cells(source);
+        }
         if !self.cut_off.contains(&source) {
             self.host.submit(source, Box::new(Script { id, ops }));
         }
@@ -168,6 +185,9 @@ impl Core {
         let now_ns = self.host.now_ns();
         let Some(record) = self.svvs.get_mut(svv) else { return Vec::new() };
         record.keep(bytes, now_ns);
+        if record.home.is_none() {
+            self.taps.stored(svv, now_ns, bytes);
+        }
         record.store_ops(bytes)
     }
 }

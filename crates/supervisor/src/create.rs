@@ -44,6 +44,7 @@ impl Core {
         self.instances.insert(id, Instance { followed, ..instance(id, name, plan, installed, crossings, owner) });
         let (fills, appending) = self.enter_histories(id);
         sources.extend(appending);
+        sources.extend(self.renew_taps());
         let connections = self.reconnect(pairs);
         let mut movements = if fills.is_empty() { vec![] } else { vec![Movement::Scripts(fills)] };
         movements.push(Movement::Tables(sources));
@@ -246,12 +247,10 @@ impl Core {
                 _ => {}
             }
         }
+        sources.extend(self.renew_taps());
         sources.sort();
         sources.dedup();
-        for source in sources {
-            let op = self.table_op(source);
-            self.submit(source, vec![op], crate::core::Purpose::Nothing);
-        }
+        self.renew_tables(sources);
     }
 }
 

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processors that run elsewhere: in processes of their own, or on other hosts. They are configured, get code and devices, are lost and
-//! revived here; everything else treats their sources like any other.
+//! Processors that run elsewhere: in processes of their own, several in one, or on other hosts. They are configured, get code and devices,
+//! are lost and revived here; everything else treats their sources like any other. Where they are is in `location.rs`.
+//!
+//! Those that share a process are one [`Processor`] of `rtp`: it has the sources of all of them, so that what is between them is within one
+//! host there, as between threads here.
 use crate::catalog::Catalog;
 use crate::core::{Core, Purpose};
+use crate::location::Location;
 use crate::refuse::{refuse, refuse_at};
 use crate::sequence::{Builder, Movement};
 use crate::stages::Verbatim;
-use crate::system::System;
+use crate::system::{Definitions, System};
 use guard::Restarts;
 use kernel::{Device, Script, SourceId, SourceSpec};
 use model::definition::IfCutOff;
@@ -15,29 +19,6 @@ use model::refusal::{Class, Place, Refusals};
 use rtp::{Module, Processor, Started};
 use std::sync::Arc;
 use std::time::Duration;
-
-/// Where a processor runs.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Location {
-    /// Threads of this process.
-    #[default]
-    Thread,
-    /// A process of its own on this host.
-    Process,
-    /// A host that has joined the system.
-    Host(String),
-}
-
-impl Location {
-    /// As a call says it: `process`, or a host's name.
-    pub fn of(process: bool, host: Option<String>) -> Location {
-        match (host, process) {
-            (Some(host), _) => Location::Host(host),
-            (None, true) => Location::Process,
-            (None, false) => Location::Thread,
-        }
-    }
-}
 
 /// How a device was opened elsewhere, so that it can be opened again.
 type Reopening = Option<(String, String)>;
@@ -67,8 +48,19 @@ impl System {
         places.listen(options, self.shared.host.epoch_ns()).map_err(cannot)
     }
 
-    /// Starts a processor that is not a thread, and tells it what the system has so far. Nothing under the virtual clock.
-    pub(crate) fn settle_elsewhere(&self, name: &str, supervisor: bool, location: &Location) -> Result<(), Refusals> {
+    /// Brings a processor to where it is to run.
+    pub(crate) fn settle(&self, definitions: &Definitions, name: &str, supervisor: bool, location: &Location) -> Result<(), Refusals> {
+        let beside = definitions.beside(name, location)?;
+        self.settle_elsewhere(name, supervisor, location, beside)?;
+        if let Some(process) = location.process(name) {
+            self.shared.locked().processes.entry(process.to_owned()).or_default().push(name.to_owned());
+        }
+        Ok(())
+    }
+
+    /// Starts a processor that is not a thread, and tells it what the system has so far; one that shares a process with `beside` goes there.
+    /// Nothing under the virtual clock.
+    fn settle_elsewhere(&self, name: &str, supervisor: bool, location: &Location, beside: Option<&str>) -> Result<(), Refusals> {
         if *location == Location::Thread || self.shared.is_virtual {
             return Ok(());
         }
@@ -76,20 +68,36 @@ impl System {
             let remedy = "leave supervisor= out; the supervisor runs in the process that makes the system";
             return Err(refuse(Class::PlacementError, format!("processor '{name}' runs elsewhere, so it cannot be the supervisor"), remedy));
         }
+        if let Some(beside) = beside {
+            return self.settle_beside(name, beside);
+        }
         let host = if let Location::Host(host) = location { Some(host.as_str()) } else { None };
-        let processor = Processor::new(name, host);
+        let processor = Processor::new(location.process(name).unwrap_or(name), host);
         let specs = self.shared.locked().specs.clone();
         for (number, spec) in specs.iter().enumerate() {
             processor.expect_source(SourceId(number as u32), spec, false);
         }
-        self.attach(&processor, name, host).map_err(|why| cannot(name, &why))?;
+        self.attach(&processor).map_err(|why| cannot(name, &why))?;
         self.shared.locked().elsewhere.insert(name.to_owned(), processor);
         Ok(())
     }
 
-    fn attach(&self, processor: &Arc<Processor>, name: &str, host: Option<&str>) -> Result<(), String> {
+    /// The process that `beside` is in takes one processor more.
+    fn settle_beside(&self, name: &str, beside: &str) -> Result<(), Refusals> {
+        let mut core = self.shared.locked();
+        let there = core.elsewhere[beside].clone();
+        if !there.is_up() {
+            let message = format!("cannot start processor '{name}': its process '{}', of processor '{beside}' too, is lost", there.name());
+            return Err(refuse(Class::InvalidState, message, "see the log for why, then call reset()"));
+        }
+        core.elsewhere.insert(name.to_owned(), there);
+        Ok(())
+    }
+
+    fn attach(&self, processor: &Arc<Processor>) -> Result<(), String> {
         let Some(places) = self.shared.places.get() else { return Err("this system was made without a way to start processes".to_owned()) };
-        let started: Started = match host {
+        let name = processor.name();
+        let started: Started = match kernel::Far::host(&**processor) {
             Some(host) => places.host(host, name)?,
             None => places.process(name)?,
         };
@@ -100,17 +108,21 @@ impl System {
     pub(crate) fn add_source(&self, processor: &str, spec: SourceSpec) -> Result<SourceId, Refusals> {
         let name = spec.name.clone();
         let cannot = |why: String| refuse(Class::InvalidState, format!("cannot start source '{name}': {why}"), "close other programs and try again");
-        let elsewhere = self.shared.locked().elsewhere.clone();
-        let source = match elsewhere.get(processor) {
+        let (own, elsewhere) = {
+            let core = self.shared.locked();
+            (core.elsewhere.get(processor).cloned(), core.places_elsewhere())
+        };
+        let source = match &own {
             Some(far) if !far.is_up() => return Err(cannot("its processor is lost".to_owned())),
             Some(far) => self.shared.host.add_far_source(spec.clone(), far.clone()),
             None => self.shared.host.add_source(spec.clone()).map_err(|why| cannot(why.to_string()))?,
         };
         self.shared.locked().specs.push(spec.clone());
         let mut made = Ok(source);
-        for (name, far) in &elsewhere {
-            let told = far.add_source(source, &spec, name == processor);
-            if let (Err(why), true) = (told, name == processor) {
+        for far in &elsewhere {
+            let here = own.as_ref().is_some_and(|own| Arc::ptr_eq(own, far));
+            let told = far.add_source(source, &spec, here);
+            if let (Err(why), true) = (told, here) {
                 made = Err(cannot(why));
             }
         }
@@ -174,27 +186,37 @@ impl System {
     }
 
     /// The code of the instances that are there goes to a new process before their tables.
-    fn send_code_again(&self, far: &Processor, processor: &str) -> Result<(), Refusals> {
+    fn send_code_again(&self, far: &Arc<Processor>) -> Result<(), Refusals> {
         let keepers: Vec<_> = {
             let core = self.shared.locked();
             let installed = core.instances.values().map(|instance| &instance.installed);
-            let blocks = installed.flat_map(|of| of.blocks.iter().zip(&of.block_source)).filter(|(_, source)| core.runs_on(**source, processor));
+            let blocks = installed.flat_map(|of| of.blocks.iter().zip(&of.block_source)).filter(|(_, source)| core.runs_in(**source, far));
             blocks.map(|(block, _)| block.module().clone()).collect()
         };
-        keepers.iter().filter_map(Module::of).try_for_each(|module| far.ensure(module)).map_err(|why| cannot(processor, &why))
+        keepers.iter().filter_map(Module::of).try_for_each(|module| far.ensure(module)).map_err(|why| self.cannot_revive(far, &why))
     }
 
-    /// Refuses a new process where a processor was lost too often: what kills it again and again is for people to find.
-    fn refuse_restart(&self, processor: &str) -> Result<(), Refusals> {
+    fn cannot_revive(&self, far: &Processor, why: &str) -> Refusals {
+        refuse(Class::InvalidState, format!("cannot start {} again: {why}", self.shared.locked().called(far)), "mend that and call reset() again")
+    }
+
+    /// Refuses a new process where one was lost too often, however many processors it has: what kills it again and again is for people to find.
+    fn refuse_restart(&self, far: &Processor) -> Result<(), Refusals> {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
-        let allowed = core.restarts.entry(processor.to_owned()).or_insert_with(|| Restarts::new(RESTARTS_MAX, RESTARTS_WITHIN)).allow(now_ns);
+        let allowed = core.restarts.entry(far.name().to_owned()).or_insert_with(|| Restarts::new(RESTARTS_MAX, RESTARTS_WITHIN)).allow(now_ns);
         if allowed {
             return Ok(());
         }
         let (most, seconds) = (RESTARTS_MAX, RESTARTS_WITHIN.as_secs());
-        let message = format!("processor '{processor}' was lost more than {most} times within {seconds} s");
+        let message = format!("{} was lost more than {most} times within {seconds} s", core.called(far));
         Err(refuse(Class::InvalidState, message, "see the log for why, mend that, and call reset() later"))
+    }
+
+    /// Ends the processes of processors without a source, of which no kernel knows; the others have ended with the host.
+    pub(crate) fn close_elsewhere(&self) {
+        let places = self.shared.core.lock().map(|core| core.places_elsewhere()).unwrap_or_default();
+        places.iter().for_each(|far| kernel::Far::close(&**far));
     }
 
     /// Gives processors that were lost a new process: sources and devices as before, tables as they are now, SVVs with the values that were
@@ -202,14 +224,13 @@ impl System {
     pub(crate) fn revive(&self) -> Result<(), Refusals> {
         // What was told of the losses is taken in first.
         self.shared.command(|_| Ok(()))?;
-        let lost: Vec<(String, Arc<Processor>)> =
-            self.shared.locked().elsewhere.iter().filter(|(_, far)| !far.is_up()).map(|(name, far)| (name.clone(), far.clone())).collect();
-        for (name, far) in lost {
-            self.refuse_restart(&name)?;
-            self.attach(&far, &name, kernel::Far::host(&*far)).map_err(|why| cannot(&name, &why))?;
+        let lost: Vec<Arc<Processor>> = self.shared.locked().places_elsewhere().into_iter().filter(|far| !far.is_up()).collect();
+        for far in lost {
+            self.refuse_restart(&far)?;
+            self.attach(&far).map_err(|why| self.cannot_revive(&far, &why))?;
             let devices: Vec<(String, Arc<Device>, (String, String))> = {
                 let core = self.shared.locked();
-                let own = core.physical.iter().filter(|(_, physical)| core.runs_on(physical.source, &name));
+                let own = core.physical.iter().filter(|(_, physical)| core.runs_in(physical.source, &far));
                 own.filter_map(|(device, physical)| Some((device.clone(), physical.device.clone(), physical.opened.clone()?))).collect()
             };
             for (device, mirror, (kind, options)) in devices {
@@ -217,9 +238,9 @@ impl System {
                     .map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{device}' again: {why}"), "mend it and call reset() again"))?;
                 mirror.renew();
             }
-            self.send_code_again(&far, &name)?;
+            self.send_code_again(&far)?;
             self.shared.command(|core| {
-                core.revived(&name);
+                core.processors_in(&far).iter().for_each(|processor| core.revived(processor));
                 Ok(())
             })?;
         }
@@ -228,6 +249,41 @@ impl System {
 }
 
 impl Core {
+    /// What runs sources elsewhere: processes, each once however many processors it has, and processors on other hosts.
+    pub fn places_elsewhere(&self) -> Vec<Arc<Processor>> {
+        let mut places: Vec<Arc<Processor>> = Vec::new();
+        for far in self.elsewhere.values() {
+            if !places.iter().any(|known| Arc::ptr_eq(known, far)) {
+                places.push(far.clone());
+            }
+        }
+        places
+    }
+
+    /// A place elsewhere, for people: by its processor, or where several may share it, by its process.
+    pub fn called(&self, far: &Processor) -> String {
+        let what = if self.elsewhere.contains_key(far.name()) { "processor" } else { "process" };
+        format!("{what} '{}'", far.name())
+    }
+
+    /// The processors of a process, in the order in which they were made.
+    pub fn processors_in(&self, far: &Arc<Processor>) -> Vec<String> {
+        self.elsewhere.iter().filter(|(_, own)| Arc::ptr_eq(own, far)).map(|(name, _)| name.clone()).collect()
+    }
+
+    /// True where a source belongs to a processor of this process.
+    fn runs_in(&self, source: SourceId, far: &Arc<Processor>) -> bool {
+        self.runs_at(source).is_some_and(|own| Arc::ptr_eq(own, far))
+    }
+
+    /// Why a source is lost, in full: of which processor it is, and with which process that went.
+    pub fn loss_of(&self, source: SourceId, why: &str) -> String {
+        let processor = processor_of(self.source_name(source));
+        let process = self.elsewhere.get(processor).map(|far| far.name()).filter(|process| *process != processor);
+        let process = process.map(|process| format!(" with process '{process}'")).unwrap_or_default();
+        format!("processor '{processor}' was lost{process}: {why}")
+    }
+
     /// True where a source belongs to this processor.
     pub fn runs_on(&self, source: SourceId, processor: &str) -> bool {
         processor_of(self.source_name(source)) == processor
@@ -288,7 +344,7 @@ impl Core {
     }
 }
 
-/// New processes of one processor, and within which time.
+/// New processes in the place of one, and within which time.
 const RESTARTS_MAX: u32 = 20;
 const RESTARTS_WITHIN: Duration = Duration::from_secs(60);
 

@@ -34,6 +34,13 @@ impl Ends {
     }
 }
 
+impl Ends {
+    /// Number of the next end.
+    pub fn next(&self) -> u64 {
+        self.next
+    }
+}
+
 impl System {
     /// End reports from number `since` on, oldest first: those of the last 1,024 ends. A first number above `since` shows what is gone.
     pub fn ends_since(&self, since: u64) -> Vec<End> {

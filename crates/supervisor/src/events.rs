@@ -77,7 +77,8 @@ impl Core {
             Event::Gone { source, block, message, .. } => {
                 let culprit = block.and_then(|block| self.culprit(block));
                 let ran = culprit.map(|(of, index)| format!("; it ran block '{}' of '{}'", of.plan.blocks[index].label, of.name));
-                self.processor_lost(source, &format!("{message}{}", ran.unwrap_or_default()));
+                let why = format!("{message}{}", ran.unwrap_or_default());
+                self.processor_lost(source, &self.loss_of(source, &why));
             }
             Event::Unconnected { writer, reader, message } => {
                 let (writer, reader) = (self.source_name(writer).to_owned(), self.source_name(reader).to_owned());

@@ -13,10 +13,10 @@ use crate::svvs::SvvRecord;
 use kernel::{Append, Cell, Extent, Op, SourceId, Window};
 use model::interface::Mode;
 use model::plan::{Binding, CellKind, Plan};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// The windows that the blocks of an instance read: (planned cell, number of values) → in each image.
-pub(crate) type Windows = BTreeMap<(usize, u32), HashMap<SourceId, Window>>;
+pub(crate) type Windows = BTreeMap<(usize, u32), BTreeMap<SourceId, Window>>;
 
 /// Scripts for sources.
 type Scripts = Vec<(SourceId, Vec<Op>)>;
@@ -26,9 +26,9 @@ pub(crate) struct WindowRecord {
     /// How many values.
     pub count: u32,
     /// Where it lies in each image.
-    pub cells: HashMap<SourceId, Window>,
+    pub cells: BTreeMap<SourceId, Window>,
     /// Sources with a block that reads it, counted.
-    pub readers: HashMap<SourceId, usize>,
+    pub readers: BTreeMap<SourceId, usize>,
     /// It has had its first values.
     begun: bool,
 }
@@ -48,7 +48,7 @@ fn asked(plan: &Plan, block_source: &[SourceId]) -> BTreeMap<(usize, u32), Vec<S
 
 /// Makes the windows that a plan needs: of private cells in memory of their own, of SVVs where they lie. An SVV that the plan writes
 /// gets its windows in the writer's image too.
-pub(crate) fn make_windows(core: &mut Core, plan: &Plan, block_source: &[SourceId], cells: &[HashMap<SourceId, Cell>]) -> Windows {
+pub(crate) fn make_windows(core: &mut Core, plan: &Plan, block_source: &[SourceId], cells: &[BTreeMap<SourceId, Cell>]) -> Windows {
     let mut windows = Windows::new();
     for ((cell, count), mut sources) in asked(plan, block_source) {
         let planned = &plan.cells[cell];
@@ -91,7 +91,7 @@ impl SvvRecord {
     /// The window of this many values in the image of `source`; made with the stored value where there was none.
     fn window(&mut self, count: u32, source: SourceId) -> Window {
         let at = self.windows.iter().position(|window| window.count == count).unwrap_or_else(|| {
-            self.windows.push(WindowRecord { count, cells: HashMap::new(), readers: HashMap::new(), begun: false });
+            self.windows.push(WindowRecord { count, cells: BTreeMap::new(), readers: BTreeMap::new(), begun: false });
             self.windows.len() - 1
         });
         self.cell(source);

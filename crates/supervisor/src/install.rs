@@ -12,7 +12,7 @@ use kernel::{Activation, Block, BlockId, Cell, Extent, Process, SourceId};
 use model::interface::{Interface, Kind, Mode};
 use model::plan::{Binding, Bound, CellKind, Plan};
 use model::refusal::{Class, Refusals};
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
 
 /// A plan in memory.
@@ -29,7 +29,7 @@ pub(crate) struct Installed {
     /// Number and time of the last invocation of each activation.
     pub stamps: Vec<Cell>,
     /// Of each planned cell: where it lies in each image.
-    pub cells: Vec<HashMap<SourceId, Cell>>,
+    pub cells: Vec<BTreeMap<SourceId, Cell>>,
     pub process: Arc<Process>,
     /// Copies before and behind each block.
     pub before: Vec<Vec<(Cell, Cell)>>,
@@ -70,7 +70,7 @@ struct Places {
     /// Of each block: (item, offset) of the cells that its array ports gather into, and that its ratio inputs are delayed in.
     own: Vec<Vec<(usize, usize)>>,
     blocks: Vec<usize>,
-    extents: HashMap<SourceId, Arc<Extent>>,
+    extents: BTreeMap<SourceId, Arc<Extent>>,
 }
 
 impl Places {
@@ -169,7 +169,7 @@ fn cell_sources(site: &Site, index: usize) -> Vec<SourceId> {
 /// Lays out the images: stamps, private cells, gather cells, blocks in the order of a firing; then takes the memory.
 fn lay_out(site: &Site) -> Places {
     let plan = site.plan;
-    let mut layouts: HashMap<SourceId, Layout> = HashMap::new();
+    let mut layouts: BTreeMap<SourceId, Layout> = BTreeMap::new();
     let stamps = site.activation_source.iter().map(|s| layouts.entry(*s).or_default().take(kernel::STAMP_LEN, 8)).collect();
     let mut cells: Vec<Vec<(SourceId, usize)>> = vec![Vec::new(); plan.cells.len()];
     for (index, cell) in plan.cells.iter().enumerate() {
@@ -256,7 +256,7 @@ fn delays(site: &Site, places: &Places) -> Delays {
 }
 
 /// The cells in each image: private ones in the instance's memory, SVVs and channels where they lie.
-fn make_cells(core: &mut Core, site: &Site, places: &Places) -> Vec<HashMap<SourceId, Cell>> {
+fn make_cells(core: &mut Core, site: &Site, places: &Places) -> Vec<BTreeMap<SourceId, Cell>> {
     for (index, block) in site.plan.blocks.iter().enumerate() {
         for bound in &block.bindings {
             if let Binding::Cells(list) = &bound.binding {
@@ -282,7 +282,7 @@ fn make_cells(core: &mut Core, site: &Site, places: &Places) -> Vec<HashMap<Sour
             }
             CellKind::Channel { device, channel, .. } => {
                 let physical = &core.physical[device];
-                HashMap::from([(physical.source, physical.device.cell(*channel))])
+                BTreeMap::from([(physical.source, physical.device.cell(*channel))])
             }
         };
         cells.push(in_images);
@@ -322,7 +322,7 @@ fn make_blocks(
     core: &mut Core,
     site: &Site,
     places: &Places,
-    (cells, windows): (&[HashMap<SourceId, Cell>], &Windows),
+    (cells, windows): (&[BTreeMap<SourceId, Cell>], &Windows),
     name: &str,
     copies: &mut Copying,
 ) -> Vec<Arc<Block>> {

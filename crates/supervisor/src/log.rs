@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The log: conditions, faults, transitions, starts and ends, the last few thousand.
+//! The log: commands and who gave them, conditions, faults, transitions, starts and ends, the last few thousand.
 use serde::Serialize;
 use std::collections::VecDeque;
 
@@ -11,11 +11,14 @@ const ENTRIES_MAX: usize = 4096;
 pub struct Entry {
     pub sequence: u64,
     pub time_s: f64,
-    /// `start`, `admission`, `exchange`, `end`, `condition`, `transition`, `ending`, `fault`, `overrun`, `late`, `device`, `processor_lost`, `emergency_stop`, `lost`, `journal`.
+    /// `start`, `admission`, `exchange`, `end`, `condition`, `transition`, `ending`, `fault`, `overrun`, `late`, `device`, `processor_lost`, `emergency_stop`, `lost`, `journal`, `recorder`, `command`.
     pub kind: &'static str,
     /// The verb instance, device or source it is about.
     pub about: String,
     pub text: String,
+    /// Of a command who gave it: `program`, the program that this system is part of, or a session or caller of the control interface;
+    /// else empty.
+    pub who: String,
 }
 
 #[derive(Default)]
@@ -26,11 +29,28 @@ pub(crate) struct Log {
 
 impl Log {
     pub fn add(&mut self, time_ns: i64, kind: &'static str, about: &str, text: impl Into<String>) {
+        self.add_of(time_ns, kind, about, text, "");
+    }
+
+    /// An entry of something that somebody gave.
+    pub fn add_of(&mut self, time_ns: i64, kind: &'static str, about: &str, text: impl Into<String>, who: &str) {
         if self.entries.len() == ENTRIES_MAX {
             self.entries.pop_front();
         }
-        self.entries.push_back(Entry { sequence: self.next, time_s: time_ns as f64 * 1e-9, kind, about: about.to_owned(), text: text.into() });
+        self.entries.push_back(Entry {
+            sequence: self.next,
+            time_s: time_ns as f64 * 1e-9,
+            kind,
+            about: about.to_owned(),
+            text: text.into(),
+            who: who.to_owned(),
+        });
         self.next += 1;
+    }
+
+    /// Number of the next entry.
+    pub fn next(&self) -> u64 {
+        self.next
     }
 
     /// Entries from number `sequence` on.

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Looking at a running system: snapshots, histories, what there is, how it does. Nothing here disturbs what runs.
+use crate::block_times;
 use crate::refuse::{refuse, unknown};
-use crate::system::{System, Waited};
+use crate::system::{Definitions, System, Waited};
 use crate::values::Reading;
 use kernel::Statistics;
+use model::configuration::SourceKind;
 use model::refusal::{Class, Refusals};
 use model::types::Type;
 use serde_json::{Value as Json, json};
@@ -29,18 +31,20 @@ impl System {
         self.shared.locked().history(name, count)
     }
 
-    /// Type, unit, history and writers of an SVV.
+    /// Kind, type, unit, history, writers and readers of an SVV, a private cell (`move#1:coefficients`) or a channel (`plant.elbow.position`).
     pub fn svv_json(&self, name: &str) -> Result<Json, Refusals> {
         let definitions = self.shared.definitions();
         let core = self.shared.locked();
         let (Some(svv), Some(record)) = (definitions.configuration.svvs.get(name), core.svvs.get(name)) else {
-            return Err(unknown("SVV", name, core.svvs.keys().map(String::as_str)));
+            return core.other_cell(name).map(|named| named.about).ok_or_else(|| unknown("SVV", name, core.svvs.keys().map(String::as_str)));
         };
         let of = Type::parse(&svv.type_text, &svv.types).map_err(|r| vec![r])?;
         let writers: Vec<String> = (definitions.configuration.writers.get(name).into_iter().flatten()).map(|w| format!("{}.{}", w.instance, w.port)).collect();
+        let [_, readers] = core.ends_of(name);
         Ok(json!({
-            "name": name, "type_text": svv.type_text, "types": svv.types, "type": type_tree(&of), "unit": svv.unit, "history": record.history,
-            "device": svv.device, "writers": writers, "bound": record.bound,
+            "name": name, "kind": "svv", "type_text": svv.type_text, "types": svv.types, "type": type_tree(&of), "unit": svv.unit, "history": record.history,
+            "device": svv.device, "writers": writers, "readers": readers, "bound": record.bound, "within": record.within,
+            "source": record.home.map(|home| core.source_name(home)),
         }))
     }
 
@@ -59,16 +63,24 @@ impl System {
         }))
     }
 
-    /// Firings, overruns, jitter of every source; instances; devices; the emergency stop.
+    /// Firings, overruns, jitter of every source; instances; devices; processes with their processors; the emergency stop.
     pub fn statistics_json(&self) -> Json {
         let missing = self.shared.post.lock().expect("nobody panics with the lock held").missing.clone();
+        let definitions = self.shared.definitions();
         let core = self.shared.locked();
-        let sources: serde_json::Map<String, Json> =
-            core.sources.iter().map(|(name, id)| (name.clone(), source_json(&core.host.statistics(*id), core.tables[id].steps.len()))).collect();
+        let mut blocks = block_times::by_source(&core);
+        let sources = core.sources.iter().map(|(name, id)| {
+            let mut source = source_json(&core.host.statistics(*id), core.tables[id].steps.len());
+            placed(&mut source, &definitions, name, self.shared.is_virtual);
+            source["probed"] = json!(core.host.probes(*id));
+            source["blocks"] = json!(blocks.remove(id).unwrap_or_default());
+            (name.clone(), source)
+        });
+        let sources: serde_json::Map<String, Json> = sources.collect();
         let instances: Vec<Json> = core
             .instances
             .iter()
-            .map(|(id, i)| json!({"id": id, "name": i.name, "verb": i.plan.verb, "state": i.state.name(), "list": i.plan.lists[i.list].name, "owner": i.owner}))
+            .map(|(id, i)| json!({"id": id, "name": i.name, "verb": i.plan.verb, "state": i.state.name(), "list": i.plan.lists[i.list].name, "owner": i.owner, "running_s": i.running.at(core.host.now_ns()) as f64 * 1e-9}))
             .collect();
         let devices: serde_json::Map<String, Json> = core.logical.keys().map(|d| (d.clone(), json!(core.device_state(d).unwrap_or("?")))).collect();
         let physical: serde_json::Map<String, Json> = (core.physical.iter())
@@ -77,7 +89,7 @@ impl System {
                 (name.clone(), json!({"lost": p.lost, "slew_limited": limited}))
             })
             .collect();
-        json!({ "now_s": core.host.now_ns() as f64 * 1e-9, "sources": sources, "instances": instances, "devices": devices, "physical_devices": physical, "emergency": core.emergency.reason, "paused": core.pause.shown(), "mode": core.modes.mode, "supervisor_rights_missing": missing })
+        json!({ "now_s": core.host.now_ns() as f64 * 1e-9, "sources": sources, "instances": instances, "devices": devices, "physical_devices": physical, "processes": core.processes, "emergency": core.emergency.reason, "paused": core.pause.shown(), "mode": core.modes.mode, "supervisor_rights_missing": missing })
     }
 
     /// What there is, by kind.
@@ -87,7 +99,7 @@ impl System {
         let c = &definitions.configuration;
         let supervisor = definitions.processors.iter().find(|(_, p)| p.supervisor).map(|(name, _)| name.clone());
         json!({
-            "processors": c.processors, "supervisor": supervisor, "sources": c.sources.keys().collect::<Vec<_>>(), "devices": c.devices.keys().collect::<Vec<_>>(),
+            "processors": c.processors, "processes": core.processes, "supervisor": supervisor, "sources": c.sources.keys().collect::<Vec<_>>(), "devices": c.devices.keys().collect::<Vec<_>>(),
             "svvs": c.svvs.keys().collect::<Vec<_>>(), "logical_devices": c.logical_devices.keys().collect::<Vec<_>>(),
             "verbs": c.verbs.keys().collect::<Vec<_>>(), "device_types": c.device_types.keys().collect::<Vec<_>>(),
             "modules": definitions.catalog.modules.keys().collect::<Vec<_>>(), "blocks": c.interfaces.keys().collect::<Vec<_>>(),
@@ -107,6 +119,11 @@ impl System {
             })
         });
         verbs.collect()
+    }
+
+    /// Interfaces of every block that there is: of the library, and of the code modules that were downloaded.
+    pub fn blocks_json(&self) -> Json {
+        json!(self.shared.definitions().configuration.interfaces.values().collect::<Vec<_>>())
     }
 
     /// Interfaces of the blocks of a module.
@@ -137,8 +154,35 @@ fn source_json(of: &Statistics, steps: usize) -> Json {
     json!({
         "steps": steps, "firings": of.firings, "overruns": of.overruns, "late": of.late, "faults": of.faults, "stopped": of.stopped, "rights_missing": of.rights_missing,
         "jitter_last_ns": of.jitter_last_ns, "jitter_max_ns": of.jitter_max_ns, "jitter_bins": of.jitter_bins, "jitter_median_ns": median(&of.jitter_bins),
+        "duration_sum_ns": of.duration_sum_ns,
         "duration_last_ns": of.duration_last_ns, "duration_max_ns": of.duration_max_ns, "duration_bins": of.duration_bins, "duration_median_ns": median(&of.duration_bins),
     })
+}
+
+/// Where a source runs and what its thread asked of the operating system, beside what it did not get.
+fn placed(source: &mut Json, definitions: &Definitions, name: &str, is_virtual: bool) {
+    let Some(of) = definitions.configuration.sources.get(name) else { return };
+    let core = definitions.processors.get(&of.processor).and_then(|processor| processor.core);
+    let (kind, period_ns) = match &of.kind {
+        SourceKind::Timer { period_ns } => ("timer", Some(*period_ns)),
+        SourceKind::Trigger => ("trigger", None),
+        SourceKind::Software => ("software", None),
+    };
+    let mut asked = vec!["locked memory".to_owned(), format!("real-time priority {}", of.priority)];
+    asked.extend(core.map(|core| format!("core {core}")));
+    if is_virtual {
+        asked.clear();
+    }
+    for (field, value) in [
+        ("processor", json!(of.processor)),
+        ("core", json!(core)),
+        ("kind", json!(kind)),
+        ("period_ns", json!(period_ns)),
+        ("priority", json!(of.priority)),
+        ("rights_asked", json!(asked)),
+    ] {
+        source[field] = value;
+    }
 }
 
 /// The upper end of the bin that the median falls into.

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Refusals that only a running system can give: states, claims, names of what exists.
-use model::refusal::{Class, End, Place, Refusal, Refusals};
+use model::refusal::{Class, Place, Refusal, Refusals};
 
 /// One refusal with a remedy.
 pub(crate) fn refuse(class: Class, message: impl Into<String>, remedy: impl Into<String>) -> Refusals {
-    vec![Refusal { class, message: message.into(), ends: Vec::new(), remedy: remedy.into(), place: None }]
+    refuse_at(class, message, remedy, None)
 }
 
 /// The same with the place where the thing was defined.
 pub(crate) fn refuse_at(class: Class, message: impl Into<String>, remedy: impl Into<String>, place: Option<Place>) -> Refusals {
-    vec![Refusal { class, message: message.into(), ends: Vec::new(), remedy: remedy.into(), place }]
+    vec![Refusal::new(class, message).remedy(remedy).at(&place)]
 }
 
 /// A name that is not there, with the names that are.
@@ -22,11 +22,5 @@ pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'
 
 /// A call that the state does not allow.
 pub(crate) fn invalid_state(what: &str, state: &str, call: &str, remedy: &str) -> Refusals {
-    vec![Refusal {
-        class: Class::InvalidState,
-        message: format!("cannot {call} {what}: it is {state}"),
-        ends: vec![End { what: what.to_owned(), place: None }],
-        remedy: remedy.to_owned(),
-        place: None,
-    }]
+    vec![Refusal::new(Class::InvalidState, format!("cannot {call} {what}: it is {state}")).end(what, &None).remedy(remedy)]
 }

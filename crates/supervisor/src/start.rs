@@ -13,7 +13,7 @@ use kernel::{Op, SourceId};
 use model::configuration::Configuration;
 use model::interface::Mode;
 use model::plan::{Binding, CellKind, Plan, PlannedCommand, Target};
-use model::refusal::{Class, End, Refusal, Refusals};
+use model::refusal::{Class, Refusal, Refusals};
 use model::value::Value;
 
 impl Core {
@@ -83,12 +83,9 @@ impl Core {
     pub fn check_enabled(&self, instance: &Instance) -> Result<(), Refusals> {
         let disabled: Refusals = (instance.plan.devices.iter())
             .filter(|d| self.logical.get(*d).is_some_and(|l| l.state != DeviceState::Enabled))
-            .map(|d| Refusal {
-                class: Class::NotEnabled,
-                message: format!("cannot start '{}': device '{d}' is not enabled", instance.name),
-                ends: vec![End { what: format!("device '{d}'"), place: None }],
-                remedy: format!("call enable() on '{d}' first"),
-                place: None,
+            .map(|d| {
+                let refusal = Refusal::new(Class::NotEnabled, format!("cannot start '{}': device '{d}' is not enabled", instance.name));
+                refusal.end(format!("device '{d}'"), &None).remedy(format!("call enable() on '{d}' first"))
             })
             .collect();
         if disabled.is_empty() { Ok(()) } else { Err(disabled) }
@@ -120,6 +117,9 @@ impl Core {
         for (_, name, bytes) in stored_svvs(plan, stores) {
             if let Some(record) = self.svvs.get_mut(name) {
                 record.keep(bytes, now_ns);
+                if record.home.is_none() {
+                    self.taps.stored(name, now_ns, bytes);
+                }
             }
         }
     }
@@ -145,7 +145,8 @@ impl Core {
         let carried: Vec<Carried> =
             (written.iter()).filter_map(|(svv, to)| Some(Carried { svv: svv.clone(), from: home(svv).filter(|from| from != to)?, to: *to })).collect();
         let pairs = written.iter().flat_map(|(svv, source)| self.hand_over(svv, *source)).collect::<Vec<_>>();
-        let rows = self.remake_rows(&written, stamps);
+        let mut rows = self.remake_rows(&written, stamps);
+        rows.extend(self.renew_taps());
         let mut movements = Vec::new();
         if !carried.is_empty() {
             movements.extend([Movement::Carry(carried.clone()), Movement::Arrive(carried)]);

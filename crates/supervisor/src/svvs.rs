@@ -3,7 +3,7 @@
 use crate::histories::WindowRecord;
 use kernel::{Activation, Cell, Extent, Op, SourceId};
 use model::configuration::SvvId;
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 /// An SVV of the system. Its value belongs to it, not to a writer.
@@ -17,9 +17,9 @@ pub(crate) struct SvvRecord {
     /// How many earlier values Python may ask for.
     pub history: u32,
     /// Where it lies in each image.
-    pub cells: HashMap<SourceId, Cell>,
+    pub cells: BTreeMap<SourceId, Cell>,
     /// Sources with a block that reads it, counted.
-    pub readers: HashMap<SourceId, usize>,
+    pub readers: BTreeMap<SourceId, usize>,
     /// The source whose cell holds the present value; `None` while only the PS has stored it.
     pub home: Option<SourceId>,
     /// The value that the PS stored last, present while there is no home.

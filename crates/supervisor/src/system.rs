@@ -2,9 +2,10 @@
 //! One real-time system: what a programming system calls. Every call either does all of what it says or refuses and changes
 //! nothing; the calls that wait can be given up at any time.
 use crate::catalog::Catalog;
-use crate::configure::Processor;
+use crate::companions::Companions;
 use crate::core::Core;
 use crate::instance::{Instance, Limits, State};
+use crate::location::Processor;
 use crate::refuse::{invalid_state, refuse};
 use crate::report::Report;
 use indexmap::IndexMap;
@@ -33,6 +34,8 @@ pub struct System {
     pub(crate) name: String,
     pub(crate) shared: Arc<Shared>,
     supervisor: Mutex<Option<std::thread::JoinHandle<()>>>,
+    /// False of an observer.
+    owns: bool,
 }
 
 /// What the calls and the supervisor's thread share.
@@ -51,6 +54,7 @@ pub(crate) struct Shared {
     pub post: Mutex<Post>,
     /// Where processors elsewhere come from.
     pub places: OnceLock<Arc<dyn rtp::Places>>,
+    pub companions: Mutex<Companions>,
     /// Readable after an end, for event loops.
     ended_fd: OwnedFd,
 }
@@ -97,14 +101,19 @@ impl System {
             closing: AtomicBool::new(false),
             closed: AtomicBool::new(false),
             places: OnceLock::new(),
+            companions: Mutex::default(),
             // SAFETY: `fd` was just made and belongs to nobody else.
             ended_fd: unsafe { OwnedFd::from_raw_fd(fd) },
         });
         shared.locked().alarms.has_wall = !shared.is_virtual;
         let supervisor = if shared.is_virtual { None } else { Some(supervise(&shared)?) };
-        let system = System { name: name.to_owned(), shared, supervisor: Mutex::new(supervisor) };
+        let system = System { name: name.to_owned(), shared, supervisor: Mutex::new(supervisor), owns: true };
         system.enter_library();
         Ok(system)
+    }
+
+    pub(crate) fn of(name: &str, shared: Arc<Shared>) -> System {
+        System { name: name.to_owned(), shared, supervisor: Mutex::new(None), owns: false }
     }
 
     pub fn name(&self) -> &str {
@@ -241,6 +250,7 @@ impl System {
                 break;
             }
         }
+        self.end_companions();
         self.shared.closing.store(true, Ordering::Release);
         self.shared.host.unpark();
         if let Some(thread) = self.supervisor.lock().expect("nobody panics with this lock").take() {
@@ -248,6 +258,7 @@ impl System {
             let _ended = thread.join();
         }
         self.shared.host.close();
+        self.close_elsewhere();
         if let Some(places) = self.shared.places.get() {
             places.close();
         }
@@ -256,7 +267,9 @@ impl System {
 
 impl Drop for System {
     fn drop(&mut self) {
-        self.close();
+        if self.owns {
+            self.close();
+        }
     }
 }
 
@@ -384,8 +397,21 @@ impl Shared {
         }
     }
 
+    /// Virtual clock: time stands still while a tap that holds it has not been read.
+    fn wait_for_taps(&self) {
+        // The lock is held while it is looked, not while it is waited.
+        let full = || {
+            let core = self.locked();
+            core.taps.full(core.log.next(), core.ends.next())
+        };
+        while let Some(inbox) = full() {
+            inbox.press();
+        }
+    }
+
     /// Virtual clock: the next firing or deadline, not after `limit_ns`. False if there is none.
     pub fn step(&self, limit_ns: i64) -> Result<bool, Refusals> {
+        self.wait_for_taps();
         let deadline = {
             let mut core = self.locked();
             core.drain();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What each source runs, as the supervisor keeps it, and the tables made from that.
-use crate::core::Core;
+use crate::core::{Core, Purpose};
 use crate::sequence::Inlet;
 use kernel::{Activation, Append, Block, BlockId, Cell, Device, Edge, Inbound, Op, Outbound, Process, SourceId, Step, StepKind, Table};
 use std::collections::HashMap;
@@ -53,8 +53,8 @@ pub(crate) struct SourceTable {
 }
 
 impl SourceTable {
-    /// The table as of now.
-    pub fn build(&self) -> Table {
+    /// The table as of now, without the rings of taps.
+    fn build(&self) -> Table {
         let mut index_of: HashMap<BlockId, u32> = HashMap::with_capacity(self.steps.len());
         let mut steps: Vec<Step> = Vec::with_capacity(self.steps.len());
         for record in &self.steps {
@@ -83,7 +83,15 @@ impl SourceTable {
 impl Core {
     /// An operation that swaps the table of `source` for one that is as the system is now.
     pub fn table_op(&self, source: SourceId) -> Op {
-        Op::Table(Box::new(self.tables[&source].build()))
+        Op::Table(Box::new(self.tables[&source].build().with_rows(self.taps.rings(source))))
+    }
+
+    /// Swaps the tables of these sources; nobody waits for it.
+    pub fn renew_tables(&mut self, sources: Vec<SourceId>) {
+        for source in sources {
+            let op = self.table_op(source);
+            self.submit(source, vec![op], Purpose::Nothing);
+        }
     }
 
     /// Puts the reading end of an asynchronous group in the place of the one before. One that a later connection of the pair has

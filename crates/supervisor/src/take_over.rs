@@ -15,18 +15,20 @@ use std::time::Duration;
 /// How long starts may take to be carried out before, and kernels to answer after.
 const SETTLED: Duration = Duration::from_secs(5);
 
-/// What became of each processor in a process of its own.
+/// What became of each process of processors.
 #[derive(Debug, Serialize)]
 pub struct TakenOver {
     /// In the order of their names.
     pub processors: Vec<OfProcessor>,
 }
 
-/// What became of one processor.
+/// What became of one processor in a process of its own, or of those that share one.
 #[derive(Debug, Default, Serialize)]
 pub struct OfProcessor {
-    /// Its name.
+    /// Its name; of a process that may be shared, that of the process.
     pub name: String,
+    /// The processors in that process.
+    pub processors: Vec<String>,
     /// Something of it ran, and has been taken over now; else its process was started for this system.
     pub is_adopted: bool,
     /// Blocks that go on where they were, by label.
@@ -53,41 +55,41 @@ impl System {
     /// second time. Refused where what ran must not go on: then that processor is as before, and those before it in the order of names are
     /// taken over.
     pub fn take_over(&self) -> Result<TakenOver, Refusals> {
-        let mut elsewhere: Vec<(String, Arc<Processor>)> = self.shared.command(|core| {
+        let mut elsewhere: Vec<Arc<Processor>> = self.shared.command(|core| {
             // On another host there is nothing that waits.
-            let own = core.elsewhere.iter().filter(|(_, far)| kernel::Far::host(&***far).is_none());
-            Ok(own.map(|(name, far)| (name.clone(), far.clone())).collect())
+            Ok(core.places_elsewhere().into_iter().filter(|far| kernel::Far::host(&**far).is_none()).collect())
         })?;
-        if elsewhere.iter().any(|(_, far)| far.is_adopted()) {
+        if elsewhere.iter().any(|far| far.is_adopted()) {
             // What is being started would begin anew after it was taken over.
             self.shared.wait_for(None, SETTLED, |core| Ok(core.instances.values().all(|instance| !instance.is_under_way()).then_some(())))?;
         }
-        elsewhere.sort_by(|(one, _), (other, _)| one.cmp(other));
-        let mut processors = Vec::new();
-        for (name, far) in elsewhere {
+        elsewhere.sort_by(|one, other| one.name().cmp(other.name()));
+        let mut taken_over = Vec::new();
+        for far in elsewhere {
             let taken = far.take_over().map_err(|why| {
-                let message = format!("cannot take over what runs on processor '{name}': {why}");
+                let message = format!("cannot take over what runs on {}: {why}", self.shared.locked().called(&far));
                 refuse(Class::InvalidState, message, "or close this system: what runs there ends in order when its patience is over")
             })?;
-            processors.push(match taken {
-                None => OfProcessor { name, ..OfProcessor::default() },
+            let of = OfProcessor { name: far.name().to_owned(), processors: self.shared.locked().processors_in(&far), ..OfProcessor::default() };
+            taken_over.push(match taken {
+                None => of,
                 Some(taken) => {
                     let anew = taken.anew.into_iter().map(|(block, why)| Anew { block, why }).collect();
-                    OfProcessor { name, is_adopted: true, carried: taken.carried, anew, ended: taken.ended, gap_ns: taken.gap_ns }
+                    OfProcessor { is_adopted: true, carried: taken.carried, anew, ended: taken.ended, gap_ns: taken.gap_ns, ..of }
                 }
             });
         }
-        for of in processors.iter().filter(|of| of.is_adopted) {
-            self.carry_values(&of.name)?;
+        for processor in taken_over.iter().filter(|of| of.is_adopted).flat_map(|of| &of.processors) {
+            self.carry_values(processor)?;
         }
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
-        for of in processors.iter().filter(|of| of.is_adopted) {
+        for of in taken_over.iter().filter(|of| of.is_adopted) {
             let what = format!("taken over: {} blocks go on, {} begin anew, {} have ended", of.carried.len(), of.anew.len(), of.ended.len());
             core.log.add(now_ns, "processor", &of.name, what);
         }
         drop(core);
-        Ok(TakenOver { processors })
+        Ok(TakenOver { processors: taken_over })
     }
 
     /// SVVs that nobody has written in this system have the values that went on there, everywhere.

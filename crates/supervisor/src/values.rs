@@ -45,7 +45,15 @@ impl Core {
         let mut by_source: BTreeMap<SourceId, Vec<Wanted>> = BTreeMap::new();
         let mut known = Vec::new();
         for (index, name) in names.iter().enumerate() {
-            let svv = self.svvs.get(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;
+            let Some(svv) = self.svvs.get(name) else {
+                let named = self.other_cell(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;
+                if self.lost.contains(&named.source) {
+                    let why = format!("cannot read '{name}': source '{}' is lost", self.source_name(named.source));
+                    return Err(refuse(Class::InvalidState, why, "see the log for why, then call reset()"));
+                }
+                by_source.entry(named.source).or_default().push((index, named.cell, named.stamp));
+                continue;
+            };
             match svv.home.and_then(|home| Some((home, svv.cells.get(&home)?))) {
                 Some((home, _)) if self.lost.contains(&home) => {
                     let why = format!("cannot read SVV '{name}': source '{}', which writes it, is lost", self.source_name(home));
@@ -236,20 +244,20 @@ fn take<'a>(rest: &mut &'a [u8], len: usize) -> &'a [u8] {
 }
 
 /// What the kernel stamps an activation's values with.
-struct Stamp {
-    number: u64,
-    time_ns: i64,
-    activated: u64,
+pub(crate) struct Stamp {
+    pub number: u64,
+    pub time_ns: i64,
+    pub activated: u64,
 }
 
 impl Stamp {
-    fn of(bytes: &[u8]) -> Stamp {
+    pub fn of(bytes: &[u8]) -> Stamp {
         let word = |at: usize| bytes.get(at..at + 8).and_then(|b| b.try_into().ok()).map_or(0, u64::from_le_bytes);
         Stamp { number: word(0), time_ns: word(8).cast_signed(), activated: word(16) }
     }
 
     /// Number of the last invocation that stored a ratio output n: those are n, 2n, … from activation. `None`: there was none.
-    fn stored(&self, n: u64) -> Option<u64> {
+    pub fn stored(&self, n: u64) -> Option<u64> {
         let since = (self.number + 1).saturating_sub(self.activated);
         (since >= n).then(|| self.number - since % n.max(1))
     }

@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import Any, Literal, NamedTuple
 
 from ..blocks import Block, Item
+from ..tables import Shown, Table
 
 Kind = Literal["block", "graph", "verb", "device type"]
 
@@ -73,7 +74,7 @@ class Problem(NamedTuple):
         return f"{self.what}: {self.reason}"
 
 
-class Found(tuple[Component, ...]):
+class Found(tuple[Component, ...], Shown):
     """Components in an order: prints as a table, in a notebook too."""
 
     __slots__ = ()
@@ -81,9 +82,8 @@ class Found(tuple[Component, ...]):
     def __repr__(self) -> str:
         return "\n".join(repr(component) for component in self) or "nothing"
 
-    def _repr_html_(self) -> str:
-        rows = "".join(f"<tr><td><b>{c.name}</b></td><td>{c.kind}</td><td>{c.category}</td><td>{c.title}</td></tr>" for c in self)
-        return f"<table>{rows}</table>"
+    def _table(self) -> Table:
+        return Table("", ["name", "kind", "category", "what it is for"], [(c.name, c.kind, c.category, c.title) for c in self])
 
 
 def block_component(block: Block, category: str, origin: str, source: str = "") -> Component:

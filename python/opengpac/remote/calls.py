@@ -55,7 +55,7 @@ class Remote(RealTimeSystem):
 
     # ---- configuration ----
 
-    def processor(self, name: str, core: int | None, supervisor: bool, process: bool, host: str | None) -> None:
+    def processor(self, name: str, core: int | None, supervisor: bool, process: bool | str, host: str | None) -> None:
         try:
             self._call("processor", name=name, core=core, supervisor=supervisor, process=process, host=host)
         except _native.Refused:
@@ -107,6 +107,13 @@ class Remote(RealTimeSystem):
 
     def check_graph(self, graph_json: str) -> None:
         self._whole("check_graph", graph_json)
+
+    def check_definition(self, drawing_json: str) -> str:
+        return json.dumps(self._whole("check_definition", drawing_json))
+
+    def compatible(self, drawing_json: str, source_json: str, sink_json: str) -> str:
+        ends = {"from": json.loads(source_json), "to": json.loads(sink_json)}
+        return json.dumps(self._whole("compatible", drawing_json, **{name: end for name, end in ends.items() if end is not None}))
 
     def compose(self, composition_json: str) -> str:
         return json.dumps(self._whole("compose", composition_json))
@@ -274,6 +281,9 @@ class Remote(RealTimeSystem):
     def statistics_json(self) -> str:
         return self._text("statistics")
 
+    def probe(self, source: str | None, for_ns: int) -> None:
+        self._call("probe", source=source, for_ns=for_ns)
+
     def verbs_json(self) -> str:
         return self._text("verbs")
 
@@ -283,8 +293,29 @@ class Remote(RealTimeSystem):
     def configuration_json(self) -> str:
         return self._text("configuration")
 
+    def installed_json(self) -> str:
+        return self._text("installed")
+
+    def verb_form_json(self, name: str) -> str:
+        return self._text("verb_form", name=name)
+
+    def geometry_json(self, device: str) -> str:
+        return self._text("geometry", device=device)
+
     def log_json(self, since: int) -> str:
         return self._text("log", since=since)
+
+    def record(self, path: str, options_json: str) -> int:
+        return self._whole("record", options_json, path=path)["recording"]
+
+    def recording_json(self, number: int) -> str:
+        return self._text("recording", recording=number)
+
+    def stop_recording(self, number: int) -> str:
+        while True:
+            summary = self._call("stop_recording", recording=number)
+            if not summary["running"]:
+                return json.dumps(summary)
 
     def close(self) -> None:
         if self.session.whole and not self.session.lost:

@@ -51,6 +51,8 @@ class Transport:
         self._host = f"[{to.host}]:{to.port}" if ":" in to.host else f"{to.host}:{to.port}" if to.port else to.host
         if token is not None and not (token.isascii() and token.isprintable()):
             refuse(CallError, "the token has characters that no token has", "give it as opengpac token new printed it")
+        self.token = token
+        """What it says of itself, where it says anything."""
         self._headers = {"Authorization": f"Bearer {token}"} if token is not None else {}
         self._lock = threading.Lock()
         self._idle: list[http.client.HTTPConnection] = []

@@ -54,6 +54,31 @@ def test_a_new_supervisor_takes_over_and_the_joint_does_not_move(orphaned: Orpha
     until(lambda: not lives(orphaned.process), "it ends with the system that took it over")
 
 
+@pytest.mark.parametrize("second", ["cell-a", "own"])
+def test_two_connected_processors_are_taken_over_in_one_process_and_in_two(built: dict[str, str], second: str) -> None:
+    orphaned = Orphaned(f"orphan-{os.getpid()}-{next(numbers)}", built, second)
+    orphaned.kill(orphaned.begin())
+    assert orphaned.held() and len(orphaned.others) == (second == "own")
+    cell = orphaned.cell()
+    with cell.system as system:
+        cell.joint.enable()
+        cell.keeping(1.0)
+        chain = cell.chain().name
+        taken = system.take_over()
+        assert taken.adopted == ("rtp1", "rtp2") and len(taken.processors) == 1 + len(orphaned.others)
+        assert all(of.anew == {} and of.ended == () for of in taken.processors), taken
+        assert f"{chain}.count" in taken["rtp1"].carried and f"{chain}.twice" in taken["rtp2"].carried
+        assert ("process 'cell-a' (processors 'rtp1', 'rtp2'): " in str(taken)) == (second == "cell-a")
+        assert orphaned.held(), "the joint does not move"
+        first = cell.doubled.value
+        until(lambda: cell.doubled.value >= first + 2 * 300, "the chain goes on")
+        values = [int(row["value"]) for row in cell.doubled.history[:]]
+        assert values == list(range(values[0], values[0] + 2 * len(values), 2)), "each number once and in order"
+    orphaned.close()
+    until(lambda: not any(lives(pid) for pid in (orphaned.process, *orphaned.others, orphaned.guard)), "no process is left over")
+    until(lambda: not shared_memory(orphaned.name) and not orphaned.sockets(), "nothing is left over")
+
+
 def test_a_successor_that_dies_before_it_took_over_changes_nothing(orphaned: Orphaned) -> None:
     first, second = orphaned.begin(), orphaned.program("adopts")
     orphaned.kill(first)

@@ -11,6 +11,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 import opengpac as gpac
 from afar import Afar, children, shared_memory, until
 from opengpac import _native
@@ -60,6 +62,14 @@ def test_close_leaves_no_process_and_no_shared_memory(built: dict[str, str]) -> 
         until(gone(process), "the processes have ended")
     until(lambda: not children("run_processor") and not children("run_guard"), "no child is left")
     assert shared_memory("nothing_left") == []
+
+
+@pytest.mark.parametrize("process", [True, "cell-a"])
+def test_close_ends_the_process_of_a_processor_without_a_source(process: bool | str) -> None:
+    with gpac.System("nothing_there", progress=False) as cell:
+        cell.processor("rtp1", process=process)
+        [pid] = children("run_processor")
+    assert gone(pid)(), "it has ended when the system is closed"
 
 
 def test_close_ends_a_process_that_does_not_answer(built: dict[str, str]) -> None:

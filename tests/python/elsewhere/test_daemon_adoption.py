@@ -51,9 +51,11 @@ def start(daemons: list[Daemon], folder: Path) -> Daemon:
     return daemons[-1]
 
 
-def build(cell: gpac.System) -> Joint:
-    """A joint whose servo runs in a process of its own, and whose plant is in another one."""
-    rtp1 = cell.processor("rtp1", process=True)
+def build(cell: gpac.System, process: bool | str) -> Joint:
+    """A joint whose servo runs in a process of its own or of that name, and whose plant is in another one."""
+    rtp1 = cell.processor("rtp1", process=process)
+    if process is not True:
+        cell.processor("rtp2", process=process).software("soft", priority=50)
     fast = rtp1.timer("fast", period="1 ms", priority=80)
     rtp1.timer("slow", period="20 ms", priority=60)
     plant = gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=NAME, step="1 ms", linger="10 s")
@@ -61,19 +63,25 @@ def build(cell: gpac.System) -> Joint:
     return Joint("axis", drive=drives["x"], on=fast, kp=20.0, kd=0.0, max_following_error=0.5)
 
 
-def test_a_joint_is_held_while_its_daemon_is_killed_and_started_again(daemons: list[Daemon], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("process", "said"),
+    [(True, "processor 'rtp1' was taken over: "), ("cell-a", "process 'cell-a' (processors 'rtp1', 'rtp2') was taken over: ")],
+)
+def test_a_joint_is_held_while_its_daemon_is_killed_and_started_again(
+    daemons: list[Daemon], tmp_path: Path, process: bool | str, said: str
+) -> None:
     daemon = start(daemons, tmp_path)
     cell = gpac.connect(daemon.url, name="operator")
-    axis = build(cell).enable()
+    axis = build(cell, process).enable()
     motion.move_absolute(axis, HOLDS, time_limit="30 s")
-    [process] = children("run_processor", daemon.process.pid)
+    [there] = children("run_processor", daemon.process.pid)
     assert held()
     daemon.kill()
     assert held(), "the servo goes on without the daemon"
     daemon = start(daemons, tmp_path)
     assert held(), "the daemon that plays its journal holds it as it was"
-    assert any(line.startswith("processor 'rtp1' was taken over: ") for line in daemon.said), daemon.said
-    assert lives(process) and children("run_processor", daemon.process.pid) == [], "the process is the same"
+    assert any(line.startswith(said) for line in daemon.said), daemon.said
+    assert lives(there) and children("run_processor", daemon.process.pid) == [], "the process is the same"
     with gpac.connect(daemon.url, name="operator") as cell:
         assert cell.session is not None and cell.session.returned
         axis = cell.device("axis", Joint)
@@ -81,4 +89,4 @@ def test_a_joint_is_held_while_its_daemon_is_killed_and_started_again(daemons: l
         motion.move_absolute(axis, 0.2, time_limit="30 s")
         until(lambda: abs(look() - 0.2) < HOLD_ERROR, "the joint follows whom the daemon lets in")
     daemon.stop()
-    until(lambda: not lives(process), "it ends with the daemon that took it over")
+    until(lambda: not lives(there), "it ends with the daemon that took it over")

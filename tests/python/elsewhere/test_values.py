@@ -109,3 +109,14 @@ def test_under_the_virtual_clock_all_is_one_thread(built: dict[str, str]) -> Non
             assert children("run_processor") == []
             reports.append((report.time, y.history[:].tolist()))
     assert reports[0] == reports[1]
+
+
+def test_block_times_come_from_there(afar: Afar) -> None:
+    y = afar.cell.svv("y")
+    instance = afar.counting().on(afar.there).asynch(y)
+    assert afar.cell.block_times(afar.there).rows == []
+    until(lambda: afar.cell.block_times(afar.there).rows, "its times are told")
+    (row,) = afar.cell.block_times(afar.there).rows
+    assert row[2] == afar.there.name and int(row[-1]) > 0
+    assert afar.cell.statistics["sources"][afar.here.name]["probed"] is False, "nobody looks here"
+    instance.halt()

@@ -73,6 +73,7 @@ MAPPINGS = {
         Realization("message", "virtual", {"seed": 1, "interconnect": FAULTY}),
         Realization("threads", "monotonic"),
         Realization("processes", "monotonic", processors=({"process": True},)),
+        Realization("shared", "monotonic", processors=({"process": "cell-a"}, {"process": "cell-a"}, {"process": "cell-b"})),
         Realization("mixture", "monotonic", processors=({}, {"process": True})),
     )
 }

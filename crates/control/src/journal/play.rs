@@ -292,12 +292,13 @@ fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) ->
 
 /// What has become of a processor that lost its daemon.
 fn taken(of: &OfProcessor) -> String {
-    let OfProcessor { name, carried, ended, gap_ns, .. } = of;
+    let OfProcessor { name, processors, carried, ended, gap_ns, .. } = of;
+    let what = if processors.contains(name) { format!("processor '{name}'") } else { format!("process '{name}' (processors '{}')", processors.join("', '")) };
     if !of.is_adopted {
-        return format!("processor '{name}' begins anew: no process of it was left");
+        return format!("{what} begins anew: no process of it was left");
     }
     let held = gap_ns.map_or(String::new(), |gap_ns| format!("; outputs held for {:.1} ms", gap_ns as f64 * 1e-6));
-    format!("processor '{name}' was taken over: {} blocks go on, {} have ended{held}", carried.len(), ended.len())
+    format!("{what} was taken over: {} blocks go on, {} have ended{held}", carried.len(), ended.len())
 }
 
 fn caller(by: &By) -> Caller {

@@ -9,7 +9,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::time::{Duration, Instant};
 
 fn gate(tokens: Option<Tokens>) -> Gate {
-    Gate { tokens, uid: 1_000, insecure_loopback: false, hosts: vec!["cell-b".to_owned()], origins: vec!["https://studio.example".to_owned()] }
+    Gate { tokens, run: None, uid: 1_000, insecure_loopback: false, hosts: vec!["cell-b".to_owned()], origins: vec!["https://studio.example".to_owned()] }
 }
 
 fn headers(of: &[(&'static str, &str)]) -> HeaderMap {

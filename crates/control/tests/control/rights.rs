@@ -107,6 +107,29 @@ fn every_command_by_role_token_and_transport() {
     }
 }
 
+#[test]
+fn every_command_with_the_token_of_a_run() {
+    let from: SocketAddr = "127.0.0.1:40000".parse().expect("an address");
+    for role in Role::ALL {
+        let rig = Rig::with("virtual", |options, folder| {
+            std::fs::write(folder.file("index.html"), "<html>").expect("ours");
+            (options.listen, options.page, options.run_token) = (Some("127.0.0.1:0".to_owned()), Some(folder.0.clone()), Some(role));
+        });
+        let token = rig.server.studio().and_then(|url| url.split_once('=')).expect("a token").1.to_owned();
+        let router = rig.server.router();
+        let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().expect("a runtime");
+        for (method, path, least, commands) in asked() {
+            let (status, answer) = runtime.block_on(answer(&router, &Peer::Tcp { from }, Some(&token), method, &path));
+            let case = format!("{method} {path} as {}: {status} {answer}", role.word());
+            match role {
+                has if has < least => assert_eq!((status, class(&answer)), (403, "NotAllowed"), "{case}"),
+                _ if commands => assert_eq!((status, class(&answer)), (403, "NotCommanding"), "{case}"),
+                _ => assert!(!matches!(class(&answer), "NotAllowed" | "NotCommanding") && status < 500, "{case}"),
+            }
+        }
+    }
+}
+
 fn control_uid() -> u32 {
     use std::os::unix::fs::MetadataExt;
     std::fs::metadata("/proc/self").expect("a process").uid()

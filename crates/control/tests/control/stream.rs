@@ -6,7 +6,7 @@ use std::os::unix::net::UnixStream;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
-fn open(rig: &Rig, path: &str, session: Option<&str>) -> WebSocket<UnixStream> {
+pub fn open(rig: &Rig, path: &str, session: Option<&str>) -> WebSocket<UnixStream> {
     let mut request = format!("ws://localhost{path}").into_client_request().expect("a request");
     if let Some(session) = session {
         request.headers_mut().insert("opengpac-session", session.parse().expect("a value"));
@@ -14,12 +14,12 @@ fn open(rig: &Rig, path: &str, session: Option<&str>) -> WebSocket<UnixStream> {
     tungstenite::client(request, rig.connect()).unwrap_or_else(|why| panic!("{why}")).0
 }
 
-fn say(stream: &mut WebSocket<UnixStream>, frame: Json) {
+pub fn say(stream: &mut WebSocket<UnixStream>, frame: Json) {
     stream.send(Message::text(frame.to_string())).expect("it takes it");
 }
 
 /// The next frame of text.
-fn next(stream: &mut WebSocket<UnixStream>) -> Json {
+pub fn next(stream: &mut WebSocket<UnixStream>) -> Json {
     loop {
         if let Message::Text(text) = stream.read().expect("it goes on") {
             return serde_json::from_str(&text).expect("JSON");

@@ -16,6 +16,7 @@ pub type Data = c_void;
 
 /// `mjtObj`: what a name is the name of.
 pub mod object {
+    pub const BODY: i32 = 1;
     pub const JOINT: i32 = 3;
     pub const SITE: i32 = 6;
     pub const SENSOR: i32 = 20;

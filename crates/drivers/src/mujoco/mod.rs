@@ -21,6 +21,7 @@
 //! of delay, as in a real drive. The same commands at the same release times give the same bits.
 mod brake;
 mod channels;
+mod geometry;
 mod library;
 mod log;
 mod model;
@@ -38,6 +39,14 @@ struct Options {
     path: PathBuf,
     library: Option<PathBuf>,
     timestep: Option<f64>,
+}
+
+/// What the model looks like: the same model, loaded once more.
+pub(crate) fn geometry(options: &Value) -> Result<Value, DriverError> {
+    let options: Options = driver::options("mujoco", options)?;
+    let arm = model::load(library::load(options.library.as_deref())?, &options.path, options.timestep)?;
+    let fields = model::Fields::new(&arm, &options.path)?;
+    Ok(geometry::geometry(&arm, &fields))
 }
 
 /// Loads the library and the model. The description: `{"parts": […], "tool": bool, "timestep": s}`.

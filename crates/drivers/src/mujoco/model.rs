@@ -147,7 +147,7 @@ impl Arm {
         unsafe { (self.mujoco.mj_name2id)(self.model, object, name.as_ptr()) }
     }
 
-    fn name(&self, object: i32, id: i32) -> Option<String> {
+    pub fn name(&self, object: i32, id: i32) -> Option<String> {
         // SAFETY: the model is valid; an id without a name gives null.
         let name = unsafe { (self.mujoco.mj_id2name)(self.model, object, id) };
         // SAFETY: a name ends in NUL and lives as long as the model.
@@ -270,7 +270,7 @@ fn sensor_unit(kind: i32, slides: bool) -> &'static str {
 }
 
 /// The model's fields, by name.
-struct Fields<'a> {
+pub(super) struct Fields<'a> {
     arm: &'a Arm,
     batch: *mut c_void,
 }
@@ -283,7 +283,7 @@ impl Drop for Fields<'_> {
 }
 
 impl<'a> Fields<'a> {
-    fn new(arm: &'a Arm, path: &Path) -> Result<Fields<'a>, DriverError> {
+    pub fn new(arm: &'a Arm, path: &Path) -> Result<Fields<'a>, DriverError> {
         let mut message = [0 as c_char; 1000];
         let config = BatchConfig { threads: 1, persistent: true };
         // SAFETY: the model is valid, the configuration lives through the call, the message has the size that is passed.
@@ -312,11 +312,16 @@ impl<'a> Fields<'a> {
         (0..count).map(|i| unsafe { *place.cast::<T>().add(i) }).collect()
     }
 
-    fn reals(&self, name: &str) -> Vec<f64> {
+    pub fn reals(&self, name: &str) -> Vec<f64> {
         self.read(name)
     }
 
-    fn ints(&self, name: &str) -> Vec<i32> {
+    /// Numbers of single precision: colours and meshes.
+    pub fn floats(&self, name: &str) -> Vec<f32> {
+        self.read(name)
+    }
+
+    pub fn ints(&self, name: &str) -> Vec<i32> {
         self.read(name)
     }
 

@@ -56,6 +56,7 @@ pub fn rows(bench: &Bench) {
         SIZES.iter().for_each(|&n| measure(bench, &ground, &program, n));
     }
     recorded(bench, &ground);
+    probed(bench, &ground);
 }
 
 fn wiring(shape: Shape, n: usize) -> (Vec<u32>, Vec<u32>, usize) {
@@ -187,6 +188,42 @@ fn recorded(bench: &Bench, ground: &Ground) {
             bar: Some(2.0),
             bar_text: "≤ 2 ×",
             note: format!("{} more a value", time(median(turns.iter().map(|[without, with]| (with - without).max(0.0))) / n as f64)),
+        }
+        .print();
+    }
+}
+
+/// The same while somebody looks at how long blocks take: the probe visits one block a firing.
+fn probed(bench: &Bench, ground: &Ground) {
+    const LOOK_NS: u64 = 100_000_000;
+    for n in [1_000, 10_000, 100_000] {
+        let (reads, writes, values) = wiring(Shape::Chain, n);
+        let image = image(&vec![bench.loaded.block("gain"); n], &reads, &writes, values);
+        let firings = (WORK / n).max(10);
+        ground.carry_out(ground.source, table(ground, &image, Shape::Chain, None));
+        let mut turns = Vec::new();
+        for round in 0..=bench.rounds {
+            let without = ground.burst(firings) / firings as f64;
+            ground.host.probe(ground.source, LOOK_NS);
+            let with = ground.burst(firings) / firings as f64;
+            while ground.host.probes(ground.source) {
+                rest(1_000_000);
+            }
+            if round > 0 {
+                turns.push([without, with]);
+            }
+        }
+        let ratio = median(turns.iter().map(|[without, with]| with / without));
+        Line {
+            row: "dispatch",
+            what: format!("gain in C, chain, {} blocks, a probe visits one", thousands(n)),
+            ours: format!("{} a block", time(median(turns.iter().map(|turn| turn[1])) / n as f64)),
+            peer: format!("unvisited: {}", time(median(turns.iter().map(|turn| turn[0])) / n as f64)),
+            value: ratio,
+            shown: format!("{ratio:.2} ×"),
+            bar: Some(1.2),
+            bar_text: "≤ 1.2 ×",
+            note: format!("{} more a firing", time(median(turns.iter().map(|[without, with]| (with - without).max(0.0))))),
         }
         .print();
     }

@@ -87,9 +87,19 @@ impl Reader {
         })
     }
 
+    /// The cell that the other side calls so; none where it has not been named by a parcel, or is forgotten.
+    pub fn find(&self, at: CellAt) -> Option<Cell> {
+        self.cell(at).ok()
+    }
+
     /// The inbound connections, with their numbers.
     pub fn inbounds(&self) -> impl Iterator<Item = (u64, &Arc<Inbound>)> {
         self.objects.iter().filter_map(|(number, object)| if let Object::Inbound(inbound) = object { Some((*number, inbound)) } else { None })
+    }
+
+    /// The blocks.
+    pub fn blocks(&self) -> impl Iterator<Item = &Arc<Block>> {
+        self.objects.values().filter_map(|object| if let Object::Block(block) = object { Some(block) } else { None })
     }
 
     /// A reader of each ring of rows, with its number.
@@ -255,7 +265,7 @@ impl Reader {
                     ResponseAs::Remember => return Err(format!("condition {} cannot be remembered", of.condition)),
                     ResponseAs::React { ops, next } => {
                         let script = Script { id: 0, ops: self.ops(ops)? };
-                        if script.ops.iter().any(|op| matches!(op, Op::Table(_) | Op::Follow { .. })) || script.captured_len() > CAPTURED_MAX {
+                        if script.ops.iter().any(Op::swaps) || script.captured_len() > CAPTURED_MAX {
                             return Err("a reaction swaps a table or captures too much".to_owned());
                         }
                         Response::React { script: Arc::new(script), next }
@@ -290,21 +300,19 @@ impl Reader {
             }
             steps.push(Step { kind, activation: self.activation(activation)?.clone(), process: self.process(process)?.clone(), drivers });
         }
-        let rows = match table.rows {
-            Some((cells, number)) => {
-                let (cells, writer) = (self.cells(cells)?, self.ring(number)?.clone());
-                if cells.iter().map(Cell::len).sum::<usize>() > writer.shape().0 {
-                    return Err(format!("ring of rows {number} is too short for its cells"));
-                }
-                Some(Rows { cells, writer })
+        let mut rows = Vec::with_capacity(table.rows.len());
+        for (cells, number) in table.rows {
+            let (cells, writer) = (self.cells(cells)?, self.ring(number)?.clone());
+            if cells.iter().map(Cell::len).sum::<usize>() > writer.shape().0 {
+                return Err(format!("ring of rows {number} is too short for its cells"));
             }
-            None => None,
-        };
+            rows.push(Rows { cells, writer });
+        }
         let inbound = table.inbound.into_iter().map(|number| self.inbound(number).cloned()).collect::<Read<_>>()?;
         let outbound = table.outbound.into_iter().map(|number| self.outbound(number).cloned()).collect::<Read<_>>()?;
         let devices = table.devices.into_iter().map(|number| self.device(number).cloned()).collect::<Read<_>>()?;
         let edges = table.edges.into_iter().map(|number| self.edge(number).cloned()).collect::<Read<_>>()?;
-        Ok(Table::new(steps, inbound, outbound, devices, rows).with_edges(edges))
+        Ok(Table::new(steps, inbound, outbound, devices, None).with_rows(rows).with_edges(edges))
     }
 
     fn ops(&self, ops: Vec<OpAs>) -> Read<Vec<Op>> {

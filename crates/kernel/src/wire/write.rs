@@ -20,6 +20,8 @@ pub struct Writer {
     /// How many were known when it was looked through last.
     swept: usize,
     made: Vec<Made>,
+    /// Devices that were named for the first time.
+    devices: Vec<(String, Vec<crate::Channel>)>,
 }
 
 /// An object that the other side has.
@@ -43,6 +45,16 @@ impl Writer {
         let ops = self.ops(&script.ops, names);
         let made = mem::take(&mut self.made);
         Ok(Parcel { made, ops: ops? })
+    }
+
+    /// The devices that were named for the first time since the last call, with their channels.
+    pub fn take_devices(&mut self) -> Vec<(String, Vec<crate::Channel>)> {
+        mem::take(&mut self.devices)
+    }
+
+    /// How the other side calls a cell; where it lies in an extent that is named for the first time, from the next parcel on.
+    pub fn place(&mut self, cell: &Cell) -> CellAt {
+        self.cell(cell)
     }
 
     /// The inbound connection that the other side calls so.
@@ -221,6 +233,7 @@ impl Writer {
         if is_new {
             let (readings, commands) = device.images();
             let (readings, commands) = (self.number(readings.place().0).0, self.number(commands.place().0).0);
+            self.devices.push((device.name().to_owned(), device.channels().to_vec()));
             self.made.push(Made::Device { number, name: device.name().to_owned(), readings, commands });
         }
         number
@@ -274,7 +287,7 @@ impl Writer {
         }
         let inbound = table.inbound.iter().map(|inbound| self.inbound(inbound)).collect();
         let outbound = table.outbound.iter().map(|outbound| self.outbound(outbound)).collect();
-        let rows = table.rows.as_ref().map(|(_, rows)| (self.cells(&rows.cells), self.ring(&rows.writer)));
+        let rows = table.rows.iter().map(|(_, rows)| (self.cells(&rows.cells), self.ring(&rows.writer))).collect();
         Ok(TableAs { steps, inbound, outbound, devices, edges, rows })
     }
 

@@ -4,10 +4,10 @@ use super::{Draft, Given};
 use crate::configuration::Svv;
 use crate::flatten::{Group, Origin, Port};
 use crate::interface::{Kind, Mode};
-use crate::kind::{Layout, is_data};
+use crate::kind::{Layout, Shape, is_data};
 use crate::plan::{Binding, Bound, CellIndex, CellKind, PlannedBlock, PlannedCell};
 use crate::quantity::units_agree;
-use crate::refusal::{Class, Place, Refusal};
+use crate::refusal::{Class, Place, Refusal, Where};
 use crate::types::Type;
 use std::sync::Arc;
 
@@ -66,20 +66,38 @@ impl<'a> Draft<'a> {
         }
     }
 
-    fn bind_private(&mut self, group: &'a Group) {
+    /// The port whose type its cell has: that of a writer, else the first.
+    fn leading(&self, group: &Group) -> Option<Port> {
         let is_output = |port: &&Port| self.kind(**port) == Kind::Output;
-        let Some(&first) = group.ports.iter().find(is_output).or_else(|| group.ports.first()) else { return };
-        let Some(layout) = self.layout(first) else { return };
+        group.ports.iter().find(is_output).or_else(|| group.ports.first()).copied()
+    }
+
+    /// Types and units of all ports of a data object; what takes a channel is in no cell.
+    pub fn check_object(&mut self, group: &Group) {
+        let Some(first) = self.leading(group) else { return };
         for port in group.ports.iter().filter(|port| **port != first) {
-            self.check_ports(first, *port);
+            self.check_ports(first, *port, group.origin);
         }
         self.check_units(group);
-        for port in &group.ports {
-            if matches!(self.kind(*port), Kind::DeviceRead | Kind::DeviceWrite) {
-                let message = format!("{} is covered by the cell '{}'", self.described(*port), group.name);
-                self.refuse(Class::TypeMismatch, message, "a device item takes a channel: make it an instantiation parameter", &group.place);
-            }
+        let is_device = |port: &&Port| matches!(self.kind(**port), Kind::DeviceRead | Kind::DeviceWrite);
+        let devices: Vec<Port> = group.ports.iter().filter(is_device).copied().collect();
+        for port in devices.into_iter().filter(|_| group.origin != Origin::Parameter) {
+            let message = format!("{} is covered by the cell '{}'", self.described(port), group.name);
+            let refusal = Refusal::new(Class::TypeMismatch, message).remedy("a device item takes a channel: make it an instantiation parameter");
+            let place = if group.place.is_some() { &group.place } else { &self.application.place };
+            self.refusals.push(refusal.at(place).at(&self.checked.place).about([self.drawn(port)]));
         }
+    }
+
+    /// The part of the drawing that a port is.
+    fn drawn(&self, port: Port) -> Where {
+        Where::Port { block: self.flat(port.0).label.clone(), port: self.flat(port.0).kind.item(port.1).name.clone() }
+    }
+
+    fn bind_private(&mut self, group: &'a Group) {
+        let Some(first) = self.leading(group) else { return };
+        let Some(layout) = self.layout(first) else { return };
+        self.check_object(group);
         let initial = self.initial(group, &layout);
         let kind = match group.origin {
             Origin::Constant => CellKind::Constant { name: group.name.clone() },
@@ -252,26 +270,56 @@ impl<'a> Draft<'a> {
         }
     }
 
-    fn check_ports(&mut self, first: Port, second: Port) {
-        let (Some(a), Some(b)) = (self.layout(first), self.layout(second)) else { return };
+    fn check_ports(&mut self, first: Port, second: Port, origin: Origin) {
         let (place_a, place_b) = (self.flat(first.0).place.clone(), self.flat(second.0).place.clone());
-        if !Arc::ptr_eq(&a, &b) && a.text != b.text {
+        if self.types_differ(first, second, origin) {
             let (from, to) = (self.described(first), self.described(second));
             let refusal = Refusal::new(Class::TypeMismatch, format!("cannot bind {from} to {to}: types differ"));
             let refusal = refusal.remedy("declare one of them as the other").end(from, &place_a).end(to, &place_b);
+            let refusal = refusal.about([self.drawn(second), self.drawn(first)]);
             self.refusals.push(refusal.at(&place_b).at(&self.checked.place));
         }
     }
 
+    /// Whether two ports cannot be of one data object. Where a size is not known yet the elements are compared; an SVV that is given
+    /// later may be bound to a number and to an array of one.
+    fn types_differ(&self, first: Port, second: Port, origin: Origin) -> bool {
+        match (self.layout(first), self.layout(second)) {
+            (Some(a), Some(b)) if origin != Origin::Parameter => !Arc::ptr_eq(&a, &b) && a.text != b.text,
+            (Some(a), Some(b)) => a.text != b.text && alone(&a) != alone(&b),
+            _ => match (self.element(first), self.element(second)) {
+                (Some(a), Some(b)) => a != b,
+                _ => false,
+            },
+        }
+    }
+
+    /// Type of the elements of a port, of a port that is no array its own.
+    fn element(&self, port: Port) -> Option<String> {
+        match &self.flat(port.0).kind.shapes[port.1] {
+            Shape::Nothing => None,
+            Shape::Sized(element) => Some(element.text.clone()),
+            Shape::Fixed(layout) => match &layout.read {
+                Type::Array(element, _) => Some(element.normalised()),
+                _ => Some(layout.text.clone()),
+            },
+        }
+    }
+
     /// All ports of a data object have one unit, as far as it is known: that of its writer, or of the first port that has one.
-    fn check_units(&mut self, group: &'a Group) {
-        let unit = |port: &Port| self.checked.blocks[port.0].kind.item(port.1).unit.as_str();
+    fn check_units(&mut self, group: &Group) {
+        let checked = self.checked;
+        let unit = |port: &Port| checked.blocks[port.0].kind.item(port.1).unit.as_str();
         let known = || group.ports.iter().filter(|port| !unit(port).is_empty());
         let Some(&first) = known().find(|port| self.kind(**port) == Kind::Output).or_else(|| known().next()) else { return };
         let others: Vec<Port> = known().filter(|port| !units_agree(unit(&first), unit(port))).copied().collect();
         for port in others {
             let place = self.flat(port.0).place.clone();
             self.refuse_units(self.described(first), &self.flat(first.0).place.clone(), port, &place);
+            if let Some(refusal) = self.refusals.last_mut() {
+                let (block, item) = first;
+                refusal.about.push(Where::Port { block: checked.blocks[block].label.clone(), port: checked.blocks[block].kind.item(item).name.clone() });
+            }
         }
     }
 
@@ -279,7 +327,7 @@ impl<'a> Draft<'a> {
         let described = self.described(port);
         let refusal = Refusal::new(Class::UnitMismatch, format!("cannot bind {what} to {described}: units differ"));
         let refusal = refusal.remedy("declare one of them as the other, or convert between them with a gain");
-        let refusal = refusal.end(what, what_place).end(described, &self.flat(port.0).place);
+        let refusal = refusal.end(what, what_place).end(described, &self.flat(port.0).place).about([self.drawn(port)]);
         self.refusals.push(refusal.at(place).at(&self.checked.place));
     }
 
@@ -315,6 +363,14 @@ impl<'a> Draft<'a> {
 
     pub fn kind(&self, port: Port) -> Kind {
         self.flat(port.0).kind.item(port.1).kind
+    }
+}
+
+/// The element of an array of one, else the type itself.
+fn alone(layout: &Layout) -> String {
+    match &layout.read {
+        Type::Array(element, 1) => element.normalised(),
+        _ => layout.text.clone(),
     }
 }
 

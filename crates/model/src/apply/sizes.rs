@@ -11,12 +11,16 @@ use std::sync::Arc;
 impl Draft<'_> {
     /// Infers the size of every block that has one.
     pub fn infer_sizes(&mut self, given: &[Given<'_>]) {
+        for block in self.known_sizes(given) {
+            self.check_size(block);
+        }
+    }
+
+    /// Infers the sizes as far as they are known, and gives the blocks that have one.
+    pub fn known_sizes(&mut self, given: &[Given<'_>]) -> Vec<usize> {
         self.sizes = vec![None; self.checked.blocks.len()];
         let checked = self.checked;
         let sized: Vec<usize> = (0..checked.blocks.len()).filter(|b| checked.blocks[*b].kind.size_item.is_some()).collect();
-        if sized.is_empty() {
-            return;
-        }
         for &block in &sized {
             self.size_of_constant(block);
         }
@@ -30,9 +34,7 @@ impl Draft<'_> {
                 work.extend(self.unsized_neighbours(block));
             }
         }
-        for &block in &sized {
-            self.check_size(block);
-        }
+        sized
     }
 
     fn size_of_constant(&mut self, block: usize) {

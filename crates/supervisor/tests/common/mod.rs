@@ -5,7 +5,7 @@
 mod blocks;
 
 #[allow(unused_imports, reason = "each test file uses its part")]
-pub use blocks::{Row, seen};
+pub use blocks::{Row, all, seen};
 
 use indexmap::IndexMap;
 use interconnect::{Carrier, Faults, Memory, Message};
@@ -68,14 +68,20 @@ impl Rig {
     }
 
     pub fn with(clock: ClockKind, link: Link) -> Rig {
+        Rig::begun(clock, link, 0, |_| {})
+    }
+
+    /// The same with firings of the slower sources that cost so much virtual time, and something to do with the system before its first source is made.
+    pub fn begun(clock: ClockKind, link: Link, cost_ns: u64, begin: impl FnOnce(&System)) -> Rig {
         let system = System::new("cell", clock, link.carrier()).expect("a system");
+        begin(&system);
         system.processor("rtp0", None, true).unwrap();
         system.processor("rtp1", None, false).unwrap();
         system.source("rtp0", "fast", SourceKind::Timer { period_ns: 1_000_000 }, 80, 0).unwrap();
-        system.source("rtp0", "slow", SourceKind::Timer { period_ns: 4_000_000 }, 60, 0).unwrap();
-        system.source("rtp1", "other", SourceKind::Timer { period_ns: 1_000_000 }, 70, 0).unwrap();
+        system.source("rtp0", "slow", SourceKind::Timer { period_ns: 4_000_000 }, 60, 2 * cost_ns).unwrap();
+        system.source("rtp1", "other", SourceKind::Timer { period_ns: 1_000_000 }, 70, cost_ns).unwrap();
         system.source("rtp0", "door", SourceKind::Trigger, 50, 0).unwrap();
-        system.source("rtp1", "soft", SourceKind::Software, 40, 0).unwrap();
+        system.source("rtp1", "soft", SourceKind::Software, 40, cost_ns).unwrap();
         system.enter("t", &blocks::all(), &[]).unwrap();
         system.enter("crashing", &blocks::crashing(), &[]).unwrap();
         Rig { system }

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recording, beside the same without it: firings of a chain whose every output is recorded, at full rate and under the virtual clock."""
+
+from __future__ import annotations
+
+import tempfile
+import time as clock
+from collections.abc import Iterator
+from pathlib import Path
+
+from lines import Line, median, time
+
+import opengpac as gpac
+from opengpac import activate
+from opengpac import library as lib
+
+BLOCKS = 200
+BAR_ATTACHED = 1.05
+
+
+def measure(rounds: int, quick: bool) -> Iterator[Line]:
+    """A chain of 200 blocks at 1 kHz."""
+    looks = 200 if quick else 2000
+    with tempfile.TemporaryDirectory() as folder:
+        yield _attached(Path(folder), rounds, looks)
+        yield _recorded(Path(folder), rounds, 500 if quick else 5000)
+
+
+def _chain(cell: gpac.System) -> gpac.Verb[..., gpac.Report]:
+    """`u` goes through 200 gains; every output is a private cell."""
+    blocks = {"wave": lib.signal_generator, **{f"g{n}": lib.gain for n in range(BLOCKS)}}
+    ports = ["wave.y", *(f"g{n}.y" for n in range(BLOCKS))]
+    cells = {f"c{n}": [port, f"g{n}.u"] for n, port in enumerate(ports[:-1])}
+    start = [activate("wave", every="1 ms"), *(activate(f"g{n}") for n in range(BLOCKS))]
+    fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+    cells["last"] = [ports[-1]]
+    return gpac.Verb("chain", blocks=blocks, cells=cells, command_lists={"start": start}).on(fast)
+
+
+def _attached(folder: Path, rounds: int, looks: int) -> Line:
+    """The time of a firing while a recorder writes every SVV and the log, beside one without."""
+    with gpac.System("bench") as cell:
+        _chain(cell).asynch()
+        wave = lib.signal_generator
+        out = gpac.Verb(
+            "out", blocks={"w": wave}, instantiation_parameters={"y": "w.y"}, command_lists={"start": [activate("w", every="1 ms")]}
+        )
+        out.on(cell.sources["rtp0.fast"]).asynch(cell.svv("y"))
+
+        def durations() -> float:
+            taken = []
+            for _ in range(looks):
+                taken.append(cell.statistics["sources"]["rtp0.fast"]["duration_last_ns"])
+                clock.sleep(0.001)
+            return median(taken)
+
+        ratios, plain = [], []
+        for turn in range(rounds):
+            plain.append(durations())
+            with cell.record(folder / f"attached{turn}.mcap"):
+                ratios.append(durations() / plain[-1])
+        ratio = median(ratios)
+    return _line("tap and recorder attached to a running cell", ratio, plain, BAR_ATTACHED, "≤ 1.05 ×")
+
+
+def _recorded(folder: Path, rounds: int, firings: int) -> Line:
+    """Virtual time with every output of the chain recorded, all the way to the disk, beside the same without."""
+
+    def took(record: Path | None) -> float:
+        with gpac.System("bench", clock="virtual") as cell:
+            _chain(cell).asynch()
+            recording = None if record is None else cell.record(record, cells=True)
+            begun = clock.perf_counter_ns()
+            cell.advance(f"{firings} ms")
+            if recording is not None:
+                recording.stop()
+            return (clock.perf_counter_ns() - begun) / firings
+
+    ratios, plain = [], []
+    for turn in range(rounds):
+        plain.append(took(None))
+        ratios.append(took(folder / f"chain{turn}.mcap") / plain[-1])
+    line = _line("a chain of 200, every output recorded, virtual clock", median(ratios), plain, None, "")
+    line.note = "time waits for the disk here; the kernel's own share is the row 'recorded' of dispatch"
+    return line
+
+
+def _line(what: str, ratio: float, plain: list[float], bar: float | None, bar_text: str) -> Line:
+    return Line("recording", what, time(ratio * median(plain)), f"without {time(median(plain))}", ratio, f"{ratio:.2f} ×", bar, bar_text)

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+//! `_native.replay`: a record that is run again.
+use crate::convert::{from_json, interpreter, to_json};
+use ::replay::{Asked, Run};
+use model::refusal::{Class, Refusal};
+use pyo3::prelude::*;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// How long it goes on without looking at signals.
+const SLICE: Duration = Duration::from_millis(50);
+
+/// Runs a record again: what is asked for and what is found as JSON (`replay::Asked`, `replay::Found`).
+#[pyfunction]
+pub fn replay(py: Python<'_>, path: PathBuf, asked_json: &str) -> PyResult<String> {
+    let asked = Asked { python: interpreter(py)?, ..from_json(asked_json)? };
+    let refused = |why: String| crate::convert::refused(vec![Refusal::new(Class::CallError, why)]);
+    let mut run = Run::open(&path, asked).map_err(refused)?;
+    loop {
+        if let Some(found) = run.some(SLICE).map_err(refused)? {
+            return to_json(&found);
+        }
+        py.check_signals()?;
+    }
+}

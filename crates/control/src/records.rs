@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where callers record: by plain names, in the one folder that whoever started the daemon gave for that.
+use crate::failure::Failure;
+use model::refusal::Class;
+use serde_json::{Map, Value as Json};
+use std::path::{Component, Path};
+
+/// The `path` of a call `record` becomes one in the folder. Errors: there is no folder, the name is no plain one.
+pub fn place(folder: Option<&Path>, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
+    let Some(name) = arguments.get("path").and_then(Json::as_str) else { return Ok(()) };
+    let Some(folder) = folder else {
+        return Err(Failure::new(Class::NotAllowed, "this daemon has no folder for recordings".to_owned(), "start it with --records FOLDER"));
+    };
+    if !matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(_)]) {
+        return Err(Failure::new(Class::CallError, format!("a recording cannot be named {name:?}"), "give a name without folders, for example 'run.mcap'"));
+    }
+    let path = folder.join(name).display().to_string();
+    arguments.insert("path".to_owned(), Json::String(path));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn placed(folder: Option<&str>, name: &str) -> Result<String, Failure> {
+        let Json::Object(mut arguments) = json!({ "path": name }) else { panic!("an object") };
+        place(folder.map(Path::new), &mut arguments).map(|()| arguments["path"].as_str().expect("a text").to_owned())
+    }
+
+    #[test]
+    fn only_plain_names_in_the_folder_that_there_is() {
+        assert_eq!(placed(Some("/var/records"), "run.mcap").ok().as_deref(), Some("/var/records/run.mcap"));
+        for wrong in ["../run.mcap", "/etc/run.mcap", "a/b.mcap", "", ".."] {
+            assert!(placed(Some("/var/records"), wrong).is_err_and(|why| why.class() == Class::CallError), "{wrong}");
+        }
+        assert!(placed(None, "run.mcap").is_err_and(|why| why.class() == Class::NotAllowed));
+    }
+}

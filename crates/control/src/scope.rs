@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The scope's topic of a stream: every value of its channels, at the full rate at which they are stored, in binary frames.
+//!
+//! A frame goes when there is room for it at once, or never: what a slow reader does not get is counted, value by value, and the
+//! count is in the next frame that it gets. So what is shown is never old, and what is missing is known exactly.
+use model::types::{Scalar, Type};
+use model::value::Value;
+use serde_json::{Value as Json, json};
+use session::Refusals;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+use supervisor::{Run, Samples, System, Tap};
+
+/// Channels of one stream.
+pub(crate) const CHANNELS_MAX: usize = 256;
+/// Frames of one subscription that may be on their way: more would come late.
+const ON_THE_WAY_MAX: usize = 4;
+/// The longest time between two frames: a tap keeps values for twice as long.
+pub(crate) const EVERY_MAX: Duration = Duration::from_secs(1);
+/// `GSC1`, the first word of every frame.
+const MAGIC: u32 = 0x4753_4331;
+
+/// Where the numbers of a value lie in its bytes.
+type Components = Vec<(usize, Scalar)>;
+
+/// A subscription to some channels.
+pub(crate) struct Scope {
+    id: String,
+    tap: Tap,
+    samples: Samples,
+    components: Vec<Components>,
+    sizes: Vec<usize>,
+    /// Of each channel: values that the reader has not got since the last frame.
+    lost: Vec<u64>,
+    on_the_way: Arc<AtomicUsize>,
+    is_virtual: bool,
+}
+
+/// A frame that is on its way; it is counted as such until this is dropped.
+pub(crate) struct Slot(Arc<AtomicUsize>);
+
+impl Drop for Slot {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+impl Scope {
+    /// Attaches to these SVVs and private cells.
+    pub fn open(system: &System, id: &str, names: &[String]) -> Result<Scope, Refusals> {
+        let tap = system.tap(names)?;
+        let types: Vec<Type> = tap.channels().iter().map(|c| Type::parse(&c.type_text, &Default::default())).collect::<Result<_, _>>().map_err(|r| vec![r])?;
+        // Under the virtual clock time passes as fast as it can: it waits where a frame's worth has come.
+        tap.hold_time();
+        Ok(Scope {
+            id: id.to_owned(),
+            samples: Samples::default(),
+            components: types.iter().map(|of| components(of, 0)).collect(),
+            sizes: tap.channels().iter().map(|c| c.size).collect(),
+            lost: vec![0; tap.channels().len()],
+            on_the_way: Arc::default(),
+            is_virtual: system.is_virtual(),
+            tap,
+        })
+    }
+
+    /// Whether time is a number that a program advances.
+    pub fn is_virtual(&self) -> bool {
+        self.is_virtual
+    }
+
+    /// The first frame: what the channels are.
+    pub fn head(&self) -> Json {
+        let channels: Vec<Json> = (self.tap.channels().iter().zip(&self.components))
+            .map(|(c, components)| json!({ "name": c.name, "type_text": c.type_text, "unit": c.unit, "components": components.len() }))
+            .collect();
+        json!({ "id": self.id, "scope": { "channels": channels } })
+    }
+
+    /// Waits until it is time for the next frame: the time between two, and less where virtual time waits for it.
+    pub fn wait(&self, every: Duration) {
+        if self.is_virtual {
+            self.tap.wait(every);
+        }
+    }
+
+    /// The next frame, with its slot; nothing where there is nothing new, or no room for one more on the way.
+    pub fn next(&mut self) -> Option<(Vec<u8>, Slot)> {
+        self.tap.take(&mut self.samples);
+        let empty = self.samples.is_empty() && self.lost.iter().all(|lost| *lost == 0);
+        if empty {
+            return None;
+        }
+        if self.on_the_way.load(Ordering::Acquire) >= ON_THE_WAY_MAX {
+            self.pass_over();
+            return None;
+        }
+        self.on_the_way.fetch_add(1, Ordering::AcqRel);
+        let frame = self.frame();
+        Some((frame, Slot(self.on_the_way.clone())))
+    }
+
+    /// What was taken last does not reach the reader.
+    pub fn pass_over(&mut self) {
+        for (lost, run) in self.lost.iter_mut().zip(&self.samples.runs) {
+            *lost += run.len() as u64 + run.lost;
+        }
+    }
+
+    /// The frame of what was taken last has left: what was lost before it was told in it.
+    pub fn sent(&mut self) {
+        self.lost.fill(0);
+    }
+
+    fn frame(&self) -> Vec<u8> {
+        let runs = || self.samples.runs.iter().enumerate().filter(|(channel, run)| !run.is_empty() || run.lost + self.lost[*channel] > 0);
+        let size: usize = runs().map(|(channel, run)| 16 + run.len() * (16 + 8 * self.components[channel].len())).sum();
+        let mut frame = Vec::with_capacity(24 + self.id.len() + size);
+        let word = |frame: &mut Vec<u8>, value: usize| frame.extend_from_slice(&u32::try_from(value).unwrap_or(u32::MAX).to_le_bytes());
+        frame.extend_from_slice(&MAGIC.to_le_bytes());
+        word(&mut frame, self.id.len());
+        frame.extend_from_slice(self.id.as_bytes());
+        frame.resize(frame.len().next_multiple_of(8), 0);
+        word(&mut frame, runs().count());
+        word(&mut frame, 0);
+        for (channel, run) in runs() {
+            word(&mut frame, channel);
+            word(&mut frame, run.len());
+            frame.extend_from_slice(&(run.lost + self.lost[channel]).to_le_bytes());
+            self.values(&mut frame, channel, run);
+        }
+        frame
+    }
+
+    fn values(&self, frame: &mut Vec<u8>, channel: usize, run: &Run) {
+        for (time_ns, number) in run.times_ns.iter().zip(&run.numbers) {
+            frame.extend_from_slice(&time_ns.to_le_bytes());
+            frame.extend_from_slice(&number.to_le_bytes());
+        }
+        for value in run.bytes.chunks_exact(self.sizes[channel].max(1)) {
+            for (offset, scalar) in &self.components[channel] {
+                frame.extend_from_slice(&number(*scalar, &value[*offset..]).to_le_bytes());
+            }
+        }
+    }
+}
+
+/// The numbers of a type in their order: of an array its elements, of a struct its members.
+fn components(of: &Type, at: usize) -> Components {
+    match of {
+        Type::Scalar(scalar) => vec![(at, *scalar)],
+        Type::Array(element, count) => (0..*count).flat_map(|index| components(element, at + index * element.size())).collect(),
+        Type::Struct(members) => members.iter().zip(of.offsets()).flat_map(|(member, offset)| components(&member.member_type, at + offset)).collect(),
+    }
+}
+
+/// A number as a double: a truth value is 0 or 1.
+fn number(scalar: Scalar, bytes: &[u8]) -> f64 {
+    match Type::Scalar(scalar).decode(bytes) {
+        Value::Number(number) => number,
+        Value::Integer(integer) => integer as f64,
+        Value::Bool(truth) => f64::from(u8::from(truth)),
+        // Beyond what JSON takes as an integer.
+        Value::Text(text) => text.parse().unwrap_or(f64::NAN),
+        Value::List(_) | Value::Record(_) => f64::NAN,
+    }
+}

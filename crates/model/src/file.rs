@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The form of a text file with definitions: graphs, verbs, device types and compositions by name, and what only files hold.
+//!
+//! A definition in a file may leave its name out: its key says it. A block without a dot in its name is a graph of the same file.
+use crate::compose::Step;
+use crate::definition::{DeviceType, Graph, Verb};
+use crate::value::Value;
+use crate::written::Span;
+use indexmap::IndexMap;
+use serde::Deserialize;
+
+/// What `format` is.
+pub const FORMAT: &str = "opengpac-definitions";
+
+/// The version of the form.
+pub const VERSION: u32 = 1;
+
+/// A file with definitions.
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct File {
+    /// `opengpac-definitions`.
+    pub format: String,
+    pub version: u32,
+    /// For people.
+    #[serde(default)]
+    pub description: String,
+    /// Code modules that blocks come from: name → file, beside this one.
+    #[serde(default)]
+    pub modules: IndexMap<String, String>,
+    #[serde(default)]
+    pub graphs: IndexMap<String, Drawn<Graph>>,
+    #[serde(default)]
+    pub verbs: IndexMap<String, DrawnVerb>,
+    #[serde(default)]
+    pub device_types: IndexMap<String, Drawn<DeviceType>>,
+    #[serde(default)]
+    pub compositions: IndexMap<String, WrittenComposition>,
+}
+
+/// Positions of boxes as an editor draws them: kept as it is.
+pub type Layout = IndexMap<String, Value>;
+
+/// A definition with its layout.
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Drawn<T> {
+    #[serde(flatten)]
+    pub definition: T,
+    #[serde(default)]
+    pub layout: Layout,
+}
+
+/// A verb with its layout.
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct DrawnVerb {
+    #[serde(flatten)]
+    pub definition: Verb,
+    /// As `ending_limit_ns`, with a unit.
+    #[serde(default)]
+    pub ending_limit: Option<Span>,
+    #[serde(default)]
+    pub layout: Layout,
+}
+
+/// A verb made of verbs of the same file.
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct WrittenComposition {
+    #[serde(default)]
+    pub name: String,
+    #[serde(default)]
+    pub doc: String,
+    /// Label → name of a verb or composition.
+    pub parts: IndexMap<String, String>,
+    #[serde(default)]
+    pub transitions: Vec<Step>,
+    #[serde(default)]
+    pub initial: Option<String>,
+    /// `part.name` → the name that it has in the composed verb.
+    #[serde(default)]
+    pub rename: IndexMap<String, String>,
+    /// `part.input` → the value that it always has there.
+    #[serde(default)]
+    pub preset: IndexMap<String, Value>,
+    /// Labels of blocks that are one instance in all parts that have them.
+    #[serde(default)]
+    pub share: Vec<String>,
+    /// The initial lists of all parts are one list.
+    #[serde(default)]
+    pub together: bool,
+    #[serde(default)]
+    pub layout: Layout,
+}
+
+/// The JSON Schema of a file. A definition's key says its name, and what the schema does not know is refused.
+#[cfg(feature = "schema")]
+pub fn schema() -> serde_json::Value {
+    use serde_json::json;
+    let generator = schemars::generate::SchemaSettings::draft2020_12().into_generator();
+    let mut file = generator.into_root_schema_for::<File>().to_value();
+    file["properties"]["format"] = json!({ "const": FORMAT });
+    file["properties"]["version"] = json!({ "const": VERSION });
+    file["additionalProperties"] = json!(false);
+    // Graphs within graphs are drawn too.
+    let layout = file["$defs"]["Drawn"]["properties"]["layout"].clone();
+    file["$defs"]["Graph"]["properties"]["layout"] = layout;
+    for (name, schema) in file["$defs"].as_object_mut().into_iter().flatten() {
+        if let Some(required) = schema.get_mut("required").and_then(serde_json::Value::as_array_mut).filter(|_| name.starts_with("Drawn")) {
+            required.retain(|property| property != "name");
+        }
+        close(schema);
+    }
+    file
+}
+
+/// Objects with known properties have no others.
+#[cfg(feature = "schema")]
+fn close(schema: &mut serde_json::Value) {
+    let Some(of) = schema.as_object_mut() else { return };
+    if of.get("properties").is_some_and(serde_json::Value::is_object) && !of.contains_key("additionalProperties") {
+        of.insert("additionalProperties".to_owned(), false.into());
+    }
+    for word in ["anyOf", "oneOf"] {
+        of.get_mut(word).and_then(serde_json::Value::as_array_mut).into_iter().flatten().for_each(close);
+    }
+}

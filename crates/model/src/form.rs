@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What somebody who starts a verb by hand is asked: its objects and instantiation parameters, then its input parameters with their
+//! types, units and ranges.
+use crate::checked::{CheckedInput, CheckedVerb, Whose};
+use crate::definition::Bound;
+use crate::flatten::Port;
+use crate::interface::Kind;
+use crate::value::Value;
+use serde::Serialize;
+
+/// What an argument of a verb is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ArgumentKind {
+    /// A logical device.
+    Device,
+    /// Several logical devices of a type.
+    Group,
+    /// An SVV; of an array port one for each element, or one array.
+    Svv,
+    /// A channel of a physical device, or a part of one.
+    Channel,
+}
+
+/// An argument that an instance is made with.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FormArgument {
+    pub name: String,
+    pub kind: ArgumentKind,
+    /// Of a device or a group its type.
+    pub of: Option<String>,
+    /// Of an SVV or channel; empty where the argument has several.
+    pub type_text: String,
+    pub unit: String,
+    pub doc: String,
+    /// Of a part: the channels of it that are used.
+    pub members: Vec<String>,
+}
+
+/// A value that a start is given.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FormInput {
+    pub name: String,
+    pub type_text: String,
+    pub unit: String,
+    pub doc: String,
+    pub default: Option<Value>,
+    /// A number, or a parameter of an object, `arm.max_speed`, before which a minus may stand.
+    pub minimum: Option<Bound>,
+    pub maximum: Option<Bound>,
+    /// The SVV of an object that the range is counted from.
+    pub counted_from: Option<String>,
+    /// It has no default.
+    pub required: bool,
+    /// It may be changed while the verb runs.
+    pub tunable: bool,
+}
+
+impl CheckedVerb {
+    /// Objects first, then the other arguments, in the order of the definition.
+    pub fn form_arguments(&self) -> Vec<FormArgument> {
+        let mut arguments: Vec<FormArgument> = self.objects.iter().map(|(name, object)| of_object(name, &object.device_type, object.each)).collect();
+        for (group, whose) in &self.parameters {
+            let group = &self.groups[*group];
+            let port = group.ports.first().copied();
+            match whose {
+                Whose::Object { .. } => {}
+                Whose::Own => {
+                    let (type_text, unit, doc) = port.map(|port| self.described(port)).unwrap_or_default();
+                    let reaches = |port: &Port| matches!(self.blocks[port.0].kind.item(port.1).kind, Kind::DeviceRead | Kind::DeviceWrite);
+                    let kind = if group.ports.iter().any(reaches) { ArgumentKind::Channel } else { ArgumentKind::Svv };
+                    arguments.push(FormArgument { name: group.name.clone(), kind, of: None, type_text, unit, doc, members: Vec::new() });
+                }
+                Whose::Part { argument, channel } => match arguments.iter_mut().find(|known| known.name == *argument) {
+                    Some(known) => known.members.push(channel.clone()),
+                    None => arguments.push(FormArgument { members: vec![channel.clone()], ..of_part(argument) }),
+                },
+            }
+        }
+        arguments
+    }
+
+    /// The values that a start may be given; those that come from a device, and presets, are not among them.
+    pub fn form_inputs(&self) -> Vec<FormInput> {
+        let own = |input: &&CheckedInput| !input.preset && !matches!(input.whose, Whose::Object { .. });
+        self.inputs.iter().filter(own).map(|input| self.form_input(input)).collect()
+    }
+
+    fn form_input(&self, input: &CheckedInput) -> FormInput {
+        let (type_text, unit, doc) = input.ports.first().map(|port| self.described(*port)).unwrap_or_default();
+        let (minimum, maximum) = input.within.clone().unzip();
+        FormInput {
+            name: input.name.clone(),
+            type_text,
+            unit: if input.unit.is_empty() { unit } else { input.unit.clone() },
+            doc,
+            default: input.default.clone(),
+            minimum,
+            maximum,
+            counted_from: input.counted_from.clone(),
+            required: input.default.is_none(),
+            tunable: input.tunable,
+        }
+    }
+
+    /// Type, unit and meaning of a port. A type whose size is only known with its arguments is that of the declaration.
+    fn described(&self, (block, item): Port) -> (String, String, String) {
+        let kind = &self.blocks[block].kind;
+        let declared = kind.item(item);
+        let text = kind.layout(item, None).map_or_else(|| declared.type_text.clone(), |layout| layout.text.clone());
+        (text, declared.unit.clone(), declared.doc.clone())
+    }
+}
+
+fn of_object(name: &str, device_type: &str, each: bool) -> FormArgument {
+    let kind = if each { ArgumentKind::Group } else { ArgumentKind::Device };
+    FormArgument { kind, of: Some(device_type.to_owned()), ..of_part(name) }
+}
+
+fn of_part(name: &str) -> FormArgument {
+    FormArgument {
+        name: name.to_owned(),
+        kind: ArgumentKind::Channel,
+        of: None,
+        type_text: String::new(),
+        unit: String::new(),
+        doc: String::new(),
+        members: Vec::new(),
+    }
+}

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Definitions while they are drawn: where each refusal points, and which wires go.
+mod common;
+use common::*;
+use model::{Drawing, PortName, check_definition, compatible, compatible_with};
+use serde_json::{Value, json};
+
+fn drawing(of: Value) -> Drawing {
+    serde_json::from_value(of).expect("a drawing")
+}
+
+/// `class: where` of each finding.
+fn findings(of: Value) -> Vec<String> {
+    let found = check_definition(&drawing(of), &cell()).expect("it is a definition");
+    found.iter().map(|refusal| format!("{:?}: {}", refusal.class, serde_json::to_string(&refusal.about).expect("JSON"))).collect()
+}
+
+fn port(name: &str) -> PortName {
+    let (block, port) = name.rsplit_once('.').unwrap_or(("", name));
+    PortName { block: block.into(), port: port.into() }
+}
+
+fn why(of: &Value, from: &str, to: &str) -> Option<String> {
+    let there = compatible(&drawing(of.clone()), &cell(), &port(from), &port(to)).expect("both are there");
+    let back = compatible(&drawing(of.clone()), &cell(), &port(to), &port(from)).expect("both are there");
+    assert_eq!(there, back, "which end is named first does not matter");
+    there
+}
+
+fn sketch() -> Value {
+    json!({"graph": {"name": "g", "blocks": {
+        "s": "lib.signal", "t": "lib.signal", "g": "lib.gain", "h": "lib.gain", "n": "lib.narrow", "v": "lib.vector", "p": "lib.pid",
+        "plan": "lib.planner", "gen": "lib.generator", "near": "lib.near", "r": "lib.relaxed",
+        "inner": {"graph": {"name": "inner", "blocks": {"k": "lib.gain"}, "inputs": {"u": "k.u"}, "outputs": {"y": "k.y"}}}},
+        "inputs": {"in": "h.u"}, "outputs": {"out": "h.y"}, "cells": {"c": ["s.y", "g.u"]}}})
+}
+
+/// The sketch with the nested graph in the long form.
+fn whole() -> Value {
+    let mut of = sketch();
+    let inner = of["graph"]["blocks"]["inner"].clone();
+    of["graph"]["blocks"]["inner"] = json!({"block": inner});
+    of
+}
+
+#[test]
+fn a_wire_goes_or_the_reason_is_said() {
+    let of = whole();
+    assert_eq!(why(&of, "s.y", "g.u"), None, "it is there already");
+    assert_eq!(why(&of, "s.y", "r.u"), None);
+    assert_eq!(why(&of, "g.y", "inner.u"), None);
+    assert_eq!(why(&of, "inner.y", "r.u"), None);
+    assert_eq!(why(&of, "in", "r.u"), None);
+    assert_eq!(
+        why(&of, "g.y", "n.u").as_deref(),
+        Some("cannot bind output 'g.y' (double) to input 'n.u' (float): types differ; declare one of them as the other")
+    );
+    assert_eq!(
+        why(&of, "p.effort", "p.setpoint").as_deref(),
+        Some(
+            "cannot bind output 'p.effort' (double, N.m) to input 'p.setpoint' (double, rad): units differ; declare one of them as the other, or convert between them with a gain"
+        )
+    );
+    let both = compatible(&drawing(of.clone()), &cell(), &port("s.y"), &port("t.y")).expect("there");
+    assert_eq!(both.as_deref(), Some("cannot bind output 's.y' (double) to output 't.y' (double): both write"));
+    assert!(compatible(&drawing(of.clone()), &cell(), &port("g.u"), &port("r.u")).expect("there").is_some_and(|why| why.ends_with("neither of them writes")));
+    assert_eq!(why(&of, "t.y", "g.u").as_deref(), Some("'c' has two writers: output 's.y' (double) and output 't.y' (double); give each a cell of its own"));
+    assert_eq!(why(&of, "g.y", "g.u").as_deref(), Some("'c' has two writers: output 's.y' (double) and output 'g.y' (double); give each a cell of its own"));
+    assert_eq!(why(&of, "v.y", "near.goal"), None, "a size that is not known yet takes any");
+    assert!(why(&of, "v.y", "r.u").is_some_and(|why| why.contains("types differ")));
+    assert!(why(&of, "inner.y", "inner.u").is_some_and(|why| why.contains("make a cycle: 'inner.k' → 'inner.k'")));
+    assert_eq!(why(&of, "h.y", "r.u"), None, "what leaves the graph may be read inside");
+    assert!(why(&of, "in", "g.u").is_some_and(|why| why.contains("a port has one binding")));
+}
+
+#[test]
+fn a_wire_of_a_verb_that_reads_a_channel_is_none() {
+    let of = json!({"verb": {"name": "v", "blocks": {"read": "lib.read_channel", "s": "lib.signal", "p": "lib.pid"}, "command_lists": {"start": []}}});
+    assert!(why(&of, "s.y", "read.channel").is_some_and(|why| why.contains("a device item takes a channel")));
+    assert_eq!(why(&of, "read.y", "p.measured"), None, "a unit that is not known agrees with all");
+}
+
+#[test]
+fn all_ports_are_judged_as_each_is() {
+    let of = whole();
+    let verdicts = compatible_with(&drawing(of.clone()), &cell(), &port("g.y")).expect("it is there");
+    assert!(verdicts.len() > 20 && verdicts.iter().any(|verdict| verdict.block.is_empty() && verdict.port == "out"));
+    for verdict in verdicts {
+        let name = format!("{}.{}", verdict.block, verdict.port);
+        let alone = compatible(&drawing(of.clone()), &cell(), &port("g.y"), &port(name.trim_start_matches('.'))).expect("both are there");
+        assert_eq!(verdict.reason, alone, "{name}");
+    }
+}
+
+#[test]
+fn a_port_that_is_not_there_and_a_drawing_of_nothing_are_refused() {
+    let refused = compatible(&drawing(whole()), &cell(), &port("g.z"), &port("r.u")).expect_err("no such port");
+    assert_eq!(texts(&refused), "UnknownName: block 'g' has no port 'z'; did you mean 'u'?");
+    let refused = compatible(&drawing(whole()), &cell(), &port("gg.y"), &port("r.u")).expect_err("no such block");
+    assert!(texts(&refused).starts_with("UnknownName: there is no block 'gg'"));
+    assert!(check_definition(&drawing(json!({})), &cell()).is_err());
+}
+
+#[test]
+fn findings_point_at_ports_boxes_and_wires() {
+    assert_eq!(
+        findings(json!({"graph": {"name": "g", "blocks": {"s": "lib.signal", "n": "lib.narrow"}, "cells": {"c": ["s.y", "n.u"]}}})),
+        [r#"TypeMismatch: [{"block":"n","port":"u"},{"block":"s","port":"y"}]"#]
+    );
+    assert_eq!(
+        findings(json!({"graph": {"name": "g", "blocks": {"s": "lib.signal", "x": "lib.gian"}, "cells": {"c": ["s.y", "s.why"]}}})),
+        [r#"UnknownName: [{"block":"x"}]"#, r#"UnknownName: [{"cell":"c"}]"#]
+    );
+    assert_eq!(
+        findings(json!({"graph": {"name": "g", "blocks": {"a": "lib.gain", "b": "lib.gain"}, "cells": {"c": ["a.y", "b.u"], "d": ["b.y", "a.u"]}}})),
+        [r#"SynchronousCycle: [{"block":"a"},{"block":"b"}]"#]
+    );
+    assert_eq!(
+        findings(json!({"graph": {"name": "g", "blocks": {"a": {"block": "lib.gain", "constants": {"kk": 1}}}, "inputs": {"u": "a.u"}}})),
+        [r#"UnknownName: [{"block":"a"}]"#]
+    );
+    assert_eq!(findings(json!({"graph": {"name": "g", "blocks": {"a": "lib.gain"}}})), [r#"CoverError: [{"block":"a","port":"u"}]"#]);
+}
+
+#[test]
+fn findings_point_at_lists_commands_conditions_and_transitions() {
+    let mut of = json!({"name": "v", "blocks": {"s": "lib.signal"}, "initial": "start",
+        "command_lists": {"start": [{"activate": "s", "every": "1 ms"}, {"execute": "q"}], "lost": []},
+        "conditions": {"high": "s.above", "low": {"on": "s.below"}},
+        "transitions": [{"from": "start", "condition": "high", "to": "strat"}]});
+    assert_eq!(
+        findings(json!({"verb": of.clone()})),
+        [r#"UnknownName: [{"list":"start","command":1}]"#, r#"UnknownName: [{"condition":"low"}]"#, r#"UnknownName: [{"transition":["start","high"]}]"#]
+    );
+    of["command_lists"]["start"] = json!([{"activate": "s", "every": "1 ms"}]);
+    of["conditions"] = json!({"high": "s.above"});
+    of["transitions"] = json!([]);
+    assert_eq!(findings(json!({"verb": of.clone()})), [r#"DefinitionError: [{"list":"lost"}]"#]);
+    of["input_parameters"] = json!({"level": "s.levle"});
+    of["output_values"] = json!({"y": "s.why"});
+    let found = findings(json!({"verb": of}));
+    assert_eq!(found, [r#"UnknownName: [{"parameter":"level"}]"#, r#"UnknownName: [{"output":"y"}]"#]);
+}
+
+#[test]
+fn the_verbs_of_the_cell_have_no_findings() {
+    assert_eq!(findings(json!({"verb": servo()})), Vec::<String>::new());
+    assert_eq!(findings(json!({"verb": movement()})), Vec::<String>::new());
+}

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The file: messages into chunks, and exact counts of what reached it and what did not.
+use crate::mcap::Mcap;
+use crate::page::{ChannelId, Definition, Page};
+use crate::{LOSSES, LOST};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, Write};
+use std::time::{Duration, Instant};
+
+/// Where a recording goes.
+pub trait Sink: Write + Send {
+    /// Gives up what lies behind the first `len` bytes.
+    fn cut(&mut self, len: u64) -> io::Result<()>;
+}
+
+impl Sink for File {
+    fn cut(&mut self, len: u64) -> io::Result<()> {
+        self.set_len(len)
+    }
+}
+
+/// Messages of one channel.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Count {
+    pub topic: String,
+    id: u16,
+    /// In the file, in whole chunks.
+    pub written: u64,
+    /// In the chunk that is being filled.
+    pending: u64,
+    /// Neither.
+    pub lost: u64,
+}
+
+/// Uncompressed bytes of a chunk, and how long one is filled.
+const CHUNK: usize = 1 << 20;
+const CHUNK_MAX: Duration = Duration::from_secs(1);
+
+/// A recording's file.
+pub(crate) struct Book {
+    mcap: Option<Mcap<Box<dyn Sink>>>,
+    pub counts: Vec<Count>,
+    /// End of the last whole chunk.
+    pub bytes: u64,
+    since: Instant,
+    pub failure: Option<String>,
+    losses: Option<u16>,
+}
+
+impl Book {
+    /// Begins the file with what is said of it.
+    pub fn new(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>)) -> io::Result<Book> {
+        let mut mcap = Mcap::new(sink, concat!("opengpac ", env!("CARGO_PKG_VERSION")))?;
+        mcap.metadata(about.0, about.1)?;
+        let bytes = mcap.position;
+        Ok(Book { mcap: Some(mcap), counts: Vec::new(), bytes, since: Instant::now(), failure: None, losses: None })
+    }
+
+    /// Writes a page. What cannot be written is counted.
+    pub fn write(&mut self, page: &Page) {
+        for definition in &page.definitions {
+            self.define(definition);
+        }
+        for (channel, count) in &page.lost {
+            self.counts[channel.0].lost += count;
+            self.tell_loss(*channel, *count, page);
+        }
+        for (entry, bytes) in page.messages() {
+            let count = &mut self.counts[entry.channel.0];
+            let Some(mcap) = self.mcap.as_mut().filter(|_| count.id > 0) else {
+                count.lost += 1;
+                continue;
+            };
+            count.pending += 1;
+            mcap.put(count.id, entry.sequence, u64::try_from(entry.time_ns).unwrap_or(0), bytes);
+            if mcap.filled() >= CHUNK {
+                self.finish_chunk();
+            }
+        }
+        if self.since.elapsed() >= CHUNK_MAX {
+            self.finish_chunk();
+        }
+    }
+
+    /// A channel beyond the 65,535 that a file can have gets no number: all of it is lost.
+    fn define(&mut self, of: &Definition) {
+        let id = self.mcap.as_mut().and_then(|mcap| mcap.channel(&of.topic, &of.schema, &of.metadata)).unwrap_or(0);
+        self.counts.push(Count { topic: of.topic.clone(), id, ..Count::default() });
+    }
+
+    /// What was lost stands in the file, at the time of what came next.
+    fn tell_loss(&mut self, channel: ChannelId, count: u64, page: &Page) {
+        let time = page.entries.first().map_or(0, |entry| u64::try_from(entry.time_ns).unwrap_or(0));
+        let Some(mcap) = &mut self.mcap else { return };
+        if self.losses.is_none() {
+            let schema = r#"{"type":"object","properties":{"channel":{"type":"string"},"count":{"type":"integer"}}}"#;
+            self.losses = mcap.channel(LOSSES, &("opengpac.lost".to_owned(), schema.to_owned()), &BTreeMap::new());
+        }
+        if let Some(id) = self.losses {
+            let text = serde_json::json!({"channel": self.counts[channel.0].topic, "count": count}).to_string();
+            mcap.put(id, 0, time, text.as_bytes());
+        }
+    }
+
+    /// The chunk reaches the file as a whole.
+    fn finish_chunk(&mut self) {
+        self.since = Instant::now();
+        let Some(mcap) = &mut self.mcap else { return };
+        match mcap.finish_chunk() {
+            Ok(()) => {
+                self.bytes = mcap.position;
+                for count in &mut self.counts {
+                    count.written += std::mem::take(&mut count.pending);
+                }
+            }
+            Err(why) => self.fail(&why),
+        }
+    }
+
+    /// The file ends with its last whole chunk; what was on its way is lost.
+    fn fail(&mut self, why: &io::Error) {
+        let Some(mut mcap) = self.mcap.take() else { return };
+        for count in &mut self.counts {
+            count.lost += std::mem::take(&mut count.pending);
+        }
+        let cut = mcap.sink.cut(self.bytes).err().map(|more| format!("; its last chunk is incomplete: {more}"));
+        self.failure = Some(format!("{why}{}", cut.unwrap_or_default()));
+    }
+
+    /// The end of the file, with what was lost in it.
+    pub fn finish(&mut self) {
+        self.finish_chunk();
+        let lost = self.counts.iter().filter(|count| count.lost > 0).map(|count| (count.topic.clone(), count.lost.to_string())).collect();
+        let Some(mcap) = &mut self.mcap else { return };
+        match mcap.metadata(LOST, &lost).and_then(|()| mcap.finish()) {
+            Ok(()) => {
+                self.bytes = mcap.position;
+                self.mcap = None;
+            }
+            Err(why) => self.fail(&why),
+        }
+    }
+}

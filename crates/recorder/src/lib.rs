@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The recorder: what a running system does, into an MCAP file, by ordinary threads; and reading such a file.
+//!
+//! One thread drains the [`Source`]s each 20 ms into [`Page`]s: every value of the chosen SVVs (a tap), the log, end reports, how the
+//! interrupt sources do. Another one writes the pages. Between them lies a bounded room: what finds no place there, because the disk is
+//! slow or full, is counted as lost, by channel, and never held against the machine. Under the virtual clock time waits for the
+//! recorder instead.
+//!
+//! A message is JSON with a JSON schema: Foxglove and PlotJuggler open both without anything else, people read them, and a number comes
+//! back with the same bits. A million values of `double` are about 60 MB before compression, which costs less than a tenth of a core at
+//! 64 channels of 1 kHz, so neither batches nor another encoding are needed. Chunks are compressed with LZ4, and whole when they reach
+//! the file: of a process that was killed everything up to its last chunk, a second at most, can be read.
+mod file;
+mod json;
+mod mcap;
+mod page;
+mod reader;
+mod recorder;
+mod records;
+mod room;
+mod sources;
+
+pub use file::Sink;
+pub use page::{ChannelId, Page};
+pub use reader::{Recording, Series};
+pub use recorder::{Options, Recorder, Summary};
+pub use sources::Source;
+
+/// Name of the metadata record with what was recorded: system, version, clock, configuration.
+pub const ABOUT: &str = "opengpac";
+/// Name of the metadata record at the end of a file: what was lost, by channel.
+pub const LOST: &str = "lost";
+/// Entries of the log, as `log` gives them.
+pub const LOG: &str = "/log";
+/// End reports, as `ends` gives them.
+pub const ENDS: &str = "/ends";
+/// What was lost, when: `{"channel", "count"}`.
+pub const LOSSES: &str = "/lost";

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Writing MCAP: messages into chunks, each of which reaches the file whole, compressed with LZ4, with its index; at the end the summary
+//! by which tools find their way.
+use crate::records::{
+    CHANNEL, CHUNK, CHUNK_INDEX, DATA_END, FOOTER, Fields, HEADER, MAGIC, MESSAGE, MESSAGE_INDEX, METADATA, METADATA_INDEX, SCHEMA, STATISTICS, SUMMARY_OFFSET,
+};
+use std::collections::{BTreeMap, HashMap};
+use std::io::{self, Write};
+
+/// The chunk that is being filled.
+#[derive(Default)]
+struct Chunk {
+    records: Vec<u8>,
+    /// By channel: (time, offset) of each message.
+    index: BTreeMap<u16, Vec<(u64, u64)>>,
+    first: u64,
+    last: u64,
+}
+
+/// An MCAP file that is being written into `W`.
+pub(crate) struct Mcap<W: Write> {
+    pub sink: W,
+    /// Bytes written: a whole number of records.
+    pub position: u64,
+    chunk: Chunk,
+    /// Name and text of each schema → its number.
+    schemas: HashMap<(String, String), u16>,
+    /// Every schema and channel as a record, for the summary.
+    described: [Vec<u8>; 2],
+    channels: u16,
+    chunk_indexes: Vec<u8>,
+    chunks: u32,
+    metadata_indexes: Vec<u8>,
+    metadata: u32,
+    counts: BTreeMap<u16, u64>,
+    span: Option<(u64, u64)>,
+}
+
+impl<W: Write> Mcap<W> {
+    /// Begins a file.
+    pub fn new(sink: W, library: &str) -> io::Result<Mcap<W>> {
+        let mut mcap = Mcap {
+            sink,
+            position: 0,
+            chunk: Chunk::default(),
+            schemas: HashMap::new(),
+            described: Default::default(),
+            channels: 0,
+            chunk_indexes: Vec::new(),
+            chunks: 0,
+            metadata_indexes: Vec::new(),
+            metadata: 0,
+            counts: BTreeMap::new(),
+            span: None,
+        };
+        let mut begin = MAGIC.to_vec();
+        Fields::default().text("").text(library).record(HEADER, &mut begin);
+        mcap.write(&begin)?;
+        Ok(mcap)
+    }
+
+    /// A new channel of JSON messages with a schema; none where a file has no number left for it.
+    pub fn channel(&mut self, topic: &str, schema: &(String, String), metadata: &BTreeMap<String, String>) -> Option<u16> {
+        let schema_id = match self.schemas.get(schema) {
+            Some(id) => *id,
+            None => {
+                let id = u16::try_from(self.schemas.len() + 1).ok()?;
+                self.schemas.insert(schema.clone(), id);
+                self.describe(0, SCHEMA, || Fields::default().u16(id).text(&schema.0).text("jsonschema").text(&schema.1));
+                id
+            }
+        };
+        self.channels = self.channels.checked_add(1)?;
+        let id = self.channels;
+        self.describe(1, CHANNEL, || Fields::default().u16(id).u16(schema_id).text(topic).text("json").texts(metadata));
+        Some(id)
+    }
+
+    fn describe(&mut self, which: usize, code: u8, fields: impl Fn() -> Fields) {
+        fields().record(code, &mut self.chunk.records);
+        fields().record(code, &mut self.described[which]);
+    }
+
+    /// Puts a message into the chunk.
+    pub fn put(&mut self, channel: u16, sequence: u32, time: u64, data: &[u8]) {
+        let Chunk { records, index, first, last } = &mut self.chunk;
+        if index.is_empty() {
+            (*first, *last) = (time, time);
+        }
+        (*first, *last) = ((*first).min(time), (*last).max(time));
+        index.entry(channel).or_default().push((time, records.len() as u64));
+        records.push(MESSAGE);
+        records.extend((MESSAGE_FIELDS + data.len() as u64).to_le_bytes());
+        records.extend(channel.to_le_bytes());
+        records.extend(sequence.to_le_bytes());
+        records.extend(time.to_le_bytes());
+        records.extend(time.to_le_bytes());
+        records.extend(data);
+    }
+
+    /// Bytes in the chunk.
+    pub fn filled(&self) -> usize {
+        self.chunk.records.len()
+    }
+
+    /// The chunk reaches the sink, as a whole, with the index of its messages.
+    pub fn finish_chunk(&mut self) -> io::Result<()> {
+        if self.chunk.records.is_empty() {
+            return self.sink.flush();
+        }
+        let Chunk { records, index, first, last } = &self.chunk;
+        let (first, last, size) = (*first, *last, records.len() as u64);
+        let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::with_capacity(records.len() / 2));
+        encoder.write_all(records)?;
+        let compressed = encoder.finish().map_err(|why| io::Error::other(why.to_string()))?;
+        let mut fields = Fields::default().u64(first).u64(last).u64(size).u32(crc32fast::hash(records)).text(COMPRESSION).u64(compressed.len() as u64);
+        fields.0.extend(&compressed);
+        let mut out = Vec::with_capacity(compressed.len() + 64 * index.len());
+        fields.record(CHUNK, &mut out);
+        let (start, chunk_len) = (self.position, out.len() as u64);
+        let mut offsets = BTreeMap::new();
+        for (channel, messages) in index {
+            offsets.insert(*channel, start + out.len() as u64);
+            let pairs = messages.iter().fold(Fields::default(), |pairs, (time, offset)| pairs.u64(*time).u64(*offset));
+            Fields::default().u16(*channel).bytes(&pairs.0).record(MESSAGE_INDEX, &mut out);
+        }
+        let index_len = out.len() as u64 - chunk_len;
+        self.write(&out)?;
+        self.sink.flush()?;
+        let fields = Fields::default().u64(first).u64(last).u64(start).u64(chunk_len).by_channel(&offsets).u64(index_len);
+        fields.text(COMPRESSION).u64(compressed.len() as u64).u64(size).record(CHUNK_INDEX, &mut self.chunk_indexes);
+        self.chunks += 1;
+        for (channel, messages) in &self.chunk.index {
+            *self.counts.entry(*channel).or_default() += messages.len() as u64;
+        }
+        if !self.chunk.index.is_empty() {
+            self.span = Some(self.span.map_or((first, last), |(from, to)| (from.min(first), to.max(last))));
+        }
+        self.chunk.records.clear();
+        self.chunk.index.clear();
+        Ok(())
+    }
+
+    /// A record of metadata, after the chunk.
+    pub fn metadata(&mut self, name: &str, texts: &BTreeMap<String, String>) -> io::Result<()> {
+        self.finish_chunk()?;
+        let (start, mut out) = (self.position, Vec::new());
+        Fields::default().text(name).texts(texts).record(METADATA, &mut out);
+        self.write(&out)?;
+        Fields::default().u64(start).u64(out.len() as u64).text(name).record(METADATA_INDEX, &mut self.metadata_indexes);
+        self.metadata += 1;
+        self.sink.flush()
+    }
+
+    /// The end of the file.
+    pub fn finish(&mut self) -> io::Result<()> {
+        self.finish_chunk()?;
+        let mut out = Vec::new();
+        Fields::default().u32(0).record(DATA_END, &mut out);
+        let summary = self.position + out.len() as u64;
+        let (from, to) = self.span.unwrap_or((0, 0));
+        let mut statistics = Vec::new();
+        let fields = Fields::default().u64(self.counts.values().sum()).u16(u16::try_from(self.schemas.len()).unwrap_or(u16::MAX));
+        let fields = fields.u32(self.channels.into()).u32(0).u32(self.metadata).u32(self.chunks).u64(from).u64(to).by_channel(&self.counts);
+        fields.record(STATISTICS, &mut statistics);
+        let [schemas, channels] = &self.described;
+        let groups =
+            [(SCHEMA, schemas), (CHANNEL, channels), (STATISTICS, &statistics), (CHUNK_INDEX, &self.chunk_indexes), (METADATA_INDEX, &self.metadata_indexes)];
+        let mut offsets = Vec::new();
+        for (code, group) in groups.into_iter().filter(|(_, group)| !group.is_empty()) {
+            let start = self.position + out.len() as u64;
+            let mut fields = Fields(vec![code]);
+            fields = fields.u64(start).u64(group.len() as u64);
+            fields.record(SUMMARY_OFFSET, &mut offsets);
+            out.extend(group);
+        }
+        let offset_start = self.position + out.len() as u64;
+        out.extend(&offsets);
+        Fields::default().u64(summary).u64(offset_start).u32(0).record(FOOTER, &mut out);
+        out.extend(MAGIC);
+        self.write(&out)?;
+        self.sink.flush()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.sink.write_all(bytes)?;
+        self.position += bytes.len() as u64;
+        Ok(())
+    }
+}
+
+const COMPRESSION: &str = "lz4";
+/// Bytes of a message's fields before its data: channel, sequence, two times.
+const MESSAGE_FIELDS: u64 = 22;

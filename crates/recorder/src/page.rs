@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Pages: messages on their way to the file.
+use std::collections::BTreeMap;
+
+/// A channel of the file. Given by [`Page::channel`], valid for every page of the same recorder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ChannelId(pub(crate) usize);
+
+/// What a channel is.
+#[derive(Clone, Debug)]
+pub(crate) struct Definition {
+    pub topic: String,
+    /// Name and text of the JSON schema of its messages.
+    pub schema: (String, String),
+    pub metadata: BTreeMap<String, String>,
+}
+
+pub(crate) struct Entry {
+    pub channel: ChannelId,
+    pub time_ns: i64,
+    pub sequence: u32,
+    /// End of its bytes: they begin where those of the one before end.
+    pub end: usize,
+}
+
+/// What the sources have given since the page before. Its memory is used again.
+#[derive(Default)]
+pub struct Page {
+    /// How many channels there were before those of this page.
+    pub(crate) first: usize,
+    pub(crate) definitions: Vec<Definition>,
+    pub(crate) entries: Vec<Entry>,
+    pub(crate) bytes: Vec<u8>,
+    /// What was lost before it could become a message.
+    pub(crate) lost: BTreeMap<ChannelId, u64>,
+}
+
+impl Page {
+    /// A new channel. `topic`: its name in the file; `schema`: name and JSON schema of its messages, an object.
+    pub fn channel(&mut self, topic: &str, schema: (&str, &serde_json::Value), metadata: BTreeMap<String, String>) -> ChannelId {
+        let schema = (schema.0.to_owned(), schema.1.to_string());
+        self.definitions.push(Definition { topic: topic.to_owned(), schema, metadata });
+        ChannelId(self.first + self.definitions.len() - 1)
+    }
+
+    /// One message, JSON. `time_ns`: on the system's clock. `sequence`: the number that tools see.
+    pub fn put(&mut self, channel: ChannelId, time_ns: i64, sequence: u64, fill: impl FnOnce(&mut Vec<u8>)) {
+        fill(&mut self.bytes);
+        #[allow(clippy::cast_possible_truncation, reason = "the lower half is what a file holds")]
+        let sequence = sequence as u32;
+        self.entries.push(Entry { channel, time_ns, sequence, end: self.bytes.len() });
+    }
+
+    /// So many messages of a channel were lost before they came here.
+    pub fn lost(&mut self, channel: ChannelId, count: u64) {
+        if count > 0 {
+            *self.lost.entry(channel).or_default() += count;
+        }
+    }
+
+    /// Messages, with their bytes.
+    pub(crate) fn messages(&self) -> impl Iterator<Item = (&Entry, &[u8])> {
+        let starts = std::iter::once(0).chain(self.entries.iter().map(|entry| entry.end));
+        self.entries.iter().zip(starts).map(|(entry, start)| (entry, &self.bytes[start..entry.end]))
+    }
+
+    /// Its messages become losses: there is no room for them. Channels stay.
+    pub(crate) fn give_up(&mut self) {
+        for entry in self.entries.drain(..) {
+            *self.lost.entry(entry.channel).or_default() += 1;
+        }
+        self.bytes.clear();
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.entries.is_empty() && self.definitions.is_empty() && self.lost.is_empty()
+    }
+
+    /// Bytes that it takes up, about.
+    pub(crate) fn len(&self) -> usize {
+        self.bytes.len() + self.entries.len() * size_of::<Entry>()
+    }
+
+    /// Empty, for what comes next.
+    pub(crate) fn renew(&mut self, first: usize) {
+        self.first = first;
+        self.definitions.clear();
+        self.entries.clear();
+        self.bytes.clear();
+        self.lost.clear();
+    }
+}

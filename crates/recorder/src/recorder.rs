@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A recording that is under way: the thread that drains, the thread that writes, and how both end.
+use crate::ABOUT;
+use crate::file::{Book, Sink};
+use crate::page::Page;
+use crate::room::{ROOM, Room};
+use crate::sources::{EndReports, LogEntries, Source, Timing, Values};
+use indexmap::IndexMap;
+use model::refusal::{Class, Refusal, Refusals};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::any::Any;
+use std::collections::BTreeMap;
+use std::fs::OpenOptions;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::thread::JoinHandle;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use supervisor::{Companion, System};
+
+/// What is recorded.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Options {
+    /// Names of SVVs, `*` and `?` stand for any letters; those that are made later belong to it too. Of private cells: `INSTANCE:CELL`.
+    pub svvs: Vec<String>,
+    /// The private cells of all verb instances too.
+    pub cells: bool,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options { svvs: vec!["*".to_owned()], cells: false }
+    }
+}
+
+/// How a recording stands, or ended.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Summary {
+    /// The file.
+    pub path: PathBuf,
+    pub running: bool,
+    /// Messages in the file, by channel; while it runs, in its whole chunks.
+    pub counts: IndexMap<String, u64>,
+    /// Messages that are not in it, by channel, where there are any.
+    pub lost: IndexMap<String, u64>,
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// Why nothing more could be written.
+    pub failure: Option<String>,
+}
+
+/// A recording. Ends with [`Recorder::stop`], or with its system.
+pub struct Recorder {
+    room: Arc<Room>,
+    stops: Arc<AtomicBool>,
+    state: Arc<State>,
+    others: Arc<Mutex<Vec<Box<dyn Source>>>>,
+    threads: Mutex<Vec<JoinHandle<()>>>,
+}
+
+/// How a recording stands, for who waits for its end.
+struct State {
+    summary: Mutex<Summary>,
+    ended: Condvar,
+}
+
+impl State {
+    fn locked(&self) -> MutexGuard<'_, Summary> {
+        self.summary.lock().expect("nobody panics with the lock held")
+    }
+}
+
+/// Between two looks at the sources.
+const LOOK: Duration = Duration::from_millis(20);
+
+impl Recorder {
+    /// Begins to record into a new file at `path`; the recording belongs to the system from then on, and ends with it. Its number there.
+    /// Refused where the file cannot be made or there is one already, and where a name without `*` is of nothing.
+    pub fn start(system: &System, path: &Path, options: &Options) -> Result<(u64, Arc<Recorder>), Refusals> {
+        let file = OpenOptions::new().write(true).create_new(true).open(path).map_err(|why| {
+            let remedy = if why.kind() == std::io::ErrorKind::AlreadyExists {
+                "give it another name, or delete that file"
+            } else {
+                "does the folder exist, and may you write there?"
+            };
+            vec![Refusal::new(Class::ValueRefused, format!("cannot record into '{}': {why}", path.display())).remedy(remedy)]
+        })?;
+        let recorder = Recorder::start_in(system, Box::new(file), path, options, ROOM).inspect_err(|_| {
+            // A file that holds nothing; where it cannot be deleted it says so by being empty.
+            let _gone = std::fs::remove_file(path);
+        })?;
+        Ok((system.accompany(recorder.clone()), recorder))
+    }
+
+    /// The same into any sink, with `room` bytes for what waits for it, and without a place in the system.
+    pub fn start_in(system: &System, sink: Box<dyn Sink>, path: &Path, options: &Options, room: usize) -> Result<Arc<Recorder>, Refusals> {
+        let values = Values::new(system.tap_all(&options.svvs, options.cells)?);
+        values.tap.hold_time();
+        let (log, ends, timing) = (LogEntries::new(system.observer()), EndReports::new(system.observer()), Timing::new(system.observer()));
+        values.tap.heard(log.next(), ends.next());
+        let cannot =
+            |why: String| vec![Refusal::new(Class::ValueRefused, format!("cannot record into '{}': {why}", path.display())).remedy("is the disk full?")];
+        let book = Book::new(sink, (ABOUT, &about(system))).map_err(|why| cannot(why.to_string()))?;
+        let recorder = Recorder {
+            room: Arc::new(Room::new(room)),
+            stops: Arc::default(),
+            state: Arc::new(State { summary: Mutex::new(Summary { path: path.to_owned(), running: true, ..Summary::default() }), ended: Condvar::new() }),
+            others: Arc::default(),
+            threads: Mutex::default(),
+        };
+        let (room, state, observer) = (recorder.room.clone(), recorder.state.clone(), system.observer());
+        let writer = spawn("recorder-disk", move || write(&room, book, &state, &observer)).map_err(cannot)?;
+        let drain = Drain { room: recorder.room.clone(), stops: recorder.stops.clone(), is_virtual: system.is_virtual(), values, log, ends, timing };
+        let others = recorder.others.clone();
+        let drained = spawn("recorder", move || drain.run(&others)).map_err(|why| {
+            recorder.room.close();
+            cannot(why)
+        })?;
+        recorder.locked_threads().extend([drained, writer]);
+        Ok(Arc::new(recorder))
+    }
+
+    /// Records from another source too, from now on.
+    pub fn add(&self, source: Box<dyn Source>) {
+        self.others.lock().expect("nobody panics with the lock held").push(source);
+    }
+
+    /// How it stands.
+    pub fn summary(&self) -> Summary {
+        self.state.locked().clone()
+    }
+
+    /// Ends it, and waits at most so long for that: `running` tells whether it has ended.
+    pub fn stop_within(&self, patience: Duration) -> Summary {
+        self.stops.store(true, Ordering::Release);
+        let state = self.state.locked();
+        self.state.ended.wait_timeout_while(state, patience, |summary| summary.running).expect("nobody panics with the lock held").0.clone()
+    }
+
+    /// Ends it: what has come is written, then the end of the file. Twice is once.
+    pub fn stop(&self) -> Summary {
+        self.stops.store(true, Ordering::Release);
+        for thread in self.locked_threads().drain(..) {
+            // One that panicked has said so; the file ends with its last chunk.
+            let _ended = thread.join();
+        }
+        self.summary()
+    }
+
+    fn locked_threads(&self) -> MutexGuard<'_, Vec<JoinHandle<()>>> {
+        self.threads.lock().expect("nobody panics with the lock held")
+    }
+}
+
+impl Companion for Recorder {
+    fn end(&self) {
+        self.stop();
+    }
+
+    fn as_any(self: Arc<Self>) -> Arc<dyn Any + Send + Sync> {
+        self
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> Result<JoinHandle<()>, String> {
+    std::thread::Builder::new().name(name.to_owned()).spawn(run).map_err(|why| why.to_string())
+}
+
+/// What is said of a recording in its file.
+fn about(system: &System) -> BTreeMap<String, String> {
+    let unix_ns = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos());
+    let epoch_ns = i128::try_from(unix_ns).unwrap_or(0) - i128::from(system.now_ns());
+    let clock = if system.is_virtual() { "virtual" } else { "monotonic" };
+    [
+        ("system", system.name().to_owned()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("clock", clock.to_owned()),
+        // When the system's clock stood at 0: times of messages are of that clock.
+        ("epoch_unix_ns", epoch_ns.to_string()),
+        ("begins_ns", system.now_ns().to_string()),
+        ("configuration", system.configuration_json().to_string()),
+        ("names", system.names_json().to_string()),
+        ("schema", json!({"svv": "a channel with metadata kind, type and unit", "time": "ns on the system's clock"}).to_string()),
+    ]
+    .map(|(name, text)| (name.to_owned(), text))
+    .into()
+}
+
+struct Drain {
+    room: Arc<Room>,
+    stops: Arc<AtomicBool>,
+    is_virtual: bool,
+    values: Values,
+    log: LogEntries,
+    ends: EndReports,
+    timing: Timing,
+}
+
+impl Drain {
+    fn run(mut self, others: &Mutex<Vec<Box<dyn Source>>>) {
+        let mut page = Page::default();
+        let mut channels = 0;
+        loop {
+            let stops = self.stops.load(Ordering::Acquire);
+            page.renew(channels);
+            self.log.drain(&mut page);
+            self.ends.drain(&mut page);
+            self.timing.drain(&mut page);
+            others.lock().expect("nobody panics with the lock held").iter_mut().for_each(|source| source.drain(&mut page));
+            self.values.tap.heard(self.log.next(), self.ends.next());
+            self.values.drain(&mut page);
+            channels += page.definitions.len();
+            if !page.is_empty() {
+                page = self.room.put(page, self.is_virtual);
+            }
+            if stops {
+                return self.room.close();
+            }
+            self.values.tap.wait(LOOK);
+        }
+    }
+}
+
+fn write(room: &Room, mut book: Book, state: &State, system: &System) {
+    let told = |book: &Book, running: bool| {
+        let mut summary = state.locked();
+        summary.running = running;
+        summary.bytes = book.bytes;
+        for count in &book.counts {
+            summary.counts.insert(count.topic.clone(), count.written);
+            if count.lost > 0 {
+                summary.lost.insert(count.topic.clone(), count.lost);
+            }
+        }
+        let is_new = book.failure.is_some() && summary.failure.is_none();
+        summary.failure.clone_from(&book.failure);
+        is_new.then(|| format!("cannot write '{}' any more: {}", summary.path.display(), book.failure.as_deref().unwrap_or_default()))
+    };
+    let mut has_lost = false;
+    while let Some(page) = room.take() {
+        book.write(&page);
+        let loses = !has_lost && !page.lost.is_empty();
+        room.written(page);
+        if let Some(failure) = told(&book, true) {
+            system.note("recorder", "system", &failure);
+        } else if loses {
+            has_lost = true;
+            system.note("recorder", "system", "values are lost: the disk is too slow, or they come too fast");
+        }
+    }
+    book.finish();
+    if let Some(failure) = told(&book, false) {
+        system.note("recorder", "system", &failure);
+    }
+    state.ended.notify_all();
+}

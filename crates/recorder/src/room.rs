@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The room between who drains and who writes: pages in order, bounded in bytes.
+use crate::page::Page;
+use std::collections::VecDeque;
+use std::sync::{Condvar, Mutex, MutexGuard};
+
+/// Bytes of pages that may wait for the disk.
+pub(crate) const ROOM: usize = 64 << 20;
+
+#[derive(Default)]
+struct Waiting {
+    pages: VecDeque<Page>,
+    /// Pages that were written, whose memory is used again.
+    empty: Vec<Page>,
+    bytes: usize,
+    closed: bool,
+}
+
+pub(crate) struct Room {
+    waiting: Mutex<Waiting>,
+    turned: Condvar,
+    size: usize,
+}
+
+impl Room {
+    pub fn new(size: usize) -> Room {
+        Room { waiting: Mutex::default(), turned: Condvar::new(), size }
+    }
+
+    fn locked(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().expect("nobody panics with the lock held")
+    }
+
+    /// A page goes to the writer. Where there is no room for it, it waits for room if it `may_wait`, else its messages become losses.
+    /// An empty page comes back.
+    pub fn put(&self, mut page: Page, may_wait: bool) -> Page {
+        let mut waiting = self.locked();
+        if may_wait {
+            waiting = self.turned.wait_while(waiting, |waiting| waiting.bytes >= self.size && !waiting.closed).expect("nobody panics with the lock held");
+        }
+        if waiting.bytes > 0 && waiting.bytes + page.len() > self.size && !may_wait {
+            page.give_up();
+        }
+        waiting.bytes += page.len();
+        waiting.pages.push_back(page);
+        self.turned.notify_all();
+        waiting.empty.pop().unwrap_or_default()
+    }
+
+    /// The next page; none when the room is closed and empty.
+    pub fn take(&self) -> Option<Page> {
+        let waiting = self.locked();
+        let mut waiting = self.turned.wait_while(waiting, |waiting| waiting.pages.is_empty() && !waiting.closed).expect("nobody panics with the lock held");
+        waiting.pages.pop_front()
+    }
+
+    /// A page was written.
+    pub fn written(&self, page: Page) {
+        let mut waiting = self.locked();
+        waiting.bytes -= page.len();
+        if waiting.empty.len() < EMPTY_MAX {
+            waiting.empty.push(page);
+        }
+        self.turned.notify_all();
+    }
+
+    /// Nothing more comes.
+    pub fn close(&self) {
+        self.locked().closed = true;
+        self.turned.notify_all();
+    }
+}
+
+/// Pages kept for their memory.
+const EMPTY_MAX: usize = 4;

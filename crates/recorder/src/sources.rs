@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What is recorded: values of SVVs, the log, end reports, how the interrupt sources do.
+use crate::page::{ChannelId, Page};
+use crate::{ENDS, LOG, json};
+use model::types::Type;
+use serde_json::{Value as Json, json};
+use std::collections::BTreeMap;
+use supervisor::{Samples, System, Tap};
+
+/// Something that gives messages. Drained every 20 ms or so by the recorder's thread, once more at the end.
+pub trait Source: Send {
+    /// Appends what is new.
+    fn drain(&mut self, page: &mut Page);
+}
+
+/// Every value of the SVVs and cells that a tap observes.
+pub(crate) struct Values {
+    pub tap: Tap,
+    samples: Samples,
+    channels: Vec<(ChannelId, Type)>,
+}
+
+impl Values {
+    pub fn new(tap: Tap) -> Values {
+        Values { tap, samples: Samples::default(), channels: Vec::new() }
+    }
+
+    /// Channels for what the tap has come to observe.
+    fn define(&mut self, page: &mut Page) {
+        for of in &self.tap.channels()[self.channels.len()..] {
+            // The type of a running SVV has been read before.
+            let value_type =
+                Type::parse(&of.type_text, &Default::default()).unwrap_or(Type::Array(Box::new(Type::Scalar(model::types::Scalar::Uint8)), of.size));
+            let kind = if of.name.contains(':') { "cell" } else { "svv" };
+            let metadata = [("kind", kind), ("type", of.type_text.as_str()), ("unit", of.unit.as_str())];
+            let metadata: BTreeMap<String, String> = metadata.map(|(name, text)| (name.to_owned(), text.to_owned())).into();
+            let schema = json::schema(&value_type, &of.unit);
+            let name = format!("opengpac.value {} {}", of.type_text, of.unit);
+            self.channels.push((page.channel(&of.name, (name.trim_end(), &schema), metadata), value_type));
+        }
+    }
+}
+
+impl Source for Values {
+    fn drain(&mut self, page: &mut Page) {
+        self.tap.take(&mut self.samples);
+        self.define(page);
+        for (run, (channel, of)) in self.samples.runs.iter().zip(&self.channels) {
+            page.lost(*channel, run.lost);
+            let size = of.size();
+            for (index, (number, time_ns)) in run.numbers.iter().zip(&run.times_ns).enumerate() {
+                page.put(*channel, *time_ns, *number, |out| {
+                    out.extend_from_slice(b"{\"number\":");
+                    out.extend_from_slice(number.to_string().as_bytes());
+                    out.extend_from_slice(b",\"value\":");
+                    json::write(of, &run.bytes[index * size..][..size], out);
+                    out.push(b'}');
+                });
+            }
+        }
+    }
+}
+
+/// A channel that is made when it is first needed.
+#[derive(Default)]
+struct Late(Option<ChannelId>);
+
+impl Late {
+    fn of(&mut self, page: &mut Page, topic: &str, schema: (&str, &Json)) -> ChannelId {
+        *self.0.get_or_insert_with(|| page.channel(topic, schema, BTreeMap::new()))
+    }
+}
+
+fn put_json(page: &mut Page, channel: ChannelId, time_s: f64, sequence: u64, message: &impl serde::Serialize) {
+    #[allow(clippy::cast_possible_truncation, reason = "ns of a clock that has run for less than a century")]
+    let time_ns = (time_s * 1e9).round() as i64;
+    page.put(channel, time_ns, sequence, |out| serde_json::to_writer(out, message).expect("a record of the supervisor has a JSON form"));
+}
+
+/// The log: conditions, faults, transitions, starts, commands.
+pub(crate) struct LogEntries {
+    system: System,
+    next: u64,
+    channel: Late,
+}
+
+impl LogEntries {
+    /// From the present on.
+    pub fn new(system: System) -> LogEntries {
+        let next = system.log_since(0).last().map_or(0, |entry| entry.sequence + 1);
+        LogEntries { system, next, channel: Late::default() }
+    }
+
+    /// Number of the next entry.
+    pub fn next(&self) -> u64 {
+        self.next
+    }
+}
+
+impl Source for LogEntries {
+    fn drain(&mut self, page: &mut Page) {
+        let text = || json!({"type": "string"});
+        let properties = json!({"sequence": {"type": "integer"}, "time_s": {"type": "number"}, "kind": text(), "about": text(), "text": text()});
+        let channel = self.channel.of(page, LOG, ("opengpac.log", &json!({"type": "object", "properties": properties})));
+        for entry in self.system.log_since(self.next) {
+            page.lost(channel, entry.sequence - self.next);
+            self.next = entry.sequence + 1;
+            put_json(page, channel, entry.time_s, entry.sequence, &entry);
+        }
+    }
+}
+
+/// End reports.
+pub(crate) struct EndReports {
+    system: System,
+    next: u64,
+    channel: Late,
+}
+
+impl EndReports {
+    pub fn new(system: System) -> EndReports {
+        let next = system.ends_since(0).last().map_or(0, |end| end.number + 1);
+        EndReports { system, next, channel: Late::default() }
+    }
+
+    pub fn next(&self) -> u64 {
+        self.next
+    }
+}
+
+impl Source for EndReports {
+    fn drain(&mut self, page: &mut Page) {
+        let channel = self.channel.of(page, ENDS, ("opengpac.end", &json!({"type": "object"})));
+        for end in self.system.ends_since(self.next) {
+            page.lost(channel, end.number - self.next);
+            self.next = end.number + 1;
+            put_json(page, channel, end.report.time_s, end.number, &end);
+        }
+    }
+}
+
+/// Firings, jitter, durations and overruns of each interrupt source, once a second of the system's clock, or as often as it is looked at.
+pub(crate) struct Timing {
+    system: System,
+    next_ns: i64,
+    channels: BTreeMap<String, ChannelId>,
+}
+
+const SECOND_NS: i64 = 1_000_000_000;
+
+impl Timing {
+    pub fn new(system: System) -> Timing {
+        Timing { next_ns: system.now_ns(), system, channels: BTreeMap::new() }
+    }
+}
+
+impl Source for Timing {
+    fn drain(&mut self, page: &mut Page) {
+        let now_ns = self.system.now_ns();
+        if now_ns < self.next_ns {
+            return;
+        }
+        self.next_ns = now_ns + SECOND_NS;
+        let statistics = self.system.statistics_json();
+        for (name, source) in statistics["sources"].as_object().into_iter().flatten() {
+            let channel = *self
+                .channels
+                .entry(name.clone())
+                .or_insert_with(|| page.channel(&format!("/timing/{name}"), ("opengpac.timing", &json!({"type": "object"})), BTreeMap::new()));
+            #[allow(clippy::cast_precision_loss, reason = "a time in seconds")]
+            put_json(page, channel, now_ns as f64 * 1e-9, 0, source);
+        }
+    }
+}

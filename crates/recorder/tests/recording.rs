@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A recording has every value of what was asked for, or says exactly what it has not; nobody waits for a disk but virtual time.
+use interconnect::Memory;
+use kernel::ClockKind;
+use model::configuration::SourceKind;
+use model::definition::{Application, Verb};
+use recorder::{Options, Recorder, Recording, Sink, Summary};
+use serde_json::{Value as Json, json};
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::sync::{Arc, Condvar, Mutex};
+use std::time::Duration;
+use supervisor::{Limits, SvvRequest, System};
+
+const MS: i64 = 1_000_000;
+
+/// A timer of 1 kHz, and a verb `wave` that writes an SVV.
+fn system() -> System {
+    let system = System::new("cell", ClockKind::Virtual { seed: 1 }, Box::new(Memory)).expect("a system");
+    system.processor("rtp0", None, true).unwrap();
+    system.source("rtp0", "fast", SourceKind::Timer { period_ns: 1_000_000 }, 80, 0).unwrap();
+    let verb: Verb = serde_json::from_value(json!({
+        "name": "wave",
+        "blocks": { "wave": { "block": { "subroutine": "library.signal_generator" }, "constants": { "shape": 1, "frequency": 5.0 } } },
+        "instantiation_parameters": { "y": ["wave.y"] },
+        "command_lists": { "start": { "commands": [{ "command": "activate", "block": "wave", "every_ns": 1_000_000 }] } },
+    }))
+    .unwrap();
+    system.define_verb(verb).unwrap();
+    system
+}
+
+fn svv(system: &System, name: &str, request: Json) {
+    let request: SvvRequest = serde_json::from_value(request).unwrap();
+    system.svv(name, &request, None).unwrap();
+}
+
+fn wave(system: &System, svv: &str) -> u64 {
+    let application: Application =
+        serde_json::from_value(json!({ "verb": "wave", "arguments": { "y": { "svv": svv } }, "placement": { "*": "rtp0.fast" } })).unwrap();
+    let id = system.create(&application).unwrap();
+    system.start(id, &Default::default(), Limits::default()).unwrap();
+    id
+}
+
+/// A path that nothing lies at, and the file that it names goes with this.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Scratch {
+        let path = std::env::temp_dir().join(format!("opengpac-recording-{}-{name}.mcap", std::process::id()));
+        let _absent = std::fs::remove_file(&path);
+        Scratch(path)
+    }
+
+    fn read(&self) -> Recording {
+        Recording::open(&self.0).unwrap_or_else(|why| panic!("{}", why[0]))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _gone = std::fs::remove_file(&self.0);
+    }
+}
+
+fn values(recording: &Recording, name: &str) -> Vec<f64> {
+    recording.series[name].bytes.chunks(8).map(|value| f64::from_le_bytes(value.try_into().unwrap())).collect()
+}
+
+#[test]
+fn every_value_comes_back_with_its_bits_number_and_time() {
+    let (system, file) = (system(), Scratch::new("all"));
+    svv(&system, "y", json!({"type_text": "double", "history": 5000, "unit": "rad"}));
+    svv(&system, "still", json!({"type_text": "int32_t[2]"}));
+    let (_, recorder) = Recorder::start(&system, &file.0, &Options::default()).unwrap();
+    let id = wave(&system, "y");
+    system.advance(5000 * MS).unwrap();
+    let summary = recorder.stop();
+    assert_eq!((summary.running, summary.lost.len(), summary.failure), (false, 0, None));
+    system.halt(id).unwrap();
+    let (recording, history) = (file.read(), system.history("y", 5000).unwrap());
+    assert!(recording.complete);
+    let series = &recording.series["y"];
+    let expected: Vec<(u64, i64, Vec<u8>)> = history.into_iter().take(5000).collect();
+    let got: Vec<(u64, i64, Vec<u8>)> =
+        (0..series.numbers.len()).map(|i| (series.numbers[i], series.times_ns[i], series.bytes[8 * i..8 * i + 8].to_vec())).collect();
+    assert_eq!(got[1..], expected[..], "behind the value that was there at the start");
+    assert_eq!((series.unit.as_str(), series.kind.as_str(), summary.counts["y"]), ("rad", "svv", 5001));
+    assert_eq!(recording.series["still"].bytes, [0; 8], "what nothing writes is there once");
+    assert!(recording.log().any(|entry| entry["kind"] == "start" && entry["about"] == "wave#1"));
+    assert_eq!(recording.metadata["opengpac"]["system"], "cell");
+    assert!(!recording.records["/timing/rtp0.fast"].is_empty());
+}
+
+#[test]
+fn what_is_made_later_is_taken_in_and_what_was_not_asked_for_is_not() {
+    let (system, file) = (system(), Scratch::new("later"));
+    svv(&system, "arm.q", json!({"type_text": "double"}));
+    let options = Options { svvs: vec!["arm.*".to_owned()], cells: false };
+    let (number, _) = Recorder::start(&system, &file.0, &options).unwrap();
+    for name in ["arm.v", "leg.v"] {
+        svv(&system, name, json!({"type_text": "double"}));
+        wave(&system, name);
+    }
+    system.advance(3000 * MS).unwrap();
+    assert!(system.companion(number).is_some());
+    // A system that closes ends its recordings.
+    system.close();
+    let recording = file.read();
+    assert!(recording.complete);
+    assert_eq!(recording.series.keys().map(String::as_str).collect::<Vec<_>>(), ["arm.q", "arm.v"]);
+    assert!(values(&recording, "arm.v").len() > 3000);
+    assert!(recording.ends().any(|end| end["report"]["instance"] == "wave#1"));
+}
+
+#[test]
+fn what_cannot_be_recorded_is_refused_with_words() {
+    let (system, file) = (system(), Scratch::new("refused"));
+    let of = |options: Options, path: &std::path::Path| Recorder::start(&system, path, &options).map(|_| ()).expect_err("refused")[0].to_string();
+    assert!(of(Options { svvs: vec!["nothing".to_owned()], cells: false }, &file.0).contains("there is no SVV 'nothing'"));
+    assert!(!file.0.exists(), "no file is left");
+    assert!(of(Options::default(), std::path::Path::new("/nowhere/at/all.mcap")).contains("cannot record into"));
+    std::fs::write(&file.0, "mine").unwrap();
+    assert!(of(Options::default(), &file.0).contains("cannot record into"));
+    assert_eq!(std::fs::read(&file.0).unwrap(), b"mine");
+    assert!(Recording::open(&file.0).expect_err("no MCAP")[0].to_string().contains("no MCAP file"));
+}
+
+/// A disk of so many bytes, which may stand still.
+#[derive(Clone)]
+struct Disk(Arc<(Mutex<Written>, Condvar)>);
+
+/// What was written, the room, and whether it stands still.
+type Written = (Vec<u8>, usize, bool);
+
+impl Disk {
+    fn new(room: usize) -> Disk {
+        Disk(Arc::new((Mutex::new((Vec::new(), room, false)), Condvar::new())))
+    }
+
+    fn stands(&self, stands: bool) {
+        self.0.0.lock().unwrap().2 = stands;
+        self.0.1.notify_all();
+    }
+}
+
+impl Write for Disk {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut disk = self.0.1.wait_while(self.0.0.lock().unwrap(), |disk| disk.2).unwrap();
+        let len = bytes.len().min(disk.1 - disk.0.len());
+        if len == 0 {
+            return Err(io::Error::new(io::ErrorKind::StorageFull, "no space left on device"));
+        }
+        disk.0.extend(&bytes[..len]);
+        Ok(len)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Sink for Disk {
+    fn cut(&mut self, len: u64) -> io::Result<()> {
+        self.0.0.lock().unwrap().0.truncate(len as usize);
+        Ok(())
+    }
+}
+
+fn total(summary: &Summary, name: &str) -> u64 {
+    summary.counts[name] + summary.lost.get(name).copied().unwrap_or(0)
+}
+
+#[test]
+fn a_full_disk_ends_the_file_with_its_last_chunk_and_every_message_is_counted() {
+    let (system, file) = (system(), Scratch::new("full"));
+    svv(&system, "y", json!({"type_text": "double"}));
+    // Room for the first chunk, and not for all.
+    let disk = Disk::new(1_200_000);
+    let recorder = Recorder::start_in(&system, Box::new(disk.clone()), &file.0, &Options::default(), 1 << 20).unwrap();
+    wave(&system, "y");
+    system.advance(60_000 * MS).unwrap();
+    let summary = recorder.stop();
+    assert!(summary.failure.as_deref().is_some_and(|why| why.contains("no space left")), "{summary:?}");
+    assert_eq!(total(&summary, "y"), 60_001);
+    assert!(system.log_since(0).iter().any(|entry| entry.kind == "recorder"));
+    std::fs::write(&file.0, &disk.0.0.lock().unwrap().0).unwrap();
+    let recording = file.read();
+    assert!(!recording.complete);
+    assert_eq!(recording.series["y"].numbers.len() as u64, summary.counts["y"]);
+    assert!(summary.counts["y"] > 1000 && summary.bytes <= 1_200_000, "{summary:?}");
+}
+
+#[test]
+fn a_file_that_was_cut_off_can_be_read_up_to_its_last_chunk() {
+    let (system, file) = (system(), Scratch::new("cut"));
+    svv(&system, "y", json!({"type_text": "double"}));
+    let (_, recorder) = Recorder::start(&system, &file.0, &Options::default()).unwrap();
+    wave(&system, "y");
+    system.advance(60_000 * MS).unwrap();
+    recorder.stop();
+    let (whole, bytes) = (file.read(), std::fs::read(&file.0).unwrap());
+    let mut before = 0;
+    for cut in (100..bytes.len()).step_by(bytes.len() / 8) {
+        std::fs::write(&file.0, &bytes[..cut]).unwrap();
+        let Ok(part) = Recording::open(&file.0) else { continue };
+        let count = part.series.get("y").map_or(0, |series| series.numbers.len());
+        assert!(count >= before && values(&whole, "y").starts_with(&part.series.get("y").map_or(Vec::new(), |_| values(&part, "y"))));
+        before = count;
+    }
+    assert!(before > 0);
+}
+
+#[test]
+fn real_time_does_not_wait_for_a_disk_and_what_found_no_room_is_counted() {
+    let system = System::new("cell", ClockKind::Monotonic, Box::new(Memory)).expect("a system");
+    system.processor("rtp0", None, true).unwrap();
+    let file = Scratch::new("slow");
+    svv(&system, "y", json!({"type_text": "double"}));
+    let disk = Disk::new(usize::MAX);
+    let recorder = Recorder::start_in(&system, Box::new(disk.clone()), &file.0, &Options::default(), 4096).unwrap();
+    disk.stands(true);
+    let stores: u64 = 5000;
+    for number in 0..stores {
+        system.write("y", &model::value::Value::Number(number as f64)).unwrap();
+        if number % 100 == 0 {
+            std::thread::yield_now();
+        }
+    }
+    while recorder.stop_within(Duration::from_millis(50)).running {
+        disk.stands(false);
+    }
+    let summary = recorder.summary();
+    assert_eq!(total(&summary, "y"), stores + 1, "{summary:?}");
+    std::fs::write(&file.0, &disk.0.0.lock().unwrap().0).unwrap();
+    let recording = file.read();
+    assert_eq!(recording.lost().get("y"), summary.lost.get("y"));
+    assert_eq!(recording.series["y"].numbers.len() as u64, summary.counts["y"]);
+}

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What recorded scripts stand on: the code of the record, devices and connections that give what is recorded.
+use interconnect::{Receiver, Sender};
+use kernel::wire::{CodeName, Ground};
+use kernel::{Channel, Device, Host, Way};
+use opengpac::abi::Descriptor;
+use std::any::Any;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+type Keeper = Arc<dyn Any + Send + Sync>;
+
+/// Where the code of blocks comes from.
+pub trait Codes {
+    /// A module of the record.
+    ///
+    /// # Errors
+    /// In words: it cannot be loaded.
+    fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String>;
+
+    /// The code of a block.
+    fn find(&self, name: &CodeName) -> Option<(&'static Descriptor, Keeper)>;
+}
+
+impl Codes for rtp::Code {
+    fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
+        rtp::Code::load(self, key, name, bytes)
+    }
+
+    fn find(&self, name: &CodeName) -> Option<(&'static Descriptor, Keeper)> {
+        rtp::Code::find(self, name)
+    }
+}
+
+pub(crate) struct Recorded {
+    pub codes: Box<dyn Codes>,
+    pub devices: HashMap<String, Vec<Channel>>,
+    pub host: Arc<Host>,
+}
+
+impl Ground for Recorded {
+    fn code(&self, name: &CodeName) -> Option<(&'static Descriptor, Keeper)> {
+        self.codes.find(name)
+    }
+
+    fn device(&self, name: &str) -> Option<Arc<Device>> {
+        Device::recorded(name, self.devices.get(name)?.clone()).ok()
+    }
+
+    fn sender(&mut self, way: &Way) -> Box<dyn Sender> {
+        self.host.played_sender(way)
+    }
+
+    fn receiver(&mut self, way: &Way) -> Box<dyn Receiver> {
+        self.host.played(way)
+    }
+}
+
+/// The code of the record, but for modules that others stand in for.
+pub struct Exchanged {
+    code: rtp::Code,
+    others: HashMap<String, Vec<u8>>,
+}
+
+impl Exchanged {
+    /// The code of the record.
+    pub fn new(code: rtp::Code) -> Exchanged {
+        Exchanged { code, others: HashMap::new() }
+    }
+
+    /// The shared object `bytes` in the place of the record's module `name`.
+    pub fn exchange(&mut self, name: &str, bytes: Vec<u8>) {
+        self.others.insert(name.to_owned(), bytes);
+    }
+}
+
+impl Codes for Exchanged {
+    fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
+        match self.others.get(name) {
+            Some(other) => self.code.replace(key, name, other),
+            None => self.code.load(key, name, bytes),
+        }
+    }
+
+    fn find(&self, name: &CodeName) -> Option<(&'static Descriptor, Keeper)> {
+        self.code.find(name)
+    }
+}

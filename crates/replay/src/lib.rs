@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Running a recorded run again. A record has every script that was handed to a source and, of every source, what came to it from outside
+//! (`kernel::trace`), and the code of the blocks; so the same blocks compute the same values, bit for bit, under a clock that is the
+//! record's. Neither supervisor nor programming system is needed: what they decided is in the scripts.
+//!
+//! [`Recording`] gathers the items of a record while it is made, [`Player`] runs them again, [`Comparison`] runs them with other code
+//! beside the recorded one and names the first difference. [`Writer`] and [`Reader`] are records as files, [`Run`] is all of it for a command.
+mod comparison;
+mod condition;
+mod file;
+mod ground;
+mod player;
+mod recording;
+mod run;
+
+pub use comparison::{Comparison, Difference};
+pub use condition::Condition;
+pub use file::{Reader, TOPIC, Writer};
+pub use ground::{Codes, Exchanged};
+pub use player::{Moment, Player, Svv, Unplayable};
+pub use recording::{Item, Recording};
+pub use run::{Asked, Found, Run, Shown, Told};

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Runs the items of a record again, one after the other.
+use crate::ground::{Codes, Recorded};
+use crate::recording::Item;
+use kernel::trace::{Change, Entry, Played};
+use kernel::wire::{CellAt, Reader};
+use kernel::{Cell, Channel, Direction, Event, Host, Occasion, Script, SourceId, SourceKind, Stretch};
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Why a record cannot be run on, in words.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unplayable(pub String);
+
+impl std::fmt::Display for Unplayable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Unplayable {}
+
+/// A stretch of a source that was run again.
+#[derive(Clone, Debug)]
+pub struct Moment {
+    /// The source.
+    pub source: SourceId,
+    /// What it was about.
+    pub occasion: Occasion,
+    /// Number of the firing.
+    pub number: u64,
+    /// Its release, ns on the clock of the record.
+    pub time_ns: i64,
+    /// True where every value that its blocks have stored is that of the record, bit for bit.
+    pub same: bool,
+    /// Where the source went another way than recorded: how, in words.
+    pub differs: Option<String>,
+}
+
+/// A state vector variable of the record, with its value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Svv {
+    /// Its name.
+    pub name: String,
+    /// Its C type.
+    pub type_text: String,
+    /// Its unit, or empty.
+    pub unit: String,
+    /// Its value now.
+    pub bytes: Vec<u8>,
+}
+
+struct Place {
+    source: SourceId,
+    type_text: String,
+    unit: String,
+    at: CellAt,
+    cell: Option<Cell>,
+}
+
+/// Runs a record again.
+pub struct Player {
+    host: Arc<Host>,
+    ground: Recorded,
+    reader: Reader,
+    scripts: HashMap<u64, Box<Script>>,
+    /// Names of sources.
+    sources: Vec<String>,
+    /// Where each SVV lies.
+    svvs: HashMap<String, Vec<Place>>,
+    firings: u64,
+    fingerprint: u64,
+}
+
+impl Player {
+    /// `codes`: the code of the blocks.
+    pub fn new(codes: Box<dyn Codes>) -> Player {
+        let host = Arc::new(Host::playing());
+        let ground = Recorded { codes, devices: HashMap::new(), host: host.clone() };
+        let (scripts, sources, svvs) = (HashMap::new(), Vec::new(), HashMap::new());
+        Player { host, ground, reader: Reader::default(), scripts, sources, svvs, firings: 0, fingerprint: 0 }
+    }
+
+    /// The next item; what happened, where that is a stretch of a source.
+    ///
+    /// # Errors
+    /// The record ends here for whoever runs it, and why.
+    pub fn play(&mut self, item: &Item) -> Result<Option<Moment>, Unplayable> {
+        let entry = match item {
+            Item::Module { key, name, bytes } => {
+                self.ground.codes.load(key, name, bytes).map_err(|why| Unplayable(format!("module '{name}' of the record cannot be loaded: {why}")))?;
+                return Ok(None);
+            }
+            Item::Entry(entry) => entry,
+        };
+        match entry {
+            Entry::Source(spec) => {
+                if matches!(spec.kind, SourceKind::Timer { period_ns } if period_ns == 0 || i64::try_from(period_ns).is_err()) {
+                    return Err(Unplayable(format!("source '{}' of the record has no period: the record is damaged", spec.name)));
+                }
+                self.sources.push(spec.name.clone());
+                self.host.add_source(spec.clone()).map_err(|why| Unplayable(format!("source '{}' cannot be made: {why}", spec.name)))?;
+            }
+            Entry::Device { name, channels } => {
+                if let Some(channel) = channels.iter().find(|channel| !is_sound(channel)) {
+                    return Err(Unplayable(format!("channel '{}' of device '{name}' cannot be: the record is damaged", channel.name)));
+                }
+                self.ground.devices.insert(name.clone(), channels.clone());
+            }
+            Entry::Script { number, source, parcel } => {
+                let script = self.reader.open(*number, parcel.clone(), &mut self.ground).map_err(|why| {
+                    let source = self.name(*source);
+                    Unplayable(format!("script {number} for source '{source}' cannot be carried out again: {why}"))
+                })?;
+                self.scripts.insert(*number, script);
+            }
+            Entry::Named { source, name, type_text, unit, cell } => {
+                let (type_text, unit) = (type_text.clone(), unit.clone());
+                let places = self.svvs.entry(name.clone()).or_default();
+                places.retain(|place| place.source != *source);
+                places.push(Place { source: *source, type_text, unit, at: *cell, cell: None });
+            }
+            Entry::Broken(why) => return Err(Unplayable(format!("the record cannot be replayed from here on: {why}"))),
+            Entry::Stretch(source, stretch) => return self.stretch(*source, stretch).map(Some),
+        }
+        Ok(None)
+    }
+
+    fn stretch(&mut self, source: SourceId, stretch: &Stretch) -> Result<Moment, Unplayable> {
+        if self.sources.len() <= source.0 as usize {
+            return Err(Unplayable(format!("the record names source {} before it is made", source.0)));
+        }
+        if stretch.lost > 0 {
+            let (name, number, lost) = (self.name(source), stretch.number, stretch.lost);
+            let why = format!("{lost} firings and scripts of source '{name}' before firing {number} are not in it: whoever wrote it was too slow");
+            return Err(Unplayable(format!("the record cannot be replayed from here on: {why}")));
+        }
+        let script = if let Occasion::Script(number) = stretch.occasion { self.scripts.remove(&number) } else { None };
+        let Played { digest, stopped, differs } = self.host.play(source, stretch, script);
+        // What kernels tell is for a supervisor; the record has what it made of it.
+        while let Some(event) = self.host.poll() {
+            drop::<Event>(event);
+        }
+        self.mark(source, stretch);
+        self.firings += u64::from(stretch.occasion == Occasion::Firing);
+        let differs = differs.or_else(|| (stopped != stretch.stopped).then(|| stop_differs(stretch.stopped)));
+        let same = digest == stretch.digest && differs.is_none();
+        Ok(Moment { source, occasion: stretch.occasion, number: stretch.number, time_ns: stretch.time_ns, same, differs })
+    }
+
+    /// The stretch is part of the fingerprint: what happened, what came from outside, and what was computed.
+    fn mark(&mut self, source: SourceId, stretch: &Stretch) {
+        let of = match stretch.occasion {
+            Occasion::Firing => 1,
+            Occasion::Script(number) => 2 + number,
+            Occasion::Restart => 0,
+        };
+        let words = [u64::from(source.0), of, stretch.number, stretch.time_ns.cast_unsigned(), stretch.digest];
+        let bytes = words.iter().flat_map(|word| word.to_le_bytes()).chain(stretch.answers.iter().copied());
+        // FNV-1a.
+        self.fingerprint = bytes.fold(self.fingerprint ^ 0xcbf2_9ce4_8422_2325, |of, byte| (of ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
+    }
+
+    /// One number for all that happened so far: records of the same run have the same.
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint
+    }
+
+    /// Firings that were run again so far.
+    pub fn firings(&self) -> u64 {
+        self.firings
+    }
+
+    /// Name of a source.
+    pub fn name(&self, source: SourceId) -> &str {
+        self.sources.get(source.0 as usize).map_or("?", String::as_str)
+    }
+
+    /// What the blocks of a source have stored, in the order of a firing.
+    pub fn stored(&self, source: SourceId) -> Vec<Change> {
+        self.host.stored(source)
+    }
+
+    /// Names of the SVVs so far.
+    pub fn svvs(&self) -> impl Iterator<Item = &str> {
+        self.svvs.keys().map(String::as_str)
+    }
+
+    /// An SVV with its value: where a block that runs stores it, there; none where no script has named it yet.
+    pub fn svv(&mut self, name: &str) -> Option<Svv> {
+        let places = self.svvs.get_mut(name)?;
+        for place in places.iter_mut().filter(|place| place.cell.is_none()) {
+            place.cell = self.reader.find(place.at);
+        }
+        let known = || places.iter().filter_map(|place| Some((place, place.cell.as_ref()?)));
+        let (place, cell) = known().find(|(place, cell)| self.host.stores(place.source, cell)).or_else(|| known().next())?;
+        Some(Svv { name: name.to_owned(), type_text: place.type_text.clone(), unit: place.unit.clone(), bytes: cell.load() })
+    }
+}
+
+/// No device has more bytes of readings or commands.
+const IMAGE_MAX: usize = 1 << 24;
+
+fn is_sound(channel: &Channel) -> bool {
+    let fits = channel.offset.checked_add(channel.len).is_some_and(|end| end <= IMAGE_MAX);
+    fits && (channel.direction == Direction::Read || channel.safe.len() == channel.len)
+}
+
+fn stop_differs(recorded: bool) -> String {
+    match recorded {
+        true => "a fault or a spent time budget stopped the source here when it was recorded, and does not now".to_owned(),
+        false => "a fault stops the source here, and did not when it was recorded".to_owned(),
+    }
+}

@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A file run again, as far as asked for, with what there is to say about it.
+use crate::comparison::{Comparison, Difference};
+use crate::condition::{Condition, number};
+use crate::file::Reader;
+use crate::player::{Moment, Player, Svv};
+use crate::recording::Item;
+use kernel::Occasion;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// What is asked for.
+#[derive(Clone, Debug, Default, serde::Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Asked {
+    /// To stop where this holds.
+    pub until: Option<String>,
+    /// To stop behind this time, ns on the clock of the record.
+    pub to_ns: Option<i64>,
+    /// Names of SVVs to tell at the end, `*` for anything.
+    pub show: Vec<String>,
+    /// Code modules in the place of recorded ones: (name of the module, shared object).
+    pub with: Vec<(String, PathBuf)>,
+    /// The interpreter that tries code modules in a process of its own.
+    pub python: String,
+}
+
+/// Where a run stopped and what was found.
+#[derive(Clone, Debug, Serialize)]
+pub struct Found {
+    /// `end`, `condition`, `time`, `difference` or `unplayable`.
+    pub stopped: &'static str,
+    /// Firings that were run again.
+    pub firings: u64,
+    /// One number for all that happened so far: records of the same run have the same.
+    pub fingerprint: String,
+    /// True where every value so far is that of the record, bit for bit.
+    pub same: bool,
+    /// Source, firing and release of the last moment.
+    pub source: String,
+    /// Its number.
+    pub number: u64,
+    /// Its release, ns.
+    pub time_ns: i64,
+    /// The first difference.
+    pub difference: Option<Told>,
+    /// What keeps the record from being run on, or what else is to be said.
+    pub message: String,
+    /// The SVVs that were asked for.
+    pub svvs: Vec<Shown>,
+}
+
+/// A difference, for people.
+#[derive(Clone, Debug, Serialize)]
+pub struct Told {
+    /// Source.
+    pub source: String,
+    /// Number of the firing.
+    pub number: u64,
+    /// Its release, ns.
+    pub time_ns: i64,
+    /// It came between two firings.
+    pub between: bool,
+    /// Label of the block, with its instance; empty where it is not known.
+    pub block: String,
+    /// Port; empty where it is not known.
+    pub port: String,
+    /// Type of the port.
+    pub type_text: String,
+    /// The elements of the recorded value; hexadecimal digits of what has no numbers.
+    pub recorded: Vec<String>,
+    /// The same of the value now.
+    pub replayed: Vec<String>,
+    /// How the source went another way, where it did.
+    pub how: String,
+}
+
+/// An SVV at the end of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Shown {
+    /// Its name.
+    pub name: String,
+    /// Its C type.
+    pub type_text: String,
+    /// Its unit.
+    pub unit: String,
+    /// Its elements.
+    pub value: Vec<String>,
+}
+
+enum Runner {
+    One(Box<Player>),
+    Two(Box<Comparison>),
+}
+
+/// A file that is being run again.
+pub struct Run {
+    reader: Reader,
+    runner: Runner,
+    until: Option<Condition>,
+    asked: Asked,
+    last: Option<(String, u64, i64)>,
+    /// Code modules of the record so far.
+    modules: Vec<String>,
+}
+
+impl Run {
+    /// Opens a record.
+    ///
+    /// # Errors
+    /// In words: the file, the condition or a module cannot be read.
+    pub fn open(path: &Path, asked: Asked) -> Result<Run, String> {
+        let until = asked.until.as_deref().map(Condition::read).transpose()?;
+        let probe = modules::Probe { command: probe(&asked.python), ..modules::Probe::default() };
+        let runner = if asked.with.is_empty() {
+            Runner::One(Box::new(Player::new(Box::new(rtp::Code::new(probe)))))
+        } else {
+            let mut other = crate::ground::Exchanged::new(rtp::Code::new(probe.clone()));
+            for (name, file) in &asked.with {
+                let bytes = std::fs::read(file).map_err(|why| format!("cannot read module '{}': {why}", file.display()))?;
+                other.exchange(name, bytes);
+            }
+            Runner::Two(Box::new(Comparison::new(Box::new(rtp::Code::new(probe)), Box::new(other))))
+        };
+        Ok(Run { reader: Reader::open(path)?, runner, until, asked, last: None, modules: Vec::new() })
+    }
+
+    /// Goes on for `slice` of real time at most; what was found, where it is over.
+    ///
+    /// # Errors
+    /// In words: the file is damaged, or the condition asks for what there is not.
+    pub fn some(&mut self, slice: Duration) -> Result<Option<Found>, String> {
+        let begun = Instant::now();
+        let mut steps = 0u32;
+        loop {
+            steps += 1;
+            if steps.is_multiple_of(256) && begun.elapsed() >= slice {
+                return Ok(None);
+            }
+            let Some(item) = self.reader.next_item()? else { return self.over().map(Some) };
+            if item.time_ns().is_some_and(|time_ns| self.asked.to_ns.is_some_and(|to_ns| time_ns > to_ns)) {
+                return Ok(Some(self.found("time", None, String::new())));
+            }
+            if let Item::Module { name, .. } = &item {
+                self.modules.push(name.clone());
+            }
+            let (moment, difference) = match &mut self.runner {
+                Runner::One(player) => match player.play(&item) {
+                    Ok(moment) => (moment, None),
+                    Err(why) => return Ok(Some(self.found("unplayable", None, why.0))),
+                },
+                Runner::Two(comparison) => match comparison.play(&item) {
+                    Ok(Some((moment, difference))) => (Some(moment), difference),
+                    Ok(None) => (None, None),
+                    Err(why) => return Ok(Some(self.found("unplayable", None, why.0))),
+                },
+            };
+            let Some(moment) = moment else { continue };
+            if let Some(found) = self.at(&moment, difference)? {
+                return Ok(Some(found));
+            }
+        }
+    }
+
+    fn at(&mut self, moment: &Moment, difference: Option<Difference>) -> Result<Option<Found>, String> {
+        let player = self.player();
+        self.last = Some((player.name(moment.source).to_owned(), moment.number, moment.time_ns));
+        if !moment.same {
+            let told = difference.map_or_else(|| self.unnamed(moment), |difference| told(&difference));
+            return Ok(Some(self.found("difference", Some(told), String::new())));
+        }
+        let Some(until) = self.until.clone() else { return Ok(None) };
+        let holds = until.holds(self.player())?;
+        Ok(holds.then(|| self.found("condition", None, String::new())))
+    }
+
+    fn over(&mut self) -> Result<Found, String> {
+        if !self.reader.has_items() {
+            return Err("the file has nothing to replay: it was not recorded for that".to_owned());
+        }
+        let until = self.until.clone();
+        let unknown = until.iter().flat_map(Condition::svvs).find(|name| self.player().svv(name).is_none());
+        if let Some(name) = unknown {
+            let mut known: Vec<&str> = self.player().svvs().collect();
+            known.sort_unstable();
+            return Err(format!("the record has no SVV '{name}'; it has {}", known.join(", ")));
+        }
+        if let Some((name, _)) = self.asked.with.iter().find(|(name, _)| !self.modules.contains(name)) {
+            let known = if self.modules.is_empty() { "none but the library".to_owned() } else { self.modules.join(", ") };
+            return Err(format!("the record has no code module '{name}' that another could stand in for; it has {known}"));
+        }
+        let message = if self.reader.is_cut_off { "the file ends in the middle: whoever wrote it was stopped" } else { "" };
+        Ok(self.found("end", None, message.to_owned()))
+    }
+
+    fn player(&mut self) -> &mut Player {
+        match &mut self.runner {
+            Runner::One(player) => player,
+            Runner::Two(comparison) => comparison.player(),
+        }
+    }
+
+    /// A difference of the recorded code itself: there is nothing to compare with but a digest.
+    fn unnamed(&mut self, moment: &Moment) -> Told {
+        let how = moment.differs.clone().unwrap_or_else(|| {
+            "the code of the record gives other values here than when it was recorded: another version of the library, or a block that is not a function of its inputs".to_owned()
+        });
+        Told {
+            source: self.player().name(moment.source).to_owned(),
+            number: moment.number,
+            time_ns: moment.time_ns,
+            between: moment.occasion != Occasion::Firing,
+            block: String::new(),
+            port: String::new(),
+            type_text: String::new(),
+            recorded: Vec::new(),
+            replayed: Vec::new(),
+            how,
+        }
+    }
+
+    fn found(&mut self, stopped: &'static str, difference: Option<Told>, message: String) -> Found {
+        let show = std::mem::take(&mut self.asked.show);
+        let player = self.player();
+        let mut names: Vec<String> = player.svvs().filter(|name| show.iter().any(|pattern| is_like(name, pattern))).map(str::to_owned).collect();
+        names.sort_unstable();
+        let svvs = names.iter().filter_map(|name| player.svv(name)).map(shown).collect();
+        let (source, number, time_ns) = self.last.clone().unwrap_or_default();
+        let same = difference.is_none() && stopped != "unplayable";
+        let fingerprint = format!("{:016x}", self.player().fingerprint());
+        Found { stopped, firings: self.player().firings(), fingerprint, same, source, number, time_ns, difference, message, svvs }
+    }
+}
+
+fn probe(python: &str) -> Vec<std::ffi::OsString> {
+    match python {
+        "" => modules::Probe::default().command,
+        python => vec![python.into(), "-c".into(), modules::PYTHON_PROBE.into()],
+    }
+}
+
+fn shown(svv: Svv) -> Shown {
+    Shown { value: elements(&svv.type_text, &svv.bytes), name: svv.name, type_text: svv.type_text, unit: svv.unit }
+}
+
+fn told(of: &Difference) -> Told {
+    let (block, port) = of.port.clone().unwrap_or_default();
+    Told {
+        source: of.source.clone(),
+        number: of.number,
+        time_ns: of.time_ns,
+        between: of.between,
+        block,
+        port,
+        recorded: elements(&of.type_text, &of.recorded),
+        replayed: elements(&of.type_text, &of.replayed),
+        type_text: of.type_text.clone(),
+        how: of.how.clone().unwrap_or_default(),
+    }
+}
+
+/// Its elements as text that says every bit; hexadecimal digits of what has no numbers.
+fn elements(type_text: &str, bytes: &[u8]) -> Vec<String> {
+    let numbers: Vec<String> = (0..).map_while(|element| number(type_text, bytes, element)).map(|number| format!("{number:?}")).collect();
+    if numbers.is_empty() && !bytes.is_empty() {
+        return vec![bytes.iter().map(|byte| format!("{byte:02x}")).collect()];
+    }
+    numbers
+}
+
+/// True where `name` is as `pattern` says, in which `*` stands for anything.
+fn is_like(name: &str, pattern: &str) -> bool {
+    match pattern.split_once('*') {
+        None => name == pattern,
+        Some((start, rest)) => {
+            name.strip_prefix(start).is_some_and(|left| (0..=left.len()).filter(|at| left.is_char_boundary(*at)).any(|at| is_like(&left[at..], rest)))
+        }
+    }
+}

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The code that there is in a place: of the library, and of modules that were sent.
+use crate::module::{LIBRARY, Module};
+use kernel::wire::CodeName;
+use modules::{LoadOptions, Probe};
+use opengpac::abi::Descriptor;
+use opengpac::read::{BlockFace, TypeFace};
+use std::any::Any;
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+type Keeper = Arc<dyn Any + Send + Sync>;
+
+/// Blocks by name.
+pub struct Code {
+    known: HashMap<CodeName, (&'static Descriptor, Keeper)>,
+    probe: Probe,
+}
+
+impl Code {
+    /// The library. `probe`: what tries modules before they are loaded.
+    pub fn new(probe: Probe) -> Code {
+        let types: Vec<TypeFace> = library::types().iter().filter_map(|of| TypeFace::read(of).ok()).collect();
+        let faces: Vec<BlockFace> = library::blocks().iter().filter_map(|of| BlockFace::read(of, &types).ok()).collect();
+        let mut code = Code { known: HashMap::new(), probe };
+        code.enter(LIBRARY, &faces, &(Arc::new(Module::library()) as Keeper));
+        code
+    }
+
+    /// Loads a module from its bytes. Errors: what is wrong with it, in words.
+    pub fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
+        let module = Module::new(name, bytes.into());
+        if module.key() != key {
+            return Err(format!("module '{name}' is damaged: it has changed on its way"));
+        }
+        if self.known.keys().any(|known| known.module == key) {
+            return Ok(());
+        }
+        self.enter_bytes(key, module)
+    }
+
+    /// Blocks of the shared object `bytes` in the place of those that are known under `key`. Errors: what is wrong with it, in words.
+    pub fn replace(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
+        self.enter_bytes(key, Module::new(name, bytes.into()))
+    }
+
+    fn enter_bytes(&mut self, key: &str, module: Module) -> Result<(), String> {
+        let options = LoadOptions { probe: self.probe.clone(), ..LoadOptions::default() };
+        let path = PathBuf::from(format!("{}.so", module.name()));
+        let loaded = modules::load_bytes(&path, module.bytes().to_vec(), &options).map_err(|why| why.to_string())?;
+        self.enter(key, &loaded.blocks, &(Arc::new(module) as Keeper));
+        Ok(())
+    }
+
+    /// Blocks that are loaded already.
+    pub fn enter(&mut self, key: &str, faces: &[BlockFace], keeper: &Keeper) {
+        for face in faces {
+            self.known.insert(CodeName { module: key.to_owned(), block: face.name.clone() }, (face.descriptor, keeper.clone()));
+        }
+    }
+
+    /// The code of a block, and what keeps it loaded.
+    pub fn find(&self, name: &CodeName) -> Option<(&'static Descriptor, Keeper)> {
+        self.known.get(name).cloned()
+    }
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where a processor runs: as it is said, what of it is refused, and how it is shown.
+use crate::refuse::refuse;
+use crate::system::Definitions;
+use model::refusal::{Class, Refusals};
+use serde::Deserialize;
+
+/// Where a processor runs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Location {
+    /// Threads of this process.
+    #[default]
+    Thread,
+    /// A process of its own on this host.
+    Process,
+    /// The process of this name on this host, with every other processor that names it.
+    Shared(String),
+    /// A host that has joined the system.
+    Host(String),
+}
+
+/// A processor as it was asked for.
+pub(crate) struct Processor {
+    pub core: Option<usize>,
+    pub supervisor: bool,
+    /// It was named supervisor, and is not one only because it is the first.
+    pub asked: bool,
+    pub location: Location,
+}
+
+/// What a call says of the process of a processor.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum InProcess {
+    /// True: in one of its own; false: in none but this.
+    Own(bool),
+    /// In the one of this name.
+    Named(String),
+}
+
+impl Default for InProcess {
+    fn default() -> Self {
+        InProcess::Own(false)
+    }
+}
+
+impl Location {
+    /// As a call says it for processor `name`.
+    ///
+    /// # Errors
+    /// `PlacementError`: a process and a host together. `DefinitionError`: the name of the process is none.
+    pub fn of(name: &str, process: InProcess, host: Option<String>) -> Result<Location, Refusals> {
+        match (process, host) {
+            (InProcess::Named(process), Some(host)) => Err(refuse(
+                Class::PlacementError,
+                format!("processor '{name}' is to run in process '{process}' and on host '{host}'"),
+                "name one of the two: a process is one of this host, and all processors of another host share one already",
+            )),
+            (_, Some(host)) => Ok(Location::Host(host)),
+            (InProcess::Own(true), None) => Ok(Location::Process),
+            (InProcess::Own(false), None) => Ok(Location::Thread),
+            (InProcess::Named(process), None) if is_name(&process) => Ok(Location::Shared(process)),
+            (InProcess::Named(process), None) => Err(refuse(
+                Class::DefinitionError,
+                format!("processor '{name}' is to run in process {process:?}, which is no name"),
+                format!("take letters, digits, '-', '_' and '.', at most {NAME_LEN_MAX} of them"),
+            )),
+        }
+    }
+
+    /// The name of the process of processor `name`; none where it is in this one, or on another host.
+    pub fn process<'a>(&'a self, name: &'a str) -> Option<&'a str> {
+        match self {
+            Location::Process => Some(name),
+            Location::Shared(process) => Some(process),
+            Location::Thread | Location::Host(_) => None,
+        }
+    }
+
+    /// The host, where that is another one.
+    pub fn host(&self) -> Option<&str> {
+        if let Location::Host(host) = self { Some(host) } else { None }
+    }
+}
+
+impl Definitions {
+    /// Another processor of the process that a new one is to share; none where it is the first there. Errors: the process of that name is
+    /// another processor's own.
+    pub(crate) fn beside(&self, name: &str, location: &Location) -> Result<Option<&str>, Refusals> {
+        let Some(process) = location.process(name) else { return Ok(None) };
+        let Some((other, found)) = self.processors.iter().find(|(other, found)| found.location.process(other) == Some(process)) else { return Ok(None) };
+        if *location == Location::Process || found.location == Location::Process {
+            let (own, sharing) = if *location == Location::Process { (name, other.as_str()) } else { (other.as_str(), name) };
+            return Err(refuse(
+                Class::InUse,
+                format!("processor '{own}' has a process of its own, which is called '{own}'; processor '{sharing}' names that too"),
+                format!("give the process of '{sharing}' another name, or let '{own}' share it: process=\"{process}\""),
+            ));
+        }
+        Ok(Some(other))
+    }
+}
+
+/// A name is for people, for messages and for an argument of a shell.
+fn is_name(text: &str) -> bool {
+    let letters = text.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_' | '.'));
+    letters && text.starts_with(char::is_alphanumeric) && text.len() <= NAME_LEN_MAX
+}
+
+/// Bytes of the name of a process.
+const NAME_LEN_MAX: usize = 64;

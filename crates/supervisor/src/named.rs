@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Cells by the names that the interface gives them: private cells `INSTANCE:CELL`, as `move#1:coefficients`, and channels of
+//! physical devices `DEVICE.CHANNEL`. SVVs are in `svvs.rs`.
+use crate::connect::mode_of;
+use crate::core::Core;
+use crate::picture::cell_name;
+use kernel::{Cell, SourceId};
+use model::interface::Mode;
+use model::plan::CellKind;
+use model::types::Type;
+use serde_json::{Value as Json, json};
+
+/// A cell that is no SVV.
+pub(crate) struct NamedCell {
+    /// Where its value is made.
+    pub source: SourceId,
+    pub cell: Cell,
+    /// Number and time of its last value with n of its writer's ratio output; nothing where no block writes it.
+    pub stamp: Option<(Cell, u64)>,
+    /// What it is: type, unit, kind, writers, readers.
+    pub about: Json,
+}
+
+impl Core {
+    /// The cell of that name; nothing where there is none.
+    pub fn other_cell(&self, name: &str) -> Option<NamedCell> {
+        self.private(name).or_else(|| self.channel(name))
+    }
+
+    fn private(&self, name: &str) -> Option<NamedCell> {
+        let (instance, of) = self.instances.values().find_map(|i| Some((i, name.strip_prefix(i.name.as_str())?.strip_prefix(':')?)))?;
+        let plan = &instance.plan;
+        let index = plan.cells.iter().position(|cell| match &cell.kind {
+            CellKind::Private { name } | CellKind::Constant { name } => name == of,
+            _ => false,
+        })?;
+        let planned = &plan.cells[index];
+        let (block, item) = *planned.writers.first().or(planned.readers.first())?;
+        let source = instance.installed.block_source[block];
+        let cell = instance.installed.cell(index, source)?.clone();
+        let ratio = if let Mode::Ratio(n) = mode_of(plan, block, item) { u64::from(n) } else { 1 };
+        let stamp = (!planned.writers.is_empty()).then(|| (instance.installed.stamps[plan.blocks[block].activation].clone(), ratio));
+        let port = |(block, item): &(usize, usize)| {
+            let item = instance.installed.interfaces[*block].items.get(*item).map_or("?", |item| &item.name);
+            format!("{}.{}.{item}", instance.name, plan.blocks[*block].label)
+        };
+        let kind = if matches!(planned.kind, CellKind::Constant { .. }) { "constant" } else { "private" };
+        let about =
+            about(name, kind, &planned.type_text, &planned.unit, [planned.writers.iter().map(port).collect(), planned.readers.iter().map(port).collect()])?;
+        Some(NamedCell { source, cell, stamp, about })
+    }
+
+    fn channel(&self, name: &str) -> Option<NamedCell> {
+        let (record, of) = self.physical.iter().find_map(|(device, record)| Some((record, name.strip_prefix(device.as_str())?.strip_prefix('.')?)))?;
+        let index = record.device.channels().iter().position(|channel| channel.name == of)?;
+        let channel = &record.device.channels()[index];
+        let about = about(name, "channel", &channel.type_text, &channel.unit, self.ends_of(name))?;
+        Some(NamedCell { source: record.source, cell: record.device.cell(index), stamp: None, about })
+    }
+
+    /// Ports that write and read a cell of that name, in all instances.
+    pub fn ends_of(&self, name: &str) -> [Vec<String>; 2] {
+        let mut ends = [Vec::new(), Vec::new()];
+        for instance in self.instances.values() {
+            for cell in instance.plan.cells.iter().filter(|cell| cell_name(self, instance, cell) == name) {
+                for (ports, named) in [&cell.writers, &cell.readers].into_iter().zip(&mut ends) {
+                    named.extend(ports.iter().map(|(block, item)| {
+                        let item = instance.installed.interfaces[*block].items.get(*item).map_or("?", |item| &item.name);
+                        format!("{}.{}.{item}", instance.name, instance.plan.blocks[*block].label)
+                    }));
+                }
+            }
+        }
+        ends
+    }
+}
+
+fn about(name: &str, kind: &str, type_text: &str, unit: &str, [writers, readers]: [Vec<String>; 2]) -> Option<Json> {
+    let of = Type::parse(type_text, &Default::default()).ok()?;
+    Some(json!({
+        "name": name, "kind": kind, "type_text": type_text, "types": {}, "type": crate::observe::type_tree(&of), "unit": unit, "history": 0,
+        "device": null, "writers": writers, "readers": readers, "bound": 1,
+    }))
+}

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Names with `*` and `?`.
+
+/// True where `name` is of this form: `*` stands for any letters, `?` for one.
+pub(crate) fn matches(pattern: &str, name: &str) -> bool {
+    let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
+    let (mut at, mut from) = (0, 0);
+    // Where the last `*` stands, and where in the name what follows it was tried.
+    let mut star: Option<(usize, usize)> = None;
+    while from < name.len() {
+        match pattern.get(at) {
+            Some('*') => {
+                star = Some((at, from));
+                at += 1;
+            }
+            Some(letter) if *letter == '?' || *letter == name[from] => {
+                at += 1;
+                from += 1;
+            }
+            _ => {
+                let Some((place, tried)) = star else { return false };
+                star = Some((place, tried + 1));
+                at = place + 1;
+                from = tried + 1;
+            }
+        }
+    }
+    pattern[at..].iter().all(|letter| *letter == '*')
+}
+
+/// True where it stands for several names.
+pub(crate) fn is_open(pattern: &str) -> bool {
+    pattern.contains(['*', '?'])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_star_is_any_letters_and_a_question_mark_is_one() {
+        for (pattern, name, expected) in [
+            ("*", "", true),
+            ("*", "arm.joint1", true),
+            ("arm.*", "arm.joint1", true),
+            ("arm.*", "leg.joint1", false),
+            ("*.sensed", "arm.joint1.sensed", true),
+            ("*.sensed", "arm.joint1.sensed2", false),
+            ("joint?.q", "joint1.q", true),
+            ("joint?.q", "joint12.q", false),
+            ("a*b*c", "aXbYbZc", true),
+            ("a", "a", true),
+            ("a", "ab", false),
+        ] {
+            assert_eq!(matches(pattern, name), expected, "{pattern} {name}");
+        }
+    }
+}

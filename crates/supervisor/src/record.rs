@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A record of a system that can be run again: made from the first source on, or not at all.
+use crate::System;
+use crate::core::Core;
+use crate::refuse::refuse;
+use kernel::SourceId;
+use kernel::trace::{CodeNames, Trace};
+use model::refusal::{Class, Refusals};
+use std::sync::Arc;
+
+impl System {
+    /// Makes a record from now on, of which somebody takes what comes ([`Trace::take`]). `names`: how code is called in it.
+    ///
+    /// # Errors
+    /// The system has sources already, or a record.
+    pub fn record(&self, names: CodeNames) -> Result<Arc<Trace>, Refusals> {
+        self.shared.host.record(names).ok_or_else(|| {
+            let what = if self.shared.host.trace().is_some() {
+                "it is being recorded already"
+            } else {
+                "it has interrupt sources already, and what they did before would be missing"
+            };
+            let message = format!("cannot record system '{}' so that it can be replayed: {what}", self.name);
+            refuse(Class::InvalidState, message, "begin the recording before the first source is made, and only once")
+        })
+    }
+}
+
+impl Core {
+    /// Where the values of SVVs lie in the image of `source`, for whoever runs the record again.
+    pub fn name_cells(&mut self, source: SourceId) {
+        let Some(trace) = self.host.trace() else { return };
+        for (name, svv) in &self.svvs {
+            let Some(cell) = svv.cells.get(&source) else { continue };
+            let known = self.recorded.insert((name.clone(), source), cell.clone());
+            if known.is_none_or(|known| !known.is_same(cell)) {
+                trace.name(source, name, &svv.type_text, &svv.unit, cell);
+            }
+        }
+    }
+}

@@ -1,0 +1,7 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Graphs, verbs and device types as text files: `gpac.load("shapes.toml")`, `shapes.smooth.save("smooth.json")`; `docs/files.md`."""
+
+from .reading import DefinitionFile, load
+from .saving import save
+
+__all__ = ["DefinitionFile", "load", "save"]

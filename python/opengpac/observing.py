@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Looking at a system: what there is, how it does, how long its blocks take. Nothing here disturbs what runs."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from .errors import CallError, refusals, refuse
+from .listing import InstanceEntry, Listing, VerbEntry, instances_of, verbs_of
+from .quantities import Quantity, duration_ns
+from .recordings import Recording, begin
+from .sources import Source
+from .statistics import Log, Names, Statistics
+from .tables import Shown, Table, Tables
+
+if TYPE_CHECKING:
+    from .realtime import RealTimeSystem
+    from .remote.session import Session
+
+
+class Observed(Shown):
+    """What `System` shows of itself."""
+
+    name: str
+    closed: bool
+    session: Session | None
+    _native: RealTimeSystem
+    _alive: Callable[[], RealTimeSystem]
+
+    @property
+    def statistics(self) -> Statistics:
+        """Firings, overruns, jitter and times of each source; instances; devices; the emergency stop. A notebook shows tables."""
+        with refusals:
+            return Statistics(json.loads(self._alive().statistics_json()))
+
+    @property
+    def names(self) -> Names:
+        """What there is: processors, sources, devices, SVVs, verbs, modules, instances."""
+        with refusals:
+            return Names(json.loads(self._alive().names_json()))
+
+    @property
+    def verbs(self) -> Listing[VerbEntry]:
+        """The verbs that were entered: those that support devices and those that act on devices, simple and composed ones."""
+        with refusals:
+            return verbs_of(json.loads(self._alive().verbs_json()))
+
+    @property
+    def instances(self) -> Listing[InstanceEntry]:
+        """The verb instances that there are, those of devices too, with the command list that each is in."""
+        return instances_of(self.statistics["instances"])
+
+    def log(self, since: int = 0) -> Log:
+        """Conditions, faults, transitions and end reports, recorded in their order; `since` a sequence number."""
+        with refusals:
+            return Log(json.loads(self._alive().log_json(since)))
+
+    def record(self, path: str | os.PathLike[str], svvs: Sequence[str] | None = None, *, cells: bool = False) -> Recording:
+        """Records into a new MCAP file from now on: every value of SVVs, conditions, transitions, ends, commands, timing.
+
+        `svvs` names them, `["arm.*", "force"]`, all by default, those too that are made later; `cells=True` takes the private cells
+        of verb instances too. It ends with `stop()`, as a context manager, or with the system; what could not be written is counted in
+        its `lost`, and control never waits for a disk. Under the virtual clock time waits for the recorder, so nothing is lost.
+        Of a system elsewhere `path` is a name in the daemon's folder, `opengpac rts --records FOLDER`.
+        """
+        return begin(self, path, svvs, cells)
+
+    def block_times(self, source: Source | None = None, *, during: Quantity = "60 s") -> Table:
+        """How long each block takes: a probe visits one block a firing, `during` so much real time from now on (an hour at most).
+
+        The table has what was seen so far, so look again after a while. It costs three readings of the clock a firing and changes
+        nothing that is computed; under the virtual clock the times are real ones too. `source`: only its blocks.
+        """
+        if source is not None and not isinstance(source, Source):
+            refuse(CallError, f"block times of {source!r} are asked for", "give an interrupt source, or nothing for all")
+        with refusals:
+            self._alive().probe(None if source is None else source.name, duration_ns(during, "the time to look"))
+        return self.statistics.blocks(None if source is None else source.name)
+
+    def top(self) -> Tables:
+        """What `opengpac top` shows, once: processors and sources with their load, blocks by time, verbs, devices, alarms."""
+        from .top.board import board
+        from .top.look import Look
+
+        with refusals:
+            return board(Look.at(self._alive()), None)
+
+    def _table(self) -> Tables | None:
+        if self.closed:
+            return None
+        return Tables([self.names._table(), *self.statistics._table().tables], f"system {self.name}")

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Pictures of definitions as SVG: `graph.svg()`, `verb.svg()`, and what a notebook shows of them."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from .. import files
+from .flow import graph_svg
+from .states import verb_svg
+
+__all__ = ["Pictured", "graph_svg", "verb_svg"]
+
+
+class Pictured:
+    """What has a picture."""
+
+    def svg(self) -> str:
+        """Its picture as SVG text, light and dark by the reader's preference; the same definition gives the same text."""
+        raise NotImplementedError
+
+    def save_svg(self, path: str | os.PathLike[str]) -> Path:
+        """Writes its picture to a file, whole or not at all; gives the path. `FileFailed` where it cannot be written."""
+        file = Path(path).expanduser().absolute()
+        files.write(file, self.svg(), "the picture")
+        return file
+
+    def _repr_svg_(self) -> Any:
+        return self.svg()

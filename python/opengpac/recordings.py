@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings: what a running system does, into an MCAP file, and such a file read back."""
+
+from __future__ import annotations
+
+import difflib
+import fnmatch
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from . import _native
+from .errors import CallError, UnknownName, refusals, refuse
+from .values import dtype_of
+
+if TYPE_CHECKING:
+    from .observing import Observed
+
+
+class Recording:
+    """A recording that is under way, from `cell.record(path)`. It ends with `stop()`, with the block of its `with`, or with its system."""
+
+    def __init__(self, system: Observed, number: int, path: str) -> None:
+        self.system = system
+        self.path = path
+        """The file; of a system elsewhere its name in the daemon's folder of recordings."""
+        self._number = number
+        self._last: dict[str, Any] | None = None
+
+    def stop(self) -> dict[str, int]:
+        """Ends it: everything that has come is written, then the end of the file. What was lost, by channel: nothing, as a rule."""
+        if self._last is None or self._last["running"]:
+            with refusals:
+                self._last = json.loads(self.system._alive().stop_recording(self._number))
+        return self.lost
+
+    @property
+    def _summary(self) -> dict[str, Any]:
+        last = self._last
+        if last is None or last["running"]:
+            with refusals:
+                # Of a system that is closed it has ended in order with it.
+                last = self._last = json.loads(self.system._native.recording_json(self._number))
+        assert last is not None
+        return last
+
+    @property
+    def running(self) -> bool:
+        """Whether it goes on. A full disk ends it: `failure` says so."""
+        return self._summary["running"]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Messages in the file, by channel; while it runs, those that are on the disk."""
+        return self._summary["counts"]
+
+    @property
+    def lost(self) -> dict[str, int]:
+        """Messages that are not in it, by channel, where there are any: exact."""
+        return self._summary["lost"]
+
+    @property
+    def bytes(self) -> int:
+        """The size of the file."""
+        return self._summary["bytes"]
+
+    @property
+    def failure(self) -> str | None:
+        """Why nothing more could be written; None while all is well."""
+        return self._summary["failure"]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if not self.system.closed:
+            self.stop()
+
+    def __repr__(self) -> str:
+        summary = self._summary
+        values = sum(count for name, count in summary["counts"].items() if not name.startswith("/"))
+        lost = sum(summary["lost"].values())
+        state = f"ended: {summary['failure']}" if summary["failure"] else "runs" if summary["running"] else "ended"
+        return f"recording '{self.path}' ({state}): {values} values, {summary['bytes'] / 1e6:.1f} MB, {lost or 'nothing'} lost"
+
+
+def begin(system: Observed, path: str | os.PathLike[str], svvs: Sequence[str] | None, cells: bool) -> Recording:
+    """See `System.record`."""
+    if isinstance(svvs, str) or not all(isinstance(name, str) for name in svvs or ()):
+        refuse(CallError, f"svvs= is {svvs!r}", 'give a list of names, for example ["arm.*"]')
+    file = os.fspath(path)
+    if system.session is None:
+        file = str(Path(file).expanduser().absolute())
+    options = {"svvs": ["*"] if svvs is None else list(svvs), "cells": cells}
+    with refusals:
+        number = system._alive().record(file, json.dumps(options))
+    return Recording(system, number, file)
+
+
+class Recorded(Mapping[str, np.ndarray]):
+    """A recording read back: names of SVVs to structured arrays of `number`, `time` (s on the system's clock) and `value`.
+
+    `recorded["arm.joint1.sensed"]["value"]`. Names of private cells are `INSTANCE:CELL`.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = str(Path(path).expanduser())
+        with refusals:
+            self._native = _native.open_recording(self.path)
+        self._series: dict[str, Any] = json.loads(self._native.series_json())
+        about = json.loads(self._native.about_json())
+        self.complete: bool = about["complete"]
+        """False where the file has no end, because its recorder was killed or the disk was full: this is all up to there."""
+        self.lost: dict[str, int] = about["lost"]
+        """What is not in it, by channel, where there is anything."""
+        self.metadata: dict[str, dict[str, str]] = about["metadata"]
+        """What the file says of the system: name, version, configuration, when its clock stood at 0."""
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._series:
+            near = difflib.get_close_matches(name, self._series, 3)
+            remedy = f"did you mean {', '.join(near)}?" if near else f"there are: {', '.join(self._series) or 'none'}"
+            raise KeyError(f"there is no SVV '{name}' in '{self.path}'; {remedy}")
+        numbers, times, values = self._native.series(name)
+        dtype = dtype_of(self._series[name]["type"])
+        array = np.zeros(self._series[name]["count"], dtype=[("number", "<u8"), ("time", "<f8"), ("value", dtype)])
+        array["number"] = np.frombuffer(numbers, "<u8")
+        array["time"] = np.frombuffer(times, "<i8") * 1e-9
+        array["value"] = np.frombuffer(values, dtype) if len(array) else array["value"]
+        return array
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._series)
+
+    def __len__(self) -> int:
+        return len(self._series)
+
+    def unit(self, name: str) -> str:
+        """The unit of an SVV, or nothing."""
+        return self._series[name]["unit"]
+
+    def names(self, *patterns: str) -> list[str]:
+        """Names that are of one of these forms, where `*` stands for any letters and `?` for one. Raises UnknownName where none is."""
+        found: list[str] = []
+        for pattern in patterns:
+            of = [name for name in self if fnmatch.fnmatchcase(name, pattern)]
+            if not of:
+                near = difflib.get_close_matches(pattern.strip("*?"), self._series, 3, 0.4)
+                remedy = f"did you mean {', '.join(near)}?" if near else f"there are: {', '.join(self) or 'none'}"
+                refuse(UnknownName, f"there is no SVV '{pattern}' in '{self.path}'", remedy)
+            found += [name for name in of if name not in found]
+        return found
+
+    def _records(self, topic: str) -> list[Any]:
+        return [message for _, message in json.loads(self._native.records_json(topic))]
+
+    @property
+    def log(self) -> list[dict[str, Any]]:
+        """Entries of the log, as `cell.log()` gives them."""
+        return self._records("/log")
+
+    @property
+    def conditions(self) -> list[dict[str, Any]]:
+        """Those of them that tell of conditions and faults."""
+        return [entry for entry in self.log if entry["kind"] in ("condition", "fault")]
+
+    @property
+    def ends(self) -> list[dict[str, Any]]:
+        """End reports: `number`, `instance` and `report`."""
+        return self._records("/ends")
+
+    @property
+    def timing(self) -> dict[str, list[dict[str, Any]]]:
+        """Firings, jitter, durations and overruns of each interrupt source, once a second."""
+        prefix = "/timing/"
+        return {topic[len(prefix) :]: self._records(topic) for topic in self._native.topics() if topic.startswith(prefix)}
+
+    def __repr__(self) -> str:
+        values = sum(of["count"] for of in self._series.values())
+        state = "" if self.complete else ", without an end"
+        return f"recording '{self.path}'{state}: {len(self)} SVVs and cells, {values} values, {sum(self.lost.values()) or 'nothing'} lost"
+
+
+def open_recording(path: str | os.PathLike[str]) -> Recorded:
+    """Reads a recording that `cell.record()` or `opengpac record` has made.
+
+    A mapping of names to structured arrays of `number`, `time` (s) and `value`, with `log`, `conditions`, `ends`, `timing` and `lost`.
+    Raises ValueRefused where the file is none.
+    """
+    return Recorded(path)

@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recorded runs, run again: the command `opengpac replay` and `gpac.replay`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import runpy
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from . import _native
+from .errors import CallError, refusals, refuse
+from .quantities import Quantity, duration_ns
+
+TRACE = "OPENGPAC_TRACE"
+"""Where the environment has it, the first system of a program is recorded into that file."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first value that is not as it was recorded."""
+
+    source: str
+    """The interrupt source: `processor.source`."""
+    firing: int
+    time: float
+    """Release of the firing, s on the clock of the record."""
+    between: bool
+    """True where it came behind this firing and before the next: what a script did, for example an `execute`."""
+    block: str
+    """`INSTANCE.LABEL`; empty where only the digest of all blocks of the source is known."""
+    port: str
+    recorded: tuple[str, ...]
+    """The elements of the value, with every digit; hexadecimal digits of a structure."""
+    replayed: tuple[str, ...]
+    how: str
+    """Where the source went another way than recorded: how."""
+
+    def __str__(self) -> str:
+        where = f"{'after' if self.between else 'in'} firing {self.firing} of source '{self.source}' (at {self.time:.6f} s)"
+        if not self.block:
+            return f"{where}: {self.how}"
+        recorded, replayed = (value[0] if len(value) == 1 else f"({', '.join(value)})" for value in (self.recorded, self.replayed))
+        values = f"recorded {recorded}, now {replayed}{f' ({self.how})' if self.how else ''}"
+        return f"block '{self.block}', output '{self.port}', {where}: {values}"
+
+
+@dataclass(frozen=True)
+class Replay:
+    """How far a recorded run was run again, and what was found."""
+
+    stopped: Literal["end", "condition", "time", "difference", "unplayable"]
+    """Why it went no further: the record ended, `until` holds, `to` has come, a value differs, or the record does not have what follows."""
+    firings: int
+    same: bool
+    """Every value so far is that of the record, bit for bit."""
+    source: str
+    """Where it stopped: source, firing, release in s on the clock of the record."""
+    firing: int
+    time: float
+    difference: Difference | None
+    fingerprint: str
+    """One number for all that happened so far, inputs and values: two records of one run under the virtual clock have the same."""
+    message: str
+    """Why it is `unplayable`, or what else is to be said; empty where there is nothing."""
+    svvs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """The SVVs that were asked for with `show`: the elements of each with every digit."""
+
+    def __str__(self) -> str:
+        at = f"firing {self.firing} of source '{self.source}' (at {self.time:.6f} s)"
+        so_far = f"{self.firings:,} firings, every value as it was recorded"
+        if self.stopped == "unplayable":
+            text = f"{self.firings:,} firings until {at}; {self.message}"
+        elif self.difference is not None:
+            text = f"{self.firings:,} firings; the first difference: {self.difference}"
+        elif self.stopped == "end":
+            text = f"{so_far}{f'; {self.message}' if self.message else ''}"
+        else:
+            text = f"{so_far}; {'the condition holds' if self.stopped == 'condition' else 'the time has come'} after {at}"
+        return "\n".join([text, *(f"  {name} = {', '.join(value)}" for name, value in self.svvs.items())])
+
+
+def replay(
+    path: str | os.PathLike[str],
+    *,
+    until: str | None = None,
+    to: float | str | Quantity | None = None,
+    show: Sequence[str] = (),
+    modules: Sequence[str | os.PathLike[str]] = (),
+) -> Replay:
+    """Runs a record again that `gpac.System(..., trace=path)` made, and compares every value with it.
+
+    `until` is a condition over SVVs to stop at, comparisons with numbers joined by `and` and `or`, for example
+    `"force > 20 and joint.sensed[2] <= 0.5"`. `to` is a time on the clock of the record. `show` names SVVs whose values are wanted,
+    `*` for anything. `modules` are sources in C or C++, or code modules, that stand in for those of the same name in the record: the
+    first difference names block, port and firing. Refused (CallError) is a file that is no record, a condition that cannot be read,
+    an SVV that the record does not have.
+    """
+    file = Path(path)
+    if not file.exists():
+        refuse(CallError, f"there is no record '{file}'", "make one: gpac.System(..., trace='run.mcap')")
+    asked: dict[str, Any] = {"until": until, "to_ns": None if to is None else duration_ns(to), "show": list(show)}
+    with refusals:
+        asked["with"] = [_module(Path(module)) for module in modules]
+        found = json.loads(_native.replay(str(file), json.dumps(asked)))
+    return _replay(found)
+
+
+def _module(file: Path) -> tuple[str, str]:
+    if file.suffix == ".so":
+        return file.stem, str(file)
+    return file.stem, _native.build([str(file.absolute())], None)
+
+
+def _replay(found: dict[str, Any]) -> Replay:
+    told = found["difference"]
+    difference = told and Difference(
+        told["source"], told["number"], told["time_ns"] / 1e9, told["between"], told["block"], told["port"],
+        tuple(told["recorded"]), tuple(told["replayed"]), told["how"],
+    )  # fmt: skip
+    svvs = {svv["name"]: tuple(svv["value"]) for svv in found["svvs"]}
+    at = (found["source"], found["number"], found["time_ns"] / 1e9)
+    return Replay(found["stopped"], found["firings"], found["same"], *at, difference, found["fingerprint"], found["message"], svvs)
+
+
+def trace_of(given: str | os.PathLike[str] | None) -> str | None:
+    """The file that a system is recorded into: the given one, else that of the environment, which is for one system."""
+    return os.fspath(given) if given is not None else os.environ.pop(TRACE, None)
+
+
+def add_to(commands: Any) -> None:
+    """Adds the commands `trace` and `replay`."""
+    trace = commands.add_parser("trace", help="run a program and record it so that it can be replayed")
+    trace.add_argument("-o", "--output", default="run.mcap", help="the file, else run.mcap")
+    trace.add_argument("program")
+    trace.add_argument("arguments", nargs=argparse.REMAINDER)
+    trace.set_defaults(run=_trace)
+    again = commands.add_parser("replay", help="run a recorded run again, without its program, and compare every value")
+    again.add_argument("record")
+    again.add_argument("--until", metavar="CONDITION", help="stop where it holds: 'force > 20 and joint.sensed[2] <= 0.5'")
+    again.add_argument("--to-time", metavar="TIME", help="stop behind this time on the clock of the record: '2.5 s'")
+    again.add_argument("--show", metavar="SVV", action="append", default=[], help="tell this SVV at the end; * stands for anything")
+    again.add_argument(
+        "--with", metavar="FILE", action="append", default=[], dest="modules", help="C, C++ or a module in the place of the record's"
+    )
+    again.set_defaults(run=_again)
+
+
+def _trace(given: argparse.Namespace) -> int:
+    os.environ[TRACE] = str(Path(given.output).absolute())
+    sys.argv = [given.program, *given.arguments]
+    sys.path.insert(0, str(Path(given.program).absolute().parent))
+    try:
+        runpy.run_path(given.program, run_name="__main__")
+    finally:
+        if os.environ.pop(TRACE, None) is not None:
+            print(f"nothing was recorded: '{given.program}' makes no system in this process", file=sys.stderr)
+    return 0
+
+
+def _again(given: argparse.Namespace) -> int:
+    found = replay(given.record, until=given.until, to=given.to_time, show=given.show, modules=given.modules)
+    print(found)
+    return 0 if found.same else 1

@@ -1,0 +1,6 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`opengpac stubs PROGRAM.py`: a stub beside a program, so that a type checker knows the calls of verbs made from dictionaries."""
+
+from .program import stub
+
+__all__ = ["stub"]

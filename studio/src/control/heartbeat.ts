@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The session's sign of life. In a worker: a page in the background has its timers held back, and would be taken for lost.
+let beat: ReturnType<typeof setInterval> | undefined;
+
+self.onmessage = (message: MessageEvent<{ token: string | null; session: string; every_ms: number } | null>) => {
+  clearInterval(beat);
+  const said = message.data;
+  if (!said) return;
+  const headers: Record<string, string> = { "OpenGPAC-Session": said.session };
+  if (said.token) headers.Authorization = `Bearer ${said.token}`;
+  beat = setInterval(async () => {
+    try {
+      const answered = await fetch("/v1/heartbeat", { method: "POST", headers, cache: "no-store" });
+      // 410: the session is over. The page opens another one.
+      if (answered.status === 410) {
+        clearInterval(beat);
+        self.postMessage("lost");
+      }
+    } catch {
+      // The system does not answer: the stream shows it, and the next beat tries again.
+    }
+  }, said.every_ms);
+};

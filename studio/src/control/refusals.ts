@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+/** One error of the real-time system: what is wrong, about what, where it was defined, and what to do. */
+export interface Refusal {
+  class: string;
+  message: string;
+  remedy?: string;
+  ends?: { what: string; place?: Place | null }[];
+  place?: Place;
+}
+
+export interface Place {
+  file: string;
+  line: number;
+}
+
+/** The system refused. Its words are for the person: show `refusals`, each with its remedy. */
+export class Refused extends Error {
+  readonly refusals: Refusal[];
+  /** HTTP status; 0 where no answer came. */
+  readonly status: number;
+
+  constructor(refusals: Refusal[], status: number) {
+    super(refusals.map((refusal) => refusal.message).join("; "));
+    this.name = "Refused";
+    this.refusals = refusals;
+    this.status = status;
+  }
+
+  is(name: string): boolean {
+    return this.refusals.some((refusal) => refusal.class === name);
+  }
+}
+
+/** Any error as refusals, so that each can be shown in the same way. */
+export function refusalsOf(error: unknown): Refusal[] {
+  if (error instanceof Refused) return error.refusals;
+  if (error instanceof Error) return [{ class: error.name, message: error.message }];
+  return [{ class: "Error", message: String(error) }];
+}
+
+/** The system did not answer at all. */
+export function unreachable(why: unknown): Refused {
+  const message = `the real-time system does not answer (${why instanceof Error ? why.message : String(why)})`;
+  return new Refused(
+    [{ class: "ConnectionLost", message, remedy: "is it still running? the page goes on by itself when it is there again" }],
+    0,
+  );
+}
+
+/** What an answer that is no success says. */
+export function refusedBy(status: number, body: string): Refused {
+  try {
+    const { errors } = JSON.parse(body) as { errors?: Refusal[] };
+    if (errors && errors.length > 0) return new Refused(errors, status);
+  } catch {
+    // Not JSON: whatever stands between the page and the system has answered. Its words are told below.
+  }
+  const said = body.trim().slice(0, 200);
+  return new Refused([{ class: "Error", message: `status ${status}${said ? `: ${said}` : ""}` }], status);
+}

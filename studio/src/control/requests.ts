@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+import { Refused, refusedBy, unreachable } from "./refusals";
+
+/** Who asks: the token that lets it in, and the session that it has opened. */
+export interface Asker {
+  token: string | null;
+  session: string | null;
+}
+
+/** One request of the control interface; its `result`. Errors: `Refused`. */
+export async function request<T>(asker: Asker, method: string, path: string, body?: unknown, signal?: AbortSignal): Promise<T> {
+  return (await answer<{ result: T }>(asker, method, path, body, signal)).result;
+}
+
+/** One request; the whole answer. Errors: `Refused`, or `AbortError` where `signal` says so. */
+export async function answer<T>(asker: Asker, method: string, path: string, body?: unknown, signal?: AbortSignal): Promise<T> {
+  const headers: Record<string, string> = {};
+  if (asker.token) headers.Authorization = `Bearer ${asker.token}`;
+  if (asker.session) headers["OpenGPAC-Session"] = asker.session;
+  const asked: RequestInit = { method, headers, cache: "no-store" };
+  if (body !== undefined) asked.body = JSON.stringify(body);
+  if (signal) asked.signal = signal;
+  let status: number;
+  let text: string;
+  try {
+    const response = await fetch(path, asked);
+    status = response.status;
+    text = await response.text();
+  } catch (why) {
+    if (signal?.aborted) throw why;
+    throw unreachable(why);
+  }
+  if (status >= 400) throw refusedBy(status, text);
+  try {
+    return JSON.parse(text) as T;
+  } catch {
+    throw new Refused([{ class: "Error", message: `${method} ${path} was not answered in JSON` }], status);
+  }
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+import { type Refusal, Refused, refusalsOf } from "./refusals";
+import { type Asker, request } from "./requests";
+import { Watched } from "./watched";
+
+const KEY = "opengpac.session";
+
+interface Opened {
+  session: string;
+  name: string;
+  heartbeat_ms: number;
+  returned: boolean;
+}
+
+/** The session of this page: opened at once, kept alive, opened anew when it was lost. Verb instances that it starts are its own. */
+export class Session {
+  /** The name that others see, or null while there is no session. */
+  readonly name = new Watched<string | null>(null);
+  /** Why there is none. */
+  readonly trouble = new Watched<Refusal[]>([]);
+  readonly #asker: Asker;
+  readonly #heartbeat: Worker;
+  #opening: Promise<void> | null = null;
+
+  constructor(asker: Asker) {
+    this.#asker = asker;
+    this.#heartbeat = new Worker(new URL("./heartbeat.ts", import.meta.url), { type: "module" });
+    this.#heartbeat.onmessage = () => void this.renew();
+  }
+
+  /** Opens it, if there is none. Errors stand in `trouble`. */
+  open(): Promise<void> {
+    this.#opening ??= this.#open().finally(() => {
+      this.#opening = null;
+    });
+    return this.#opening;
+  }
+
+  /** Opens another one where the system does not know the present one any more. */
+  renew(): Promise<void> {
+    this.#forget();
+    return this.open();
+  }
+
+  /** Closes it in order: what it has started goes on. */
+  async close(): Promise<void> {
+    if (this.#asker.session === null) return;
+    await request(this.#asker, "DELETE", "/v1/sessions");
+    this.#forget();
+    sessionStorage.removeItem(KEY);
+  }
+
+  async #open(): Promise<void> {
+    if (this.#asker.session !== null) return;
+    try {
+      const opened = await this.#ask();
+      sessionStorage.setItem(KEY, opened.name);
+      this.#asker.session = opened.session;
+      this.#heartbeat.postMessage({ token: this.#asker.token, session: opened.session, every_ms: opened.heartbeat_ms });
+      this.trouble.set([]);
+      this.name.set(opened.name);
+    } catch (why) {
+      this.trouble.set(refusalsOf(why));
+    }
+  }
+
+  async #ask(): Promise<Opened> {
+    const before = sessionStorage.getItem(KEY);
+    try {
+      // A page that is loaded again goes on with its session: what it commands and has started stays its own.
+      return await request<Opened>(this.#asker, "POST", "/v1/sessions", before ? { name: before, take_up: true } : { name: newName() });
+    } catch (why) {
+      if (before && why instanceof Refused && why.is("InUse")) {
+        return await request<Opened>(this.#asker, "POST", "/v1/sessions", { name: newName() });
+      }
+      throw why;
+    }
+  }
+
+  #forget(): void {
+    this.#asker.session = null;
+    this.#heartbeat.postMessage(null);
+    this.name.set(null);
+  }
+}
+
+function newName(): string {
+  const letters = crypto.getRandomValues(new Uint8Array(4));
+  return `studio-${[...letters].map((letter) => (letter % 36).toString(36)).join("")}`;
+}

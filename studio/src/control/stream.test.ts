@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { LiveValues } from "../live/values";
+import { Stream } from "./stream";
+import { Topics } from "./topics";
+
+/** A socket that a test speaks for. */
+class Socket {
+  static OPEN = 1;
+  static made: Socket[] = [];
+  readyState = 0;
+  binaryType = "";
+  onopen: (() => void) | null = null;
+  onmessage: ((message: { data: unknown }) => void) | null = null;
+  onclose: (() => void) | null = null;
+  readonly sent: Record<string, unknown>[] = [];
+
+  constructor(
+    readonly url: string,
+    readonly protocols: string[],
+  ) {
+    Socket.made.push(this);
+  }
+
+  send(text: string) {
+    this.sent.push(JSON.parse(text));
+  }
+  close() {
+    this.onclose?.();
+  }
+  opens() {
+    this.readyState = 1;
+    this.onopen?.();
+  }
+  says(frame: object) {
+    this.onmessage?.({ data: JSON.stringify(frame) });
+  }
+}
+
+const made = () => Socket.made.at(-1) as Socket;
+let stream: Stream;
+
+beforeEach(() => {
+  vi.useFakeTimers();
+  vi.stubGlobal("WebSocket", Socket);
+  vi.stubGlobal("requestAnimationFrame", (draw: () => void) => setTimeout(draw, 0));
+  Socket.made = [];
+  stream = new Stream(() => ({ url: "ws://here/v1/stream", token: "secret" }));
+  stream.open();
+});
+
+afterEach(() => {
+  stream.close();
+  vi.useRealTimers();
+  vi.unstubAllGlobals();
+});
+
+test("the token goes as a subprotocol, never in the address", () => {
+  expect(made().protocols).toEqual(["opengpac.v1", "bearer.secret"]);
+  expect(made().url).not.toContain("secret");
+});
+
+test("a connection that breaks is made again, and the log goes on where it was", () => {
+  const topics = new Topics(stream);
+  const end = topics.log.watch(() => undefined);
+  made().opens();
+  expect(made().sent).toEqual([{ subscribe: "log", since: 0, id: "log-1" }]);
+  made().says({ id: "log-1", log: [{ sequence: 6, time_s: 1, kind: "start", about: "a", text: "" }], dropped: 2 });
+  expect(topics.log.get()).toMatchObject({ entries: [{ sequence: 6 }], dropped: 2 });
+  made().onclose?.();
+  expect(stream.connection.get()).toBe("broken");
+  vi.advanceTimersByTime(300);
+  expect(Socket.made).toHaveLength(2);
+  made().opens();
+  expect(made().sent).toEqual([{ subscribe: "log", since: 7, id: "log-1" }]);
+  end();
+  expect(made().sent.at(-1)).toEqual({ unsubscribe: "log-1" });
+});
+
+test("values that are watched at one rate are one subscription; one that nobody knows does not end the others", async () => {
+  const values = new LiveValues(stream);
+  made().opens();
+  const told: unknown[] = [];
+  values.watch("a", (reading, missing) => told.push(["a", reading?.value ?? null, missing !== null]));
+  values.watch("b", (reading, missing) => told.push(["b", reading?.value ?? null, missing !== null]));
+  await vi.runAllTicks();
+  await Promise.resolve();
+  const first = made().sent.at(-1);
+  expect(first).toMatchObject({ subscribe: "svvs", names: ["a", "b"], every_ms: 100 });
+  made().says({ id: first?.id, errors: [{ class: "UnknownName", message: "there is no SVV 'b'" }] });
+  await Promise.resolve();
+  const second = made().sent.at(-1);
+  expect(second).toMatchObject({ subscribe: "svvs", names: ["a"] });
+  made().says({ id: second?.id, svvs: { time_ns: 5, values: { a: { value: 0.5, number: 2, time_ns: 5 } } } });
+  vi.advanceTimersByTime(1);
+  expect(told).toEqual([
+    ["b", null, true],
+    ["a", 0.5, false],
+  ]);
+});

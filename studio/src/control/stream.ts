@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Refusal } from "./refusals";
+import { Watched } from "./watched";
+
+/** What a subscription asks for; `id` is given by the stream. */
+export type Topic =
+  | { subscribe: "svvs"; names: string[]; every_ms: number }
+  | { subscribe: "log"; since: number }
+  | { subscribe: "ends"; since: number }
+  | { subscribe: "scope"; names: string[]; every_ms: number }
+  | { subscribe: "statistics"; every_ms: number }
+  | { subscribe: "installed" };
+
+/** What a subscription gets. */
+export interface Subscriber {
+  /** A text frame of it, as it came. */
+  text(frame: Record<string, unknown>): void;
+  /** A binary frame of it (topic `scope`): the whole frame, and where its body begins. */
+  binary?(frame: DataView, body: number): void;
+  /** The system refused it: it is over. */
+  refused(refusals: Refusal[]): void;
+  /** Where the connection broke and was made again, what to ask for now; else the same as before. */
+  again?(): Topic;
+}
+
+export type Connection = "connecting" | "open" | "broken";
+
+const PROTOCOL = "opengpac.v1";
+/** The first four bytes of a binary frame. */
+export const MAGIC = 0x47534331;
+const AGAIN_MS = [250, 500, 1000, 2000, 4000];
+
+/**
+ * The stream of the system: one WebSocket, made again whenever it breaks, with all that is subscribed.
+ *
+ * At most 16 subscriptions: views share what they can (`topics.ts`, `live/values.ts`).
+ */
+export class Stream {
+  readonly connection = new Watched<Connection>("connecting");
+  readonly #url: () => { url: string; token: string | null };
+  readonly #subscriptions = new Map<string, { topic: Topic; subscriber: Subscriber }>();
+  #socket: WebSocket | null = null;
+  #last = 0;
+  #failures = 0;
+  #again: ReturnType<typeof setTimeout> | undefined;
+  #closed = false;
+
+  constructor(url: () => { url: string; token: string | null }) {
+    this.#url = url;
+  }
+
+  /** Subscribes; the answer ends it. */
+  subscribe(topic: Topic, subscriber: Subscriber): () => void {
+    this.#last += 1;
+    const id = `${topic.subscribe}-${this.#last}`;
+    this.#subscriptions.set(id, { topic, subscriber });
+    this.#say({ ...topic, id });
+    return () => {
+      if (this.#subscriptions.delete(id)) this.#say({ unsubscribe: id });
+    };
+  }
+
+  open(): void {
+    this.#closed = false;
+    const { url, token } = this.#url();
+    const socket = new WebSocket(url, token ? [PROTOCOL, `bearer.${token}`] : [PROTOCOL]);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.#failures = 0;
+      this.connection.set("open");
+      for (const [id, subscription] of this.#subscriptions) {
+        subscription.topic = subscription.subscriber.again?.() ?? subscription.topic;
+        this.#say({ ...subscription.topic, id });
+      }
+    };
+    socket.onmessage = (message: MessageEvent<string | ArrayBuffer>) => {
+      if (typeof message.data === "string") this.#text(message.data);
+      else this.#binary(message.data);
+    };
+    socket.onclose = () => this.#broken();
+    this.#socket = socket;
+  }
+
+  close(): void {
+    this.#closed = true;
+    clearTimeout(this.#again);
+    this.#socket?.close();
+  }
+
+  #say(frame: object): void {
+    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(frame));
+  }
+
+  #broken(): void {
+    this.connection.set("broken");
+    if (this.#closed) return;
+    clearTimeout(this.#again);
+    const wait = AGAIN_MS[Math.min(this.#failures, AGAIN_MS.length - 1)];
+    this.#failures += 1;
+    this.#again = setTimeout(() => this.open(), wait);
+  }
+
+  #text(text: string): void {
+    const frame = JSON.parse(text) as Record<string, unknown>;
+    const subscription = this.#subscriptions.get(String(frame.id));
+    if (!subscription) return;
+    if (frame.errors) {
+      this.#subscriptions.delete(String(frame.id));
+      subscription.subscriber.refused(frame.errors as Refusal[]);
+    } else {
+      subscription.subscriber.text(frame);
+    }
+  }
+
+  #binary(data: ArrayBuffer): void {
+    const frame = new DataView(data);
+    if (frame.byteLength < 8 || frame.getUint32(0, true) !== MAGIC) return;
+    const length = frame.getUint32(4, true);
+    const id = new TextDecoder().decode(new Uint8Array(data, 8, length));
+    this.#subscriptions.get(id)?.subscriber.binary?.(frame, 8 + 8 * Math.ceil(length / 8));
+  }
+}

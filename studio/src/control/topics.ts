@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Refusal } from "./refusals";
+import type { End, Installed, LogEntry, Statistics } from "./shapes";
+import type { Stream, Topic } from "./stream";
+import { Watched } from "./watched";
+
+/** How often statistics come, ms. */
+const STATISTICS_MS = 500;
+/** Entries of the log, and ends, that the page keeps. */
+export const KEPT_MAX = 20_000;
+
+/** A topic that several views share: one subscription, as long as anybody looks. */
+class Shared<T> {
+  readonly latest = new Watched<T | null>(null);
+  readonly trouble = new Watched<Refusal[]>([]);
+  readonly #stream: Stream;
+  readonly #topic: () => Topic;
+  readonly #take: (frame: Record<string, unknown>, before: T | null) => T;
+  #users = 0;
+  #end: (() => void) | null = null;
+
+  constructor(stream: Stream, topic: (before: T | null) => Topic, take: (frame: Record<string, unknown>, before: T | null) => T) {
+    this.#stream = stream;
+    this.#topic = () => topic(this.latest.get());
+    this.#take = take;
+  }
+
+  /** Looks at it, until the answer is called. */
+  readonly watch = (watcher: () => void): (() => void) => {
+    const ends = [this.latest.watch(watcher), this.trouble.watch(watcher)];
+    this.#users += 1;
+    if (!this.#end) this.#begin();
+    return () => {
+      for (const end of ends) end();
+      this.#users -= 1;
+      if (this.#users > 0) return;
+      this.#end?.();
+      this.#end = null;
+    };
+  };
+
+  readonly get = (): T | null => this.latest.get();
+
+  #begin(): void {
+    this.#end = this.#stream.subscribe(this.#topic(), {
+      text: (frame) => {
+        this.trouble.set([]);
+        this.latest.set(this.#take(frame, this.latest.get()));
+      },
+      refused: (refusals) => {
+        this.trouble.set(refusals);
+        this.#end = null;
+      },
+      again: this.#topic,
+    });
+  }
+}
+
+/** Entries with what was lost before they could be read. */
+export interface Kept<T> {
+  entries: T[];
+  dropped: number;
+}
+
+export type { Shared };
+
+/** What the whole page follows. */
+export class Topics {
+  readonly statistics: Shared<Statistics>;
+  readonly installed: Shared<Installed>;
+  readonly log: Shared<Kept<LogEntry>>;
+  readonly ends: Shared<Kept<End>>;
+
+  constructor(stream: Stream) {
+    this.statistics = new Shared(
+      stream,
+      () => ({ subscribe: "statistics", every_ms: STATISTICS_MS }),
+      (frame) => frame.statistics as Statistics,
+    );
+    this.installed = new Shared(
+      stream,
+      () => ({ subscribe: "installed" }),
+      (frame) => frame.installed as Installed,
+    );
+    this.log = new Shared<Kept<LogEntry>>(
+      stream,
+      (before) => ({ subscribe: "log", since: (before?.entries.at(-1)?.sequence ?? -1) + 1 }),
+      (frame, before) => kept(before, frame.log as LogEntry[], frame.dropped as number),
+    );
+    this.ends = new Shared<Kept<End>>(
+      stream,
+      (before) => ({ subscribe: "ends", since: (before?.entries.at(-1)?.number ?? -1) + 1 }),
+      (frame, before) => kept(before, frame.ends as End[], frame.dropped as number),
+    );
+  }
+}
+
+function kept<T>(before: Kept<T> | null, more: T[], dropped: number): Kept<T> {
+  const entries = [...(before?.entries ?? []), ...more];
+  return { entries: entries.slice(-KEPT_MAX), dropped: (before?.dropped ?? 0) + (dropped || 0) };
+}

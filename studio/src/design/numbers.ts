@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers as people read them: as many figures as carry meaning, units from the system.
+import type { Value } from "../control/shapes";
+
+/** A duration in the unit that suits it: "850 ns", "12.4 µs", "1.00 ms", "2.50 s". */
+export function duration(ns: number | null | undefined): string {
+  if (ns === null || ns === undefined || !Number.isFinite(ns)) return "–";
+  const size = Math.abs(ns);
+  if (size < 1e3) return `${Math.round(ns)} ns`;
+  if (size < 1e6) return `${three(ns / 1e3)} µs`;
+  if (size < 1e9) return `${three(ns / 1e6)} ms`;
+  return `${three(ns / 1e9)} s`;
+}
+
+function three(value: number): string {
+  const size = Math.abs(value);
+  return value.toFixed(size < 10 ? 2 : size < 100 ? 1 : 0);
+}
+
+/** A period, exactly: "1 ms", "20 ms", "0.5 ms". */
+export function period(ns: number): string {
+  if (ns >= 1e9) return `${ns / 1e9} s`;
+  if (ns >= 1e6) return `${ns / 1e6} ms`;
+  if (ns >= 1e3) return `${ns / 1e3} µs`;
+  return `${ns} ns`;
+}
+
+/** A count with thin spaces between thousands. */
+export function count(value: number): string {
+  return Math.trunc(value)
+    .toString()
+    .replace(/\B(?=(\d{3})+(?!\d))/g, "\u2009");
+}
+
+export function percent(part: number): string {
+  if (!Number.isFinite(part)) return "–";
+  return `${(part * 100).toFixed(part < 0.1 ? 1 : 0)} %`;
+}
+
+/** A time of the system's clock, in s with ms: "12.345 s". */
+export function seconds(time_s: number): string {
+  return `${time_s.toFixed(3)} s`;
+}
+
+/** A number of a live value: always of one width, so that figures do not dance. */
+export function figure(value: number): string {
+  if (!Number.isFinite(value)) return String(value);
+  if (Number.isInteger(value) && Math.abs(value) < 1e9) return value.toString();
+  const size = Math.abs(value);
+  if (size >= 1e6 || size < 1e-4) return value.toExponential(3);
+  return value.toFixed(size >= 1e3 ? 1 : size >= 100 ? 2 : 4);
+}
+
+/** Any value as text; arrays in brackets, structs with their members. Floats stay floats: pass the type where it is known. */
+export function valueText(value: Value | undefined, float = false): string {
+  if (value === undefined || value === null) return "–";
+  if (typeof value === "number") return float ? floatFigure(value) : figure(value);
+  if (typeof value === "boolean") return value ? "true" : "false";
+  if (typeof value === "string") return value;
+  if (Array.isArray(value)) return `[${value.map((one) => valueText(one, float)).join(", ")}]`;
+  return `{${Object.entries(value)
+    .map(([name, member]) => `${name} ${valueText(member, float)}`)
+    .join(", ")}}`;
+}
+
+// What is smaller than any unit resolves is rounding: it would only dance.
+const NOTHING = 1e-9;
+
+function floatFigure(value: number): string {
+  if (Math.abs(value) < NOTHING) return "0.0000";
+  return Number.isInteger(value) && Math.abs(value) < 1e6 ? value.toFixed(Math.abs(value) >= 100 ? 2 : 4) : figure(value);
+}
+
+export function isFloat(type_text: string | undefined): boolean {
+  return type_text !== undefined && /double|float/.test(type_text);
+}
+
+/** A value with its unit. */
+export function withUnit(text: string, unit: string | null | undefined): string {
+  return unit ? `${text}\u202f${unit}` : text;
+}

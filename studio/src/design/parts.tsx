@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+import { type ReactNode, useId } from "react";
+import { type Refusal, refusalsOf } from "../control/refusals";
+import "./parts.css";
+
+/** A part of a view, with its heading. `end`: what stands at the right of the heading. */
+export function Panel(props: { title: ReactNode; end?: ReactNode; children: ReactNode; className?: string; flush?: boolean }) {
+  const heading = useId();
+  return (
+    <section className={`panel ${props.className ?? ""}`} aria-labelledby={heading}>
+      <header>
+        <h2 id={heading}>{props.title}</h2>
+        {props.end && <div className="end">{props.end}</div>}
+      </header>
+      <div className={props.flush ? "" : "inside"}>{props.children}</div>
+    </section>
+  );
+}
+
+export type Tone = "plain" | "good" | "warn" | "bad" | "accent";
+
+export function Tag(props: { tone?: Tone; children: ReactNode; title?: string }) {
+  return (
+    <span className={`tag ${props.tone ?? "plain"}`} title={props.title}>
+      {props.children}
+    </span>
+  );
+}
+
+/** What the system refused, in its words, each with its remedy. Read out by a screen reader when it appears. */
+export function Refusals(props: { of: Refusal[]; id?: string }) {
+  if (props.of.length === 0) return null;
+  return (
+    <ul className="refusals" role="alert" id={props.id}>
+      {props.of.map((refusal) => (
+        <li key={`${refusal.class}: ${refusal.message}`}>
+          <span className="name">{refusal.class}</span>: {refusal.message}
+          {refusal.remedy && <div className="quiet">{refusal.remedy}</div>}
+          {refusal.place && (
+            <div className="quiet small">
+              at {refusal.place.file}:{refusal.place.line}
+            </div>
+          )}
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+/** Any error, shown. */
+export function Trouble(props: { of: unknown }) {
+  return props.of ? <Refusals of={refusalsOf(props.of)} /> : null;
+}
+
+/** Nothing is there: says what there would be, and what to do to have it. */
+export function Empty(props: { title: string; children?: ReactNode }) {
+  return (
+    <div className="empty">
+      <strong>{props.title}</strong>
+      {props.children}
+    </div>
+  );
+}

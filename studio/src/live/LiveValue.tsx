@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useRef } from "react";
+import { isFloat, valueText } from "../design/numbers";
+import { useControl } from "../shell/context";
+
+/**
+ * The present value of an SVV or private cell, written into the page without React: `–` until one came; with the reason as its title
+ * where the system does not know it.
+ */
+export function LiveValue(props: { name: string; type_text?: string | undefined; unit?: string | null | undefined }) {
+  const control = useControl();
+  const element = useRef<HTMLSpanElement>(null);
+  const { name, type_text } = props;
+  useEffect(() => {
+    const float = isFloat(type_text);
+    return control.values.watch(name, (reading, missing) => {
+      const shown = element.current;
+      if (!shown) return;
+      shown.textContent = reading ? valueText(reading.value, float) : "–";
+      shown.title = missing ? missing.map((refusal) => refusal.message).join("; ") : "";
+    });
+  }, [control, name, type_text]);
+  return (
+    <span className="live">
+      <span className="figures" ref={element} data-live={name}>
+        –
+      </span>
+      {props.unit && <span className="quiet">{`\u202f${props.unit}`}</span>}
+    </span>
+  );
+}

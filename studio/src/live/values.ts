@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Refusal } from "../control/refusals";
+import type { Reading } from "../control/shapes";
+import type { Stream } from "../control/stream";
+
+/** How often values come, ms: to be read by a person, and to be seen moving. */
+export const READ_MS = 100;
+export const MOVE_MS = 33;
+
+/** Who watches a value: told in an animation frame, at most once. `missing`: why there is none. */
+export type Watcher = (reading: Reading | null, missing: Refusal[] | null) => void;
+
+/**
+ * The present values of SVVs and private cells, outside of React: a value that changes costs one write into one element.
+ *
+ * All that is watched at one rate is one subscription of the stream. Names that the system does not know are left out of it, and told
+ * to their watchers.
+ */
+export class LiveValues {
+  readonly #read: Group;
+  readonly #move: Group;
+
+  constructor(stream: Stream) {
+    this.#read = new Group(stream, READ_MS);
+    this.#move = new Group(stream, MOVE_MS);
+  }
+
+  /** Watches a value; the answer ends it. `every_ms`: READ_MS or MOVE_MS. */
+  watch(name: string, watcher: Watcher, every_ms: number = READ_MS): () => void {
+    return (every_ms <= MOVE_MS ? this.#move : this.#read).watch(name, watcher);
+  }
+
+  /** The last value that came, where anybody watches it. */
+  latest(name: string): Reading | undefined {
+    return this.#read.latest(name) ?? this.#move.latest(name);
+  }
+
+  /** Asks again for what the system did not know: something was installed. */
+  renew(): void {
+    this.#read.renew();
+    this.#move.renew();
+  }
+}
+
+interface Cell {
+  watchers: Set<Watcher>;
+  reading: Reading | null;
+  missing: Refusal[] | null;
+}
+
+class Group {
+  readonly #stream: Stream;
+  readonly #every_ms: number;
+  readonly #cells = new Map<string, Cell>();
+  readonly #changed = new Set<string>();
+  #end: (() => void) | null = null;
+  #asked = "";
+  #asking = false;
+  #frame = 0;
+
+  constructor(stream: Stream, every_ms: number) {
+    this.#stream = stream;
+    this.#every_ms = every_ms;
+  }
+
+  watch(name: string, watcher: Watcher): () => void {
+    let cell = this.#cells.get(name);
+    if (!cell) {
+      cell = { watchers: new Set(), reading: null, missing: null };
+      this.#cells.set(name, cell);
+      this.#askSoon();
+    } else if (cell.reading || cell.missing) {
+      watcher(cell.reading, cell.missing);
+    }
+    const watched = cell;
+    watched.watchers.add(watcher);
+    return () => {
+      watched.watchers.delete(watcher);
+      if (watched.watchers.size > 0 || this.#cells.get(name) !== watched) return;
+      this.#cells.delete(name);
+      this.#askSoon();
+    };
+  }
+
+  latest(name: string): Reading | undefined {
+    return this.#cells.get(name)?.reading ?? undefined;
+  }
+
+  renew(): void {
+    let any = false;
+    for (const cell of this.#cells.values()) {
+      any ||= cell.missing !== null;
+      cell.missing = null;
+    }
+    if (any || !this.#end) this.#askSoon();
+  }
+
+  // A view that opens watches many values at once: they are asked for together.
+  #askSoon(): void {
+    if (this.#asking) return;
+    this.#asking = true;
+    queueMicrotask(() => {
+      this.#asking = false;
+      this.#ask();
+    });
+  }
+
+  #ask(): void {
+    const names = [...this.#cells].filter(([, cell]) => !cell.missing).map(([name]) => name);
+    const asked = JSON.stringify(names);
+    if (asked === this.#asked && this.#end) return;
+    this.#asked = asked;
+    const before = this.#end;
+    this.#end = null;
+    before?.();
+    if (names.length === 0) return;
+    this.#end = this.#stream.subscribe(
+      { subscribe: "svvs", names, every_ms: this.#every_ms },
+      { text: (frame) => this.#take(frame), refused: (refusals) => this.#refused(names, refusals) },
+    );
+  }
+
+  #take(frame: Record<string, unknown>): void {
+    const { values } = frame.svvs as { values: Record<string, Reading> };
+    for (const name in values) {
+      const cell = this.#cells.get(name);
+      const reading = values[name];
+      if (!cell || !reading || sameReading(cell.reading, reading)) continue;
+      cell.reading = reading;
+      this.#changed.add(name);
+    }
+    this.#tellSoon();
+  }
+
+  #refused(names: string[], refusals: Refusal[]): void {
+    this.#end = null;
+    const said = refusals.map((refusal) => refusal.message).join(" ");
+    const named = names.filter((name) => said.includes(`'${name}'`));
+    for (const name of named.length > 0 ? named : names) {
+      const cell = this.#cells.get(name);
+      if (!cell) continue;
+      cell.missing = refusals;
+      cell.reading = null;
+      this.#changed.add(name);
+    }
+    this.#tellSoon();
+    this.#askSoon();
+  }
+
+  #tellSoon(): void {
+    if (this.#frame || this.#changed.size === 0) return;
+    this.#frame = requestAnimationFrame(() => {
+      this.#frame = 0;
+      for (const name of this.#changed) {
+        const cell = this.#cells.get(name);
+        if (cell) for (const watcher of cell.watchers) watcher(cell.reading, cell.missing);
+      }
+      this.#changed.clear();
+    });
+  }
+}
+
+// A write by a programming system is a value too, and has the number of the one before.
+function sameReading(one: Reading | null, other: Reading): boolean {
+  return one !== null && one.number === other.number && one.time_ns === other.time_ns;
+}

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+import { Component, type ReactNode } from "react";
+import { refusalsOf } from "../control/refusals";
+import { Refusals } from "../design/parts";
+
+/** A view that fails says so in its place; the rest of the page goes on. */
+export class Boundary extends Component<{ children: ReactNode }, { failure: unknown }> {
+  override state: { failure: unknown } = { failure: null };
+
+  static getDerivedStateFromError(failure: unknown) {
+    return { failure };
+  }
+
+  override render() {
+    if (this.state.failure === null) return this.props.children;
+    return (
+      <div className="stack">
+        <p>This view has failed. The system is not touched by it.</p>
+        <Refusals of={refusalsOf(this.state.failure)} />
+        <div className="row">
+          <button type="button" onClick={() => this.setState({ failure: null })}>
+            Try again
+          </button>
+        </div>
+      </div>
+    );
+  }
+}

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useCallback, useEffect, useState } from "react";
+import { type Control, connect } from "../control/control";
+import { Refused, refusalsOf } from "../control/refusals";
+import { forgetToken, keepToken } from "../control/token";
+import { Refusals } from "../design/parts";
+import { ControlContext } from "./context";
+import { Shell } from "./Shell";
+
+/** How often a system that does not answer is asked again, ms. */
+const AGAIN_MS = 2000;
+
+/** Before the studio: asks the system who it is. Without a token that holds it says where to get one. */
+export function Gate(props: { token: string | null }) {
+  const [token, setToken] = useState(props.token);
+  const [control, setControl] = useState<Control | null>(null);
+  const [failure, setFailure] = useState<unknown>(null);
+
+  useEffect(() => {
+    let over = false;
+    let again: ReturnType<typeof setTimeout> | undefined;
+    let made: Control | null = null;
+    const attempt = async () => {
+      try {
+        const found = await connect(token);
+        if (over) return;
+        made = found;
+        found.open();
+        setFailure(null);
+        setControl(found);
+      } catch (why) {
+        if (over) return;
+        setFailure(why);
+        if (!(why instanceof Refused && why.status === 401)) again = setTimeout(attempt, AGAIN_MS);
+      }
+    };
+    void attempt();
+    return () => {
+      over = true;
+      clearTimeout(again);
+      made?.close();
+    };
+  }, [token]);
+
+  const renew = useCallback((given: string | null) => {
+    setControl(null);
+    setToken(given);
+  }, []);
+
+  if (control) {
+    return (
+      <ControlContext value={control}>
+        <Shell />
+      </ControlContext>
+    );
+  }
+  return <Door failure={failure} open={renew} />;
+}
+
+function Door(props: { failure: unknown; open: (token: string) => void }) {
+  if (!props.failure) return <main className="door quiet">Connecting…</main>;
+  const unknown = props.failure instanceof Refused && props.failure.status === 401;
+  return (
+    <main className="door stack">
+      <h1>OpenGPAC studio</h1>
+      <Refusals of={refusalsOf(props.failure)} />
+      {unknown && (
+        <form
+          className="stack"
+          onSubmit={(event) => {
+            event.preventDefault();
+            const given = String(new FormData(event.currentTarget).get("token") ?? "").trim();
+            const token = given.includes("token=") ? decodeURIComponent(given.split("token=").at(-1) ?? "") : given;
+            forgetToken();
+            keepToken(token);
+            props.open(token);
+          }}
+        >
+          <p>
+            Open the address that <code>opengpac studio</code>, <code>opengpac rts</code> or <code>cell.studio()</code> has printed: it ends
+            with the token. Or paste the address or the token here.
+          </p>
+          <div className="row">
+            <label htmlFor="token">Token</label>
+            <input id="token" name="token" type="password" autoComplete="off" required size={40} />
+            <button type="submit" className="primary">
+              Open
+            </button>
+          </div>
+        </form>
+      )}
+    </main>
+  );
+}

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+import { addressOf } from "./route";
+import { ThemeSwitch } from "./ThemeSwitch";
+import { views } from "./views";
+
+export function Navigation(props: { present: string }) {
+  return (
+    <nav className="navigation" aria-label="Views">
+      <ul>
+        {views.map((view) => (
+          <li key={view.name}>
+            <a href={addressOf(view.name)} title={view.about} aria-current={view.name === props.present ? "page" : undefined}>
+              {view.title}
+            </a>
+          </li>
+        ))}
+      </ul>
+      <ThemeSwitch />
+    </nav>
+  );
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+import { Suspense, useEffect } from "react";
+import { Empty } from "../design/parts";
+import { Boundary } from "./Boundary";
+import { useCutOffWarning } from "./cutOff";
+import { Navigation } from "./Navigation";
+import { useRoute } from "./route";
+import { TopBar } from "./TopBar";
+import { views } from "./views";
+import "./shell.css";
+
+/** The frame of the studio: what is always seen, and the view that is open. */
+export function Shell() {
+  const route = useRoute();
+  const view = views.find((one) => one.name === route.view);
+  useCutOffWarning();
+  useEffect(() => {
+    document.title = `${view?.title ?? "Not found"} · OpenGPAC studio`;
+  }, [view]);
+  const Part = view?.part;
+  return (
+    <div className="shell">
+      <button type="button" className="skip" onClick={() => document.getElementById("main")?.focus()}>
+        To the view
+      </button>
+      <TopBar />
+      <Navigation present={view?.name ?? ""} />
+      <main id="main" tabIndex={-1} aria-label={view?.title}>
+        <Boundary key={view?.name}>
+          <Suspense fallback={<p className="quiet wait">Loading…</p>}>
+            {Part ? <Part /> : <Empty title={`There is no view '${route.view}'`}>Choose one of the views in the navigation.</Empty>}
+          </Suspense>
+        </Boundary>
+      </main>
+    </div>
+  );
+}

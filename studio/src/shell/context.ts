@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+import { createContext, useCallback, useContext, useState, useSyncExternalStore } from "react";
+import type { Control } from "../control/control";
+import { type Refusal, refusalsOf } from "../control/refusals";
+import type { Shared } from "../control/topics";
+import type { Watched } from "../control/watched";
+
+export const ControlContext = createContext<Control | null>(null);
+
+/** The running system. */
+export function useControl(): Control {
+  const control = useContext(ControlContext);
+  if (!control) throw new Error("there is no connected system around this part of the page");
+  return control;
+}
+
+/** The present value of something watched; the part is drawn anew when it changes. */
+export function useWatched<T>(watched: Watched<T>): T {
+  return useSyncExternalStore(watched.watch, watched.get);
+}
+
+/** The latest of a topic that comes by itself: statistics, what is installed, log, ends. */
+export function useTopic<T>(shared: Shared<T>): T | null {
+  return useSyncExternalStore(shared.watch, shared.get);
+}
+
+/** An action that a person starts: busy while it lasts, and what was refused, to be shown beside its button. */
+export function useAction(): {
+  busy: boolean;
+  refusals: Refusal[];
+  run: (action: () => Promise<unknown>) => Promise<boolean>;
+  clear: () => void;
+} {
+  const [busy, setBusy] = useState(false);
+  const [refusals, setRefusals] = useState<Refusal[]>([]);
+  const run = useCallback(async (action: () => Promise<unknown>) => {
+    setBusy(true);
+    setRefusals([]);
+    try {
+      await action();
+      return true;
+    } catch (why) {
+      setRefusals(refusalsOf(why));
+      return false;
+    } finally {
+      setBusy(false);
+    }
+  }, []);
+  const clear = useCallback(() => setRefusals([]), []);
+  return { busy, refusals, run, clear };
+}

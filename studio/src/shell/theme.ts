@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+import { Watched } from "../control/watched";
+
+/** Light or dark as the person's machine says, or as the switch says. */
+export type Theme = "system" | "light" | "dark";
+
+const KEY = "opengpac.theme";
+
+export const theme = new Watched<Theme>(kept());
+
+function kept(): Theme {
+  const said = localStorage.getItem(KEY);
+  return said === "light" || said === "dark" ? said : "system";
+}
+
+export function applyTheme(): void {
+  const now = theme.get();
+  if (now === "system") {
+    delete document.documentElement.dataset.theme;
+    localStorage.removeItem(KEY);
+  } else {
+    document.documentElement.dataset.theme = now;
+    localStorage.setItem(KEY, now);
+  }
+}
+
+export function setTheme(next: Theme): void {
+  theme.set(next);
+  applyTheme();
+}

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+import { type ComponentType, type LazyExoticComponent, lazy } from "react";
+
+/** A view of the studio: loaded when it is first opened. */
+export interface View {
+  name: string;
+  title: string;
+  /** What one finds there, for the tooltip. */
+  about: string;
+  part: LazyExoticComponent<ComponentType>;
+}
+
+export const views: View[] = [
+  {
+    name: "system",
+    title: "System",
+    about: "processors, interrupt sources, load, jitter, rights",
+    part: lazy(() => import("../views/system")),
+  },
+  { name: "flow", title: "Data flow", about: "the installed graphs, with live values", part: lazy(() => import("../views/flow")) },
+  {
+    name: "verbs",
+    title: "Verbs",
+    about: "verbs and their instances: start, halt, transitions",
+    part: lazy(() => import("../views/verbs")),
+  },
+  {
+    name: "devices",
+    title: "Devices",
+    about: "logical and physical devices, the arm in 3-D",
+    part: lazy(() => import("../views/devices")),
+  },
+  { name: "scope", title: "Scope", about: "any value at its full rate", part: lazy(() => import("../views/scope")) },
+  { name: "log", title: "Log", about: "conditions, faults, transitions, reports, commands", part: lazy(() => import("../views/log")) },
+];

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Configuration, Statistics } from "../../control/shapes";
+import { Panel, Refusals } from "../../design/parts";
+import { LiveValue } from "../../live/LiveValue";
+import { useAction, useControl } from "../../shell/context";
+import { addressOf } from "../../shell/route";
+import { StateTag } from "./Family";
+import { svvName } from "./families";
+import { Parameters } from "./Parameters";
+import { WriteField } from "./WriteField";
+
+/** One logical device: all its SVVs, live, and its parameters. */
+export function DeviceDetail(props: { name: string; configuration: Configuration; now: Statistics }) {
+  const { name, configuration, now } = props;
+  const control = useControl();
+  const action = useAction();
+  const type = configuration.device_types[configuration.logical_devices[name] ?? ""];
+  const state = now.devices[name];
+  if (!type) return null;
+  const svvs = Object.entries(type.svvs);
+  const floats = svvs.filter(([, svv]) => /double|float/.test(svv.type_text)).map(([member, svv]) => svvName(name, member, svv));
+  return (
+    <Panel
+      title={
+        <>
+          {name} <StateTag of={state} />
+        </>
+      }
+      end={
+        <>
+          {floats.length > 0 && <a href={addressOf("scope", [], { names: floats.slice(0, 4).join(",") })}>In the scope</a>}
+          {control.may("operate") && (
+            <>
+              <button
+                type="button"
+                disabled={action.busy || (state !== "disabled" && state !== "fault")}
+                onClick={() => action.run(() => control.order("enable", { name }))}
+              >
+                Enable
+              </button>
+              <button
+                type="button"
+                disabled={action.busy || state === "disabled"}
+                onClick={() => action.run(() => control.order("disable", { name }))}
+              >
+                Disable
+              </button>
+            </>
+          )}
+        </>
+      }
+    >
+      <Refusals of={action.refusals} />
+      <p className="quiet">
+        {type.doc.split(/\n\s*\n/)[0]}{" "}
+        {type.verb && <a href={addressOf("verbs", [type.verb, `${name}.${type.verb}`])}>Kept going by {type.verb}</a>}
+      </p>
+      <div className="detail-columns">
+        <div>
+          <h3>SVVs</h3>
+          <table>
+            <tbody>
+              {svvs.map(([member, svv]) => {
+                const full = svvName(name, member, svv);
+                return (
+                  <tr key={member}>
+                    <th scope="row">
+                      <a href={addressOf("scope", [], { names: full })} title={`${full}, ${svv.type_text}: show it in the scope`}>
+                        {member}
+                      </a>
+                      {svv.shared && <span className="quiet"> (shared: {svv.shared})</span>}
+                    </th>
+                    <td className="number">
+                      <LiveValue name={full} type_text={svv.type_text} unit={svv.unit} />
+                    </td>
+                    <td>
+                      {svv.within && control.may("operate") && <WriteField name={full} type_text={svv.type_text} within={svv.within} />}
+                    </td>
+                  </tr>
+                );
+              })}
+            </tbody>
+          </table>
+        </div>
+        <Parameters device={name} type={type} />
+      </div>
+    </Panel>
+  );
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { DeviceState, Statistics } from "../../control/shapes";
+import { Panel, Refusals, Tag, type Tone } from "../../design/parts";
+import { LiveValue } from "../../live/LiveValue";
+import { useAction, useControl } from "../../shell/context";
+import { addressOf } from "../../shell/route";
+import { columnsOf, type DeviceFamily, shortName, svvName } from "./families";
+import { JogButtons, JogTools, useJog } from "./Jog";
+
+const TONES: Record<string, Tone> = { standstill: "good", moving: "accent", enabling: "warn", stopping: "warn", fault: "bad" };
+
+export function StateTag(props: { of: DeviceState | undefined }) {
+  return <Tag tone={TONES[props.of ?? ""] ?? "plain"}>{props.of ?? "–"}</Tag>;
+}
+
+/** Devices of one family in a table: state, first SVVs, enabling, jogging. */
+export function Family(props: { of: DeviceFamily; now: Statistics; chosen: string | null }) {
+  const { of, now } = props;
+  const control = useControl();
+  const action = useAction();
+  const jog = useJog(of);
+  const columns = columnsOf(of.type);
+  const states = of.devices.map((device) => now.devices[device]);
+  const each = async (name: "enable" | "disable", devices: string[]) => {
+    for (const device of devices) await control.order(name, { name: device });
+  };
+  const operates = control.may("operate");
+  return (
+    <Panel
+      title={of.name}
+      end={
+        operates && (
+          <>
+            <button
+              type="button"
+              disabled={action.busy || states.every((state) => state === "standstill" || state === "moving")}
+              onClick={() =>
+                action.run(() =>
+                  each(
+                    "enable",
+                    of.devices.filter((_, index) => states[index] === "disabled" || states[index] === "fault"),
+                  ),
+                )
+              }
+            >
+              Enable all
+            </button>
+            <button
+              type="button"
+              disabled={action.busy || states.every((state) => state === "disabled")}
+              onClick={() =>
+                action.run(() =>
+                  each(
+                    "disable",
+                    of.devices.filter((_, index) => states[index] !== "disabled"),
+                  ),
+                )
+              }
+            >
+              Disable all
+            </button>
+          </>
+        )
+      }
+      flush
+    >
+      <Refusals of={[...action.refusals, ...jog.refusals]} />
+      <div className="scroll-x" role="group" aria-label={`Devices of ${of.name}`} tabIndex={0}>
+        <table className="family">
+          <thead>
+            <tr>
+              <th scope="col">{of.type.name}</th>
+              <th scope="col">State</th>
+              {columns.map(([name, svv]) => (
+                <th key={name} scope="col" className="number">
+                  {name}
+                  {svv.unit && <span className="unit">{svv.unit}</span>}
+                </th>
+              ))}
+              {jog.able && <th scope="col">Jog</th>}
+            </tr>
+          </thead>
+          <tbody>
+            {of.devices.map((device, index) => (
+              <tr key={device} className={device === props.chosen ? "chosen" : ""}>
+                <th scope="row">
+                  <a href={addressOf("devices", [device])} aria-current={device === props.chosen ? "true" : undefined}>
+                    {shortName(device)}
+                  </a>
+                </th>
+                <td>
+                  <StateTag of={states[index]} />
+                </td>
+                {columns.map(([name, svv]) => (
+                  <td key={name} className="number">
+                    <LiveValue name={svvName(device, name, svv)} type_text={svv.type_text} />
+                  </td>
+                ))}
+                {jog.able && (
+                  <td>
+                    <JogButtons of={jog} device={device} />
+                  </td>
+                )}
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+      {operates && <JogTools of={jog} />}
+    </Panel>
+  );
+}

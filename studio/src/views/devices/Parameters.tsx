@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useCallback, useEffect, useState } from "react";
+import { type Refusal, refusalsOf } from "../../control/refusals";
+import type { DeviceType, Value } from "../../control/shapes";
+import { valueText } from "../../design/numbers";
+import { Refusals, Tag } from "../../design/parts";
+import { useAction, useControl } from "../../shell/context";
+import { valueFrom } from "../verbs/fields";
+
+/** The parameters of a device. A tunable one changes what runs at once, another one at the next enabling. */
+export function Parameters(props: { device: string; type: DeviceType }) {
+  const { device, type } = props;
+  const control = useControl();
+  const [values, setValues] = useState<Record<string, Value>>({});
+  const [refusals, setRefusals] = useState<Refusal[]>([]);
+  const names = Object.keys(type.parameters);
+  const asked = names.join(" ");
+  const look = useCallback(async () => {
+    try {
+      const parameters = asked === "" ? [] : asked.split(" ");
+      const found = await Promise.all(parameters.map((parameter) => control.look("device_parameter", { name: device, parameter })));
+      setValues(Object.fromEntries(parameters.map((parameter, index) => [parameter, found[index] ?? null])));
+      setRefusals([]);
+    } catch (why) {
+      setRefusals(refusalsOf(why));
+    }
+  }, [control, device, asked]);
+  useEffect(() => {
+    void look();
+  }, [look]);
+  if (names.length === 0) return null;
+  return (
+    <div>
+      <h3>Parameters</h3>
+      <Refusals of={refusals} />
+      <table>
+        <tbody>
+          {Object.entries(type.parameters).map(([name, parameter]) => (
+            <tr key={name}>
+              <th scope="row">
+                {name} {parameter.tunable && <Tag title="changes what runs at once">tunable</Tag>}
+              </th>
+              <td className="number">
+                {name in values ? valueText(values[name]) : "–"}
+                {parameter.unit && <span className="quiet">{`\u202f${parameter.unit}`}</span>}
+              </td>
+              <td>
+                {control.may("operate") && (
+                  <SetParameter
+                    device={device}
+                    name={name}
+                    isTruth={typeof parameter.default === "boolean"}
+                    tunable={parameter.tunable}
+                    changed={look}
+                  />
+                )}
+              </td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
+function SetParameter(props: { device: string; name: string; isTruth: boolean; tunable: boolean; changed: () => Promise<void> }) {
+  const control = useControl();
+  const action = useAction();
+  const [text, setText] = useState("");
+  const value = valueFrom(text, props.isTruth ? "bool" : "double");
+  return (
+    <form
+      className="write"
+      onSubmit={(event) => {
+        event.preventDefault();
+        if (value === undefined) return;
+        void action
+          .run(async () => {
+            await control.order("set_device_parameter", { name: props.device, parameter: props.name, value });
+            await props.changed();
+          })
+          .then((done) => done && setText(""));
+      }}
+    >
+      <input
+        aria-label={`New value of ${props.name}`}
+        size={7}
+        value={text}
+        placeholder={props.isTruth ? "true or false" : ""}
+        onChange={(event) => setText(event.target.value)}
+      />
+      <button type="submit" disabled={action.busy || value === undefined} title={props.tunable ? "at once" : "from the next enabling on"}>
+        Set
+      </button>
+      <Refusals of={action.refusals} />
+    </form>
+  );
+}

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useState } from "react";
+import { Refusals } from "../../design/parts";
+import { useAction, useControl } from "../../shell/context";
+import { valueFrom } from "../verbs/fields";
+
+/** Writes an SVV that programming systems may write: one that has a range. */
+export function WriteField(props: { name: string; type_text: string; within: [number, number] }) {
+  const control = useControl();
+  const action = useAction();
+  const [text, setText] = useState("");
+  const value = valueFrom(text, props.type_text);
+  return (
+    <form
+      className="write"
+      onSubmit={(event) => {
+        event.preventDefault();
+        if (value !== undefined)
+          void action.run(() => control.order("write", { name: props.name, value })).then((done) => done && setText(""));
+      }}
+    >
+      <input
+        aria-label={`New value of ${props.name}`}
+        size={7}
+        value={text}
+        placeholder={`${props.within[0]} to ${props.within[1]}`}
+        onChange={(event) => setText(event.target.value)}
+      />
+      <button type="submit" disabled={action.busy || value === undefined}>
+        Write
+      </button>
+      <Refusals of={action.refusals} />
+    </form>
+  );
+}

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Configuration, DeviceSvv, DeviceType } from "../../control/shapes";
+
+/** Logical devices of one type whose names begin alike: the joints of an arm. */
+export interface DeviceFamily {
+  /** `ur5e`; the name of the type where the names have no beginning. */
+  name: string;
+  type: DeviceType;
+  devices: string[];
+}
+
+export function familiesOf(configuration: Configuration): DeviceFamily[] {
+  const found = new Map<string, DeviceFamily>();
+  for (const [device, typeName] of Object.entries(configuration.logical_devices)) {
+    const type = configuration.device_types[typeName];
+    if (!type) continue;
+    const name = device.includes(".") ? device.slice(0, device.lastIndexOf(".")) : typeName;
+    const key = `${name} ${typeName}`;
+    const family = found.get(key) ?? { name, type, devices: [] };
+    family.devices.push(device);
+    found.set(key, family);
+  }
+  return [...found.values()];
+}
+
+/** What an SVV of a device is called in the system: its own, or the one that the devices share. */
+export function svvName(device: string, member: string, svv: DeviceSvv): string {
+  return svv.shared ?? `${device}.${member}`;
+}
+
+/** The SVVs that a table of several devices has room for: the first of its own, numbers and truths. */
+export function columnsOf(type: DeviceType, most = 4): [string, DeviceSvv][] {
+  return Object.entries(type.svvs)
+    .filter(([, svv]) => svv.shared === null && !/[[{]/.test(svv.type_text))
+    .slice(0, most);
+}
+
+export function shortName(device: string): string {
+  return device.slice(device.lastIndexOf(".") + 1);
+}

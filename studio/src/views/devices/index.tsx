@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+import { lazy, Suspense, useMemo } from "react";
+import { Empty } from "../../design/parts";
+import { useConfiguration } from "../../shell/configuration";
+import { useControl, useTopic } from "../../shell/context";
+import { useRoute } from "../../shell/route";
+import { DeviceDetail } from "./DeviceDetail";
+import { Family } from "./Family";
+import { familiesOf } from "./families";
+import { PhysicalDevices } from "./PhysicalDevices";
+import "./devices.css";
+
+// three.js comes with the first machine that is drawn.
+const Machine = lazy(() => import("./Machine"));
+
+/** Logical devices with their SVVs, parameters and jogging; physical devices with their channels, drawn where they have a shape. */
+export default function Devices() {
+  const control = useControl();
+  const now = useTopic(control.topics.statistics);
+  const configuration = useConfiguration();
+  const { path } = useRoute();
+  const families = useMemo(() => (configuration ? familiesOf(configuration) : []), [configuration]);
+  if (!configuration || !now) return <p className="quiet wait">Waiting for the devices…</p>;
+  const names = Object.keys(configuration.logical_devices);
+  const physical = Object.keys(configuration.physical_devices);
+  if (names.length === 0 && physical.length === 0) {
+    return (
+      <Empty title="This system has no devices yet">
+        A program brings an arm with <code>gpac.robots.load("ur5e", rtp)</code>, signals with <code>DigitalInput("part", io["part"])</code>,
+        and other machines with <code>rtp.physical_device(name, driver)</code>.
+      </Empty>
+    );
+  }
+  const chosen = path[0] && names.includes(path[0]) ? path[0] : (names[0] ?? null);
+  return (
+    <div className="devices">
+      <div className="stack">
+        <Suspense fallback={<p className="quiet wait">Loading…</p>}>
+          {physical.map((name) => (
+            <Machine key={name} device={name} driver={String(configuration.physical_devices[name]?.kind ?? "")} />
+          ))}
+        </Suspense>
+        <PhysicalDevices configuration={configuration} now={now} />
+      </div>
+      <div className="stack">
+        {families.map((family) => (
+          <Family key={`${family.name} ${family.type.name}`} of={family} now={now} chosen={chosen} />
+        ))}
+        {chosen && <DeviceDetail key={chosen} name={chosen} configuration={configuration} now={now} />}
+      </div>
+    </div>
+  );
+}

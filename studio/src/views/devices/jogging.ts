@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Moving a joint as long as a button is held.
+import type { Control } from "../../control/control";
+import { Refused } from "../../control/refusals";
+
+/** The verb that moves as long as its heartbeat changes: `gpac.motion.jog`. */
+export const JOG = "jog";
+/** The SVV into which the page writes that its button is still held. */
+export const BEAT = "studio.heartbeat";
+/** How often, ms: the joints stop where the last one is older than 250 ms. */
+const BEAT_MS = 60;
+
+/** One press of a button, from its beginning to its end. */
+export class Press {
+  readonly #control: Control;
+  #held = true;
+  /** Over: the joint stands, and the instance is gone. */
+  readonly done: Promise<void>;
+
+  constructor(control: Control, device: string, velocity: string) {
+    this.#control = control;
+    this.done = this.#move(device, velocity);
+  }
+
+  release(): void {
+    this.#held = false;
+  }
+
+  async #move(device: string, velocity: string): Promise<void> {
+    const control = this.#control;
+    let beat = (Math.floor(Date.now() / BEAT_MS) % 1_000_000) + 1;
+    const say = () => control.order("write", { name: BEAT, value: beat++ });
+    await say();
+    const instance = await control.order("create", { verb: JOG, arguments: { arm: { devices: [device] }, heartbeat: { svv: BEAT } } });
+    try {
+      await control.order("start", { instance, values: { velocity } });
+      while (this.#held && (await control.look("state", { instance })) === "running") {
+        await say();
+        await new Promise((again) => setTimeout(again, BEAT_MS));
+      }
+      await control.order("halt", { instance });
+    } catch (why) {
+      // It ended by itself in the meantime: that is no fault.
+      if (!(why instanceof Refused && why.is("InvalidState"))) throw why;
+    } finally {
+      await control.order("delete", { instance });
+    }
+  }
+}

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+import {
+  Background,
+  type Connection,
+  Controls,
+  type Edge,
+  type IsValidConnection,
+  MiniMap,
+  type Node,
+  type NodeChange,
+  ReactFlow,
+  useReactFlow,
+} from "@xyflow/react";
+import "@xyflow/react/dist/style.css";
+import { type DragEvent, type ReactNode, useCallback, useEffect, useMemo, useRef, useState } from "react";
+import { onThemeChange } from "../../../design/colours";
+import { type BoxNode, BoxView } from "./BoxView";
+import { type Drawing, type Place, sizeOf } from "./drawing";
+import { type WireEdge, WireView } from "./WireView";
+
+const boxViews = { box: BoxView };
+const wireViews = { wire: WireView };
+/** From so many boxes on a map of the whole helps. */
+const MAP_FROM = 12;
+
+/** What is chosen. */
+export type Chosen = { kind: "box" | "wire"; id: string } | null;
+
+export interface CanvasProps {
+  drawing: Drawing;
+  places: ReadonlyMap<string, Place>;
+  chosen: Chosen;
+  choose: (chosen: Chosen) => void;
+  /** Opens or closes a nested graph. */
+  toggle?: (box: string) => void;
+  /** Shown anew as a whole when this changes: another graph. */
+  of: string;
+  edit?: {
+    move: (box: string, to: Place) => void;
+    connect: (from: { box: string; port: string }, to: { box: string; port: string }) => void;
+    /** A wire begins at this port; null: it is over. */
+    begin: (from: { box: string; port: string; side: "input" | "output" } | null) => void;
+    isPossible: (from: { box: string; port: string }, to: { box: string; port: string }) => boolean;
+    /** Somebody let go of a wire at a port where it is not possible. */
+    refuse: (from: { box: string; port: string }, to: { box: string; port: string }) => void;
+    remove: (boxes: string[], wires: string[]) => void;
+    drop: (what: string, at: Place) => void;
+  };
+  children?: ReactNode;
+}
+
+/** A drawing that can be moved, zoomed, walked by keyboard (Tab, Enter, arrow keys), and where it is asked for, changed. */
+export function Canvas(props: CanvasProps) {
+  const { drawing, places, chosen, choose, toggle, edit } = props;
+  const flow = useReactFlow();
+  const colours = useColours();
+  const [moving, setMoving] = useState<ReadonlyMap<string, Place>>(new Map());
+  const nodes = useMemo(
+    () =>
+      drawing.boxes.map((box): BoxNode => {
+        const { width, height } = sizeOf(box);
+        return {
+          id: box.id,
+          type: "box",
+          position: moving.get(box.id) ?? places.get(box.id) ?? { x: 0, y: 0 },
+          data: { box, toggle, wires: edit !== undefined },
+          width,
+          height,
+          selected: chosen?.kind === "box" && chosen.id === box.id,
+          ariaLabel: `${box.title}, ${box.about}`,
+        };
+      }),
+    [drawing, places, moving, chosen, toggle, edit],
+  );
+  const edges = useMemo(
+    () =>
+      drawing.wires.map(
+        (wire): WireEdge => ({
+          id: wire.id,
+          type: "wire",
+          source: wire.from.box,
+          sourceHandle: `output ${wire.from.port}`,
+          target: wire.to.box,
+          targetHandle: `input ${wire.to.port}`,
+          data: { wire },
+          selected: chosen?.kind === "wire" && chosen.id === wire.id,
+          ariaLabel: `${wire.cell}: from ${wire.from.port} to ${wire.to.port}`,
+        }),
+      ),
+    [drawing, chosen],
+  );
+  useFitting(props.of, places);
+
+  const onNodesChange = useCallback(
+    (changes: NodeChange<BoxNode>[]) => {
+      for (const change of changes) {
+        if (change.type === "select" && change.selected) choose({ kind: "box", id: change.id });
+        if (change.type !== "position" || !change.position || !edit) continue;
+        const to = { x: Math.round(change.position.x), y: Math.round(change.position.y) };
+        if (change.dragging) {
+          setMoving((before) => new Map(before).set(change.id, to));
+        } else {
+          setMoving(new Map());
+          edit.move(change.id, to);
+        }
+      }
+    },
+    [choose, edit],
+  );
+  const isValid: IsValidConnection<WireEdge> = useCallback(
+    (connection) => {
+      const ends = endsOf(connection);
+      return !!edit && !!ends && edit.isPossible(ends.from, ends.to);
+    },
+    [edit],
+  );
+  const drop = (event: DragEvent) => {
+    const what = event.dataTransfer.getData("application/x-opengpac-block");
+    if (!what || !edit) return;
+    event.preventDefault();
+    const at = flow.screenToFlowPosition({ x: event.clientX, y: event.clientY });
+    edit.drop(what, { x: Math.round(at.x), y: Math.round(at.y) });
+  };
+  return (
+    <div className="canvas" data-testid="canvas">
+      <ReactFlow<BoxNode, WireEdge>
+        nodes={nodes}
+        edges={edges}
+        nodeTypes={boxViews}
+        edgeTypes={wireViews}
+        onNodesChange={onNodesChange}
+        onEdgeClick={(_, edge) => choose({ kind: "wire", id: edge.id })}
+        onEdgesChange={(changes) => {
+          for (const change of changes) if (change.type === "select" && change.selected) choose({ kind: "wire", id: change.id });
+        }}
+        onPaneClick={() => choose(null)}
+        onConnect={(connection) => {
+          const ends = endsOf(connection);
+          if (ends) edit?.connect(ends.from, ends.to);
+        }}
+        onConnectStart={(_, start) => {
+          const [side, port] = split(start.handleId);
+          if (start.nodeId) edit?.begin({ box: start.nodeId, port, side: side === "input" ? "input" : "output" });
+        }}
+        onConnectEnd={(_, state) => {
+          const ends = state.fromHandle && state.toHandle ? endsOf(asConnection(state.fromHandle, state.toHandle)) : null;
+          if (ends && state.isValid === false) edit?.refuse(ends.from, ends.to);
+          edit?.begin(null);
+        }}
+        isValidConnection={isValid}
+        onDelete={({ nodes: boxes, edges: wires }) =>
+          edit?.remove(
+            boxes.map((box) => box.id),
+            wires.map((wire) => wire.id),
+          )
+        }
+        onDrop={drop}
+        onDragOver={(event) => {
+          if (edit) event.preventDefault();
+        }}
+        nodesDraggable={edit !== undefined}
+        nodesConnectable={edit !== undefined}
+        deleteKeyCode={edit ? ["Delete", "Backspace"] : null}
+        edgesFocusable
+        onlyRenderVisibleElements
+        minZoom={0.1}
+        maxZoom={2}
+        colorMode={colours}
+        proOptions={{ hideAttribution: true }}
+      >
+        <Background gap={20} />
+        <Controls showInteractive={false} aria-label="Zoom" />
+        {drawing.boxes.length >= MAP_FROM && <MiniMap pannable zoomable ariaLabel="Map of the whole" nodeColor="var(--line-strong)" />}
+        {props.children}
+      </ReactFlow>
+    </div>
+  );
+}
+
+// A wire can be drawn from either end.
+function endsOf(connection: Connection | Edge): { from: { box: string; port: string }; to: { box: string; port: string } } | null {
+  const [fromSide, fromPort] = split(connection.sourceHandle);
+  const [toSide, toPort] = split(connection.targetHandle);
+  const [one, other] = [
+    { box: connection.source, port: fromPort },
+    { box: connection.target, port: toPort },
+  ];
+  if (fromSide === toSide) return null;
+  return fromSide === "output" ? { from: one, to: other } : { from: other, to: one };
+}
+
+interface HandleAt {
+  nodeId: string;
+  id?: string | null;
+}
+
+function asConnection(from: HandleAt, to: HandleAt): Connection {
+  return { source: from.nodeId, sourceHandle: from.id ?? null, target: to.nodeId, targetHandle: to.id ?? null };
+}
+
+function split(handle: string | null | undefined): [string, string] {
+  const [side = "", ...port] = (handle ?? "").split(" ");
+  return [side, port.join(" ")];
+}
+
+function useFitting(of: string, places: ReadonlyMap<string, Place>): void {
+  const flow = useReactFlow<Node, Edge>();
+  const fitted = useRef<string | null>(null);
+  const isThere = places.size > 0;
+  useEffect(() => {
+    if (!isThere || fitted.current === of) return;
+    fitted.current = of;
+    // The boxes are measured in the frame after they were drawn.
+    const frame = requestAnimationFrame(() => void flow.fitView({ padding: 0.12, maxZoom: 1 }));
+    return () => {
+      cancelAnimationFrame(frame);
+      fitted.current = null;
+    };
+  }, [of, isThere, flow]);
+}
+
+function useColours(): "light" | "dark" {
+  const now = () => {
+    const said = document.documentElement.dataset.theme;
+    if (said === "light" || said === "dark") return said;
+    return window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
+  };
+  const [colours, setColours] = useState<"light" | "dark">(now);
+  useEffect(() => onThemeChange(() => setColours(now())));
+  return colours;
+}

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useState } from "react";
+import type { Value } from "../../../control/shapes";
+import { Panel } from "../../../design/parts";
+import { portText } from "../drawing/drawing";
+import { removeBlock, renameBlock, setConstant } from "./change";
+import type { Draft } from "./definition";
+import { type Faces, type Item, itemsOf, modeText } from "./faces";
+
+/** A block of the draft: its label, its constants, its ports and conditions. */
+export function BoxPanel(props: {
+  draft: Draft;
+  label: string;
+  faces: Faces;
+  change: (draft: Draft) => void;
+  choose: (label: string) => void;
+}) {
+  const { draft, label, faces, change } = props;
+  const use = draft.of.blocks[label];
+  if (!use) return null;
+  const items = itemsOf(use, faces);
+  const set = items.filter((item) => item.kind === "parameter" || item.kind === "size" || (item.kind === "input" && item.has_default));
+  const name = "subroutine" in use.block ? use.block.subroutine : `graph ${use.block.graph.name}`;
+  const doc = "subroutine" in use.block ? faces.get(use.block.subroutine)?.doc : use.block.graph.doc;
+  return (
+    <Panel
+      title={label}
+      end={
+        <button type="button" onClick={() => change(removeBlock(draft, label))}>
+          Remove
+        </button>
+      }
+    >
+      <div className="stack">
+        <TextField
+          label="Label"
+          value={label}
+          commit={(to) => {
+            const next = renameBlock(draft, label, to);
+            if (next !== draft) props.choose(to);
+            change(next);
+          }}
+        />
+        <p className="quiet">
+          {name}. {doc}
+        </p>
+        {set.map((item) => (
+          <ConstantField
+            key={item.name}
+            item={item}
+            value={use.constants[item.name]}
+            commit={(value) => change(setConstant(draft, label, item.name, value))}
+          />
+        ))}
+        <dl>
+          {items
+            .filter((item) => item.kind !== "parameter" && item.kind !== "state" && item.kind !== "size")
+            .map((item) => [
+              <dt key={`${item.name} name`}>{item.name}</dt>,
+              <dd key={item.name} title={item.doc}>
+                {item.kind.replace("_", " ")}
+                {item.type_text && `, ${portText({ ...item, mode: item.kind === "condition" ? "" : modeText(item.mode) })}`}
+              </dd>,
+            ])}
+        </dl>
+      </div>
+    </Panel>
+  );
+}
+
+/** A field whose text counts when it is left, or with Enter. */
+export function TextField(props: { label: string; value: string; commit: (text: string) => void; placeholder?: string; list?: string }) {
+  const [text, setText] = useState<string | null>(null);
+  const commit = () => {
+    if (text !== null && text.trim() !== props.value) props.commit(text.trim());
+    setText(null);
+  };
+  return (
+    <label className="row">
+      <span className="quiet">{props.label}</span>
+      <input
+        value={text ?? props.value}
+        placeholder={props.placeholder}
+        list={props.list}
+        onChange={(event) => setText(event.target.value)}
+        onBlur={commit}
+        onKeyDown={(event) => {
+          if (event.key === "Enter") commit();
+          if (event.key === "Escape") setText(null);
+        }}
+      />
+    </label>
+  );
+}
+
+function ConstantField(props: { item: Item; value: Value | undefined; commit: (value: Value | undefined) => void }) {
+  const { item, value } = props;
+  const [wrong, setWrong] = useState<string | null>(null);
+  return (
+    <div title={item.doc}>
+      <TextField
+        label={item.unit ? `${item.name} (${item.unit})` : item.name}
+        value={value === undefined ? "" : typeof value === "string" ? value : JSON.stringify(value)}
+        placeholder="default"
+        commit={(text) => {
+          const read = constantOf(text, item.type_text);
+          setWrong(read.wrong);
+          if (read.wrong === null) props.commit(read.value);
+        }}
+      />
+      {wrong && (
+        <p className="small" role="alert">
+          {wrong}
+        </p>
+      )}
+    </div>
+  );
+}
+
+/** What a person writes as a value of a type: a number, a truth, a list. Nothing is the default. */
+export function constantOf(text: string, type_text: string): { value: Value | undefined; wrong: string | null } {
+  if (text === "") return { value: undefined, wrong: null };
+  try {
+    return { value: JSON.parse(text) as Value, wrong: null };
+  } catch {
+    return { value: undefined, wrong: `'${text}' is no ${type_text}: write a number, true, false, or a list [1, 2]` };
+  }
+}

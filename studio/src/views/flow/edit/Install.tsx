@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useState } from "react";
+import { Panel, Refusals } from "../../../design/parts";
+import { useAction, useControl } from "../../../shell/context";
+import { addressOf } from "../../../shell/route";
+import { constantOf, TextField } from "./BoxPanel";
+import { type Draft, definitionOf, timeOrNull } from "./definition";
+import type { Faces } from "./faces";
+import { begin, end, type Trial, type Wanted } from "./trial";
+
+/** Puts what is drawn into the running system. The system refuses what would touch a verb that runs, and says which. */
+export function Install(props: { draft: Draft; faces: Faces; isSound: boolean }) {
+  const { draft, isSound } = props;
+  const control = useControl();
+  if (!control.may("configure")) return null;
+  return (
+    <Panel title="Install">
+      {!isSound && <p className="quiet">There are findings: mend them first. They stand at the boxes and wires.</p>}
+      {draft.kind === "verb" ? (
+        <InstallVerb draft={draft} isSound={isSound} />
+      ) : (
+        <TryGraph draft={draft} faces={props.faces} isSound={isSound} />
+      )}
+    </Panel>
+  );
+}
+
+function InstallVerb(props: { draft: Draft & { kind: "verb" }; isSound: boolean }) {
+  const control = useControl();
+  const { busy, refusals, run } = useAction();
+  const [installed, setInstalled] = useState<Draft | null>(null);
+  const name = props.draft.of.name;
+  return (
+    <div className="stack">
+      <div className="row">
+        <button
+          type="button"
+          className="primary"
+          disabled={busy || !props.isSound}
+          onClick={() =>
+            void run(async () => {
+              await control.order("define_verb", definitionOf(props.draft));
+              setInstalled(props.draft);
+            })
+          }
+        >
+          Install verb {name}
+        </button>
+        {installed === props.draft && (
+          <span role="status">
+            Installed. <a href={addressOf("verbs", [name])}>Start it</a>
+          </span>
+        )}
+      </div>
+      <Refusals of={refusals} />
+    </div>
+  );
+}
+
+function TryGraph(props: { draft: Draft & { kind: "graph" }; faces: Faces; isSound: boolean }) {
+  const { draft, faces } = props;
+  const control = useControl();
+  const { busy, refusals, run } = useAction();
+  const { sources, svvs } = useThere();
+  const [wanted, setWanted] = useState<Wanted>({ every_ns: 20_000_000, source: "", inputs: {} });
+  const [trial, setTrial] = useState<Trial | null>(null);
+  const source = wanted.source || sources[0] || "";
+  const inputs = Object.keys(draft.of.inputs);
+  const missing = inputs.filter((name) => wanted.inputs[name] === undefined);
+  return (
+    <div className="stack">
+      <p className="quiet">A graph runs as a verb of its own that activates it. Its outputs become SVVs.</p>
+      <TextField
+        label="every"
+        value={`${wanted.every_ns / 1e6} ms`}
+        commit={(text) => setWanted({ ...wanted, every_ns: timeOrNull(text) ?? wanted.every_ns })}
+      />
+      <label className="row">
+        <span className="quiet">on</span>
+        <select aria-label="Source" value={source} onChange={(event) => setWanted({ ...wanted, source: event.target.value })}>
+          {sources.map((one) => (
+            <option key={one}>{one}</option>
+          ))}
+        </select>
+      </label>
+      {inputs.map((name) => (
+        <InputField
+          key={name}
+          name={name}
+          svvs={svvs}
+          put={(given) => setWanted({ ...wanted, inputs: { ...wanted.inputs, [name]: given } })}
+        />
+      ))}
+      {missing.length > 0 && <p className="quiet">Inputs without an SVV or value: {missing.join(", ")}</p>}
+      <div className="row">
+        <button
+          type="button"
+          className="primary"
+          disabled={busy || !props.isSound || missing.length > 0 || source === "" || trial !== null}
+          onClick={() => void run(async () => setTrial(await begin(control, draft, faces, { ...wanted, source })))}
+        >
+          Install and start
+        </button>
+        {trial && (
+          <>
+            <a href={addressOf("scope", [], { names: trial.outputs.join(",") })}>See its outputs in the scope</a>
+            <button
+              type="button"
+              disabled={busy}
+              onClick={() =>
+                void run(async () => {
+                  await end(control, trial);
+                  setTrial(null);
+                })
+              }
+            >
+              Halt and remove
+            </button>
+          </>
+        )}
+      </div>
+      <Refusals of={refusals} />
+    </div>
+  );
+}
+
+function InputField(props: { name: string; svvs: string[]; put: (given: Wanted["inputs"][string]) => void }) {
+  const { name, svvs, put } = props;
+  const [text, setText] = useState("");
+  const list = `svvs-${name}`;
+  return (
+    <>
+      <datalist id={list}>
+        {svvs.map((svv) => (
+          <option key={svv} value={svv} />
+        ))}
+      </datalist>
+      <TextField
+        label={name}
+        list={list}
+        placeholder="SVV or value"
+        value={text}
+        commit={(given) => {
+          setText(given);
+          const { value, wrong } = constantOf(given, "value");
+          if (svvs.includes(given)) put({ svv: given });
+          else if (wrong === null && value !== undefined) put({ value });
+        }}
+      />
+    </>
+  );
+}
+
+/** Interrupt sources and SVVs of the system. */
+function useThere(): { sources: string[]; svvs: string[] } {
+  const control = useControl();
+  const [there, setThere] = useState<{ sources: string[]; svvs: string[] }>({ sources: [], svvs: [] });
+  useEffect(() => {
+    const asked = new AbortController();
+    control.look("names", {}, asked.signal).then(
+      (names) => setThere({ sources: names.sources, svvs: names.svvs }),
+      // A system that does not answer is told of by the stream; the form stays empty.
+      () => undefined,
+    );
+    return () => asked.abort();
+  }, [control]);
+  return there;
+}

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+import { period } from "../../../design/numbers";
+import { Panel } from "../../../design/parts";
+import { TextField } from "./BoxPanel";
+import { removeList, setInitial, setList } from "./change";
+import { type Command, type Draft, timeOrNull, type Verb } from "./definition";
+import { about, type Finding } from "./findings";
+
+const KINDS: Command["command"][] = ["install", "execute", "activate", "deactivate", "wait", "ready"];
+const EVERY_NS = 20_000_000;
+
+/** The commands of a list, in order. */
+export function ListPanel(props: { draft: Draft & { kind: "verb" }; list: string; findings: Finding[]; change: (draft: Draft) => void }) {
+  const { draft, list, change } = props;
+  const commands = draft.of.command_lists[list]?.commands ?? [];
+  const put = (next: Command[]) => change(setList(draft, list, next));
+  const found = (index: number) =>
+    props.findings.filter((finding) => finding.where.some((where) => "list" in where && where.list === list && where.command === index));
+  return (
+    <Panel
+      title={`Command list ${list}`}
+      end={
+        <>
+          <button type="button" onClick={() => change(setInitial(draft, list))} aria-pressed={draft.of.initial === list}>
+            Begins
+          </button>
+          <button type="button" onClick={() => change(removeList(draft, list))}>
+            Remove
+          </button>
+        </>
+      }
+    >
+      <ol className="stack">
+        {commands.map((command, index) => (
+          // biome-ignore lint/suspicious/noArrayIndexKey: a command is known by its place
+          <li key={index}>
+            <CommandRow
+              command={command}
+              of={draft.of}
+              label={`Command ${index + 1}`}
+              put={(next) => put(commands.map((one, at) => (at === index ? next : one)))}
+              remove={() => put(commands.filter((_, at) => at !== index))}
+              up={index > 0 ? () => put(swapped(commands, index)) : null}
+            />
+            {found(index).map((finding) => (
+              <p key={finding.message} className="small" role="alert">
+                {about(finding)}
+              </p>
+            ))}
+          </li>
+        ))}
+      </ol>
+      <div className="row">
+        <button
+          type="button"
+          onClick={() => put([...commands, { command: "activate", block: Object.keys(draft.of.blocks)[0] ?? "", every_ns: EVERY_NS }])}
+        >
+          Add command
+        </button>
+      </div>
+    </Panel>
+  );
+}
+
+function swapped(commands: Command[], index: number): Command[] {
+  const next = [...commands];
+  const [moved] = next.splice(index, 1);
+  if (moved) next.splice(index - 1, 0, moved);
+  return next;
+}
+
+function CommandRow(props: {
+  command: Command;
+  of: Verb;
+  label: string;
+  put: (command: Command) => void;
+  remove: () => void;
+  up: (() => void) | null;
+}) {
+  const { command, of, label, put } = props;
+  const labels = Object.keys(of.blocks);
+  const block = command.block ?? command.blocks?.[0] ?? labels[0] ?? "";
+  return (
+    <fieldset className="row" aria-label={label}>
+      <select
+        aria-label={`${label}: what`}
+        value={command.command}
+        onChange={(event) => put(commandOf(event.target.value as Command["command"], block))}
+      >
+        {KINDS.map((kind) => (
+          <option key={kind}>{kind}</option>
+        ))}
+      </select>
+      {(command.command === "execute" || command.command === "activate" || command.command === "deactivate") && (
+        <select aria-label={`${label}: block`} value={block} onChange={(event) => put({ ...command, block: event.target.value })}>
+          {!labels.includes(block) && <option>{block}</option>}
+          {labels.map((one) => (
+            <option key={one}>{one}</option>
+          ))}
+        </select>
+      )}
+      {command.command === "install" && (
+        <TextField label="blocks" value={(command.blocks ?? []).join(", ")} commit={(text) => put({ ...command, blocks: words(text) })} />
+      )}
+      {command.command === "activate" && (
+        <TextField
+          label="every"
+          placeholder="when data comes"
+          value={command.every_ns ? period(command.every_ns) : ""}
+          commit={(text) => put({ ...command, every_ns: text === "" ? null : (timeOrNull(text) ?? command.every_ns ?? null) })}
+        />
+      )}
+      {command.command === "wait" && (
+        <TextField
+          label="for"
+          placeholder="until nothing is active"
+          value={command.time_ns ? period(command.time_ns) : (command.conditions ?? []).join(", ")}
+          commit={(text) => put(waitOf(text))}
+        />
+      )}
+      {props.up && (
+        <button type="button" onClick={props.up} aria-label={`${label}: move up`}>
+          ↑
+        </button>
+      )}
+      <button type="button" onClick={props.remove} aria-label={`${label}: remove`}>
+        ×
+      </button>
+    </fieldset>
+  );
+}
+
+function commandOf(kind: Command["command"], block: string): Command {
+  if (kind === "install") return { command: kind, blocks: block ? [block] : [] };
+  if (kind === "activate") return { command: kind, block, every_ns: EVERY_NS };
+  if (kind === "execute" || kind === "deactivate") return { command: kind, block };
+  return { command: kind };
+}
+
+/** "0.5 s", "near.done, near.lost", or nothing. */
+export function waitOf(text: string): Command {
+  const time_ns = timeOrNull(text);
+  if (time_ns !== null) return { command: "wait", time_ns };
+  return text === "" ? { command: "wait" } : { command: "wait", conditions: words(text) };
+}
+
+function words(text: string): string[] {
+  return text.split(/[\s,]+/).filter(Boolean);
+}

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useMemo, useState } from "react";
+import { Panel } from "../../../design/parts";
+import type { Face, Faces } from "./faces";
+
+/** The component data base: blocks by module and category, to be dragged into the drawing, or added by a click or Enter. */
+export function Palette(props: { faces: Faces; add: (block: string) => void }) {
+  const [sought, setSought] = useState("");
+  const groups = useMemo(() => grouped(props.faces, sought), [props.faces, sought]);
+  return (
+    <Panel title="Components" className="palette side">
+      <label className="stack">
+        <span className="unseen">Search components</span>
+        <input type="search" placeholder="Search" value={sought} onChange={(event) => setSought(event.target.value)} />
+      </label>
+      {[...groups].map(([group, faces]) => (
+        <section key={group} aria-label={group}>
+          <h3>{group}</h3>
+          <ul>
+            {faces.map((face) => (
+              <li key={face.name}>
+                <button
+                  type="button"
+                  draggable
+                  title={face.doc}
+                  data-component={face.name}
+                  onDragStart={(event) => {
+                    event.dataTransfer.setData("application/x-opengpac-block", face.name);
+                    event.dataTransfer.effectAllowed = "copy";
+                  }}
+                  onClick={() => props.add(face.name)}
+                >
+                  {face.name.split(".").slice(1).join(".")}
+                </button>
+              </li>
+            ))}
+          </ul>
+        </section>
+      ))}
+      {groups.size === 0 && <p className="quiet">No component has '{sought}' in its name or description.</p>}
+    </Panel>
+  );
+}
+
+/** Faces whose name or description has every word that is sought, by category. */
+export function grouped(faces: Faces, sought: string): Map<string, Face[]> {
+  const words = sought.toLowerCase().split(/\s+/).filter(Boolean);
+  const groups = new Map<string, Face[]>();
+  for (const face of faces.values()) {
+    const said = `${face.name} ${face.doc}`.toLowerCase();
+    if (!words.every((word) => said.includes(word))) continue;
+    const group = categoryOf(face);
+    const known = groups.get(group);
+    if (known) known.push(face);
+    else groups.set(group, [face]);
+  }
+  return new Map([...groups].sort(([one], [other]) => one.localeCompare(other)));
+}
+
+// The folder of a block's file is its category, in the library as in the manual.
+function categoryOf(face: Face): string {
+  const [module = ""] = face.name.split(".");
+  const folder = /blocks\/([^/]+)\/[^/]+$/.exec(face.file)?.[1];
+  return module === "library" ? (folder ?? "library").replaceAll("_", " ") : `module ${module}`;
+}

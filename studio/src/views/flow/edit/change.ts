@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+// Changes of a draft, each a new draft: nothing of the one before is touched, so that it can be taken back.
+import type { Value } from "../../../control/shapes";
+import type { Place } from "../drawing/drawing";
+import type { BlockUse, Command, Draft, Graph, Layout, SetKind, Sets, Termination, Transition, Verb } from "./definition";
+import { SET_KINDS, setsOf } from "./definition";
+import { type Faces, inner, sideOf, splitPort } from "./faces";
+
+/** A set of ports: one node of the data flow. */
+export interface Named {
+  kind: SetKind;
+  name: string;
+  ports: string[];
+}
+
+export function allSets(draft: Draft): Named[] {
+  return SET_KINDS[draft.kind].flatMap((kind) => Object.entries(setsOf(draft, kind)).map(([name, ports]) => ({ kind, name, ports })));
+}
+
+export function setWith(draft: Draft, port: string): Named | undefined {
+  return allSets(draft).find((set) => set.ports.includes(port));
+}
+
+/** A name like `wanted` that is not taken. */
+export function freeName(wanted: string, taken: Iterable<string>): string {
+  const names = new Set(taken);
+  if (!names.has(wanted)) return wanted;
+  for (let number = 2; ; number += 1) if (!names.has(`${wanted}${number}`)) return `${wanted}${number}`;
+}
+
+function with_<T extends Draft>(draft: T, change: Partial<T["of"]>): T {
+  return { ...draft, of: { ...draft.of, ...change } };
+}
+
+function withSets(draft: Draft, kind: SetKind, sets: Sets): Draft {
+  return with_(draft, { [kind]: sets } as Partial<Graph & Verb>);
+}
+
+export function addBlock(draft: Draft, use: BlockUse, wanted: string, at: Place): { draft: Draft; label: string } {
+  const label = freeName(wanted, [...Object.keys(draft.of.blocks), ...allSets(draft).map((set) => set.name)]);
+  const blocks = { ...draft.of.blocks, [label]: use };
+  return { draft: place(with_(draft, { blocks }), label, at), label };
+}
+
+export function place(draft: Draft, what: string, at: Place): Draft {
+  return with_(draft, { layout: { ...draft.of.layout, [what]: at } });
+}
+
+export function places(draft: Draft, layout: Layout): Draft {
+  return with_(draft, { layout: { ...draft.of.layout, ...layout } });
+}
+
+/** Removes a block, with its wires and the commands and conditions that name it. */
+export function removeBlock(draft: Draft, label: string): Draft {
+  const { [label]: _gone, ...blocks } = draft.of.blocks;
+  const { [label]: _place, ...layout } = draft.of.layout;
+  const isOf = (port: string) => splitPort(port, draft.of.blocks)[0] === label;
+  let next = with_(draft, { blocks, layout });
+  for (const { kind, name, ports } of allSets(draft)) {
+    const left = ports.filter((port) => !isOf(port));
+    if (left.length < ports.length) next = setPorts(next, kind, name, left);
+  }
+  if (next.kind === "graph") return next;
+  const verb = next.of;
+  const keep = (command: Command) => command.block !== label;
+  const without = (command: Command): Command => ({
+    ...command,
+    ...(command.blocks ? { blocks: command.blocks.filter((one) => one !== label) } : {}),
+    ...(command.conditions ? { conditions: command.conditions.filter((one) => !isOf(one)) } : {}),
+  });
+  const names = (sets: Record<string, string>) => Object.fromEntries(Object.entries(sets).filter(([, port]) => !isOf(port)));
+  return with_(next, {
+    command_lists: each(verb.command_lists, (list) => ({ ...list, commands: list.commands.filter(keep).map(without) })),
+    conditions: each(verb.conditions, (condition) => ({ ...condition, on: condition.on.filter((port) => !isOf(port)) })),
+    input_parameters: each(verb.input_parameters, (input) => ({ ...input, targets: input.targets.filter((port) => !isOf(port)) })),
+    output_values: names(verb.output_values),
+  });
+}
+
+/** Another label for a block; everything that names it follows. */
+export function renameBlock(draft: Draft, label: string, to: string): Draft {
+  if (to === label || to === "" || to in draft.of.blocks) return draft;
+  const renamed = (port: string) => {
+    const [of, rest] = splitPort(port, draft.of.blocks);
+    return of === label ? `${to}.${rest}` : port;
+  };
+  const keyed = <T>(map: Record<string, T>) =>
+    Object.fromEntries(Object.entries(map).map(([name, value]) => [name === label ? to : name, value]));
+  let next = with_(draft, { blocks: keyed(draft.of.blocks), layout: keyed(draft.of.layout) });
+  for (const kind of SET_KINDS[draft.kind])
+    next = withSets(
+      next,
+      kind,
+      each(setsOf(draft, kind), (ports) => ports.map(renamed)),
+    );
+  if (next.kind === "graph") return next;
+  const verb = next.of;
+  const command = (one: Command): Command => ({
+    ...one,
+    ...(one.block === label ? { block: to } : {}),
+    ...(one.blocks ? { blocks: one.blocks.map((name) => (name === label ? to : name)) } : {}),
+    ...(one.conditions ? { conditions: one.conditions.map(renamed) } : {}),
+  });
+  return with_(next, {
+    command_lists: each(verb.command_lists, (list) => ({ ...list, commands: list.commands.map(command) })),
+    conditions: each(verb.conditions, (condition) => ({ ...condition, on: condition.on.map(renamed) })),
+    input_parameters: each(verb.input_parameters, (input) => ({ ...input, targets: input.targets.map(renamed) })),
+    output_values: each(verb.output_values, renamed),
+  });
+}
+
+export function setConstant(draft: Draft, label: string, name: string, value: Value | undefined): Draft {
+  const use = draft.of.blocks[label];
+  if (!use) return draft;
+  const { [name]: _before, ...rest } = use.constants;
+  const constants = value === undefined ? rest : { ...rest, [name]: value };
+  return with_(draft, { blocks: { ...draft.of.blocks, [label]: { ...use, constants } } });
+}
+
+/**
+ * Wires an output to an input. Both are then in one set: that of the output, where it has one; else that of the input; else a new cell.
+ * An input that was in another set leaves it: it has one writer. A boundary of the whole is named by its set.
+ */
+export function connect(draft: Draft, from: string | Named, to: string | Named, faces: Faces): Draft {
+  if (typeof from !== "string" && typeof to !== "string") return draft;
+  if (typeof to !== "string") {
+    const present = setWith(draft, from as string);
+    if (present && present.kind !== "cells" && !(present.kind === to.kind && present.name === to.name)) {
+      // The port has a name of its own to the outside already.
+      return setPorts(setPorts(draft, present.kind, present.name, without(present.ports, from as string)), to.kind, to.name, [
+        ...to.ports,
+        from as string,
+      ]);
+    }
+    const ports = present && present.kind === "cells" ? present.ports : [from as string];
+    const next = present && present.kind === "cells" ? setPorts(draft, "cells", present.name, []) : draft;
+    return setPorts(next, to.kind, to.name, [...new Set([...ports, ...to.ports])]);
+  }
+  const input = to;
+  const before = setWith(draft, input);
+  const target = typeof from === "string" ? setWith(draft, from) : from;
+  if (before && target && before.kind === target.kind && before.name === target.name) return draft;
+  let next = draft;
+  if (before) {
+    const isOnlyRead = !before.ports.some((port) => isOutput(draft, port, faces));
+    // A set that nothing writes yet is taken as a whole: its readers belong together.
+    if (!target && isOnlyRead && before.kind !== "inputs")
+      return setPorts(draft, before.kind, before.name, [from as string, ...before.ports]);
+    next = setPorts(next, before.kind, before.name, without(before.ports, input));
+  }
+  if (target) return setPorts(next, target.kind, target.name, [...target.ports, input]);
+  const [, port] = splitPort(from as string, draft.of.blocks);
+  const taken = [...allSets(next).map((set) => set.name), ...Object.keys(draft.of.blocks)];
+  return setPorts(next, "cells", freeName(port.replaceAll(".", "_"), taken), [from as string, input]);
+}
+
+/** Takes an input out of its set; a cell that nobody reads is gone. */
+export function disconnect(draft: Draft, input: string, faces: Faces): Draft {
+  const set = setWith(draft, input);
+  if (!set) return draft;
+  const left = without(set.ports, input);
+  const isRead = left.some((port) => !isOutput(draft, port, faces));
+  return setPorts(draft, set.kind, set.name, set.kind === "cells" && !isRead ? [] : left);
+}
+
+/** Takes a port out of a set by its name. */
+export function release(draft: Draft, kind: SetKind, name: string, port: string): Draft {
+  return setPorts(draft, kind, name, without(setsOf(draft, kind)[name] ?? [], port), true);
+}
+
+export function addBoundary(draft: Draft, kind: SetKind, wanted: string, at: Place): Draft {
+  const name = freeName(wanted, [...allSets(draft).map((set) => set.name), ...Object.keys(draft.of.blocks)]);
+  return place(setPorts(draft, kind, name, [], true), `${kind}:${name}`, at);
+}
+
+export function removeSet(draft: Draft, kind: SetKind, name: string): Draft {
+  const { [name]: _gone, ...sets } = setsOf(draft, kind);
+  return withSets(draft, kind, sets);
+}
+
+export function renameSet(draft: Draft, kind: SetKind, name: string, to: string): Draft {
+  if (to === "" || allSets(draft).some((set) => set.name === to)) return draft;
+  const keyed = <T>(map: Record<string, T>, before: string, now: string) =>
+    Object.fromEntries(Object.entries(map).map(([key, value]) => [key === before ? now : key, value]));
+  const next = withSets(draft, kind, keyed(setsOf(draft, kind), name, to));
+  return with_(next, { layout: keyed(next.of.layout, `${kind}:${name}`, `${kind}:${to}`) });
+}
+
+export function isOutput(draft: Draft, port: string, faces: Faces): boolean {
+  const item = inner(draft.of, port, faces);
+  return item !== undefined && sideOf(item) === "output";
+}
+
+function setPorts(draft: Draft, kind: SetKind, name: string, ports: string[], keepEmpty = kind !== "cells"): Draft {
+  if (ports.length === 0 && !keepEmpty) return removeSet(draft, kind, name);
+  return withSets(draft, kind, { ...setsOf(draft, kind), [name]: ports });
+}
+
+// ---- of verbs alone
+
+export function setList(draft: Draft, name: string, commands: Command[]): Draft {
+  if (draft.kind !== "verb") return draft;
+  return with_(draft, { command_lists: { ...draft.of.command_lists, [name]: { ...draft.of.command_lists[name], commands } } });
+}
+
+/** Removes a command list, with the transitions from and to it. */
+export function removeList(draft: Draft, name: string): Draft {
+  if (draft.kind !== "verb") return draft;
+  const { [name]: _gone, ...command_lists } = draft.of.command_lists;
+  const transitions = draft.of.transitions.filter((line) => line.from !== name && line.to !== name);
+  return with_(draft, { command_lists, transitions, initial: draft.of.initial === name ? null : draft.of.initial });
+}
+
+export function setInitial(draft: Draft, name: string): Draft {
+  return draft.kind === "verb" ? with_(draft, { initial: name }) : draft;
+}
+
+export function setCondition(draft: Draft, name: string, condition: Termination | null): Draft {
+  if (draft.kind !== "verb") return draft;
+  const { [name]: _before, ...rest } = draft.of.conditions;
+  return with_(draft, { conditions: condition ? { ...draft.of.conditions, [name]: condition } : rest });
+}
+
+export function setTransition(draft: Draft, index: number, line: Transition | null): Draft {
+  if (draft.kind !== "verb") return draft;
+  const transitions = [...draft.of.transitions];
+  if (line) transitions[index] = line;
+  else transitions.splice(index, 1);
+  return with_(draft, { transitions });
+}
+
+export function setInput(draft: Draft, name: string, input: Verb["input_parameters"][string] | null): Draft {
+  if (draft.kind !== "verb") return draft;
+  const { [name]: _before, ...rest } = draft.of.input_parameters;
+  return with_(draft, { input_parameters: input ? { ...draft.of.input_parameters, [name]: input } : rest });
+}
+
+export function setOutput(draft: Draft, name: string, port: string | null): Draft {
+  if (draft.kind !== "verb") return draft;
+  const { [name]: _before, ...rest } = draft.of.output_values;
+  return with_(draft, { output_values: port ? { ...draft.of.output_values, [name]: port } : rest });
+}
+
+export function setText(draft: Draft, change: { name?: string; doc?: string }): Draft {
+  return with_(draft, change);
+}
+
+function without(ports: string[], port: string): string[] {
+  return ports.filter((one) => one !== port);
+}
+
+function each<T, U>(map: Record<string, T>, change: (value: T) => U): Record<string, U> {
+  return Object.fromEntries(Object.entries(map).map(([name, value]) => [name, change(value)]));
+}

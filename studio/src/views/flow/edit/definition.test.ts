@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+import { expect, test } from "vitest";
+import { draftOf, timeOrNull } from "./definition";
+import { draftsOf, fileText } from "./file";
+
+const short = {
+  doc: "Moves.",
+  blocks: { planner: "library.planner", near: { block: "library.near", constants: { k: 2 } }, inner: { graph: "smooth" } },
+  cells: { path: ["planner.path", "near.path"] },
+  instantiation_parameters: { sensed: "near.sensed" },
+  input_parameters: { goal: "planner.goal", speed: { targets: ["planner.speed"], default: 0.5, unit: "rad/s", form: "angle" } },
+  command_lists: {
+    start: [
+      { execute: "planner" },
+      { activate: "near", every: "20 ms", budget: "1 ms" },
+      { wait: "near.done" },
+      { wait: "0.5 s" },
+      { wait: true },
+    ],
+  },
+  conditions: { done: "near.done", lost: { on: ["near.lost"], raises: "Collision", during: "start" } },
+  transitions: [{ from: "start", condition: "done", to: "start" }],
+  layout: { planner: { x: 1, y: 2 }, wrong: { x: "a" } },
+  if_cut_off: "halt",
+};
+const smooth = { blocks: { f: "library.lowpass" }, inputs: { u: "f.u" }, outputs: { y: "f.y" } };
+
+test("short forms become long ones, and nothing that is not known here is lost", () => {
+  const draft = draftOf("verb", "move", short, { smooth });
+  if (draft.kind !== "verb") throw new Error("a verb is wanted");
+  const { of } = draft;
+  expect(of.blocks.planner).toEqual({ block: { subroutine: "library.planner" }, constants: {} });
+  expect(of.blocks.inner?.block).toMatchObject({ graph: { name: "smooth", inputs: { u: ["f.u"] } } });
+  expect(of.command_lists.start?.commands).toEqual([
+    { command: "execute", block: "planner" },
+    { command: "activate", block: "near", every_ns: 20_000_000, budget_ns: 1_000_000 },
+    { command: "wait", conditions: ["near.done"] },
+    { command: "wait", time_ns: 500_000_000 },
+    { command: "wait" },
+  ]);
+  expect(of.conditions.done?.on).toEqual(["near.done"]);
+  expect(of.conditions.lost).toMatchObject({ raises: true, exception: "Collision", during: ["start"] });
+  expect(of.input_parameters.speed).toMatchObject({ form: "angle", default: 0.5 });
+  expect(of.if_cut_off).toBe("halt");
+  expect(of.layout).toEqual({ planner: { x: 1, y: 2 } });
+});
+
+test("a file that is written is read as the same draft", () => {
+  const draft = draftOf("verb", "move", short, { smooth });
+  expect(draftsOf(fileText(draft))).toEqual([draft]);
+  const graph = draftOf("graph", "smooth", smooth);
+  expect(draftsOf(fileText(graph))).toEqual([graph]);
+});
+
+test("what is no file of definitions is refused in words", () => {
+  expect(() => draftsOf('format = "opengpac-definitions"')).toThrow("it is TOML");
+  expect(() => draftsOf("{}")).toThrow("no file of definitions");
+  expect(() => draftsOf('{"format": "opengpac-definitions", "version": 2}')).toThrow("version 2");
+  expect(() => draftOf("graph", "g", { blocks: { a: { graph: "none" } } })).toThrow("there is no graph 'none'");
+  expect(() => draftOf("verb", "v", { command_lists: { start: [{ jump: "a" }] } })).toThrow("no command");
+});
+
+test("times are read with their units", () => {
+  expect(timeOrNull("20 ms")).toBe(20_000_000);
+  expect(timeOrNull("0.5s")).toBe(500_000_000);
+  expect(timeOrNull("20")).toBeNull();
+  expect(timeOrNull("near.done")).toBeNull();
+});

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// Definitions of graphs and verbs as the real-time system takes them and files keep them: docs/files.md. All changes are values.
+import type { Value } from "../../../control/shapes";
+import type { Place } from "../drawing/drawing";
+
+export interface BlockUse {
+  block: { subroutine: string } | { graph: Graph };
+  constants: Record<string, Value>;
+}
+
+export type Sets = Record<string, string[]>;
+
+export interface Layout {
+  [what: string]: Place;
+}
+
+export interface Graph {
+  name: string;
+  doc: string;
+  blocks: Record<string, BlockUse>;
+  inputs: Sets;
+  outputs: Sets;
+  cells: Sets;
+  layout: Layout;
+  [more: string]: unknown;
+}
+
+export interface Command {
+  command: "install" | "execute" | "activate" | "deactivate" | "wait" | "ready";
+  block?: string;
+  blocks?: string[];
+  every_ns?: number | null;
+  conditions?: string[];
+  time_ns?: number | null;
+  [more: string]: unknown;
+}
+
+export interface Termination {
+  on: string[];
+  returns: string[] | null;
+  raises: boolean;
+  during: string[];
+  priority: number;
+  [more: string]: unknown;
+}
+
+export interface Transition {
+  from: string;
+  condition: string;
+  to: string;
+}
+
+export interface InputParameter {
+  targets: string[];
+  default: Value;
+  unit: string;
+  tunable: boolean;
+  [more: string]: unknown;
+}
+
+export interface Verb {
+  name: string;
+  doc: string;
+  blocks: Record<string, BlockUse>;
+  instantiation_parameters: Sets;
+  cells: Sets;
+  input_parameters: Record<string, InputParameter>;
+  output_values: Record<string, string>;
+  command_lists: Record<string, { commands: Command[] }>;
+  initial: string | null;
+  conditions: Record<string, Termination>;
+  transitions: Transition[];
+  layout: Layout;
+  [more: string]: unknown;
+}
+
+/** What is drawn. */
+export type Draft = { kind: "graph"; of: Graph } | { kind: "verb"; of: Verb };
+
+export const FORMAT = "opengpac-definitions";
+export const VERSION = 1;
+
+export function newGraph(name: string): Draft {
+  return { kind: "graph", of: { name, doc: "", blocks: {}, inputs: {}, outputs: {}, cells: {}, layout: {} } };
+}
+
+export function newVerb(name: string): Draft {
+  const of: Verb = {
+    name,
+    doc: "",
+    blocks: {},
+    instantiation_parameters: {},
+    cells: {},
+    input_parameters: {},
+    output_values: {},
+    command_lists: { start: { commands: [] } },
+    initial: null,
+    conditions: {},
+    transitions: [],
+    layout: {},
+  };
+  return { kind: "verb", of };
+}
+
+/** Sets of ports by kind: each is one node of the data flow. */
+export type SetKind = "inputs" | "outputs" | "cells" | "instantiation_parameters";
+
+export const SET_KINDS: Record<Draft["kind"], SetKind[]> = {
+  graph: ["inputs", "outputs", "cells"],
+  verb: ["instantiation_parameters", "cells"],
+};
+
+export function setsOf(draft: Draft, kind: SetKind): Sets {
+  return ((draft.of as Record<string, unknown>)[kind] as Sets | undefined) ?? {};
+}
+
+type Loose = Record<string, unknown>;
+
+/** A definition as a file has it, in short or long forms, with all keys that the editor works on. Errors: what is no definition, in words. */
+export function draftOf(kind: Draft["kind"], name: string, written: unknown, graphs: Record<string, unknown> = {}): Draft {
+  const given = object(written, `${kind} '${name}'`);
+  const blocks = mapped(given.blocks, (use, label) => blockUse(use, `block '${label}' of '${name}'`, graphs));
+  const common = { ...given, name, doc: text(given.doc), blocks, cells: sets(given.cells), layout: layout(given.layout) };
+  if (kind === "graph") return { kind, of: { ...common, inputs: sets(given.inputs), outputs: sets(given.outputs) } };
+  return {
+    kind,
+    of: {
+      ...common,
+      instantiation_parameters: sets(given.instantiation_parameters),
+      input_parameters: mapped(given.input_parameters, inputParameter),
+      output_values: (given.output_values as Record<string, string> | undefined) ?? {},
+      command_lists: mapped(given.command_lists, commandList),
+      initial: typeof given.initial === "string" ? given.initial : null,
+      conditions: mapped(given.conditions, termination),
+      transitions: (given.transitions as Transition[] | undefined) ?? [],
+    },
+  };
+}
+
+/** The definition as calls of the system take it: without what is the drawing's alone. */
+export function definitionOf(draft: Draft): Record<string, unknown> {
+  const { layout: _drawing, ...definition } = draft.of;
+  return definition;
+}
+
+function blockUse(use: unknown, what: string, graphs: Record<string, unknown>): BlockUse {
+  if (typeof use === "string") return { block: { subroutine: use }, constants: {} };
+  const given = object(use, what);
+  const constants = (given.constants as Record<string, Value> | undefined) ?? {};
+  const named = typeof given.graph === "string" ? given.graph : undefined;
+  if (named !== undefined) {
+    if (!(named in graphs)) throw new Error(`${what}: there is no graph '${named}' in this file`);
+    return { block: { graph: graphOf(named, graphs[named], graphs) }, constants };
+  }
+  if (typeof given.block === "string") return { block: { subroutine: given.block }, constants };
+  const block = object(given.block, what);
+  if (typeof block.subroutine === "string") return { ...given, block: { subroutine: block.subroutine }, constants };
+  const inner = object(block.graph, what);
+  return { ...given, block: { graph: graphOf(text(inner.name) || what, inner, graphs) }, constants };
+}
+
+function graphOf(name: string, written: unknown, graphs: Record<string, unknown>): Graph {
+  const draft = draftOf("graph", name, written, graphs);
+  if (draft.kind !== "graph") throw new Error(`'${name}' is no graph`);
+  return draft.of;
+}
+
+function inputParameter(written: unknown): InputParameter {
+  if (typeof written === "string" || Array.isArray(written)) return { targets: several(written), default: null, unit: "", tunable: false };
+  const given = object(written, "an input parameter");
+  return {
+    ...given,
+    targets: several(given.targets),
+    default: (given.default as Value | undefined) ?? null,
+    unit: text(given.unit),
+    tunable: given.tunable === true,
+  };
+}
+
+function commandList(written: unknown): { commands: Command[] } {
+  const commands = Array.isArray(written) ? written : ((object(written, "a command list").commands as unknown[] | undefined) ?? []);
+  return { commands: commands.map(command) };
+}
+
+function command(written: unknown): Command {
+  const given = object(written, "a command");
+  if (typeof given.command === "string") return given as unknown as Command;
+  const { every, budget, ...rest } = given;
+  if (typeof rest.activate === "string") {
+    const { activate, ...more } = rest;
+    return {
+      ...more,
+      command: "activate",
+      block: activate,
+      every_ns: time(every),
+      ...(budget === undefined ? {} : { budget_ns: time(budget) }),
+    };
+  }
+  if (typeof rest.execute === "string") return { command: "execute", block: rest.execute };
+  if (typeof rest.deactivate === "string") return { command: "deactivate", block: rest.deactivate };
+  if (rest.install !== undefined) return { command: "install", blocks: several(rest.install) };
+  if (rest.ready === true) return { command: "ready" };
+  if (rest.wait === true) return { command: "wait" };
+  if (typeof rest.wait === "string" && timeOrNull(rest.wait) !== null) return { command: "wait", time_ns: timeOrNull(rest.wait) };
+  if (rest.wait !== undefined) return { command: "wait", conditions: several(rest.wait) };
+  throw new Error(`this is no command: ${JSON.stringify(written)}`);
+}
+
+function termination(written: unknown): Termination {
+  if (typeof written === "string" || Array.isArray(written)) {
+    return { on: several(written), returns: null, raises: false, during: [], priority: 0 };
+  }
+  const given = object(written, "a condition");
+  const exception = typeof given.raises === "string" ? { exception: given.raises } : {};
+  return {
+    ...given,
+    ...exception,
+    on: several(given.on),
+    returns: given.returns === undefined || given.returns === null ? null : several(given.returns),
+    raises: Boolean(given.raises),
+    during: several(given.during),
+    priority: Number(given.priority ?? 0),
+  };
+}
+
+const UNITS: Record<string, number> = { s: 1e9, ms: 1e6, us: 1e3, µs: 1e3, ns: 1, min: 6e10 };
+
+/** "20 ms" in ns; null where it is no time. */
+export function timeOrNull(written: unknown): number | null {
+  const match = /^\s*([0-9.eE+-]+)\s*(s|ms|us|µs|ns|min)\s*$/.exec(String(written));
+  const value = Number(match?.[1]);
+  const unit = UNITS[match?.[2] ?? ""];
+  return match && unit !== undefined && Number.isFinite(value) ? Math.round(value * unit) : null;
+}
+
+function time(written: unknown): number | null {
+  if (written === undefined || written === null) return null;
+  const ns = timeOrNull(written);
+  if (ns === null) throw new Error(`'${String(written)}' is no time; write it with its unit: "20 ms"`);
+  return ns;
+}
+
+function object(given: unknown, what: string): Loose {
+  if (typeof given === "object" && given !== null && !Array.isArray(given)) return given as Loose;
+  throw new Error(`${what} is not of the right form: an object is expected`);
+}
+
+function text(given: unknown): string {
+  return typeof given === "string" ? given : "";
+}
+
+function several(given: unknown): string[] {
+  if (given === undefined || given === null) return [];
+  return Array.isArray(given) ? given.map(String) : [String(given)];
+}
+
+function sets(given: unknown): Sets {
+  return mapped(given, several);
+}
+
+function layout(given: unknown): Layout {
+  const places = Object.entries((given as Record<string, Place> | undefined) ?? {});
+  return Object.fromEntries(places.filter(([, place]) => Number.isFinite(place?.x) && Number.isFinite(place?.y)));
+}
+
+function mapped<T>(given: unknown, each: (value: unknown, name: string) => T): Record<string, T> {
+  return Object.fromEntries(Object.entries((given as Loose | undefined) ?? {}).map(([name, value]) => [name, each(value, name)]));
+}

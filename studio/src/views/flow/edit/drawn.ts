@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Box, Drawing, Port, Wire } from "../drawing/drawing";
+import { allSets, type Named } from "./change";
+import type { BlockUse, Draft, SetKind } from "./definition";
+import { type Faces, type Item, inner, itemsOf, modeText, sideOf, splitPort } from "./faces";
+import { about, type Finding, isPort } from "./findings";
+
+/** A wire that was tried and cannot be: shown with the reason, part of nothing. */
+export interface RefusedWire {
+  from: { box: string; port: string };
+  to: { box: string; port: string };
+  reason: string;
+}
+
+const BOUNDARY: Record<SetKind, string> = {
+  inputs: "input of the graph",
+  outputs: "output of the graph",
+  instantiation_parameters: "instantiation parameter",
+  cells: "cell",
+};
+
+/** The only port of a boundary. */
+const VALUE = "value";
+
+/** A draft as a drawing: what is wrong stands at the box, port or wire that it is about. */
+export function drawnDraft(draft: Draft, faces: Faces, findings: Finding[], refused: RefusedWire | null): Drawing {
+  const boxes = Object.entries(draft.of.blocks).map(([label, use]) => blockBox(label, use, faces, findings));
+  const wires: Wire[] = [];
+  for (const set of allSets(draft)) {
+    const writers = set.ports.filter((port) => sideIs(draft, port, faces, "output"));
+    const readers = set.ports.filter((port) => !writers.includes(port));
+    if (set.kind === "cells") {
+      for (const from of writers.map((port) => endOf(draft, port)))
+        for (const to of readers.map((port) => endOf(draft, port))) wires.push(wireOf(draft, set, from, to, faces, findings));
+      continue;
+    }
+    const boundary = boundaryBox(draft, set, writers, readers, faces, findings);
+    boxes.push(boundary);
+    const own = { box: boundary.id, port: VALUE };
+    for (const port of writers) wires.push(wireOf(draft, set, endOf(draft, port), own, faces, findings));
+    for (const port of readers) wires.push(wireOf(draft, set, own, endOf(draft, port), faces, findings));
+  }
+  if (refused) {
+    const { from, to, reason } = refused;
+    wires.push({ id: "refused", from, to, cell: "refused", live: null, type_text: "", unit: "", mode: "", findings: [reason] });
+  }
+  return { boxes, wires };
+}
+
+/** The set that a boundary's box stands for. */
+export function boundaryOf(draft: Draft, box: string): Named | undefined {
+  return allSets(draft).find((set) => `${set.kind}:${set.name}` === box);
+}
+
+/** A port as a definition names it: a boundary's is its set. */
+export function portOf(draft: Draft, end: { box: string; port: string }): string | Named | undefined {
+  return end.box in draft.of.blocks ? `${end.box}.${end.port}` : boundaryOf(draft, end.box);
+}
+
+/** A port as the calls `check_definition` and `compatible` name it. */
+export function placeOf(draft: Draft, end: { box: string; port: string }): { block: string; port: string } {
+  const boundary = boundaryOf(draft, end.box);
+  return boundary ? { block: "", port: boundary.name } : { block: end.box, port: end.port };
+}
+
+function blockBox(label: string, use: BlockUse, faces: Faces, findings: Finding[]): Box {
+  const items = itemsOf(use, faces);
+  const isGraph = !("subroutine" in use.block);
+  const name = "subroutine" in use.block ? use.block.subroutine : use.block.graph.name;
+  const face = faces.get(name);
+  const found = findings.filter((finding) => finding.where.some((where) => "block" in where && where.block === label));
+  return {
+    id: label,
+    kind: isGraph ? "graph" : "block",
+    title: label,
+    about: isGraph ? `graph ${name}` : name.replace(/^library\./, ""),
+    doc: isGraph ? (use.block as { graph: { doc: string } }).graph.doc : (face?.doc ?? "this block is not known to the system"),
+    ports: items.flatMap((item) => portsOf(item)),
+    source: null,
+    opens: null,
+    findings: found.flatMap((finding) => {
+      // What is about two ports that are wired stands on the wire.
+      if (finding.where.filter(isPort).length > 1) return [];
+      const port = finding.where.find((where) => "block" in where && where.block === label);
+      return [{ port: port && isPort(port) ? port.port : null, text: about(finding), key: `${finding.class} ${finding.message}` }];
+    }),
+  };
+}
+
+function portsOf(item: Item): Port[] {
+  const side = sideOf(item);
+  if (!side) return [];
+  return [{ name: item.name, side, type_text: item.type_text, unit: item.unit, mode: modeText(item.mode), doc: item.doc }];
+}
+
+function boundaryBox(draft: Draft, set: Named, writers: string[], readers: string[], faces: Faces, findings: Finding[]): Box {
+  const bound = [...writers, ...readers].map((port) => inner(draft.of, port, faces)).find((item) => item !== undefined);
+  const port = (side: Port["side"]): Port => ({
+    name: VALUE,
+    side,
+    type_text: bound?.type_text ?? "",
+    unit: bound?.unit ?? "",
+    mode: "",
+    doc: BOUNDARY[set.kind],
+  });
+  const takes = set.kind === "outputs" || (set.kind === "instantiation_parameters" && (writers.length > 0 || readers.length === 0));
+  const gives = set.kind === "inputs" || (set.kind === "instantiation_parameters" && (readers.length > 0 || writers.length === 0));
+  const found = findings.filter((finding) => finding.where.some((where) => isSet(where, set.name)) && set.ports.length === 0);
+  return {
+    id: `${set.kind}:${set.name}`,
+    kind: "boundary",
+    title: set.name,
+    about: BOUNDARY[set.kind],
+    doc: "",
+    ports: [...(takes ? [port("input")] : []), ...(gives ? [port("output")] : [])],
+    source: null,
+    opens: null,
+    findings: found.map((finding) => ({ port: null, text: about(finding), key: `${finding.class} ${finding.message}` })),
+  };
+}
+
+function isSet(where: Finding["where"][number], name: string): boolean {
+  return ("cell" in where && where.cell === name) || ("block" in where && where.block === "" && isPort(where) && where.port === name);
+}
+
+type End = { box: string; port: string };
+
+function wireOf(draft: Draft, set: Named, from: End, to: End, faces: Faces, findings: Finding[]): Wire {
+  const item = inner(draft.of, `${to.box}.${to.port}`, faces) ?? inner(draft.of, `${from.box}.${from.port}`, faces);
+  const found = findings.filter((finding) => isAbout(finding, set, placeOf(draft, from), placeOf(draft, to)));
+  return {
+    id: `${from.box} ${from.port} → ${to.box} ${to.port}`,
+    from,
+    to,
+    cell: set.name,
+    live: null,
+    type_text: item?.type_text ?? "",
+    unit: item?.unit ?? "",
+    mode: item ? modeText(item.mode) : "",
+    findings: found.map(about),
+  };
+}
+
+/** A finding is of a wire where it names both ends of it, or its cell and no port that lies elsewhere. */
+function isAbout(finding: Finding, set: Named, from: { block: string; port: string }, to: { block: string; port: string }): boolean {
+  const ports = finding.where.filter(isPort);
+  const same = (one: { block: string; port: string }) =>
+    ports.some((other) => one.block === other.block && (one.port === other.port || one.block === ""));
+  if (ports.length > 1) return same(from) && same(to);
+  const ofCell = finding.where.some((where) => "cell" in where && where.cell === set.name);
+  return ofCell && (ports.length === 0 || same(from) || same(to));
+}
+
+function endOf(draft: Draft, port: string): End {
+  const [box, name] = splitPort(port, draft.of.blocks);
+  return { box, port: name };
+}
+
+function sideIs(draft: Draft, port: string, faces: Faces, side: "input" | "output"): boolean {
+  const item = inner(draft.of, port, faces);
+  return item !== undefined && sideOf(item) === side;
+}

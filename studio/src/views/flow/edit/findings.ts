@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// What `check_definition` finds, and where it stands in the drawing: docs/files.md.
+
+export type Where =
+  | { block: string; port?: string }
+  | { cell: string }
+  | { parameter: string }
+  | { output: string }
+  | { object: string }
+  | { list: string; command?: number }
+  | { condition: string }
+  | { transition: [string, string] };
+
+export interface Finding {
+  class: string;
+  message: string;
+  remedy?: string | null;
+  /** What it is about, the first one first; empty: the whole. */
+  where: Where[];
+}
+
+export function isPort(where: Where): where is { block: string; port: string } {
+  return "block" in where && typeof where.port === "string";
+}
+
+/** In words, with its remedy. */
+export function about(finding: Finding): string {
+  return finding.remedy ? `${finding.message}; ${finding.remedy}` : finding.message;
+}
+
+/** Findings about a command list, a condition or a transition. */
+export function ofList(findings: Finding[], list: string): Finding[] {
+  return findings.filter((finding) => finding.where.some((where) => "list" in where && where.list === list));
+}
+
+export function ofCondition(findings: Finding[], condition: string): Finding[] {
+  return findings.filter((finding) => finding.where.some((where) => "condition" in where && where.condition === condition));
+}
+
+export function ofTransition(findings: Finding[], from: string, condition: string): Finding[] {
+  return findings.filter((finding) =>
+    finding.where.some((where) => "transition" in where && where.transition[0] === from && where.transition[1] === condition),
+  );
+}

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the editor asks the system: which blocks there are, what is wrong with the draft, what can be wired. All rules are there.
+import { useCallback, useEffect, useMemo, useRef, useState } from "react";
+import type { Control } from "../../../control/control";
+import { type Refusal, refusalsOf } from "../../../control/refusals";
+import { type Draft, definitionOf } from "./definition";
+import type { Face, Faces } from "./faces";
+import type { Finding } from "./findings";
+
+/** How long nothing must change before the draft is checked, ms. */
+const PAUSE_MS = 250;
+
+/** The component data base of the system. */
+export function useFaces(control: Control): { faces: Faces; trouble: Refusal[] } {
+  const [faces, setFaces] = useState<Faces>(new Map());
+  const [trouble, setTrouble] = useState<Refusal[]>([]);
+  useEffect(() => {
+    const asked = new AbortController();
+    control.look("library", {}, asked.signal).then(
+      (found) => setFaces(new Map((found as Face[]).map((face) => [face.name, face]))),
+      (why) => {
+        if (!asked.signal.aborted) setTrouble(refusalsOf(why));
+      },
+    );
+    return () => asked.abort();
+  }, [control]);
+  return { faces, trouble };
+}
+
+/** Every installation check of the draft, made again a moment after each change. */
+export function useFindings(control: Control, draft: Draft): { findings: Finding[]; unanswered: Refusal[] } {
+  const [findings, setFindings] = useState<Finding[]>([]);
+  const [unanswered, setUnanswered] = useState<Refusal[]>([]);
+  const definition = useMemo(() => JSON.stringify({ [draft.kind]: definitionOf(draft) }), [draft]);
+  useEffect(() => {
+    const asked = new AbortController();
+    const soon = setTimeout(() => {
+      control.look("check_definition", JSON.parse(definition) as Record<string, unknown>, asked.signal).then(
+        (found) => {
+          setFindings(found as Finding[]);
+          setUnanswered([]);
+        },
+        (why) => {
+          if (!asked.signal.aborted) setUnanswered(refusalsOf(why));
+        },
+      );
+    }, PAUSE_MS);
+    return () => {
+      clearTimeout(soon);
+      asked.abort();
+    };
+  }, [control, definition]);
+  return { findings, unanswered };
+}
+
+type At = { block: string; port: string };
+
+export interface Possible {
+  /** A wire begins at this port: which ports can be its other end? null: it is over. */
+  ask: (from: At | null) => void;
+  /** Why these two cannot be wired; null: they can, or the answer is not there yet, and the check will say it. */
+  reason: (from: At, to: At) => string | null;
+}
+
+/** Which ports a wire may go to: asked when it begins, answered by the rule of the installation. */
+export function usePossible(control: Control, draft: Draft): Possible {
+  const answer = useRef<{ begun: At; reasons: Map<string, string | null> } | null>(null);
+  const ask = useCallback(
+    (from: At | null) => {
+      // The answer outlives the wire: the end of a wire that is refused still asks for the reason.
+      if (!from) return;
+      answer.current = null;
+      const asked = { [draft.kind]: definitionOf(draft), from };
+      control.look("compatible", asked).then(
+        (found) => {
+          const reasons = (found as (At & { reason: string | null })[]).map((one): [string, string | null] => [keyOf(one), one.reason]);
+          answer.current = { begun: from, reasons: new Map(reasons) };
+        },
+        // Without an answer every wire may be drawn; the check finds what is wrong with it.
+        () => undefined,
+      );
+    },
+    [control, draft],
+  );
+  const reason = useCallback((from: At, to: At) => {
+    const known = answer.current;
+    if (!known) return null;
+    const other = keyOf(from) === keyOf(known.begun) ? to : from;
+    return known.reasons.get(keyOf(other)) ?? null;
+  }, []);
+  return useMemo(() => ({ ask, reason }), [ask, reason]);
+}
+
+function keyOf(at: At): string {
+  return `${at.block}\n${at.port}`;
+}

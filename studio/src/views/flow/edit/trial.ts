@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Trying a graph on the running system: a verb around it, SVVs for its ports, an instance that runs.
+import type { Control } from "../../../control/control";
+import type { Value } from "../../../control/shapes";
+import { type Draft, definitionOf, type Graph } from "./definition";
+import { type Faces, inner } from "./faces";
+
+export interface Wanted {
+  every_ns: number;
+  /** `rtp0.fast`. */
+  source: string;
+  /** For each input of the graph: an SVV that is there, or a value that stays. */
+  inputs: Record<string, { svv: string } | { value: Value }>;
+}
+
+export interface Trial {
+  verb: string;
+  instance: number;
+  /** The SVVs of its outputs. */
+  outputs: string[];
+}
+
+/** The verb by which a graph can be started by itself: one command list, which activates it. */
+export function verbAround(graph: Graph, every_ns: number): Record<string, unknown> {
+  const label = "graph";
+  const ports = [...Object.keys(graph.inputs), ...Object.keys(graph.outputs)];
+  return {
+    name: graph.name,
+    doc: graph.doc,
+    blocks: { [label]: { block: { graph: definitionOf({ kind: "graph", of: graph }) }, constants: {} } },
+    instantiation_parameters: Object.fromEntries(ports.map((port) => [port, [`${label}.${port}`]])),
+    command_lists: { start: { commands: [{ command: "activate", block: label, every_ns }] } },
+  };
+}
+
+/** Installs a graph and starts it. Errors: `Refused`; what had been made before is left, so that it can be tried again. */
+export async function begin(control: Control, draft: Draft & { kind: "graph" }, faces: Faces, wanted: Wanted): Promise<Trial> {
+  const graph = draft.of;
+  const there = new Set((await control.look("names", {})).svvs);
+  const named: Record<string, { svv: string }> = {};
+  for (const [port, bound] of [...Object.entries(graph.inputs), ...Object.entries(graph.outputs)]) {
+    const given = wanted.inputs[port];
+    const svv = given && "svv" in given ? given.svv : `${graph.name}.${port}`;
+    named[port] = { svv };
+    const item = bound.map((name) => inner(graph, name, faces)).find((one) => one !== undefined);
+    if (!there.has(svv))
+      await control.order("svv", {
+        name: svv,
+        type_text: item?.type_text ?? "double",
+        unit: item?.unit ?? "",
+        types: typesOf(graph, faces),
+      });
+    if (given && "value" in given) await control.order("write", { name: svv, value: given.value });
+  }
+  await control.order("define_verb", verbAround(graph, wanted.every_ns));
+  const instance = await control.order("create", { verb: graph.name, arguments: named, placement: { "*": wanted.source } });
+  await control.order("start", { instance });
+  return { verb: graph.name, instance, outputs: Object.keys(graph.outputs).map((port) => named[port]?.svv ?? port) };
+}
+
+/** Halts a trial and takes it out of the system; its SVVs stay. */
+export async function end(control: Control, trial: Trial): Promise<void> {
+  const state = await control.look("state", { instance: trial.instance });
+  if (state === "running" || state === "suspended") await control.order("halt", { instance: trial.instance });
+  if (state !== "deleted") await control.order("delete", { instance: trial.instance });
+}
+
+function typesOf(graph: Graph, faces: Faces): Record<string, string> {
+  const types: Record<string, string> = {};
+  for (const use of Object.values(graph.blocks)) {
+    if ("subroutine" in use.block) Object.assign(types, faces.get(use.block.subroutine)?.types ?? {});
+    else Object.assign(types, typesOf(use.block.graph, faces));
+  }
+  return types;
+}

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+import { ReactFlowProvider } from "@xyflow/react";
+import { useEffect, useMemo, useState } from "react";
+import type { InstalledInstance } from "../../../control/shapes";
+import { Empty, Refusals } from "../../../design/parts";
+import { useControl, useTopic, useWatched } from "../../../shell/context";
+import { Canvas, type Chosen } from "../drawing/Canvas";
+import type { Drawing, Place } from "../drawing/drawing";
+import { arrange } from "../drawing/layout";
+import { sourceColour } from "../drawing/sources";
+import { Details } from "./Details";
+import { drawn, graphsOf } from "./drawn";
+
+/** The data flow of what is installed, with live values. */
+export function Installed() {
+  const control = useControl();
+  const installed = useTopic(control.topics.installed);
+  const trouble = useWatched(control.topics.installed.trouble);
+  const [said, setSaid] = useState<ReadonlySet<string> | null>(null);
+  const [opened, setOpened] = useState<ReadonlySet<string>>(new Set());
+  const [chosen, setChosen] = useState<Chosen>(null);
+  const instances = useMemo(() => (installed?.instances ?? []).filter((one) => one.state !== "deleted"), [installed]);
+  const first = useFirst(instances);
+  const hidden = said ?? first;
+  const shown = useMemo(() => instances.filter((one) => !hidden.has(one.name)), [instances, hidden]);
+  const drawing = useDrawing(shown, opened);
+  const arranged = useArranged(drawing);
+  useEffect(() => {
+    if (installed) control.values.renew();
+  }, [control, installed]);
+
+  if (trouble.length > 0) return <Refusals of={trouble} />;
+  if (!installed) return <p className="quiet">Looking at what is installed…</p>;
+  if (instances.length === 0) {
+    return (
+      <Empty title="Nothing is installed">
+        Enable a device, or create an instance of a verb (Verbs): its blocks and wires appear here, with their values.
+      </Empty>
+    );
+  }
+  const graphs = shown.flatMap(graphsOf);
+  return (
+    <div className="flow">
+      <div className="tools row">
+        <Instances of={instances} hidden={hidden} set={setSaid} />
+        {graphs.length > 0 && (
+          <>
+            <button type="button" onClick={() => setOpened(new Set(graphs))}>
+              Open all graphs
+            </button>
+            <button type="button" onClick={() => setOpened(new Set())}>
+              Close all graphs
+            </button>
+          </>
+        )}
+        <Sources of={drawing} />
+      </div>
+      {arranged ? (
+        <ReactFlowProvider>
+          <Canvas
+            drawing={arranged.drawing}
+            places={arranged.places}
+            chosen={chosen}
+            choose={setChosen}
+            of={arranged.of}
+            toggle={(box) => setOpened((before) => toggled(before, box))}
+          />
+        </ReactFlowProvider>
+      ) : (
+        <p className="quiet">Laying out {drawing.boxes.length} boxes…</p>
+      )}
+      <Details drawing={drawing} chosen={chosen} instances={shown} />
+    </div>
+  );
+}
+
+function Instances(props: { of: InstalledInstance[]; hidden: ReadonlySet<string>; set: (hidden: ReadonlySet<string>) => void }) {
+  return (
+    <fieldset className="row" aria-label="Instances shown">
+      {props.of.map((instance) => (
+        <label key={instance.id} className="row">
+          <input
+            type="checkbox"
+            checked={!props.hidden.has(instance.name)}
+            onChange={() => props.set(toggled(props.hidden, instance.name))}
+          />
+          {instance.name}
+          <span className="quiet">{instance.state}</span>
+        </label>
+      ))}
+    </fieldset>
+  );
+}
+
+function Sources(props: { of: Drawing }) {
+  const sources = [...new Set(props.of.boxes.map((box) => box.source).filter((source) => source !== null))];
+  return (
+    <ul className="row quiet" aria-label="Interrupt sources by colour">
+      {sources.map((source) => (
+        <li key={source} style={{ borderTop: `3px solid ${sourceColour(source)}` }}>
+          {source}
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+/** So many blocks can be taken in at once. */
+const BLOCKS_FIRST = 20;
+
+/** What is hidden before anybody chooses: what does not run, and of what runs, actions first, what would be too much. */
+function useFirst(instances: InstalledInstance[]): ReadonlySet<string> {
+  const [first, setFirst] = useState<ReadonlySet<string> | null>(null);
+  const found = useMemo(() => firstHidden(instances), [instances]);
+  // What is shown does not change by itself while somebody looks, but for what was not there yet.
+  if (first === null && instances.length > 0) setFirst(found);
+  return first ?? found;
+}
+
+export function firstHidden(instances: InstalledInstance[]): ReadonlySet<string> {
+  const hidden = new Set<string>();
+  let blocks = 0;
+  const actionsFirst = [...instances].sort((one, other) => Number(one.owner !== null) - Number(other.owner !== null));
+  for (const instance of actionsFirst) {
+    const isShown = instance.state === "running" && (blocks === 0 || blocks + instance.blocks.length <= BLOCKS_FIRST);
+    if (isShown) blocks += instance.blocks.length;
+    else hidden.add(instance.name);
+  }
+  return hidden.size === instances.length ? new Set() : hidden;
+}
+
+function toggled(of: ReadonlySet<string>, name: string): ReadonlySet<string> {
+  const next = new Set(of);
+  if (!next.delete(name)) next.add(name);
+  return next;
+}
+
+/** The drawing, the same object as long as nothing of it has changed: states and lists change often, boxes and wires seldom. */
+function useDrawing(shown: InstalledInstance[], opened: ReadonlySet<string>): Drawing {
+  const [kept, setKept] = useState<{ text: string; drawing: Drawing }>({ text: "", drawing: { boxes: [], wires: [] } });
+  const next = useMemo(() => drawn(shown, opened), [shown, opened]);
+  const text = useMemo(() => JSON.stringify(next), [next]);
+  if (text !== kept.text) {
+    setKept({ text, drawing: next });
+    return next;
+  }
+  return kept.drawing;
+}
+
+interface Arranged {
+  drawing: Drawing;
+  places: ReadonlyMap<string, Place>;
+  of: string;
+}
+
+function useArranged(drawing: Drawing): Arranged | null {
+  const [arranged, setArranged] = useState<Arranged | null>(null);
+  useEffect(() => {
+    let over = false;
+    arrange(drawing).then(
+      (places) => {
+        if (!over) setArranged({ drawing, places, of: drawing.boxes.map((box) => box.id).join("\n") });
+      },
+      // A drawing that the layout refuses is shown all the same, in one row.
+      () => {
+        const places = new Map(drawing.boxes.map((box, index) => [box.id, { x: index * 340, y: 0 }]));
+        if (!over) setArranged({ drawing, places, of: drawing.boxes.map((box) => box.id).join("\n") });
+      },
+    );
+    return () => {
+      over = true;
+    };
+  }, [drawing]);
+  return arranged;
+}

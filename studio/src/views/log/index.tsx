@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useMemo, useState } from "react";
+import { count } from "../../design/numbers";
+import { Empty, Refusals } from "../../design/parts";
+import { saveText } from "../../design/saveText";
+import { useControl, useTopic, useWatched } from "../../shell/context";
+import { useRoute } from "../../shell/route";
+import { LineDetail } from "./LineDetail";
+import { Lines } from "./Lines";
+import { asCsv, asJsonLines, BAD_KINDS, kindsOf, type Line, linesOf, shownLines, WARN_KINDS } from "./lines";
+import "./log.css";
+
+/** What happened: conditions, faults, transitions, ends with their reports, commands and who gave them. */
+export default function Log() {
+  const control = useControl();
+  const log = useTopic(control.topics.log);
+  const ends = useTopic(control.topics.ends);
+  const logTrouble = useWatched(control.topics.log.trouble);
+  const endsTrouble = useWatched(control.topics.ends.trouble);
+  const asked = useRoute().query.get("text");
+  const [text, setText] = useState(asked ?? "");
+  const [hidden, setHidden] = useState<ReadonlySet<string>>(new Set());
+  const [paused, setPaused] = useState<Line[] | null>(null);
+  const [chosen, setChosen] = useState<Line | null>(null);
+  const latest = useMemo(() => linesOf(log, ends), [log, ends]);
+  const lines = paused ?? latest;
+  const kinds = useMemo(() => kindsOf(lines), [lines]);
+  const shown = useMemo(() => shownLines(lines, { hidden, text }), [lines, hidden, text]);
+  const dropped = (log?.dropped ?? 0) + (ends?.dropped ?? 0);
+  const newer = latest.length - lines.length;
+
+  const toggle = (kind: string) => {
+    const next = new Set(hidden);
+    if (!next.delete(kind)) next.add(kind);
+    setHidden(next);
+  };
+
+  return (
+    <div className="log">
+      <div className="row tools">
+        <label className="row">
+          <span className="quiet">Text</span>
+          <input type="search" value={text} placeholder="move#1 halted" onChange={(event) => setText(event.target.value)} />
+        </label>
+        <fieldset className="row kinds">
+          <legend className="unseen">Kinds that are shown</legend>
+          {[...kinds].map(([kind, counted]) => (
+            <button key={kind} type="button" aria-pressed={!hidden.has(kind)} className={tone(kind)} onClick={() => toggle(kind)}>
+              {kind} <span className="figures small">{count(counted)}</span>
+            </button>
+          ))}
+        </fieldset>
+        <div className="row last">
+          <button type="button" aria-pressed={paused !== null} onClick={() => setPaused(paused ? null : latest)}>
+            {paused ? "Go on" : "Pause"}
+          </button>
+          {newer > 0 && <span className="quiet">{count(newer)} newer</span>}
+          <button
+            type="button"
+            disabled={shown.length === 0}
+            onClick={() => saveText(`${control.version.system}.log.csv`, "text/csv", asCsv(shown))}
+          >
+            Save CSV
+          </button>
+          <button
+            type="button"
+            disabled={shown.length === 0}
+            onClick={() => saveText(`${control.version.system}.log.jsonl`, "application/jsonl", asJsonLines(shown))}
+          >
+            Save JSON lines
+          </button>
+        </div>
+      </div>
+      <Refusals of={[...logTrouble, ...endsTrouble]} />
+      {dropped > 0 && (
+        <p className="dropped">{count(dropped)} entries were gone before they could be read: the system keeps the last 4,096.</p>
+      )}
+      {shown.length > 0 ? (
+        <Lines of={shown} chosen={chosen?.key ?? null} choose={setChosen} still={paused !== null} />
+      ) : lines.length > 0 ? (
+        <Empty title="No line passes the filter">Show more kinds, or shorten the text.</Empty>
+      ) : (
+        <Empty title="Nothing has happened yet">Starts, conditions, transitions, ends and commands stand here as they come.</Empty>
+      )}
+      {chosen && <LineDetail of={chosen} close={() => setChosen(null)} />}
+    </div>
+  );
+}
+
+function tone(kind: string): string {
+  return BAD_KINDS.has(kind) ? "bad" : WARN_KINDS.has(kind) ? "warn" : "";
+}

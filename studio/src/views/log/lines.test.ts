@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+import { expect, test } from "vitest";
+import type { End, LogEntry } from "../../control/shapes";
+import { asCsv, asJsonLines, kindsOf, linesOf, shownLines } from "./lines";
+
+const entry = (sequence: number, time_s: number, kind: string, about: string, text = ""): LogEntry => ({
+  sequence,
+  time_s,
+  kind,
+  about,
+  text,
+});
+
+const log = {
+  entries: [
+    entry(0, 1, "start", "move#1"),
+    entry(1, 1.1, "condition", "move#1", "'near' reported 'done'"),
+    entry(2, 1.2, "condition", "move#1", "'near' reported 'done'"),
+    { ...entry(3, 2.5, "command", "move#1", "halt"), who: "studio-abcd" },
+  ],
+  dropped: 0,
+};
+const ends = {
+  entries: [
+    {
+      number: 0,
+      instance: 7,
+      report: {
+        instance: "move#1",
+        verb: "move",
+        start: 1,
+        condition: "arrived",
+        normal: true,
+        command_list: "start",
+        time_s: 2,
+        started_s: 1,
+        message: "",
+        outputs: { error: 0.5 },
+        others: [],
+      },
+    } satisfies End,
+  ],
+  dropped: 0,
+};
+
+const none = { hidden: new Set<string>(), text: "" };
+
+test("entries and reports come in the order of their times", () => {
+  expect(linesOf(log, ends).map((line) => line.key)).toEqual(["e0", "e1", "e2", "r0", "e3"]);
+  expect(linesOf(null, ends).map((line) => line.key)).toEqual(["r0"]);
+});
+
+test("what repeats is one line with its count, its first and last time", () => {
+  const shown = shownLines(linesOf(log, ends), none);
+  expect(shown.map((line) => line.times)).toEqual([1, 2, 1, 1]);
+  expect([shown[1]?.first_s, shown[1]?.time_s]).toEqual([1.1, 1.2]);
+});
+
+test("kinds can be hidden, and all words must be there, who commanded among them", () => {
+  const lines = linesOf(log, ends);
+  expect(shownLines(lines, { ...none, hidden: new Set(["condition"]) }).map((line) => line.kind)).toEqual(["start", "report", "command"]);
+  expect(shownLines(lines, { ...none, text: "studio HALT" }).map((line) => line.key)).toEqual(["e3"]);
+  expect(kindsOf(lines).get("condition")).toBe(2);
+});
+
+test("exports keep every figure, and quote what needs it", () => {
+  const lines = shownLines(linesOf(log, ends), none);
+  expect(asCsv([{ ...(lines[0] as (typeof lines)[0]), text: 'a "b", c' }]).split("\r\n")[1]).toBe('1,start,move#1,"a ""b"", c",,1');
+  expect(JSON.parse(asJsonLines(lines).split("\n")[2] ?? "").report.outputs).toEqual({ error: 0.5 });
+});

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// The log as lines: entries and end reports in the order of their times, what repeats as one line, filtered, and exported.
+
+import type { End, LogEntry, Report } from "../../control/shapes";
+import type { Kept } from "../../control/topics";
+
+export interface Line {
+  /** What it is known by: `e12` an entry, `r3` a report. */
+  key: string;
+  time_s: number;
+  kind: string;
+  about: string;
+  text: string;
+  who: string;
+  /** How often it came in a row, and when first. */
+  times: number;
+  first_s: number;
+  report: Report | null;
+}
+
+/** Kinds that say that something is wrong. */
+export const BAD_KINDS = new Set(["fault", "processor_lost", "emergency_stop", "lost"]);
+export const WARN_KINDS = new Set(["overrun", "late"]);
+
+export function linesOf(log: Kept<LogEntry> | null, ends: Kept<End> | null): Line[] {
+  const entries: Line[] = (log?.entries ?? []).map((entry) => ({
+    key: `e${entry.sequence}`,
+    time_s: entry.time_s,
+    kind: entry.kind,
+    about: entry.about,
+    text: entry.text,
+    who: entry.who ?? "",
+    times: 1,
+    first_s: entry.time_s,
+    report: null,
+  }));
+  const reports: Line[] = (ends?.entries ?? []).map(({ number, report }) => ({
+    key: `r${number}`,
+    time_s: report.time_s,
+    kind: "report",
+    about: report.instance,
+    text: [report.condition, report.message].filter(Boolean).join(": "),
+    who: "",
+    times: 1,
+    first_s: report.time_s,
+    report,
+  }));
+  return merged(entries, reports);
+}
+
+/** Two lists that are each in order of time, as one. */
+function merged(entries: Line[], reports: Line[]): Line[] {
+  const lines: Line[] = [];
+  let next = 0;
+  for (const entry of entries) {
+    for (let report = reports[next]; report && report.time_s < entry.time_s; report = reports[++next]) lines.push(report);
+    lines.push(entry);
+  }
+  return lines.concat(reports.slice(next));
+}
+
+export interface Filter {
+  /** Kinds that are not shown. */
+  hidden: ReadonlySet<string>;
+  /** Words that must all be there, anywhere in the line. */
+  text: string;
+}
+
+/** The lines that pass; a line that only repeats the one before it is counted there. */
+export function shownLines(lines: Line[], filter: Filter): Line[] {
+  const words = filter.text.toLowerCase().split(/\s+/).filter(Boolean);
+  const shown: Line[] = [];
+  for (const line of lines) {
+    if (filter.hidden.has(line.kind)) continue;
+    if (words.length > 0) {
+      const all = `${line.kind} ${line.about} ${line.text} ${line.who}`.toLowerCase();
+      if (!words.every((word) => all.includes(word))) continue;
+    }
+    const before = shown.at(-1);
+    if (
+      before &&
+      !line.report &&
+      before.kind === line.kind &&
+      before.about === line.about &&
+      before.text === line.text &&
+      before.who === line.who
+    ) {
+      shown[shown.length - 1] = { ...before, key: before.key, time_s: line.time_s, times: before.times + 1 };
+    } else {
+      shown.push(line);
+    }
+  }
+  return shown;
+}
+
+/** How many lines there are of each kind, in the order in which kinds first came. */
+export function kindsOf(lines: Line[]): Map<string, number> {
+  const kinds = new Map<string, number>();
+  for (const line of lines) kinds.set(line.kind, (kinds.get(line.kind) ?? 0) + 1);
+  return kinds;
+}
+
+/** One JSON object a line, reports whole. */
+export function asJsonLines(lines: Line[]): string {
+  return lines
+    .map(({ time_s, kind, about, text, who, times, first_s, report }) =>
+      JSON.stringify({ time_s, kind, about, text, ...(who && { who }), ...(times > 1 && { times, first_s }), ...(report && { report }) }),
+    )
+    .join("\n")
+    .concat("\n");
+}
+
+export function asCsv(lines: Line[]): string {
+  const rows = lines.map((line) => [line.time_s, line.kind, line.about, line.text, line.who, line.times].map(csvField).join(","));
+  return ["time_s,kind,about,text,who,times", ...rows].join("\r\n").concat("\r\n");
+}
+
+function csvField(value: string | number): string {
+  const text = String(value);
+  return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+}

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+import { count } from "../../design/numbers";
+import { useWatched } from "../../shell/context";
+import { Choice } from "./Choice";
+import type { ChannelCounts } from "./messages";
+import type { Scope } from "./scope";
+
+const KEEPS_S = [10, 30, 60, 120, 300, 600];
+
+/** What came and what was lost, counted end to end, and what is kept of it. */
+export function Counts(props: { scope: Scope }) {
+  const { scope } = props;
+  const counts = useWatched(scope.counts);
+  const setup = useWatched(scope.setup);
+  const trouble = useWatched(scope.trouble);
+  const sum = (of: (one: ChannelCounts) => number) => counts.reduce((all, one) => all + of(one), 0);
+  const lost = sum((one) => one.lost);
+  const skipped = sum((one) => one.skipped);
+  const unseen = sum((one) => Math.max(0, one.numbered - one.received - one.lost));
+  const most_s = counts.reduce((most, one) => Math.max(most, one.kept_s), 0);
+  return (
+    <div className="counts small" title={counts.map((one) => `${one.name}: received ${one.received}, lost ${one.lost}`).join("\n")}>
+      <span>
+        received{" "}
+        <span className="figures" data-testid="received">
+          {count(sum((one) => one.received))}
+        </span>
+        ,{" "}
+        <span className={lost > 0 ? "bad" : ""}>
+          lost{" "}
+          <span className="figures" data-testid="lost">
+            {count(lost)}
+          </span>
+        </span>
+        {skipped > 0 && (
+          <>
+            , not kept while stopped <span className="figures">{count(skipped)}</span>
+          </>
+        )}
+        {unseen > 0 && (
+          <>
+            ,{" "}
+            <span
+              className="quiet"
+              title="The numbers of the values jump there: a release that is skipped has a number, and stores nothing"
+            >
+              never stored (overruns) <span className="figures">{count(unseen)}</span>
+            </span>
+          </>
+        )}
+      </span>
+      <span className="quiet">
+        {counts.length} {counts.length === 1 ? "channel" : "channels"}, the last {most_s.toFixed(1)} s in{" "}
+        {(sum((one) => one.bytes) / 2 ** 20).toFixed(1)} MiB
+      </span>
+      <Choice label="Keep" value={String(setup.keep_s)} put={(chosen) => scope.change({ ...setup, keep_s: Number(chosen) })}>
+        {[...new Set([...KEEPS_S, setup.keep_s])]
+          .sort((a, b) => a - b)
+          .map((keep) => (
+            <option key={keep} value={keep}>
+              {keep} s
+            </option>
+          ))}
+      </Choice>
+      {trouble && <span className="bad">{trouble}</span>}
+    </div>
+  );
+}

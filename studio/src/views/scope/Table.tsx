@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useRef } from "react";
+import { figure } from "../../design/numbers";
+import { useWatched } from "../../shell/context";
+import { colourOf, patternOf } from "./looks";
+import type { Row } from "./messages";
+import type { Scope } from "./scope";
+import { type Setup, type TraceSetup, traceId } from "./setup";
+import { TraceMenu } from "./TraceMenu";
+
+const COLUMNS = [
+  ["newest", "now", "the newest value on the screen"],
+  ["a", "at A", "at cursor A"],
+  ["b", "at B", "at cursor B"],
+  ["ba", "B − A", "difference of the values at the cursors"],
+  ["min", "min", "least, over what is on the screen"],
+  ["max", "max", "greatest"],
+  ["mean", "mean", "mean of the values"],
+  ["rms", "RMS", "root of the mean square"],
+  ["pp", "p–p", "peak to peak"],
+] as const;
+
+type Column = (typeof COLUMNS)[number][0];
+
+/** The traces, and what they are over the visible span; written without React, several times a second. */
+export function Table(props: { scope: Scope; chosen: string | null; choose: (id: string) => void }) {
+  const { scope } = props;
+  const setup = useWatched(scope.setup);
+  const cursors = useWatched(scope.cursors) !== null;
+  const status = useWatched(scope.status);
+  const body = useRef<HTMLTableSectionElement>(null);
+  // biome-ignore lint/correctness/useExhaustiveDependencies: other rows and columns have to be written anew
+  useEffect(() => {
+    const write = () => {
+      if (body.current) writeRows(body.current, scope.rows.get());
+    };
+    write();
+    return scope.rows.watch(write);
+  }, [scope, setup, cursors, status.has_reference]);
+  if (setup.traces.length === 0) return null;
+  const columns = COLUMNS.filter(([name]) => cursors || !["a", "b", "ba"].includes(name));
+  return (
+    <section className="traces scroll-x" tabIndex={0} aria-label="Traces">
+      <table>
+        <thead>
+          <tr>
+            <th>Trace</th>
+            <th>Unit</th>
+            {columns.map(([name, title, about]) => (
+              <th key={name} className="number" title={about}>
+                {title}
+              </th>
+            ))}
+            <th>
+              <span className="unseen">What to do with it</span>
+            </th>
+          </tr>
+        </thead>
+        <tbody ref={body}>
+          {setup.traces.map((trace) => (
+            <TraceRows key={traceId(trace)} {...props} trace={trace} setup={setup} columns={columns} reference={status.has_reference} />
+          ))}
+        </tbody>
+      </table>
+    </section>
+  );
+}
+
+function TraceRows(props: {
+  scope: Scope;
+  trace: TraceSetup;
+  setup: Setup;
+  columns: readonly (readonly [Column, string, string])[];
+  reference: boolean;
+  chosen: string | null;
+  choose: (id: string) => void;
+}) {
+  const { scope, trace, columns } = props;
+  const id = traceId(trace);
+  const unit = useWatched(scope.channels).get(trace.channel)?.unit || "";
+  const refused = useWatched(scope.feeds.refused).get(trace.channel);
+  return (
+    <>
+      <tr data-trace={id} className={`${trace.hidden ? "hidden-trace" : ""} ${props.chosen === id ? "chosen" : ""}`}>
+        <th scope="row">
+          <button
+            type="button"
+            className="plain trace-name"
+            aria-pressed={props.chosen === id}
+            title="Its scale is at the left of the screen"
+            onClick={() => props.choose(id)}
+          >
+            <Swatch look={trace.look} /> {id}
+          </button>
+          {refused && <div className="bad small">{refused.map((one) => one.message).join("; ")}</div>}
+        </th>
+        <td className="quiet">{trace.derive?.kind === "derivative" ? `${unit || "1"}/s` : unit}</td>
+        {columns.map(([name]) => (
+          <td key={name} className="number" data-cell={name}>
+            –
+          </td>
+        ))}
+        <td className="menu">
+          <TraceMenu scope={scope} trace={trace} setup={props.setup} />
+        </td>
+      </tr>
+      {props.reference && (
+        <tr data-trace={id} data-reference="true" className="quiet">
+          <th scope="row" className="earlier">
+            reference
+          </th>
+          <td />
+          {columns.map(([name]) => (
+            <td key={name} className="number" data-cell={name}>
+              –
+            </td>
+          ))}
+          <td />
+        </tr>
+      )}
+    </>
+  );
+}
+
+/** Colour and line pattern of a trace. */
+export function Swatch(props: { look: number }) {
+  return (
+    <svg className="swatch" width="26" height="10" aria-hidden="true">
+      <line
+        x1="0"
+        y1="5"
+        x2="26"
+        y2="5"
+        stroke={`var(${colourOf(props.look)})`}
+        strokeWidth="2.5"
+        strokeDasharray={patternOf(props.look).join(" ")}
+      />
+    </svg>
+  );
+}
+
+function writeRows(body: HTMLElement, rows: readonly Row[]): void {
+  const known = new Map(rows.map((row) => [`${row.id}${row.reference}`, row]));
+  for (const element of body.querySelectorAll<HTMLElement>("tr[data-trace]")) {
+    const row = known.get(`${element.dataset.trace}${element.dataset.reference === "true"}`);
+    for (const cell of element.querySelectorAll<HTMLElement>("[data-cell]")) {
+      const text = row ? said(row, cell.dataset.cell as Column) : "–";
+      if (cell.textContent !== text) cell.textContent = text;
+    }
+  }
+}
+
+function said(row: Row, column: Column): string {
+  const { measures, a, b } = row;
+  switch (column) {
+    case "newest":
+      return number(row.newest);
+    case "a":
+      return number(a);
+    case "b":
+      return number(b);
+    case "ba":
+      return number(a === null || b === null ? null : b - a);
+    case "min":
+      return number(measures?.min);
+    case "max":
+      return number(measures?.max);
+    case "mean":
+      return number(measures?.mean);
+    case "rms":
+      return number(measures?.rms);
+    case "pp":
+      return number(measures?.peak_to_peak);
+  }
+}
+
+function number(value: number | null | undefined): string {
+  return value === null || value === undefined ? "–" : figure(value);
+}

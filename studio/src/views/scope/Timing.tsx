@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useRef } from "react";
+import { duration } from "../../design/numbers";
+import { useWatched } from "../../shell/context";
+import { timeUnit } from "./plot";
+import type { Scope } from "./scope";
+import { secondsText } from "./signal/table";
+
+/** Under the screen: what the axis is, where its 0 is in the system's time, and what the cursors say. */
+export function Timing(props: { scope: Scope }) {
+  const { scope } = props;
+  const axis = useRef<HTMLSpanElement>(null);
+  const cursors = useWatched(scope.cursors);
+  const xy = useWatched(scope.setup).xy;
+  useEffect(() => {
+    const write = () => {
+      const span = scope.span;
+      if (!axis.current || !span) return;
+      const { unit } = timeUnit((span.to_ns - span.from_ns) / 1e9);
+      const zero = span.triggered ? "trigger" : scope.stopped.get() ? "stop" : "now";
+      const said = `${unit} from the ${zero === "now" ? "newest value" : zero}`;
+      axis.current.textContent = `${xy === null ? said : `${duration(span.to_ns - span.from_ns)} shown`}; 0 is at ${secondsText(Math.round(span.origin_ns))} s`;
+    };
+    write();
+    return scope.rows.watch(write);
+  }, [scope, xy]);
+  return (
+    <div className="timing small">
+      <span className="quiet figures" ref={axis} data-testid="axis">
+        no value yet
+      </span>
+      {cursors && <CursorTimes at={cursors} />}
+    </div>
+  );
+}
+
+function CursorTimes(props: { at: [number, number] }) {
+  const [a, b] = props.at;
+  const difference = b - a;
+  const frequency = difference === 0 ? "–" : `${figures(1 / Math.abs(difference))} Hz`;
+  return (
+    <dl className="cursor-times figures">
+      <div>
+        <dt>A</dt> <dd>{duration(a * 1e9)}</dd>
+      </div>
+      <div>
+        <dt>B</dt> <dd>{duration(b * 1e9)}</dd>
+      </div>
+      <div>
+        <dt>B − A</dt> <dd data-testid="cursor-difference">{duration(difference * 1e9)}</dd>
+      </div>
+      <div>
+        <dt>1/|B − A|</dt> <dd>{frequency}</dd>
+      </div>
+    </dl>
+  );
+}
+
+function figures(value: number): string {
+  return value >= 1e5 ? value.toExponential(3) : String(Number(value.toPrecision(4)));
+}

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+import { Refusals, Tag } from "../../design/parts";
+import { useAction, useWatched } from "../../shell/context";
+import { Choice } from "./Choice";
+import { SPANS_S, toggleCursors } from "./gestures";
+import type { Scope } from "./scope";
+import { EMPTY, type ScaleMode, traceId } from "./setup";
+import type { SweepMode } from "./signal/sweep";
+import { secondsText } from "./signal/table";
+
+const SWEEPS: { value: SweepMode; text: string; about: string }[] = [
+  { value: "roll", text: "roll", about: "the newest values, without a trigger" },
+  { value: "auto", text: "auto", about: "from trigger to trigger; the newest values where none comes" },
+  { value: "normal", text: "normal", about: "from trigger to trigger; the last one stays" },
+  { value: "single", text: "single", about: "the next trigger, and then stops" },
+];
+
+const SCALES: { value: ScaleMode; text: string }[] = [
+  { value: "unit", text: "by unit" },
+  { value: "own", text: "each its own" },
+  { value: "lanes", text: "lanes" },
+];
+
+/** What the scope does, above the screen. */
+export function Tools(props: { scope: Scope }) {
+  const { scope } = props;
+  const setup = useWatched(scope.setup);
+  const stopped = useWatched(scope.stopped);
+  const status = useWatched(scope.status);
+  const cursors = useWatched(scope.cursors);
+  return (
+    <div className="scope-tools row" role="toolbar" aria-label="Scope">
+      <button type="button" aria-pressed={stopped} onClick={() => scope.stop(!stopped)} title="Space, on the screen">
+        {stopped ? "Go on" : "Stop"}
+      </button>
+      <Choice
+        label="Sweep"
+        value={setup.sweep}
+        title={SWEEPS.find((one) => one.value === setup.sweep)?.about}
+        put={(chosen) => scope.change({ ...setup, sweep: chosen as SweepMode })}
+      >
+        {SWEEPS.map(({ value, text }) => (
+          <option key={value} value={value}>
+            {text}
+          </option>
+        ))}
+      </Choice>
+      {setup.sweep === "single" && (
+        <button type="button" className={status.state === "stopped" ? "primary" : ""} onClick={() => scope.arm()}>
+          Arm
+        </button>
+      )}
+      <State scope={scope} />
+      <Choice label="Time" value={String(setup.span_s)} put={(chosen) => scope.change({ ...setup, span_s: Number(chosen) })}>
+        {[...new Set([...SPANS_S, setup.span_s])]
+          .sort((a, b) => a - b)
+          .map((span) => (
+            <option key={span} value={span}>
+              {span < 1 ? `${Number((span * 1e3).toPrecision(6))} ms` : `${span} s`}
+            </option>
+          ))}
+      </Choice>
+      <Choice label="Scales" value={setup.scales} put={(chosen) => scope.change({ ...setup, scales: chosen as ScaleMode })}>
+        {SCALES.map(({ value, text }) => (
+          <option key={value} value={value}>
+            {text}
+          </option>
+        ))}
+      </Choice>
+      <Choice label="Along x" value={setup.xy ?? ""} put={(chosen) => scope.change({ ...setup, xy: chosen === "" ? null : chosen })}>
+        <option value="">time</option>
+        {setup.traces.map((trace) => (
+          <option key={traceId(trace)}>{traceId(trace)}</option>
+        ))}
+      </Choice>
+      <button
+        type="button"
+        aria-pressed={setup.steps}
+        title="Lines stay at a value until the next one comes"
+        onClick={() => scope.change({ ...setup, steps: !setup.steps })}
+      >
+        Steps
+      </button>
+      <button type="button" aria-pressed={cursors !== null} disabled={setup.xy !== null} onClick={() => toggleCursors(scope)}>
+        Cursors
+      </button>
+      <button
+        type="button"
+        aria-pressed={status.has_reference}
+        title="What is on the screen now stays behind what comes, to be compared with it"
+        onClick={() => scope.reference(!status.has_reference)}
+      >
+        Reference
+      </button>
+      {stopped && (
+        <button type="button" onClick={() => scope.fit()} title="Home, or a double click on the screen">
+          Fit
+        </button>
+      )}
+      <Export scope={scope} />
+    </div>
+  );
+}
+
+function State(props: { scope: Scope }) {
+  const status = useWatched(props.scope.status);
+  const stopped = useWatched(props.scope.stopped);
+  return (
+    <span role="status" className="state">
+      {stopped ? (
+        <Tag tone="warn">stopped</Tag>
+      ) : status.state === "rolling" ? (
+        <Tag tone="good">rolling</Tag>
+      ) : status.state === "waiting" ? (
+        <Tag tone="accent">{status.triggers === 0 ? "waits for the trigger" : `triggered ${status.triggers} ×, waits`}</Tag>
+      ) : status.state === "collecting" ? (
+        <Tag tone="good">triggered</Tag>
+      ) : (
+        <Tag tone="warn">complete</Tag>
+      )}
+    </span>
+  );
+}
+
+function Export(props: { scope: Scope }) {
+  const { scope } = props;
+  const action = useAction();
+  const save = (format: "csv" | "mcap") =>
+    action.run(async () => {
+      const blob = await scope.export(format);
+      const from = secondsText(Math.round(scope.span?.from_ns ?? 0)).replace(/(\.\d{3}).*/, "$1");
+      download(blob, `scope-${from}s.${format}`);
+    });
+  const nothing = useWatched(scope.setup).traces.length === EMPTY.traces.length;
+  return (
+    <>
+      <button type="button" disabled={action.busy || nothing} onClick={() => save("csv")} title="The times on the screen, all values">
+        CSV
+      </button>
+      <button
+        type="button"
+        disabled={action.busy || nothing}
+        onClick={() => save("mcap")}
+        title="The times on the screen, for Foxglove and PlotJuggler"
+      >
+        MCAP
+      </button>
+      <Refusals of={action.refusals} />
+    </>
+  );
+}
+
+function download(blob: Blob, name: string): void {
+  const address = URL.createObjectURL(blob);
+  const link = document.createElement("a");
+  link.href = address;
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(address), 60_000);
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Watched } from "../../control/watched";
+import { duration } from "../../design/numbers";
+import type { Plot } from "./plot";
+
+const NAMES = ["A", "B"] as const;
+
+/** The two time cursors on the screen: dragged, or moved by the arrow keys (with shift ten times as far). */
+export class Bars {
+  readonly #plot: Plot;
+  readonly #cursors: Watched<[number, number] | null>;
+  readonly #bars: HTMLElement[];
+
+  constructor(plot: Plot, cursors: Watched<[number, number] | null>) {
+    this.#plot = plot;
+    this.#cursors = cursors;
+    this.#bars = NAMES.map((name, i) => this.#made(name, i as 0 | 1));
+  }
+
+  /** Puts them onto the screen, after it was built anew. */
+  attach(): void {
+    this.#plot.over?.append(...this.#bars);
+    this.place();
+  }
+
+  place(): void {
+    const at = this.#cursors.get();
+    this.#bars.forEach((bar, i) => {
+      bar.hidden = at === null;
+      if (!at) return;
+      const time_s = at[i] as number;
+      const place = this.#plot.placeOf(time_s);
+      bar.style.left = `${(Math.min(1, Math.max(0, place)) * 100).toFixed(3)}%`;
+      bar.classList.toggle("outside", place < 0 || place > 1);
+      bar.setAttribute("aria-valuenow", time_s.toFixed(6));
+      bar.setAttribute("aria-valuetext", duration(time_s * 1e9));
+    });
+  }
+
+  remove(): void {
+    for (const bar of this.#bars) bar.remove();
+  }
+
+  #made(name: string, i: 0 | 1): HTMLElement {
+    const bar = document.createElement("div");
+    bar.className = `time-cursor cursor-${name.toLowerCase()}`;
+    bar.tabIndex = 0;
+    bar.setAttribute("role", "slider");
+    bar.setAttribute("aria-label", `Cursor ${name}`);
+    bar.setAttribute("aria-orientation", "horizontal");
+    bar.innerHTML = `<span class="letter" aria-hidden="true">${name}</span>`;
+    bar.addEventListener("mousedown", (event) => event.stopPropagation());
+    bar.addEventListener("pointerdown", (event) => {
+      event.stopPropagation();
+      event.preventDefault();
+      bar.focus();
+      bar.setPointerCapture(event.pointerId);
+      const move = (now: PointerEvent) => {
+        const left = this.#plot.over?.getBoundingClientRect().left ?? 0;
+        this.#set(i, this.#plot.timeAt(now.clientX - left));
+      };
+      bar.addEventListener("pointermove", move);
+      bar.addEventListener("pointerup", () => bar.removeEventListener("pointermove", move), { once: true });
+    });
+    bar.addEventListener("keydown", (event) => {
+      const steps = event.key === "ArrowLeft" ? -1 : event.key === "ArrowRight" ? 1 : 0;
+      if (steps === 0) return;
+      event.preventDefault();
+      event.stopPropagation();
+      const width = this.#plot.over?.clientWidth ?? 1;
+      const pixel = this.#plot.timeAt(width) - this.#plot.timeAt(0);
+      const at = this.#cursors.get();
+      if (at) this.#set(i, at[i] + ((event.shiftKey ? 10 : 1) * steps * pixel) / width);
+    });
+    return bar;
+  }
+
+  #set(i: 0 | 1, time_s: number): void {
+    const at = this.#cursors.get();
+    if (!at) return;
+    this.#cursors.set(i === 0 ? [time_s, at[1]] : [at[0], time_s]);
+    this.place();
+  }
+}

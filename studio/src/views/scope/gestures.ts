@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Gestures } from "./plot";
+import type { Scope } from "./scope";
+
+/** Widths of the screen that can be chosen, s. */
+export const SPANS_S = [1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 30, 60];
+const SPAN_MIN_NS = 1e3;
+const SPAN_MAX_NS = 600e9;
+
+/** What wheel, drag and keys do. A picture that moves gets another time base; one that stands is looked at more closely. */
+export function gesturesOf(scope: Scope): Gestures {
+  return {
+    selected(from_s, to_s) {
+      const span = scope.span;
+      if (span)
+        scope.look({
+          ...span,
+          from_ns: span.origin_ns + from_s * 1e9,
+          to_ns: span.origin_ns + Math.max(to_s * 1e9, from_s * 1e9 + SPAN_MIN_NS),
+        });
+    },
+    zoomed(factor, at_s) {
+      const span = scope.span;
+      if (!span) return;
+      if (scope.setup.get().sweep === "roll" && !scope.stopped.get()) return nextSpan(scope, factor > 1 ? 1 : -1);
+      const at_ns = span.origin_ns + at_s * 1e9;
+      const size = span.to_ns - span.from_ns;
+      const wanted = Math.min(SPAN_MAX_NS, Math.max(SPAN_MIN_NS, size * factor));
+      const from_ns = at_ns - ((at_ns - span.from_ns) * wanted) / size;
+      scope.look({ ...span, from_ns, to_ns: from_ns + wanted });
+    },
+    moved(by_s) {
+      const span = scope.span;
+      if (span) scope.look({ ...span, from_ns: span.from_ns + by_s * 1e9, to_ns: span.to_ns + by_s * 1e9 });
+    },
+    reset() {
+      if (scope.stopped.get()) scope.fit();
+    },
+  };
+}
+
+export function nextSpan(scope: Scope, by: 1 | -1): void {
+  const now = scope.setup.get().span_s;
+  const next = by > 0 ? SPANS_S.find((span) => span > now * 1.001) : SPANS_S.findLast((span) => span < now * 0.999);
+  if (next) scope.change((setup) => ({ ...setup, span_s: next }));
+}
+
+/** The keys of the screen. True where the key was one of them. */
+export function key(scope: Scope, event: { key: string; shiftKey: boolean }): boolean {
+  const gestures = gesturesOf(scope);
+  const span = scope.span;
+  const size_s = span ? (span.to_ns - span.from_ns) / 1e9 : 0;
+  const middle_s = span ? ((span.from_ns + span.to_ns) / 2 - span.origin_ns) / 1e9 : 0;
+  switch (event.key) {
+    case "+":
+    case "=":
+      gestures.zoomed(0.8, middle_s);
+      return true;
+    case "-":
+      gestures.zoomed(1.25, middle_s);
+      return true;
+    case "ArrowLeft":
+      gestures.moved(-size_s * (event.shiftKey ? 0.5 : 0.1));
+      return true;
+    case "ArrowRight":
+      gestures.moved(size_s * (event.shiftKey ? 0.5 : 0.1));
+      return true;
+    case "Home":
+      gestures.reset();
+      return true;
+    case " ":
+      scope.stop(!scope.stopped.get());
+      return true;
+    case "c":
+      toggleCursors(scope);
+      return true;
+    default:
+      return false;
+  }
+}
+
+/** Shows the cursors at a third and two thirds of the screen, or puts them away. */
+export function toggleCursors(scope: Scope): void {
+  const span = scope.span;
+  const at = (part: number) => (span ? (span.from_ns + part * (span.to_ns - span.from_ns) - span.origin_ns) / 1e9 : 0);
+  scope.cursors.set(scope.cursors.get() || !span ? null : [at(1 / 3), at(2 / 3)]);
+}

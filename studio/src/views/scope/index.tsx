@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useState } from "react";
+import { type Refusal, refusalsOf } from "../../control/refusals";
+import { Empty, Refusals } from "../../design/parts";
+import { useControl, useWatched } from "../../shell/context";
+import { go, useRoute } from "../../shell/route";
+import { Counts } from "./Counts";
+import { Parameters } from "./Parameters";
+import { Picker } from "./Picker";
+import { Screen } from "./Screen";
+import { Setups } from "./Setups";
+import { type Scope, scopeOf } from "./scope";
+import { fromLink } from "./setup";
+import { Table } from "./Table";
+import { Tools } from "./Tools";
+import { Trigger } from "./Trigger";
+import "./scope.css";
+
+/** Any value at its full rate. */
+export default function View() {
+  const scope = scopeOf(useControl());
+  const [chosen, setChosen] = useState<string | null>(null);
+  const trouble = useLink(scope);
+  const none = useWatched(scope.setup).traces.length === 0;
+  return (
+    <div className="scope">
+      <Tools scope={scope} />
+      <aside className="scope-side" aria-label="Values and trigger">
+        <Picker scope={scope} />
+        <Trigger scope={scope} />
+        <Setups scope={scope} />
+      </aside>
+      <div className="scope-middle">
+        <Refusals of={trouble} />
+        <div className="screen-frame">
+          <Screen scope={scope} chosen={chosen} />
+          {none && (
+            <div className="nothing">
+              <Empty title="Nothing is looked at yet">
+                Find a value at the left: press <kbd>/</kbd>, type a few of its letters, Enter. Every value of it is shown, at its full
+                rate.
+              </Empty>
+            </div>
+          )}
+        </div>
+        <Counts scope={scope} />
+        <div className="scope-below">
+          <Table scope={scope} chosen={chosen} choose={(id) => setChosen((before) => (before === id ? null : id))} />
+          <Parameters scope={scope} />
+        </div>
+      </div>
+    </div>
+  );
+}
+
+// What a link says is taken once, and leaves the address: what is changed then is not what the link says.
+function useLink(scope: Scope): Refusal[] {
+  const { query } = useRoute();
+  const [trouble, setTrouble] = useState<Refusal[]>([]);
+  useEffect(() => {
+    try {
+      const said = fromLink(query);
+      if (!said) return;
+      scope.change(said);
+      setTrouble([]);
+    } catch (why) {
+      setTrouble(refusalsOf(why));
+    }
+    go("scope");
+  }, [scope, query]);
+  return trouble;
+}

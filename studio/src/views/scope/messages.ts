@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the page and the worker of the scope say to each other.
+
+import type { ScaleMode, TraceSetup } from "./setup";
+import type { StreamChannel } from "./signal/frame";
+import type { Measures } from "./signal/measure";
+import type { Range } from "./signal/ranges";
+import type { Span, SweepMode, SweepState } from "./signal/sweep";
+import type { Edge } from "./signal/trigger";
+
+export interface TriggerRule {
+  channel: string;
+  component: string;
+  edge: Edge;
+  level: number;
+  hysteresis: number;
+}
+
+/** A trace with all its components named, as it is drawn. */
+export interface ShownTrace {
+  id: string;
+  setup: TraceSetup;
+  colour: string;
+  pattern: number[];
+  unit: string | null;
+}
+
+/** Times of the screen; null: what the sweep says. */
+export type Window = { from_ns: number; to_ns: number; origin_ns: number; triggered: boolean } | null;
+
+export interface Show {
+  /** Pixels of the plot, and how many of them are one of CSS. Width 0: nothing is drawn. */
+  width: number;
+  height: number;
+  ratio: number;
+  window: Window;
+  traces: ShownTrace[];
+  scales: ScaleMode;
+  steps: boolean;
+  xy: string | null;
+  /** Relative to the origin of the axis, s. */
+  cursors: [number, number] | null;
+  ink: { text: string; quiet: string; bad: string; warn: string; ground: string };
+  font: string;
+  marker: { channel: string; component: string; level: number } | null;
+}
+
+export type ToWorker =
+  | { kind: "subscribed"; subscription: number; channels: StreamChannel[]; again: boolean }
+  | { kind: "frame"; subscription: number; buffer: ArrayBuffer }
+  | { kind: "forget"; channels: string[] }
+  | { kind: "keep"; keep_s: number }
+  | { kind: "sweep"; mode: SweepMode; span_ns: number; pre_ns: number; trigger: TriggerRule | null }
+  | { kind: "arm" }
+  | { kind: "event"; time_ns: number }
+  | { kind: "hold"; hold: boolean }
+  | { kind: "clear" }
+  | { kind: "show"; show: Show }
+  | { kind: "seen" }
+  | { kind: "reference"; keep: boolean }
+  | { kind: "export"; number: number; format: "csv" | "mcap"; from_ns: number; to_ns: number; system: string };
+
+export interface Row {
+  id: string;
+  measures: Measures | null;
+  a: number | null;
+  b: number | null;
+  newest: number | null;
+  reference: boolean;
+}
+
+export interface ChannelCounts {
+  name: string;
+  received: number;
+  lost: number;
+  skipped: number;
+  /** How far the numbers of the values went since the first that came, all inclusive: received, lost, and releases that stored nothing. */
+  numbered: number;
+  kept: number;
+  kept_s: number;
+  bytes: number;
+}
+
+export interface Drawn {
+  kind: "drawn";
+  bitmap: ImageBitmap;
+  span: Span | null;
+  /** Ranges of what is along x and y, by key of the scale. */
+  ranges: Record<string, Range>;
+  x: Range | null;
+  state: SweepState;
+  triggers: number;
+  hold: boolean;
+  /** Present now and then: measuring every picture would cost more than drawing it. */
+  rows: Row[] | null;
+  counts: ChannelCounts[] | null;
+  has_reference: boolean;
+  draw_ms: number;
+}
+
+export type FromWorker =
+  | Drawn
+  | { kind: "channels"; channels: StreamChannel[] }
+  | { kind: "trouble"; message: string }
+  | { kind: "exported"; number: number; blob: Blob | null; message: string };

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+import uPlot from "uplot";
+import { colour } from "../../design/colours";
+import type { Drawn } from "./messages";
+import type { Range } from "./signal/ranges";
+
+/** A scale that has an axis on the screen. */
+export interface Axis {
+  key: string;
+  label: string;
+}
+
+/** What a person does on the screen; times in s relative to the origin of the axis. */
+export interface Gestures {
+  selected(from_s: number, to_s: number): void;
+  zoomed(factor: number, at_s: number): void;
+  moved(by_s: number): void;
+  reset(): void;
+}
+
+const AXIS_WIDTH = 62;
+
+/** The screen: axes, grid and gestures by uPlot, the lines from the worker's picture. */
+export class Plot {
+  readonly #host: HTMLElement;
+  readonly #gestures: Gestures;
+  #plot: uPlot | null = null;
+  #built = "";
+  #axes: Axis[] = [];
+  #along = "";
+  #drawn: Drawn | null = null;
+  /** Where the cursors are put. */
+  over: HTMLElement | null = null;
+  onRebuilt: () => void = () => {};
+
+  constructor(host: HTMLElement, gestures: Gestures) {
+    this.#host = host;
+    this.#gestures = gestures;
+  }
+
+  /** Axes and size; built anew where something changed. `along`: unit of the x axis where that is not time. */
+  build(axes: Axis[], along: string | null, width: number, height: number, theme: number): void {
+    const asked = JSON.stringify([axes, along, width, height, theme]);
+    if (asked === this.#built || width < 50 || height < 50) return;
+    this.#built = asked;
+    this.#axes = axes;
+    this.#along = along ?? "";
+    this.#plot?.destroy();
+    this.#plot = new uPlot(this.#options(width, height, along !== null), this.#data(), this.#host);
+    this.over = this.#plot.over;
+    this.#listen(this.#plot.over);
+    this.onRebuilt();
+  }
+
+  /** Pixels of the device that a picture has. */
+  size(): { width: number; height: number } {
+    const { width = 0, height = 0 } = this.#plot?.bbox ?? {};
+    return { width: Math.round(width), height: Math.round(height) };
+  }
+
+  draw(drawn: Drawn): void {
+    this.#drawn?.bitmap.close();
+    this.#drawn = drawn;
+    this.#plot?.setData(this.#data());
+  }
+
+  destroy(): void {
+    this.#plot?.destroy();
+    this.#drawn?.bitmap.close();
+    this.#plot = null;
+    this.#drawn = null;
+  }
+
+  /** Time at a place of the screen, s relative to the origin; `x` in pixels of CSS. */
+  timeAt(x: number): number {
+    const { lo, hi } = this.#x();
+    return lo + (x / Math.max(1, this.over?.clientWidth ?? 1)) * (hi - lo);
+  }
+
+  /** The place of a time, as a part of the width. */
+  placeOf(time_s: number): number {
+    const { lo, hi } = this.#x();
+    return (time_s - lo) / (hi - lo);
+  }
+
+  #x(): Range {
+    const drawn = this.#drawn;
+    if (drawn?.x) return drawn.x;
+    if (!drawn?.span) return { lo: -1, hi: 0 };
+    const { from_ns, to_ns, origin_ns } = drawn.span;
+    return { lo: (from_ns - origin_ns) / 1e9, hi: (to_ns - origin_ns) / 1e9 };
+  }
+
+  #y(key: string): Range {
+    return this.#drawn?.ranges[key] ?? { lo: 0, hi: 1 };
+  }
+
+  #data(): uPlot.AlignedData {
+    const x = this.#x();
+    return [
+      [x.lo, x.hi],
+      ...this.#axes.map(({ key }) => {
+        const { lo, hi } = this.#y(key);
+        return [lo, hi];
+      }),
+    ] as uPlot.AlignedData;
+  }
+
+  #options(width: number, height: number, xy: boolean): uPlot.Options {
+    const quiet = colour("--quiet");
+    const line = colour("--line");
+    const font = `12px ${getComputedStyle(this.#host).fontFamily}`;
+    const common = { stroke: quiet, font, labelFont: font, ticks: { stroke: line, width: 1, size: 4 } };
+    const grid = { stroke: line, width: 1 };
+    const scales: Record<string, uPlot.Scale> = {
+      x: {
+        time: false,
+        range: () => {
+          const { lo, hi } = this.#x();
+          return [lo, hi];
+        },
+      },
+    };
+    for (const { key } of this.#axes) {
+      scales[key] = {
+        range: () => {
+          const { lo, hi } = this.#y(key);
+          return [lo, hi];
+        },
+      };
+    }
+    const xAxis: uPlot.Axis = {
+      ...common,
+      grid,
+      size: 30,
+      gap: 2,
+      values: (_, splits) => {
+        const { lo, hi } = this.#x();
+        return xy ? splits.map((at) => String(Number(at.toPrecision(6)))) : timeLabels(splits, hi - lo);
+      },
+    };
+    const yAxes = this.#axes.map(
+      ({ key, label }, i): uPlot.Axis => ({
+        ...common,
+        scale: key,
+        label,
+        labelSize: 18,
+        side: i === 0 ? 3 : 1,
+        size: AXIS_WIDTH - 18,
+        grid: i === 0 ? grid : { show: false },
+        values: (_, splits) => splits.map(figureLabel),
+      }),
+    );
+    return {
+      width,
+      height,
+      padding: [8, this.#axes.length > 1 ? 0 : 16, 0, this.#axes.length === 0 ? 16 : 0],
+      legend: { show: false },
+      cursor: { points: { show: false }, y: xy, drag: { x: !xy, y: false, setScale: false } },
+      scales,
+      axes: [xAxis, ...yAxes],
+      series: [{}, ...this.#axes.map(({ key }) => ({ scale: key, paths: () => null, points: { show: false } }))],
+      hooks: {
+        draw: [(plot) => this.#paint(plot)],
+        setSelect: [(plot) => this.#select(plot)],
+      },
+    };
+  }
+
+  #paint(plot: uPlot): void {
+    if (this.#drawn) plot.ctx.drawImage(this.#drawn.bitmap, Math.round(plot.bbox.left), Math.round(plot.bbox.top));
+  }
+
+  #select(plot: uPlot): void {
+    const { left, width } = plot.select;
+    if (width < 4) return;
+    plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+    this.#gestures.selected(this.timeAt(left), this.timeAt(left + width));
+  }
+
+  #listen(over: HTMLElement): void {
+    over.addEventListener(
+      "wheel",
+      (event) => {
+        if (this.#along) return;
+        event.preventDefault();
+        const width = Math.max(1, over.clientWidth);
+        const { lo, hi } = this.#x();
+        if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY)) {
+          this.#gestures.moved(((event.deltaX || event.deltaY) / width) * (hi - lo));
+        } else {
+          this.#gestures.zoomed(event.deltaY > 0 ? 1.25 : 0.8, this.timeAt(event.offsetX));
+        }
+      },
+      { passive: false },
+    );
+    over.addEventListener("dblclick", () => this.#gestures.reset());
+    // With the shift key, or the middle button, a drag moves the times instead of choosing some.
+    over.addEventListener(
+      "pointerdown",
+      (event) => {
+        if (!(event.shiftKey || event.button === 1)) return;
+        event.preventDefault();
+        event.stopImmediatePropagation();
+        over.setPointerCapture(event.pointerId);
+        let last = event.clientX;
+        const move = (now: PointerEvent) => {
+          const { lo, hi } = this.#x();
+          this.#gestures.moved(((last - now.clientX) / Math.max(1, over.clientWidth)) * (hi - lo));
+          last = now.clientX;
+        };
+        over.addEventListener("pointermove", move);
+        over.addEventListener("pointerup", () => over.removeEventListener("pointermove", move), { once: true });
+      },
+      { capture: true },
+    );
+    over.addEventListener("mousedown", (event) => event.shiftKey && event.stopImmediatePropagation(), { capture: true });
+  }
+}
+
+/** The unit in which times of a span are read, and how many of it are one second. */
+export function timeUnit(span_s: number): { unit: string; per_s: number } {
+  if (span_s < 2e-3) return { unit: "µs", per_s: 1e6 };
+  if (span_s < 2) return { unit: "ms", per_s: 1e3 };
+  return { unit: "s", per_s: 1 };
+}
+
+function timeLabels(splits: number[], span_s: number): string[] {
+  const { per_s } = timeUnit(span_s);
+  return splits.map((at) => String(Number((at * per_s).toPrecision(8))));
+}
+
+function figureLabel(value: number): string {
+  const size = Math.abs(value);
+  if (size !== 0 && (size >= 1e6 || size < 1e-3)) return value.toExponential(1);
+  return String(Number(value.toPrecision(5)));
+}

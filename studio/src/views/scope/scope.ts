@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Control } from "../../control/control";
+import type { LogEntry } from "../../control/shapes";
+import { Watched } from "../../control/watched";
+import { Feeds } from "./feeds";
+import { keepLast, kept } from "./keeping";
+import type { ChannelCounts, Drawn, FromWorker, Row, Show, ToWorker, Window } from "./messages";
+import { channelsOf, type Setup, type TraceSetup } from "./setup";
+import { componentNames } from "./signal/components";
+import type { StreamChannel } from "./signal/frame";
+import type { Span, SweepState } from "./signal/sweep";
+
+/** What the scope does just now; changes a few times a second. */
+export interface Status {
+  state: SweepState;
+  triggers: number;
+  has_reference: boolean;
+  triggered: boolean;
+}
+
+/**
+ * The scope: what it looks at, the worker that keeps and draws, the channels that it gets. It goes on while another view is open, so that a
+ * move that is started there is seen here.
+ */
+export class Scope {
+  readonly setup: Watched<Setup>;
+  readonly channels = new Watched<ReadonlyMap<string, StreamChannel>>(new Map());
+  readonly status = new Watched<Status>({ state: "rolling", triggers: 0, has_reference: false, triggered: false });
+  readonly rows = new Watched<Row[]>([]);
+  readonly counts = new Watched<ChannelCounts[]>([]);
+  /** What is on the screen, where it does not follow the system. */
+  readonly window = new Watched<Window>(null);
+  readonly stopped = new Watched(false);
+  readonly cursors = new Watched<[number, number] | null>(null);
+  readonly trouble = new Watched<string>("");
+  readonly feeds: Feeds;
+  /** The last picture's times. */
+  span: Span | null = null;
+  readonly #control: Control;
+  readonly #worker: Worker;
+  readonly #exports = new Map<number, { done: (blob: Blob) => void; failed: (why: Error) => void }>();
+  #shown: ((drawn: Drawn) => void) | null = null;
+  #log_end: (() => void) | null = null;
+  #log_seen = -1;
+  #exported = 0;
+
+  constructor(control: Control) {
+    this.#control = control;
+    this.#worker = new Worker(new URL("./worker/worker.ts", import.meta.url), { type: "module" });
+    this.#worker.onmessage = (message: MessageEvent<FromWorker>) => this.#take(message.data);
+    this.feeds = new Feeds(control.stream, (message, transfer) => this.#say(message, transfer));
+    this.setup = new Watched(kept());
+    control.topics.installed.latest.watch(() => this.feeds.again(channelsOf(this.setup.get())));
+    this.#apply(null, this.setup.get());
+  }
+
+  /** Looks at something else, or differently. */
+  change(next: Setup | ((before: Setup) => Setup)): void {
+    const before = this.setup.get();
+    const after = typeof next === "function" ? next(before) : next;
+    if (after === before) return;
+    const full = this.#spread(after);
+    this.setup.set(full);
+    keepLast(full);
+    this.#apply(before, full);
+  }
+
+  /** Where pictures go: one place at a time. */
+  onDrawn(shown: (drawn: Drawn) => void): () => void {
+    this.#shown = shown;
+    return () => {
+      if (this.#shown === shown) this.#shown = null;
+    };
+  }
+
+  show(show: Show): void {
+    this.#say({ kind: "show", show });
+  }
+
+  /** Keeps nothing more of what comes, and looks at what there is; or goes on. */
+  stop(stop: boolean): void {
+    this.stopped.set(stop);
+    this.#say({ kind: "hold", hold: stop });
+    this.window.set(stop ? this.#frozen() : null);
+    if (!stop && this.setup.get().sweep !== "roll") this.arm();
+  }
+
+  /** Looks at these times; the scope stops for it. */
+  look(window: Window): void {
+    if (window && !this.stopped.get()) this.stop(true);
+    this.window.set(window);
+  }
+
+  /** Looks at what the time base says again, around where time 0 is. */
+  fit(): void {
+    const span = this.span;
+    if (!span) return;
+    const { span_s, pre_s } = this.setup.get();
+    const from_ns = span.origin_ns - (span.triggered ? pre_s : span_s) * 1e9;
+    this.window.set({ ...span, from_ns, to_ns: from_ns + span_s * 1e9 });
+  }
+
+  /** Waits for the next trigger. */
+  arm(): void {
+    if (this.stopped.get()) {
+      this.stopped.set(false);
+      this.#say({ kind: "hold", hold: false });
+    }
+    this.window.set(null);
+    this.#say({ kind: "arm" });
+  }
+
+  clear(): void {
+    this.#say({ kind: "clear" });
+  }
+
+  reference(keep: boolean): void {
+    this.#say({ kind: "reference", keep });
+  }
+
+  /** A file of what is on the screen. Errors: `Error` in words. */
+  export(format: "csv" | "mcap"): Promise<Blob> {
+    const span = this.span;
+    if (!span) return Promise.reject(new Error("there is nothing to export: no value came yet"));
+    this.#exported += 1;
+    const number = this.#exported;
+    const { from_ns, to_ns } = span;
+    this.#say({ kind: "export", number, format, from_ns, to_ns, system: this.#control.version.system });
+    return new Promise((done, failed) => this.#exports.set(number, { done, failed }));
+  }
+
+  #apply(before: Setup | null, after: Setup): void {
+    const same = (...of: (keyof Setup)[]) =>
+      before !== null && of.every((key) => JSON.stringify(before[key]) === JSON.stringify(after[key]));
+    if (!same("keep_s")) this.#say({ kind: "keep", keep_s: after.keep_s });
+    if (!same("sweep", "span_s", "pre_s", "trigger")) {
+      const rule = after.trigger?.on === "level" ? after.trigger : null;
+      this.#say({ kind: "sweep", mode: after.sweep, span_ns: after.span_s * 1e9, pre_ns: after.pre_s * 1e9, trigger: rule });
+      if (!this.stopped.get()) this.window.set(null);
+      this.#follow(after);
+    }
+    this.feeds.want(channelsOf(after));
+  }
+
+  // The log is followed as long as an entry of it is the trigger.
+  #follow({ trigger, sweep }: Setup): void {
+    const wanted = trigger?.on === "event" && sweep !== "roll";
+    if (wanted && !this.#log_end) {
+      const log = this.#control.topics.log;
+      this.#log_seen = log.get()?.entries.at(-1)?.sequence ?? -1;
+      const asked_s = this.#control.topics.statistics.get()?.now_s ?? Number.NEGATIVE_INFINITY;
+      this.#log_end = log.watch(() => this.#logged(log.get()?.entries ?? [], asked_s));
+    }
+    if (!wanted) {
+      this.#log_end?.();
+      this.#log_end = null;
+    }
+  }
+
+  #logged(entries: readonly LogEntry[], since_s: number): void {
+    const trigger = this.setup.get().trigger;
+    if (trigger?.on !== "event") return;
+    for (const entry of entries) {
+      if (entry.sequence <= this.#log_seen) continue;
+      this.#log_seen = entry.sequence;
+      const fits =
+        entry.kind === trigger.kind && (trigger.about === "" || entry.about.includes(trigger.about)) && entry.text.includes(trigger.text);
+      if (fits && entry.time_s >= since_s) this.#say({ kind: "event", time_ns: Math.round(entry.time_s * 1e9) });
+    }
+  }
+
+  #take(said: FromWorker): void {
+    switch (said.kind) {
+      case "channels":
+        this.channels.set(new Map(said.channels.map((channel) => [channel.name, channel])));
+        this.change((setup) => this.#spread(setup));
+        break;
+      case "trouble":
+        this.trouble.set(said.message);
+        break;
+      case "exported": {
+        const one = this.#exports.get(said.number);
+        this.#exports.delete(said.number);
+        said.blob ? one?.done(said.blob) : one?.failed(new Error(said.message));
+        break;
+      }
+      case "drawn":
+        this.#drawn(said);
+        break;
+    }
+  }
+
+  #drawn(drawn: Drawn): void {
+    this.span = drawn.span;
+    if (drawn.rows) this.rows.set(drawn.rows);
+    if (drawn.counts) this.counts.set(drawn.counts);
+    const { state, triggers, has_reference } = drawn;
+    const triggered = drawn.span?.triggered ?? false;
+    const old = this.status.get();
+    if (old.state !== state || old.triggers !== triggers || old.has_reference !== has_reference || old.triggered !== triggered) {
+      this.status.set({ state, triggers, has_reference, triggered });
+    }
+    if (this.#shown) this.#shown(drawn);
+    else drawn.bitmap.close();
+    // Once it has been painted: a machine that paints slowly, and a page in the background, get fewer pictures, and lose no value by it.
+    requestAnimationFrame(() => requestAnimationFrame(() => this.#say({ kind: "seen" })));
+  }
+
+  // A channel that was chosen as a whole gets a trace for each of its numbers, once it is known how many there are.
+  #spread(setup: Setup): Setup {
+    if (!setup.traces.some((trace) => trace.component === null && this.channels.get().has(trace.channel))) return setup;
+    const used = new Set(setup.traces.filter((trace) => trace.component !== null).map((trace) => trace.look));
+    const next = (wanted: number) => {
+      let look = wanted;
+      while (used.has(look)) look += 1;
+      used.add(look);
+      return look;
+    };
+    const traces = setup.traces.flatMap((trace): TraceSetup[] => {
+      const about = this.channels.get().get(trace.channel);
+      if (trace.component !== null || !about) return [trace];
+      return componentNames(about.type_text, about.components).map((component) => ({ ...trace, component, look: next(trace.look) }));
+    });
+    return { ...setup, traces };
+  }
+
+  #frozen(): Window {
+    return this.span && { ...this.span };
+  }
+
+  #say(message: ToWorker, transfer: Transferable[] = []): void {
+    this.#worker.postMessage(message, { transfer });
+  }
+}
+
+const scopes = new WeakMap<Control, Scope>();
+
+/** The scope of a system: one, made when it is first looked at. */
+export function scopeOf(control: Control): Scope {
+  const known = scopes.get(control);
+  if (known) return known;
+  const made = new Scope(control);
+  scopes.set(control, made);
+  return made;
+}

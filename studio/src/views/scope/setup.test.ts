@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+import { expect, test } from "vitest";
+import { found, score } from "./fuzzy";
+import { colourOf, patternOf } from "./looks";
+import { channelsOf, checked, EMPTY, fromLink, type Setup, toLink, traceId, withChannel } from "./setup";
+
+const NAMES = ["ur5e.shoulder_pan.sensed", "ur5e.shoulder_pan.reference", "ur5e.shoulder_lift.sensed", "ur5e.elbow.sensed", "override"];
+
+test("a few letters find a value", () => {
+  expect(found("panse", NAMES, 5)[0]).toBe("ur5e.shoulder_pan.sensed");
+  expect(found("else", NAMES, 5)[0]).toBe("ur5e.elbow.sensed");
+  expect(found("spr", NAMES, 5)[0]).toBe("ur5e.shoulder_pan.reference");
+  expect(found("ov", NAMES, 5)[0]).toBe("override");
+  expect(found("xyz", NAMES, 5)).toEqual([]);
+  expect(found("", NAMES, 3)).toHaveLength(3);
+});
+
+test("letters must stand in their order, and a long name is found in time", () => {
+  expect(score("ba", "ab")).toBeNull();
+  expect(score("a".repeat(20), "a_".repeat(200))).not.toBeNull();
+});
+
+test("a link says the setup, and gives it back", () => {
+  const setup: Setup = {
+    ...withChannel(EMPTY, "force", "[2]"),
+    sweep: "normal",
+    span_s: 0.5,
+    trigger: { on: "level", channel: "force", component: "[2]", edge: "falling", level: -1.5, hysteresis: 0.1 },
+  };
+  expect(fromLink(new URLSearchParams({ setup: toLink(setup) }))).toEqual(setup);
+  expect(fromLink(new URLSearchParams({ names: "a,b" }))?.traces.map(traceId)).toEqual(["a", "b"]);
+  expect(fromLink(new URLSearchParams())).toBeNull();
+});
+
+test.each([
+  ['{"traces"', /was the link cut off/],
+  ["3", /a setup of the scope is an object/],
+  ['{"traces":[{}]}', /trace 1 names no channel/],
+  ['{"sweep":"fast"}', /'sweep' is 'fast', and there are roll, auto, normal, single/],
+  ['{"span_s":0}', /'span_s' is 0/],
+])("a link that is wrong says so: %s", (text, words) => {
+  expect(() => fromLink(new URLSearchParams({ setup: text }))).toThrow(words);
+});
+
+test("all channels that a setup needs are asked for, each once", () => {
+  const setup = checked({
+    traces: [{ channel: "a" }, { channel: "a", component: "", derive: { kind: "difference", less: { channel: "b", component: "" } } }],
+    trigger: { on: "level", channel: "c", component: "", edge: "rising", level: 0, hysteresis: 0 },
+  });
+  expect(channelsOf(setup)).toEqual(["a", "b", "c"]);
+});
+
+test("64 traces all look different", () => {
+  const looks = Array.from({ length: 64 }, (_, i) => `${colourOf(i)} ${patternOf(i)}`);
+  expect(new Set(looks).size).toBe(64);
+});

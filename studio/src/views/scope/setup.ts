@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a scope looks at, and how: kept by name, sent as a link.
+
+import type { SweepMode } from "./signal/sweep";
+import type { Edge } from "./signal/trigger";
+
+/** One number of a channel: `[2]` of `arm.force`, `""` of a scalar. `component` null: all that it has. */
+export interface Source {
+  channel: string;
+  component: string | null;
+}
+
+export interface TraceSetup extends Source {
+  /** What is shown instead of the value itself. */
+  derive?: { kind: "derivative" } | { kind: "difference"; less: { channel: string; component: string } };
+  /** Index of colour and line pattern. */
+  look: number;
+  hidden?: boolean;
+  /** A fixed range of its scale; else it follows what is shown. */
+  range?: [number, number];
+}
+
+/** unit: traces of one unit share a scale; own: each its own; lanes: each its own, one above the other. */
+export type ScaleMode = "unit" | "own" | "lanes";
+
+export type TriggerSetup =
+  | { on: "level"; channel: string; component: string; edge: Edge; level: number; hysteresis: number }
+  | { on: "event"; kind: string; about: string; text: string };
+
+export interface Setup {
+  traces: TraceSetup[];
+  sweep: SweepMode;
+  /** Width of the screen and what is shown before the trigger, s. */
+  span_s: number;
+  pre_s: number;
+  trigger: TriggerSetup | null;
+  scales: ScaleMode;
+  /** Name of the trace along x; null: time. */
+  xy: string | null;
+  /** Lines that stay at a value until the next one comes. */
+  steps: boolean;
+  /** How much is kept, s. */
+  keep_s: number;
+}
+
+export const EMPTY: Setup = {
+  traces: [],
+  sweep: "roll",
+  span_s: 5,
+  pre_s: 0.2,
+  trigger: null,
+  scales: "unit",
+  xy: null,
+  steps: false,
+  keep_s: 60,
+};
+
+/** What a trace is called, everywhere. */
+export function traceId(trace: TraceSetup): string {
+  const name = `${trace.channel}${trace.component ?? ""}`;
+  if (trace.derive?.kind === "derivative") return `d/dt ${name}`;
+  if (trace.derive?.kind === "difference") return `${name} − ${trace.derive.less.channel}${trace.derive.less.component}`;
+  return name;
+}
+
+/** The channels that a setup needs from the system. */
+export function channelsOf(setup: Setup): string[] {
+  const names = setup.traces.map((trace) => trace.channel);
+  for (const { derive } of setup.traces) if (derive?.kind === "difference") names.push(derive.less.channel);
+  if (setup.trigger?.on === "level") names.push(setup.trigger.channel);
+  return [...new Set(names)];
+}
+
+/** The first look that no trace has. */
+export function freeLook(traces: readonly TraceSetup[]): number {
+  const used = new Set(traces.map((trace) => trace.look));
+  let look = 0;
+  while (used.has(look)) look += 1;
+  return look;
+}
+
+/** Puts a channel on the screen, with all its components; none twice. */
+export function withChannel(setup: Setup, channel: string, component: string | null = null): Setup {
+  const there = setup.traces.some(
+    (trace) => trace.channel === channel && !trace.derive && (component === null || trace.component === component),
+  );
+  if (there) return setup;
+  return { ...setup, traces: [...setup.traces, { channel, component, look: freeLook(setup.traces) }] };
+}
+
+/** The part of an address that says it: `?setup=…`. */
+export function toLink(setup: Setup): string {
+  const said = Object.fromEntries(
+    Object.entries(setup).filter(([key, value]) => JSON.stringify(value) !== JSON.stringify(EMPTY[key as keyof Setup])),
+  );
+  return JSON.stringify(said);
+}
+
+/** What a link says: `setup`, or only `names`. Null where it says nothing. Errors: `Error` that says what is wrong with it. */
+export function fromLink(query: URLSearchParams): Setup | null {
+  const said = query.get("setup");
+  const names = query.get("names");
+  if (said) return checked(parsed(said));
+  if (!names) return null;
+  return names
+    .split(",")
+    .filter(Boolean)
+    .reduce((setup, name) => withChannel(setup, name), EMPTY);
+}
+
+function parsed(text: string): unknown {
+  try {
+    return JSON.parse(text);
+  } catch {
+    throw new Error("the setup of the link is not complete: was the link cut off?");
+  }
+}
+
+const SWEEPS = ["roll", "auto", "normal", "single"];
+const SCALES = ["unit", "own", "lanes"];
+
+/** A setup from elsewhere, with what it leaves out. Errors: `Error` that names what is wrong. */
+export function checked(said: unknown): Setup {
+  if (typeof said !== "object" || said === null) throw new Error("a setup of the scope is an object");
+  const setup = { ...EMPTY, ...said } as Setup;
+  const wrong = (what: string): never => {
+    throw new Error(`the setup of the scope is not understood: ${what}`);
+  };
+  if (!Array.isArray(setup.traces)) wrong("'traces' is no list");
+  setup.traces.forEach((trace, i) => {
+    if (typeof trace?.channel !== "string" || trace.channel === "") wrong(`trace ${i + 1} names no channel`);
+  });
+  if (!SWEEPS.includes(setup.sweep)) wrong(`'sweep' is '${setup.sweep}', and there are ${SWEEPS.join(", ")}`);
+  if (!SCALES.includes(setup.scales)) wrong(`'scales' is '${setup.scales}', and there are ${SCALES.join(", ")}`);
+  if (!(setup.span_s >= 1e-6 && setup.span_s <= 600)) wrong(`'span_s' is ${setup.span_s}, and may be from 0.000001 to 600`);
+  if (!(setup.pre_s >= 0)) wrong(`'pre_s' is ${setup.pre_s}, and may be 0 or more`);
+  if (!(setup.keep_s >= 1 && setup.keep_s <= 600)) wrong(`'keep_s' is ${setup.keep_s}, and may be from 1 to 600`);
+  return { ...setup, traces: setup.traces.map((trace) => ({ ...trace, component: trace.component ?? null, look: trace.look ?? 0 })) };
+}

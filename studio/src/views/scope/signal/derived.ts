@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// Traces that are computed from others. They break where theirs break.
+import type { Piece, Series } from "./series";
+
+/** The derivative in units per second: between each value and the one before, at the time of the later one. */
+export function derivative(of: Series): Series {
+  const made: Series = [];
+  let time_ns = Number.NaN;
+  let value = Number.NaN;
+  for (const piece of of) {
+    const times: number[] = [];
+    const values: number[] = [];
+    if (piece.broken) time_ns = Number.NaN;
+    for (let i = piece.from; i < piece.to; i += 1) {
+      const now_ns = piece.times_ns[i] as number;
+      const now = piece.values[i] as number;
+      if (now_ns > time_ns) {
+        times.push(now_ns);
+        values.push(((now - value) * 1e9) / (now_ns - time_ns));
+      }
+      time_ns = now_ns;
+      value = now;
+    }
+    made.push(pieceOf(times, values, piece.broken));
+  }
+  return made.filter((piece) => piece.to > 0);
+}
+
+/** One less the other, at the times of the first, with the value that the other has then. Unknown in the gaps of either. */
+export function difference(one: Series, other: Series): Series {
+  const held = new Held(other);
+  const made: Series = [];
+  for (const piece of one) {
+    let times: number[] = [];
+    let values: number[] = [];
+    let broken = piece.broken;
+    for (let i = piece.from; i < piece.to; i += 1) {
+      const time_ns = piece.times_ns[i] as number;
+      const at = held.at(time_ns);
+      if (at === null) {
+        if (times.length > 0) made.push(pieceOf(times, values, broken));
+        times = [];
+        values = [];
+        broken = true;
+        continue;
+      }
+      times.push(time_ns);
+      values.push((piece.values[i] as number) - at);
+    }
+    if (times.length > 0) made.push(pieceOf(times, values, broken));
+  }
+  return made;
+}
+
+function pieceOf(times: number[], values: number[], broken: boolean): Piece {
+  return { times_ns: Float64Array.from(times), values: Float64Array.from(values), from: 0, to: times.length, broken };
+}
+
+// The value that a series has at times that only grow.
+class Held {
+  readonly #series: Series;
+  #piece = 0;
+  #next: number;
+  #value: number | null = null;
+
+  constructor(series: Series) {
+    this.#series = series;
+    this.#next = series[0]?.from ?? 0;
+  }
+
+  at(time_ns: number): number | null {
+    for (let piece = this.#series[this.#piece]; piece; piece = this.#series[this.#piece]) {
+      while (this.#next < piece.to && (piece.times_ns[this.#next] as number) <= time_ns) {
+        this.#value = piece.values[this.#next] as number;
+        this.#next += 1;
+      }
+      if (this.#next < piece.to) return this.#value;
+      const following = this.#series[this.#piece + 1];
+      if (!following) return this.#value;
+      if ((following.times_ns[following.from] as number) > time_ns) return following.broken ? this.#betweenOf(piece, time_ns) : this.#value;
+      this.#piece += 1;
+      this.#next = following.from;
+    }
+    return this.#value;
+  }
+
+  #betweenOf(piece: Piece, time_ns: number): number | null {
+    return (piece.times_ns[piece.to - 1] as number) === time_ns ? this.#value : null;
+  }
+}

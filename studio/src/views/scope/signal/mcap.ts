@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+import { McapWriter } from "@mcap/core";
+import { type Exported, missingText, rows } from "./table";
+
+/** A message of a channel: what Foxglove and PlotJuggler draw as `NAME.value`. */
+interface Message {
+  value: unknown;
+  number: number;
+}
+
+/**
+ * The values as an MCAP file: a channel of JSON messages for each SVV or private cell, `{"value": …, "number": n}` at the time of its value.
+ * What is missing stands in the metadata `missing`.
+ */
+export async function mcap(
+  channels: readonly Exported[],
+  from_ns: number,
+  to_ns: number,
+  system: string,
+): Promise<Uint8Array<ArrayBuffer>[]> {
+  const parts: Uint8Array<ArrayBuffer>[] = [];
+  let written = 0n;
+  const writable = {
+    async write(bytes: Uint8Array) {
+      // The writer uses its memory again.
+      parts.push(new Uint8Array(bytes));
+      written += BigInt(bytes.byteLength);
+    },
+    position: () => written,
+  };
+  const writer = new McapWriter({ writable });
+  await writer.start({ profile: "", library: "opengpac studio" });
+  const ids: number[] = [];
+  for (const channel of channels) ids.push(await register(writer, channel, system));
+  const messages: { channel: number; time_ns: number; at: number }[] = [];
+  rows(channels, from_ns, to_ns, (time_ns, indices) => {
+    indices.forEach((at, channel) => {
+      if (at !== null) messages.push({ channel, time_ns, at });
+    });
+  });
+  const encoder = new TextEncoder();
+  for (const { channel, time_ns, at } of messages) {
+    const of = channels[channel] as Exported;
+    const time = BigInt(time_ns);
+    const data = encoder.encode(JSON.stringify(messageOf(of, at)));
+    await writer.addMessage({
+      channelId: ids[channel] as number,
+      sequence: of.ring.number(at) >>> 0,
+      logTime: time,
+      publishTime: time,
+      data,
+    });
+  }
+  const missing = missingText(channels, from_ns, to_ns);
+  await writer.addMetadata({ name: "missing", metadata: new Map(missing.map((line, i) => [String(i + 1), line])) });
+  await writer.end();
+  return parts;
+}
+
+async function register(writer: McapWriter, { name, type_text, unit }: Exported, system: string): Promise<number> {
+  const schema = {
+    type: "object",
+    properties: { value: { description: `${type_text}${unit ? ` in ${unit}` : ""}` }, number: { type: "integer" } },
+  };
+  const data = new TextEncoder().encode(JSON.stringify(schema));
+  const schemaId = await writer.registerSchema({ name: type_text, encoding: "jsonschema", data });
+  const metadata = new Map([
+    ["type", type_text],
+    ["unit", unit ?? ""],
+    ["system", system],
+  ]);
+  return writer.registerChannel({ topic: name, schemaId, messageEncoding: "json", metadata });
+}
+
+function messageOf({ ring, all, type_text }: Exported, at: number): Message {
+  const number = ring.number(at);
+  if (all.length === 1 && all[0] === "") {
+    const value = ring.value(at, 0);
+    return { value: type_text === "bool" ? value !== 0 : jsonNumber(value), number };
+  }
+  const whole: Tree = {};
+  all.forEach((name, i) => {
+    put(whole, name.match(/\w+/g) ?? [], jsonNumber(ring.value(at, i)));
+  });
+  return { value: listed(whole), number };
+}
+
+interface Tree {
+  [step: string]: Tree | number | string;
+}
+
+function put(tree: Tree, path: string[], value: number | string): void {
+  const [step = "", ...rest] = path;
+  if (rest.length === 0) tree[step] = value;
+  else {
+    const inner = (tree[step] ?? {}) as Tree;
+    tree[step] = inner;
+    put(inner, rest, value);
+  }
+}
+
+// Steps that are numbers are those of an array.
+function listed(tree: Tree | number | string): unknown {
+  if (typeof tree !== "object") return tree;
+  const values = Object.entries(tree).map(([step, inner]) => [step, listed(inner)] as const);
+  return values.every(([step]) => /^\d+$/.test(step)) ? values.map(([, inner]) => inner) : Object.fromEntries(values);
+}
+
+// JSON has no NaN and no infinity.
+function jsonNumber(value: number): number | string {
+  return Number.isFinite(value) ? value : String(value);
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Series } from "./series";
+
+/** What a trace was over a span; every finite value counts once. */
+export interface Measures {
+  count: number;
+  min: number;
+  max: number;
+  mean: number;
+  rms: number;
+  peak_to_peak: number;
+}
+
+/** Null where there is no value. */
+export function measure(series: Series, from_ns = Number.NEGATIVE_INFINITY, to_ns = Number.POSITIVE_INFINITY): Measures | null {
+  let count = 0;
+  let min = Number.POSITIVE_INFINITY;
+  let max = Number.NEGATIVE_INFINITY;
+  let sum = 0;
+  let squares = 0;
+  for (const { times_ns, values, from, to } of series) {
+    for (let i = from; i < to; i += 1) {
+      const value = values[i] as number;
+      const time_ns = times_ns[i] as number;
+      if (value - value !== 0 || time_ns < from_ns || time_ns > to_ns) continue;
+      count += 1;
+      if (value < min) min = value;
+      if (value > max) max = value;
+      sum += value;
+      squares += value * value;
+    }
+  }
+  if (count === 0) return null;
+  return { count, min, max, mean: sum / count, rms: Math.sqrt(squares / count), peak_to_peak: max - min };
+}
+
+/** The value that a series has at a time: the last one at or before it; null before the first, and in a gap. */
+export function heldAt(series: Series, time_ns: number): number | null {
+  let found: number | null = null;
+  for (const { times_ns, values, from, to, broken } of series) {
+    if (from >= to) continue;
+    if ((times_ns[from] as number) > time_ns) return broken ? null : found;
+    let low = from;
+    let high = to;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if ((times_ns[middle] as number) <= time_ns) low = middle + 1;
+      else high = middle;
+    }
+    found = values[low - 1] as number;
+    if (low < to) return found;
+    if ((times_ns[to - 1] as number) === time_ns) return found;
+  }
+  return found;
+}

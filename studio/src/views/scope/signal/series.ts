@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Ring } from "./ring";
+
+/** One piece of a trace: values without a gap between them, `from … to` of both arrays. */
+export interface Piece {
+  times_ns: Float64Array;
+  values: Float64Array;
+  from: number;
+  to: number;
+  /** Values are missing in front of it. */
+  broken: boolean;
+}
+
+/** What is drawn, measured and exported: pieces in order of time. */
+export type Series = Piece[];
+
+/** Where values of a channel are missing: behind `from_ns`, before `to_ns`. */
+export interface Missing {
+  from_ns: number;
+  to_ns: number;
+  lost: number;
+  skipped: number;
+}
+
+/**
+ * The values of one component between two times, and one more on each side, so that lines go on to the border of the screen.
+ */
+export function seriesOf(ring: Ring, component: number, from_ns: number, to_ns: number): Series {
+  return piecesOf(ring, component, Math.max(ring.first, ring.indexAt(from_ns) - 1), Math.min(ring.end, ring.indexAt(to_ns) + 1));
+}
+
+function piecesOf(ring: Ring, component: number, from: number, to: number): Series {
+  const breaks = ring.gaps.filter((gap) => gap.before > from && gap.before < to).map((gap) => gap.before);
+  const borders = [from, ...breaks, to];
+  const pieces: Series = [];
+  for (let i = 0; i + 1 < borders.length; i += 1) {
+    let broken = i > 0;
+    for (const stretch of ring.stretches(borders[i] as number, borders[i + 1] as number)) {
+      const values = stretch.columns[component] as Float64Array;
+      pieces.push({ times_ns: stretch.times_ns, values, from: stretch.from, to: stretch.to, broken });
+      broken = false;
+    }
+  }
+  return pieces;
+}
+
+/** Where values of a channel are missing between two times; the last one may be open: `to_ns` is then infinite. */
+export function missingIn(ring: Ring, from_ns: number, to_ns: number): Missing[] {
+  const found: Missing[] = [];
+  for (const { before, lost, skipped } of ring.gaps) {
+    const start = before > ring.first ? ring.time_ns(before - 1) : Number.NEGATIVE_INFINITY;
+    const stop = ring.time_ns(before);
+    if (stop >= from_ns && start <= to_ns) found.push({ from_ns: start, to_ns: stop, lost, skipped });
+  }
+  const newest = ring.newest_ns;
+  const { lost, skipped } = ring.open;
+  if (newest !== null && lost + skipped > 0 && newest <= to_ns)
+    found.push({ from_ns: newest, to_ns: Number.POSITIVE_INFINITY, lost, skipped });
+  return found;
+}

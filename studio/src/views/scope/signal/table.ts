@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is exported: the values of whole channels between two times, as they were stored.
+import type { Ring } from "./ring";
+import { missingIn } from "./series";
+
+/** A channel to be exported, with the components of it that were chosen. */
+export interface Exported {
+  name: string;
+  type_text: string;
+  unit: string | null;
+  ring: Ring;
+  components: { name: string; index: number }[];
+  /** The names of all that it has. */
+  all: string[];
+}
+
+/** A row: the channels that have a value at this time, each by its index in its ring. */
+export type Row = (time_ns: number, indices: (number | null)[]) => void;
+
+/** Goes through the values of all channels in order of time; values of several channels with one time are one row. */
+export function rows(channels: readonly Exported[], from_ns: number, to_ns: number, row: Row): void {
+  const next = channels.map(({ ring }) => ring.indexAt(from_ns));
+  const indices: (number | null)[] = channels.map(() => null);
+  for (;;) {
+    let time_ns = Number.POSITIVE_INFINITY;
+    for (let i = 0; i < channels.length; i += 1) {
+      const ring = (channels[i] as Exported).ring;
+      const at = next[i] as number;
+      if (at < ring.end) time_ns = Math.min(time_ns, ring.time_ns(at));
+    }
+    if (time_ns > to_ns || time_ns === Number.POSITIVE_INFINITY) return;
+    for (let i = 0; i < channels.length; i += 1) {
+      const ring = (channels[i] as Exported).ring;
+      const at = next[i] as number;
+      const has = at < ring.end && ring.time_ns(at) === time_ns;
+      indices[i] = has ? at : null;
+      if (has) next[i] = at + 1;
+    }
+    row(time_ns, indices);
+  }
+}
+
+/** In words what is missing between two times: one line for each place. */
+export function missingText(channels: readonly Exported[], from_ns: number, to_ns: number): string[] {
+  return channels.flatMap(({ name, ring }) =>
+    missingIn(ring, from_ns, to_ns).map(({ from_ns: start, to_ns: stop, lost, skipped }) => {
+      const until = Number.isFinite(stop) ? ` and before ${secondsText(stop)} s` : "";
+      const what = [lost > 0 ? `${lost} lost` : "", skipped > 0 ? `${skipped} not kept (scope stopped)` : ""].filter(Boolean).join(", ");
+      return `${name}: ${what}, behind ${secondsText(start)} s${until}`;
+    }),
+  );
+}
+
+/** A time in seconds, exact to the nanosecond. */
+export function secondsText(time_ns: number): string {
+  const sign = time_ns < 0 ? "-" : "";
+  const size = Math.abs(time_ns);
+  const whole = Math.floor(size / 1e9);
+  return `${sign}${whole}.${String(size - whole * 1e9).padStart(9, "0")}`;
+}

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { FromWorker, ShownTrace, ToWorker } from "../messages";
+import { csv } from "../signal/csv";
+import type { Exported } from "../signal/table";
+import type { Acquisition } from "./acquisition";
+
+type Asked = Extract<ToWorker, { kind: "export" }>;
+
+/** Makes the file: of CSV what is on the screen, component by component; of MCAP whole channels. Derived traces are not in it. */
+export async function exported(acquisition: Acquisition, traces: readonly ShownTrace[], asked: Asked): Promise<FromWorker> {
+  const channels = chosen(acquisition, traces);
+  if (channels.length === 0) throw new Error("there is nothing to export: no trace has values");
+  const parts = asked.format === "csv" ? [...csv(channels, asked.from_ns, asked.to_ns)] : await mcapParts(channels, asked);
+  const type = asked.format === "csv" ? "text/csv" : "application/octet-stream";
+  return { kind: "exported", number: asked.number, blob: new Blob(parts, { type }), message: "" };
+}
+
+// Loaded when it is first asked for.
+async function mcapParts(channels: Exported[], asked: Asked): Promise<Uint8Array<ArrayBuffer>[]> {
+  const { mcap } = await import("../signal/mcap");
+  return mcap(channels, asked.from_ns, asked.to_ns, asked.system);
+}
+
+function chosen(acquisition: Acquisition, traces: readonly ShownTrace[]): Exported[] {
+  const made = new Map<string, Exported>();
+  for (const { setup } of traces) {
+    const kept = acquisition.channels.get(setup.channel);
+    const index = kept ? kept.components.indexOf(setup.component ?? "") : -1;
+    if (!kept || index < 0) continue;
+    const { about, ring } = kept;
+    const one = made.get(about.name) ?? {
+      name: about.name,
+      type_text: about.type_text,
+      unit: about.unit,
+      ring,
+      components: [],
+      all: kept.components,
+    };
+    if (!one.components.some((component) => component.index === index)) one.components.push({ name: setup.component ?? "", index });
+    made.set(about.name, one);
+  }
+  return [...made.values()];
+}

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Row, Show, ShownTrace } from "../messages";
+import { decimate, type Points } from "../signal/decimate";
+import { heldAt, measure } from "../signal/measure";
+import { type Range, Ranges } from "../signal/ranges";
+import type { Series } from "../signal/series";
+import type { Span } from "../signal/sweep";
+import type { Acquisition } from "./acquisition";
+import { type Canvas, drawLine, drawMissing, extent, type Placed } from "./draw";
+import { live, missingOf, type Reference, type Store, traceSeries } from "./traces";
+import { drawXy } from "./xy";
+
+export interface Scales {
+  ranges: Record<string, Range>;
+  x: Range | null;
+}
+
+interface Line {
+  trace: ShownTrace;
+  points: Points;
+  earlier: Points | null;
+}
+
+/** Draws what is shown, and measures it. */
+export class Picture {
+  reference: Reference | null = null;
+  readonly #acquisition: Acquisition;
+  readonly #ranges = new Ranges();
+  #scaled = "";
+
+  constructor(acquisition: Acquisition) {
+    this.#acquisition = acquisition;
+  }
+
+  draw(canvas: Canvas, show: Show, span: Span): Scales {
+    const scaled = `${show.scales} ${show.xy}`;
+    if (scaled !== this.#scaled) this.#ranges.forget();
+    this.#scaled = scaled;
+    if (show.xy !== null) return drawXy(canvas, show, live(this.#acquisition), span, this.#ranges);
+    const per_ns = show.width / (span.to_ns - span.from_ns);
+    const lines = this.#lines(show, span);
+    const ranges = this.#rangesOf(lines, show);
+    const missing = missingOf(this.#acquisition, show.traces, span.from_ns, span.to_ns);
+    drawMissing(canvas, missing, { from_ns: span.from_ns, per_ns, ...sizes(show) }, { ...show.ink, font: show.font });
+    lines.forEach(({ trace, points, earlier }, i) => {
+      const on = placed(ranges[scaleKey(trace, show)] as Range, i, lines.length, show);
+      const pen = { colour: trace.colour, pattern: trace.pattern.map((dash) => dash * show.ratio), steps: show.steps };
+      if (earlier) drawLine(canvas, earlier, on, { ...pen, width: show.ratio, alpha: 0.45 }, show.width);
+      drawLine(canvas, points, on, { ...pen, width: 1.5 * show.ratio, alpha: 1 }, show.width);
+      if (show.scales === "lanes") lane(canvas, trace, on, i, show);
+      marker(canvas, trace, on, show);
+    });
+    return { ranges, x: null };
+  }
+
+  rows(show: Show, span: Span): Row[] {
+    const of = live(this.#acquisition);
+    const rows = show.traces.map((trace) => row(of, trace, show, span, false));
+    const reference = this.reference;
+    if (!reference) return rows;
+    const moved = reference.origin_ns - span.origin_ns;
+    const then = { ...span, from_ns: span.from_ns + moved, to_ns: span.to_ns + moved, origin_ns: reference.origin_ns };
+    return [...rows, ...show.traces.map((trace) => row(reference, trace, show, then, true)).filter((one) => one.measures !== null)];
+  }
+
+  #lines(show: Show, span: Span): Line[] {
+    const of = live(this.#acquisition);
+    const moved = (this.reference?.origin_ns ?? 0) - span.origin_ns;
+    const drawn = (store: Store, trace: ShownTrace, shift: number) => {
+      const from = span.from_ns + shift;
+      const to = span.to_ns + shift;
+      return decimate(traceSeries(store, trace.setup, from, to), from, to, show.width);
+    };
+    return show.traces
+      .filter((trace) => !trace.setup.hidden)
+      .map((trace) => ({ trace, points: drawn(of, trace, 0), earlier: this.reference && drawn(this.reference, trace, moved) }));
+  }
+
+  #rangesOf(lines: readonly Line[], show: Show): Record<string, Range> {
+    const extents = new Map<string, { low: number; high: number; fixed: [number, number] | null }>();
+    for (const { trace, points, earlier } of lines) {
+      const key = scaleKey(trace, show);
+      const all = extents.get(key) ?? { low: Number.POSITIVE_INFINITY, high: Number.NEGATIVE_INFINITY, fixed: null };
+      for (const one of earlier ? [points, earlier] : [points]) {
+        const { low, high } = extent(one);
+        all.low = Math.min(all.low, low);
+        all.high = Math.max(all.high, high);
+      }
+      all.fixed ??= trace.setup.range ?? null;
+      extents.set(key, all);
+    }
+    return Object.fromEntries(
+      [...extents].map(([key, { low, high, fixed }]) => [key, fixed ? { lo: fixed[0], hi: fixed[1] } : this.#ranges.of(key, low, high)]),
+    );
+  }
+}
+
+/** Traces with one key have one scale. */
+export function scaleKey(trace: ShownTrace, show: { scales: Show["scales"] }): string {
+  return show.scales === "unit" ? `unit ${trace.unit ?? ""}` : `trace ${trace.id}`;
+}
+
+function sizes(show: Show): { width: number; height: number; ratio: number } {
+  return { width: show.width, height: show.height, ratio: show.ratio };
+}
+
+function placed(range: Range, i: number, of: number, show: Show): Placed {
+  if (show.scales !== "lanes") return { ...range, top: 0, bottom: show.height };
+  const height = show.height / of;
+  const air = Math.min(2 * show.ratio, height / 8);
+  return { ...range, top: i * height + air, bottom: (i + 1) * height - air };
+}
+
+function lane(canvas: Canvas, trace: ShownTrace, on: Placed, i: number, show: Show): void {
+  canvas.save();
+  canvas.font = show.font;
+  canvas.textBaseline = "top";
+  if (i > 0) {
+    canvas.globalAlpha = 0.25;
+    canvas.fillStyle = show.ink.quiet;
+    canvas.fillRect(0, Math.round(on.top), show.width, show.ratio);
+    canvas.globalAlpha = 1;
+  }
+  if (on.bottom - on.top >= 14 * show.ratio) {
+    const unit = trace.unit ? ` ${trace.unit}` : "";
+    const text = `${trace.id}  ${Number(on.lo.toPrecision(4))} … ${Number(on.hi.toPrecision(4))}${unit}`;
+    canvas.globalAlpha = 0.85;
+    canvas.fillStyle = show.ink.ground;
+    canvas.fillRect(2 * show.ratio, on.top + show.ratio, canvas.measureText(text).width + 6 * show.ratio, 13 * show.ratio);
+    canvas.globalAlpha = 1;
+    canvas.fillStyle = trace.colour;
+    canvas.fillText(text, 5 * show.ratio, on.top + 2 * show.ratio);
+  }
+  canvas.restore();
+}
+
+function marker(canvas: Canvas, { setup, colour }: ShownTrace, on: Placed, show: Show): void {
+  const { marker: at, ratio } = show;
+  if (!at || setup.derive || setup.channel !== at.channel || (setup.component ?? "") !== at.component) return;
+  const y = on.bottom + ((at.level - on.lo) / (on.hi - on.lo)) * (on.top - on.bottom);
+  canvas.save();
+  canvas.fillStyle = colour;
+  canvas.beginPath();
+  canvas.moveTo(0, y - 5 * ratio);
+  canvas.lineTo(8 * ratio, y);
+  canvas.lineTo(0, y + 5 * ratio);
+  canvas.fill();
+  canvas.strokeStyle = colour;
+  canvas.globalAlpha = 0.5;
+  canvas.lineWidth = ratio;
+  canvas.setLineDash([2 * ratio, 4 * ratio]);
+  canvas.beginPath();
+  canvas.moveTo(0, y);
+  canvas.lineTo(show.width, y);
+  canvas.stroke();
+  canvas.restore();
+}
+
+function row(of: Store, trace: ShownTrace, show: Show, span: Span, reference: boolean): Row {
+  const series: Series = traceSeries(of, trace.setup, span.from_ns, span.to_ns);
+  const last = series.at(-1);
+  const at = (cursor: number | undefined) => (cursor === undefined ? null : heldAt(series, span.origin_ns + cursor * 1e9));
+  return {
+    id: trace.id,
+    measures: measure(series, span.from_ns, span.to_ns),
+    a: at(show.cursors?.[0]),
+    b: at(show.cursors?.[1]),
+    newest: last ? (last.values[last.to - 1] as number) : null,
+    reference,
+  };
+}

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { ShownTrace } from "../messages";
+import type { TraceSetup } from "../setup";
+import { derivative, difference } from "../signal/derived";
+import { type Missing, missingIn, type Series, seriesOf } from "../signal/series";
+import type { Acquisition, Kept } from "./acquisition";
+
+/** Where values of traces come from: what is kept now, or a reference. */
+export interface Store {
+  series(channel: string, component: string, from_ns: number, to_ns: number): Series;
+}
+
+/** What is kept now. */
+export function live(acquisition: Acquisition): Store {
+  return {
+    series(channel, component, from_ns, to_ns) {
+      const kept = acquisition.channels.get(channel);
+      const index = kept ? kept.components.indexOf(component) : -1;
+      return kept && index >= 0 ? seriesOf(kept.ring, index, from_ns, to_ns) : [];
+    },
+  };
+}
+
+/** The values of a trace between two times, and one more on each side. */
+export function traceSeries(store: Store, trace: TraceSetup, from_ns: number, to_ns: number): Series {
+  const own = store.series(trace.channel, trace.component ?? "", from_ns, to_ns);
+  if (trace.derive?.kind === "derivative") return derivative(own);
+  if (trace.derive?.kind === "difference") {
+    return difference(own, store.series(trace.derive.less.channel, trace.derive.less.component, from_ns, to_ns));
+  }
+  return own;
+}
+
+/** Earlier traces that stay on the screen: a copy of the values, with the time that was 0. */
+export class Reference implements Store {
+  readonly origin_ns: number;
+  readonly #series = new Map<string, Series>();
+
+  constructor(acquisition: Acquisition, traces: readonly ShownTrace[], span: { from_ns: number; to_ns: number; origin_ns: number }) {
+    this.origin_ns = span.origin_ns;
+    const of = live(acquisition);
+    for (const { setup } of traces) {
+      this.#keep(of, setup.channel, setup.component ?? "", span);
+      if (setup.derive?.kind === "difference") this.#keep(of, setup.derive.less.channel, setup.derive.less.component, span);
+    }
+  }
+
+  series(channel: string, component: string): Series {
+    return this.#series.get(`${channel} ${component}`) ?? [];
+  }
+
+  #keep(of: Store, channel: string, component: string, span: { from_ns: number; to_ns: number }): void {
+    const copied = of.series(channel, component, span.from_ns, span.to_ns).map((piece) => ({
+      times_ns: piece.times_ns.slice(piece.from, piece.to),
+      values: piece.values.slice(piece.from, piece.to),
+      from: 0,
+      to: piece.to - piece.from,
+      broken: piece.broken,
+    }));
+    this.#series.set(`${channel} ${component}`, copied);
+  }
+}
+
+/** Where values of the shown channels are missing: each place once, with all that is missing there. */
+export function missingOf(acquisition: Acquisition, traces: readonly ShownTrace[], from_ns: number, to_ns: number): Missing[] {
+  const channels = new Set<Kept>();
+  for (const { setup } of traces) {
+    const kept = acquisition.channels.get(setup.channel);
+    if (kept) channels.add(kept);
+  }
+  return [...channels].flatMap(({ ring }) => missingIn(ring, from_ns, to_ns));
+}

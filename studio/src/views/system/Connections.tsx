@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useMemo } from "react";
+import { Panel, Refusals } from "../../design/parts";
+import { useControl, useTopic, useWatched } from "../../shell/context";
+import { type Connection, connectionsOf } from "./connections";
+
+/** The interconnect: what goes from which interrupt source to which, and how it is read there. */
+export function Connections() {
+  const control = useControl();
+  const installed = useTopic(control.topics.installed);
+  const trouble = useWatched(control.topics.installed.trouble);
+  const connections = useMemo(() => (installed ? connectionsOf(installed) : null), [installed]);
+  return (
+    <Panel title="Interconnect">
+      <Refusals of={trouble} />
+      {connections === null ? (
+        <p className="quiet">Waiting for what is installed…</p>
+      ) : connections.length === 0 ? (
+        <p className="quiet">Nothing crosses from one interrupt source to another: no block reads what a block of another source writes.</p>
+      ) : (
+        <div className="scroll-x">
+          <table>
+            <thead>
+              <tr>
+                <th scope="col">From</th>
+                <th scope="col">To</th>
+                <th scope="col" className="number">
+                  Values
+                </th>
+                <th scope="col">Which, and how they are read</th>
+              </tr>
+            </thead>
+            <tbody>
+              {connections.map((connection) => (
+                <tr key={`${connection.from} ${connection.to}`}>
+                  <th scope="row">{connection.from}</th>
+                  <td>{connection.to}</td>
+                  <td className="number">{connection.cells.length}</td>
+                  <td>
+                    <Which of={connection} />
+                  </td>
+                </tr>
+              ))}
+            </tbody>
+          </table>
+        </div>
+      )}
+    </Panel>
+  );
+}
+
+function Which(props: { of: Connection }) {
+  const modes = [...new Set(props.of.cells.map((cell) => cell.mode))];
+  return modes.map((mode) => {
+    const names = props.of.cells.filter((cell) => cell.mode === mode).map((cell) => cell.name);
+    return (
+      <details key={mode}>
+        <summary>
+          {names.length} {mode}
+        </summary>
+        <span className="small">{names.join(", ")}</span>
+      </details>
+    );
+  });
+}

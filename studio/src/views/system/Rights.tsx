@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+import { Panel, Tag } from "../../design/parts";
+import type { SourceShown } from "./sources";
+
+/** What the operating system was asked for, and what it gave. Without rights everything runs, and the times are not to be relied on. */
+export function Rights(props: { sources: SourceShown[]; supervisor: string[] }) {
+  const missing = [...new Set([...props.supervisor, ...props.sources.flatMap((source) => source.rights_missing)])];
+  const asked = props.sources.some((source) => source.rights_asked !== undefined);
+  return (
+    <Panel
+      title="Real-time rights"
+      end={missing.length === 0 ? <Tag tone="good">all given</Tag> : <Tag tone="warn">{missing.length} missing</Tag>}
+    >
+      {missing.length === 0 ? (
+        <p>Priorities, cores and locked memory were given as they were asked for.</p>
+      ) : (
+        <>
+          <p>The system runs without these: what it computes is right, when it does is up to the machine.</p>
+          <ul className="missing">
+            {missing.map((right) => (
+              <li key={right}>{right}</li>
+            ))}
+          </ul>
+          <p className="quiet">
+            <code>opengpac doctor</code> says what to change on this machine.
+          </p>
+        </>
+      )}
+      {asked && <Asked sources={props.sources} />}
+    </Panel>
+  );
+}
+
+function Asked(props: { sources: SourceShown[] }) {
+  return (
+    <table className="asked">
+      <thead>
+        <tr>
+          <th scope="col">Source</th>
+          <th scope="col">Asked for</th>
+          <th scope="col">Got</th>
+        </tr>
+      </thead>
+      <tbody>
+        {props.sources.map((source) => (
+          <tr key={source.name}>
+            <th scope="row">{source.name}</th>
+            <td>{source.rights_asked?.join(", ") || "nothing: time is virtual"}</td>
+            <td>{source.rights_missing.length === 0 ? "all of it" : `all but: ${source.rights_missing.join("; ")}`}</td>
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}

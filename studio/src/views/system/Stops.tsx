@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useCallback, useEffect, useState } from "react";
+import { type Refusal, refusalsOf } from "../../control/refusals";
+import type { Alarms, Statistics } from "../../control/shapes";
+import { seconds } from "../../design/numbers";
+import { Panel, Refusals, Tag } from "../../design/parts";
+import { useAction, useControl } from "../../shell/context";
+
+const LOOK_MS = 1000;
+
+/** What holds the cell: emergency stop, pause, lost devices, alarms that are raised. Nothing where nothing does. */
+export function Stops(props: { now: Statistics }) {
+  const { now } = props;
+  const lost = Object.entries(now.physical_devices).filter(([, device]) => device.lost);
+  return (
+    <>
+      {now.emergency !== null && (
+        <Panel title="Emergency stop" end={<Tag tone="bad">latched</Tag>}>
+          <p>{now.emergency}</p>
+          <p className="quiet">
+            Every action has ended, and the devices are safe. Remove the cause, then reset at the top of the page; nothing moves by itself
+            after it. Devices are enabled again one by one.
+          </p>
+        </Panel>
+      )}
+      {lost.length > 0 && (
+        <Panel title="Physical devices lost" end={<Tag tone="bad">{lost.length}</Tag>}>
+          <ul>
+            {lost.map(([name, device]) => (
+              <li key={name}>
+                <strong>{name}</strong>: {String(device.lost)}
+              </li>
+            ))}
+          </ul>
+        </Panel>
+      )}
+      <RaisedAlarms />
+    </>
+  );
+}
+
+function RaisedAlarms() {
+  const control = useControl();
+  const action = useAction();
+  const [alarms, setAlarms] = useState<Alarms | null>(null);
+  const [trouble, setTrouble] = useState<Refusal[]>([]);
+  const look = useCallback(async () => {
+    try {
+      setAlarms(await control.look("alarms", {}));
+      setTrouble([]);
+    } catch (why) {
+      setTrouble(refusalsOf(why));
+    }
+  }, [control]);
+  useEffect(() => {
+    void look();
+    const again = setInterval(look, LOOK_MS);
+    return () => clearInterval(again);
+  }, [look]);
+  if (trouble.length > 0) return <Refusals of={trouble} />;
+  if (!alarms || alarms.current.length === 0) return null;
+  return (
+    <Panel
+      title="Alarms"
+      end={
+        <>
+          <Tag tone="warn">{alarms.current.length} raised</Tag>
+          {control.may("operate") && (
+            <button
+              type="button"
+              disabled={action.busy}
+              onClick={() => action.run(() => control.order("acknowledge_alarms", {}).then(look))}
+            >
+              Acknowledge all
+            </button>
+          )}
+        </>
+      }
+    >
+      <Refusals of={action.refusals} />
+      <div className="alarms" role="group" aria-label="Alarms that are raised" tabIndex={0}>
+        <table>
+          <thead>
+            <tr>
+              <th scope="col">Code</th>
+              <th scope="col">Source</th>
+              <th scope="col">Text</th>
+              <th scope="col" className="number">
+                Since
+              </th>
+            </tr>
+          </thead>
+          <tbody>
+            {alarms.current.map((alarm) => (
+              <tr key={alarm.number}>
+                <th scope="row">{alarm.code}</th>
+                <td>{alarm.source || "–"}</td>
+                <td>
+                  {alarm.text}
+                  {alarm.remedy && <div className="quiet">{alarm.remedy}</div>}
+                </td>
+                <td className="number">{seconds(alarm.time_ns * 1e-9)}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      </div>
+    </Panel>
+  );
+}

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Installed, InstalledPort } from "../../control/shapes";
+
+/** What travels from one interrupt source to another. */
+export interface Connection {
+  from: string;
+  to: string;
+  /** Cells by the mode in which they are read. */
+  cells: { name: string; mode: string }[];
+}
+
+/** The connections between sources: a cell that a block of one source writes and one of another source reads. */
+export function connectionsOf(installed: Installed): Connection[] {
+  const writers = new Map<string, Set<string>>();
+  for (const block of blocksOf(installed)) {
+    for (const port of block.ports) {
+      if (port.direction === "output") for (const cell of cellsOf(port)) put(writers, cell, block.source);
+    }
+  }
+  const found = new Map<string, Connection>();
+  for (const block of blocksOf(installed)) {
+    for (const port of block.ports) {
+      if (port.direction !== "input") continue;
+      for (const cell of cellsOf(port)) {
+        for (const from of writers.get(cell) ?? []) {
+          if (from !== block.source) add(found, from, block.source, cell, port.mode ?? "asynchronous");
+        }
+      }
+    }
+  }
+  return [...found.values()].sort((a, b) => a.from.localeCompare(b.from) || a.to.localeCompare(b.to));
+}
+
+function add(found: Map<string, Connection>, from: string, to: string, name: string, mode: string): void {
+  const key = `${from} ${to}`;
+  const connection = found.get(key) ?? { from, to, cells: [] };
+  found.set(key, connection);
+  if (!connection.cells.some((cell) => cell.name === name && cell.mode === mode)) connection.cells.push({ name, mode });
+}
+
+function cellsOf(port: InstalledPort): string[] {
+  return port.cells ?? (port.cell === null ? [] : [port.cell]);
+}
+
+function blocksOf(installed: Installed) {
+  return installed.instances.filter((one) => one.state !== "ended" && one.state !== "deleted").flatMap((one) => one.blocks);
+}
+
+function put(map: Map<string, Set<string>>, key: string, value: string): void {
+  const values = map.get(key) ?? new Set();
+  values.add(value);
+  map.set(key, values);
+}

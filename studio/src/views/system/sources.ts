@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an interrupt source is and how it does, from statistics and the configuration; counted from a baseline on.
+import type { Configuration, SourceStatistics, Statistics } from "../../control/shapes";
+
+export interface SourceShown extends SourceStatistics {
+  /** `rtp0.fast` */
+  name: string;
+  processor: string;
+  kind: "timer" | "trigger" | "software";
+  priority: number;
+  /** ns; null: no timer. */
+  period_ns: number | null;
+  /** Counted from a baseline on: the greatest values are known to a bin only. */
+  counted: boolean;
+}
+
+export interface Baseline {
+  at_s: number;
+  of: Record<string, SourceStatistics>;
+}
+
+export function sourcesOf(now: Statistics, configuration: Configuration | null): SourceShown[] {
+  const sources = Object.entries(now.sources).map(([name, source]) => {
+    const configured = configuration?.sources[name];
+    const kind = configured?.kind;
+    const period = typeof kind === "object" && kind !== null && "timer" in kind ? (kind.timer as { period_ns: number }).period_ns : null;
+    const word = kind && typeof kind === "object" ? Object.keys(kind)[0] : kind;
+    return {
+      ...source,
+      name,
+      processor: source.processor ?? configured?.processor ?? name.split(".")[0] ?? "",
+      kind: source.kind ?? (word as SourceShown["kind"]) ?? "timer",
+      priority: source.priority ?? configured?.priority ?? 0,
+      period_ns: source.period_ns ?? period,
+      counted: false,
+    };
+  });
+  return sources.sort((a, b) => b.priority - a.priority || a.name.localeCompare(b.name));
+}
+
+export function sinceBaseline(source: SourceShown, baseline: Baseline | null): SourceShown {
+  const before = baseline?.of[source.name];
+  // A source that was lost and began anew has counted less than the baseline.
+  if (!before || before.firings > source.firings) return source;
+  const jitter_bins = less(source.jitter_bins, before.jitter_bins);
+  const duration_bins = less(source.duration_bins, before.duration_bins);
+  return {
+    ...source,
+    counted: true,
+    firings: source.firings - before.firings,
+    overruns: source.overruns - before.overruns,
+    late: source.late - before.late,
+    faults: source.faults - before.faults,
+    jitter_bins,
+    duration_bins,
+    jitter_median_ns: quantile(jitter_bins, 0.5),
+    duration_median_ns: quantile(duration_bins, 0.5),
+    jitter_max_ns: quantile(jitter_bins, 1),
+    duration_max_ns: quantile(duration_bins, 1),
+  };
+}
+
+function less(bins: number[], before: number[]): number[] {
+  return bins.map((count, bin) => count - (before[bin] ?? 0));
+}
+
+/** The upper edge of bin i, ns: it counts what was below. */
+export function upperEdge(bin: number): number {
+  return 2 ** (bin + 1);
+}
+
+/** The upper edge of the bin that this share of all counts does not exceed, ns; 0 without counts. */
+export function quantile(bins: number[], share: number): number {
+  const all = bins.reduce((sum, count) => sum + count, 0);
+  if (all === 0) return 0;
+  let seen = 0;
+  for (const [bin, count] of bins.entries()) {
+    seen += count;
+    if (seen >= Math.ceil(share * all)) return upperEdge(bin);
+  }
+  return upperEdge(bins.length - 1);
+}
+
+/** The share of a core that a timer's firings take, at the most in half of them: the median duration over the period; null: no timer. */
+export function load(source: SourceShown): number | null {
+  if (source.period_ns === null || source.firings === 0) return null;
+  return meanDuration(source.duration_bins) / source.period_ns;
+}
+
+/** The mean duration, taking each count at the geometric middle of its bin, ns. */
+export function meanDuration(bins: number[]): number {
+  let sum = 0;
+  let all = 0;
+  for (const [bin, count] of bins.entries()) {
+    sum += count * 2 ** (bin + 0.5);
+    all += count;
+  }
+  return all === 0 ? 0 : sum / all;
+}

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useId } from "react";
+import type { Refusal } from "../../control/refusals";
+import type { FormInput } from "../../control/shapes";
+import { Refusals } from "../../design/parts";
+import { useControl } from "../../shell/context";
+import type { Bounds } from "./bounds";
+import { limitText } from "./fields";
+
+/** One input with its unit, limits and default; of an array a field for each element. */
+export function InputField(props: {
+  of: FormInput;
+  texts: string[];
+  devices: string[];
+  bounds: Bounds | null;
+  write: (texts: string[]) => void;
+  missing: string | undefined;
+  refusals: Refusal[];
+}) {
+  const { of, texts, devices, bounds, write, missing } = props;
+  const id = useId();
+  const wrong = missing !== undefined || props.refusals.length > 0;
+  const labelled = devices.length === texts.length;
+  const one = (index: number) => (
+    <input
+      id={`${id}-${index}`}
+      value={texts[index] ?? ""}
+      size={texts.length > 1 ? 8 : 14}
+      aria-invalid={wrong}
+      aria-describedby={`${id}-about`}
+      required={of.required}
+      placeholder={placeholder(of, index)}
+      onChange={(event) => write(texts.map((text, at) => (at === index ? event.target.value : text)))}
+    />
+  );
+  return (
+    <div className="input">
+      {texts.length === 1 && !labelled ? (
+        <div className="row">
+          <label htmlFor={`${id}-0`}>{of.name}</label>
+          {one(0)}
+        </div>
+      ) : (
+        <fieldset className="elements">
+          <legend>{of.name}</legend>
+          {texts.map((_, index) => (
+            // biome-ignore lint/suspicious/noArrayIndexKey: an element is known by its place
+            <label key={index} htmlFor={`${id}-${index}`}>
+              <span className="quiet small">{labelled ? devices[index]?.split(".").at(-1) : `[${index}]`}</span>
+              {one(index)}
+            </label>
+          ))}
+          {labelled && texts.length > 0 && <Fill of={of} devices={devices} texts={texts} write={write} />}
+        </fieldset>
+      )}
+      <p className="quiet small" id={`${id}-about`}>
+        {[
+          of.unit,
+          range(of, bounds),
+          of.default === null || of.default === undefined ? "" : `default ${limitText(of.default, of.unit)}`,
+          of.doc,
+        ]
+          .filter(Boolean)
+          .join(" · ")}
+      </p>
+      {missing && (
+        <p className="wrong" role="alert">
+          {missing}
+        </p>
+      )}
+      <Refusals of={props.refusals} />
+    </div>
+  );
+}
+
+function placeholder(of: FormInput, index: number): string {
+  if (of.default === null || of.default === undefined) return "";
+  const shown = Array.isArray(of.default) ? of.default[index] : of.default;
+  return typeof shown === "object" ? "" : String(shown);
+}
+
+function range(of: FormInput, bounds: Bounds | null): string {
+  if (of.minimum === null && of.maximum === null) return "";
+  const of_ends = (found: Bounds["minimum"] | undefined, said: FormInput["minimum"]) =>
+    found && found.length > 0 ? found.map((value) => limitText(value, null)).join(", ") : limitText(said, null);
+  const low = of_ends(bounds?.minimum, of.minimum);
+  const high = of_ends(bounds?.maximum, of.maximum);
+  if (low === "") return `up to ${high}`;
+  if (high === "") return `from ${low}`;
+  return `${low} to ${high}`;
+}
+
+/** Fills all elements: with the first one, or with where the devices are now. */
+function Fill(props: { of: FormInput; devices: string[]; texts: string[]; write: (texts: string[]) => void }) {
+  const control = useControl();
+  const { of, devices, texts, write } = props;
+  // Where the joints are now is of use where positions are asked for.
+  const positions = of.unit === "rad" || of.unit === "m";
+  return (
+    <>
+      {texts.length > 1 && (
+        <button
+          type="button"
+          className="plain"
+          title="the first one for all"
+          disabled={!texts[0]}
+          onClick={() => write(texts.map(() => texts[0] ?? ""))}
+        >
+          All alike
+        </button>
+      )}
+      {positions && (
+        <button
+          type="button"
+          className="plain"
+          title="where the devices are now"
+          onClick={() => {
+            const names = devices.map((device) => `${device}.sensed`);
+            void control.look("read", { names }).then(
+              ({ values }) => write(names.map((name) => String(Number(Number(values[name]?.value).toFixed(6))))),
+              // Devices without `sensed`: there is nothing to fill in.
+              () => undefined,
+            );
+          }}
+        >
+          Present
+        </button>
+      )}
+    </>
+  );
+}

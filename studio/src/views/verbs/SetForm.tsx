@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useState } from "react";
+import type { FormInput, InstalledInstance, Value, VerbForm } from "../../control/shapes";
+import { Refusals } from "../../design/parts";
+import { useAction, useControl } from "../../shell/context";
+import { valueFrom } from "./fields";
+
+/** The inputs of a verb that may be changed while it runs. */
+export function tunables(form: VerbForm): FormInput[] {
+  return form.inputs.filter((input) => input.tunable);
+}
+
+/** Changes inputs of an instance that runs; fields that are left empty stay as they are. */
+export function SetForm(props: { form: VerbForm; instance: InstalledInstance }) {
+  const control = useControl();
+  const action = useAction();
+  const inputs = tunables(props.form);
+  const [texts, setTexts] = useState<Record<string, string>>({});
+  return (
+    <form
+      className="set"
+      onSubmit={(event) => {
+        event.preventDefault();
+        const values: Record<string, Value> = {};
+        for (const input of inputs) {
+          const value = valueFrom(texts[input.name] ?? "", input.type_text);
+          if (value !== undefined) values[input.name] = value;
+        }
+        void action.run(() => control.order("set", { instance: props.instance.id, values }));
+      }}
+    >
+      {inputs.map((input) => (
+        <label key={input.name} className="row">
+          <span>{input.name}</span>
+          <input value={texts[input.name] ?? ""} onChange={(event) => setTexts({ ...texts, [input.name]: event.target.value })} />
+          <span className="quiet">
+            {input.type_text}
+            {input.unit ? `, ${input.unit}` : ""}
+          </span>
+        </label>
+      ))}
+      <button type="submit" disabled={action.busy || Object.values(texts).every((text) => text.trim() === "")}>
+        Change
+      </button>
+      <Refusals of={action.refusals} />
+    </form>
+  );
+}

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useId, useMemo, useState } from "react";
+import { Refused } from "../../control/refusals";
+import type { InstalledInstance, Value, VerbForm } from "../../control/shapes";
+import { Panel, Refusals } from "../../design/parts";
+import { useConfiguration } from "../../shell/configuration";
+import { useAction, useControl } from "../../shell/context";
+import { ArgumentField } from "./ArgumentField";
+import { argumentsOf, type Choices, choicesOf, devicesOf, firstChoices } from "./arguments";
+import { useBounds } from "./bounds";
+import { arrayOf, byField, elements, gaps, valueFrom } from "./fields";
+import { InputField } from "./InputField";
+
+/** Starts a verb: what it acts on, its inputs, where it runs. What the system refuses stands at the field that it is about. */
+export function StartForm(props: { form: VerbForm; instances: InstalledInstance[] }) {
+  const { form } = props;
+  const control = useControl();
+  const action = useAction();
+  const configuration = useConfiguration();
+  const options = useMemo(() => choicesOf(form, configuration), [form, configuration]);
+  const [chosen, setChosen] = useState<Choices>({});
+  const [texts, setTexts] = useState<Record<string, string[]>>({});
+  const [source, setSource] = useState("");
+  const [limit, setLimit] = useState("");
+  const [missing, setMissing] = useState<Record<string, string>>({});
+  const choices = useMemo(() => ({ ...firstChoices(form, options), ...chosen }), [form, options, chosen]);
+  const devices = useMemo(() => devicesOf(form, choices), [form, choices]);
+  const bounds = useBounds(form, choices);
+  const { of: refused, rest } = byField(
+    action.refusals,
+    [...form.inputs, ...form.arguments].map((one) => one.name),
+  );
+  const timeLimit = useId();
+  const where = useId();
+
+  const start = async () => {
+    const values: Record<string, Value> = {};
+    const absent: Record<string, string> = {};
+    for (const input of form.inputs) {
+      const written = texts[input.name] ?? [];
+      const size = elements(input.type_text, devices.length);
+      const value = size === null ? valueFrom(written[0] ?? "", input.type_text) : arrayOf(fill(written, size), input.type_text);
+      if (size !== null && gaps(fill(written, size)).length > 0) absent[input.name] = "give a value for each, or for none";
+      else if (value !== undefined) values[input.name] = value;
+      else if (input.required) absent[input.name] = "a value is needed";
+    }
+    for (const argument of form.arguments) {
+      if ((choices[argument.name] ?? []).length === 0)
+        absent[argument.name] = `choose ${argument.kind === "group" ? "devices" : `a ${argument.kind}`}`;
+    }
+    setMissing(absent);
+    if (Object.keys(absent).length > 0) return;
+    const seconds = limit.trim() === "" ? null : Number(limit);
+    await action.run(async () => {
+      const application = {
+        verb: form.name,
+        arguments: argumentsOf(form, choices),
+        ...(source && { placement: { "*": source } }),
+      };
+      // What this page has started and has ended makes room; the reports stay.
+      for (const ended of props.instances) {
+        if (ended.state === "ended" && control.started.has(ended.id)) await control.order("delete", { instance: ended.id });
+      }
+      const instance = await control.order("create", application);
+      try {
+        await control.order("start", {
+          instance,
+          values,
+          ...(seconds !== null && { limits: { time_limit_ns: Math.round(seconds * 1e9) } }),
+        });
+      } catch (why) {
+        if (why instanceof Refused) await control.order("delete", { instance });
+        throw why;
+      }
+    });
+  };
+
+  return (
+    <Panel title={`Start ${form.name}`}>
+      <form
+        className="start stack"
+        noValidate
+        onSubmit={(event) => {
+          event.preventDefault();
+          void start();
+        }}
+      >
+        {form.arguments.map((argument) => (
+          <ArgumentField
+            key={argument.name}
+            of={argument}
+            options={options[argument.name] ?? []}
+            chosen={choices[argument.name] ?? []}
+            choose={(names) => setChosen({ ...chosen, [argument.name]: names })}
+            missing={missing[argument.name]}
+            refusals={refused.get(argument.name) ?? []}
+          />
+        ))}
+        {form.inputs.map((input) => (
+          <InputField
+            key={input.name}
+            of={input}
+            texts={fill(texts[input.name] ?? [], elements(input.type_text, devices.length) ?? 1)}
+            devices={devices}
+            bounds={bounds.get(input.name) ?? null}
+            write={(written) => setTexts({ ...texts, [input.name]: written })}
+            missing={missing[input.name]}
+            refusals={refused.get(input.name) ?? []}
+          />
+        ))}
+        <div className="row">
+          <label htmlFor={timeLimit}>Time limit</label>
+          <input id={timeLimit} inputMode="decimal" size={6} value={limit} onChange={(event) => setLimit(event.target.value)} />
+          <span className="quiet">s</span>
+          <label htmlFor={where}>runs on</label>
+          <select id={where} value={source} onChange={(event) => setSource(event.target.value)}>
+            <option value="">as the system places it</option>
+            {Object.keys(configuration?.sources ?? {}).map((name) => (
+              <option key={name}>{name}</option>
+            ))}
+          </select>
+          <button type="submit" className="primary" disabled={action.busy}>
+            Start
+          </button>
+        </div>
+        <Refusals of={rest} />
+      </form>
+    </Panel>
+  );
+}
+
+function fill(texts: string[], size: number): string[] {
+  return Array.from({ length: size }, (_, index) => texts[index] ?? "");
+}

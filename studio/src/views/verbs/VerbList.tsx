@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { InstalledInstance, VerbSummary } from "../../control/shapes";
+import { Tag } from "../../design/parts";
+import { addressOf } from "../../shell/route";
+import { stateTone } from "./stateTone";
+
+/** The verbs: first those that a person starts, then those that keep devices going. */
+export function VerbList(props: { verbs: VerbSummary[]; instances: InstalledInstance[]; chosen: string | null }) {
+  const actions = props.verbs.filter((verb) => verb.supports.length === 0);
+  const keeping = props.verbs.filter((verb) => verb.supports.length > 0);
+  return (
+    <nav className="panel verb-list" aria-label="Verbs">
+      <Part title="Verbs" {...props} verbs={actions} />
+      <Part title="Keep devices going" {...props} verbs={keeping} />
+    </nav>
+  );
+}
+
+function Part(props: { title: string; verbs: VerbSummary[]; instances: InstalledInstance[]; chosen: string | null }) {
+  if (props.verbs.length === 0) return null;
+  return (
+    <>
+      <h2>{props.title}</h2>
+      <ul>
+        {props.verbs.map((verb) => {
+          const live = props.instances.filter((one) => one.verb === verb.name && one.state !== "deleted");
+          const counts = new Map<string, number>();
+          for (const one of live) counts.set(one.state, (counts.get(one.state) ?? 0) + 1);
+          return (
+            <li key={verb.name}>
+              <a
+                href={addressOf("verbs", [verb.name])}
+                aria-current={verb.name === props.chosen ? "page" : undefined}
+                title={verb.doc.split("\n")[0]}
+              >
+                <span className="name">{verb.name}</span>
+                {[...counts].map(([state, count]) => (
+                  <Tag key={state} tone={stateTone(state)}>
+                    {count > 1 ? `${count} ` : ""}
+                    {state}
+                  </Tag>
+                ))}
+              </a>
+            </li>
+          );
+        })}
+      </ul>
+    </>
+  );
+}

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a verb acts on: which devices, SVVs and channels may be chosen for its arguments, and what is sent of the choice.
+import type { Channel, Configuration, FormArgument, VerbForm } from "../../control/shapes";
+
+/** Of each argument the names that were chosen; one, but of a group several. */
+export type Choices = Record<string, string[]>;
+
+/** The names that may be chosen for each argument; of an SVV none are listed. */
+export function choicesOf(form: VerbForm, configuration: Configuration | null): Record<string, string[]> {
+  const options: Record<string, string[]> = {};
+  for (const argument of form.arguments) options[argument.name] = configuration ? namesFor(argument, configuration) : [];
+  return options;
+}
+
+function namesFor(argument: FormArgument, configuration: Configuration): string[] {
+  if (argument.kind === "device" || argument.kind === "group") {
+    const all = Object.entries(configuration.logical_devices);
+    return all.filter(([, type]) => argument.of === null || type === argument.of).map(([name]) => name);
+  }
+  if (argument.kind === "svv") {
+    const all = Object.entries(configuration.logical_devices);
+    return all.flatMap(([device, type]) => Object.keys(configuration.device_types[type]?.svvs ?? {}).map((svv) => `${device}.${svv}`));
+  }
+  return Object.entries(configuration.physical_devices).flatMap(([device, { channels }]) => {
+    const names = argument.members.length > 0 ? partsWith(channels, argument.members) : channels.map((channel) => channel.name);
+    return names.map((name) => `${device}/${name}`);
+  });
+}
+
+/** The parts of a device that have all these channels: `elbow`, where it has `elbow.position` and `elbow.effort`. */
+function partsWith(channels: Channel[], members: string[]): string[] {
+  const names = new Set(channels.map((channel) => channel.name));
+  const parts = [...new Set([...names].filter((name) => name.includes(".")).map((name) => name.slice(0, name.lastIndexOf("."))))];
+  return parts.filter((part) => members.every((member) => names.has(`${part}.${member}`)));
+}
+
+/** What stands there before anybody has chosen: all devices of the first arm, the only device. */
+export function firstChoices(form: VerbForm, options: Record<string, string[]>): Choices {
+  const first: Choices = {};
+  for (const { name, kind } of form.arguments) {
+    const names = options[name] ?? [];
+    if (kind === "group") first[name] = families(names)[0]?.names ?? [];
+    else if (kind !== "svv" && names.length === 1) first[name] = names;
+  }
+  return first;
+}
+
+/** Devices by what their names begin with: the joints of each arm. */
+export function families(names: string[]): { family: string; names: string[] }[] {
+  const found = new Map<string, string[]>();
+  for (const name of names) {
+    const family = name.includes(".") ? name.slice(0, name.lastIndexOf(".")) : "";
+    found.set(family, [...(found.get(family) ?? []), name]);
+  }
+  return [...found].map(([family, members]) => ({ family, names: members }));
+}
+
+/** The devices of the one group argument, in order: what the elements of array inputs stand for. */
+export function devicesOf(form: VerbForm, choices: Choices): string[] {
+  const groups = form.arguments.filter((argument) => argument.kind === "group");
+  const only = groups.length === 1 ? groups[0] : undefined;
+  return only ? (choices[only.name] ?? []) : [];
+}
+
+/** As the call `create` takes them. */
+export function argumentsOf(form: VerbForm, choices: Choices): Record<string, unknown> {
+  const given: Record<string, unknown> = {};
+  for (const { name, kind, members } of form.arguments) {
+    const names = choices[name] ?? [];
+    const only = names[0] ?? "";
+    if (kind === "group") given[name] = { devices: names };
+    else if (kind === "device") given[name] = { device: only };
+    else if (kind === "svv") given[name] = only.includes(",") ? { svvs: only.split(",").map((one) => one.trim()) } : { svv: only.trim() };
+    else {
+      const at = only.indexOf("/");
+      const [device, of] = [only.slice(0, at), only.slice(at + 1)];
+      given[name] = members.length > 0 ? { part: { device, part: of } } : { channel: { device, channel: of } };
+    }
+  }
+  return given;
+}

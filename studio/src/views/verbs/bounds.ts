@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// Limits of inputs: numbers, or parameters of the devices that were chosen (`arm.max_speed`, `-arm.max_speed`).
+import { useEffect, useState } from "react";
+import type { Control } from "../../control/control";
+import type { Value, VerbForm } from "../../control/shapes";
+import { useControl } from "../../shell/context";
+import type { Choices } from "./arguments";
+
+/** Least and greatest value of an input, for each device; one alone where they are all the same. */
+export interface Bounds {
+  minimum: Value[];
+  maximum: Value[];
+}
+
+export function useBounds(form: VerbForm, choices: Choices): Map<string, Bounds> {
+  const control = useControl();
+  const [bounds, setBounds] = useState<Map<string, Bounds>>(new Map());
+  const chosen = JSON.stringify(choices);
+  useEffect(() => {
+    let over = false;
+    const all = Promise.all(
+      form.inputs
+        .filter((input) => input.minimum !== null || input.maximum !== null)
+        .map(async (input): Promise<[string, Bounds]> => {
+          const known = JSON.parse(chosen) as Choices;
+          const [minimum, maximum] = await Promise.all([ends(control, input.minimum, known), ends(control, input.maximum, known)]);
+          return [input.name, { minimum, maximum }];
+        }),
+    );
+    // Without them the form says the names of the limits, and the system judges all the same.
+    all.then(
+      (found) => over || setBounds(new Map(found)),
+      () => over || setBounds(new Map()),
+    );
+    return () => {
+      over = true;
+    };
+  }, [control, form, chosen]);
+  return bounds;
+}
+
+async function ends(control: Control, bound: Value, choices: Choices): Promise<Value[]> {
+  const member = memberOf(bound);
+  if (!member) return [bound];
+  const devices = choices[member.argument] ?? [];
+  const values = await Promise.all(devices.map((name) => control.look("device_parameter", { name, parameter: member.parameter })));
+  const signed = values.map((value) => (member.negative && typeof value === "number" ? -value : value));
+  return signed.every((value) => value === signed[0]) ? signed.slice(0, 1) : signed;
+}
+
+/** `-arm.max_speed` in its parts; nothing where it is no member of an argument. */
+export function memberOf(bound: Value): { argument: string; parameter: string; negative: boolean } | null {
+  const found = typeof bound === "string" ? /^(-?)(\w+)\.(\w+)$/.exec(bound) : null;
+  return found ? { negative: found[1] === "-", argument: found[2] ?? "", parameter: found[3] ?? "" } : null;
+}

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// From what a person writes into the form to what a start is given. Units and limits are the system's to judge: text with a unit
+// ("90 deg", "30 %") is sent as it is.
+import type { Refusal } from "../../control/refusals";
+import type { Value } from "../../control/shapes";
+
+/** How many elements an input has: of `double[6]` six, of `double[n]` as many as devices were chosen, of a scalar null. */
+export function elements(type_text: string, devices: number): number | null {
+  const found = /\[\s*(\w+)\s*\]\s*$/.exec(type_text);
+  if (!found) return null;
+  const size = Number(found[1]);
+  return Number.isInteger(size) ? size : Math.max(1, devices);
+}
+
+/** What was written into one field; nothing where it is empty. Lists and structs are JSON. */
+export function valueFrom(text: string, type_text: string): Value | undefined {
+  const written = text.trim();
+  if (written === "") return undefined;
+  if (/^bool/.test(type_text)) {
+    if (written === "true") return true;
+    if (written === "false") return false;
+    return written;
+  }
+  if (/^[[{]/.test(written)) {
+    try {
+      return JSON.parse(written) as Value;
+    } catch {
+      return written;
+    }
+  }
+  const number = Number(written.replace(/^\+/, ""));
+  return Number.isFinite(number) ? number : written;
+}
+
+/** The value of an array input, element by element; one that is filled alone stands for all; nothing where all are empty. */
+export function arrayOf(texts: string[], type_text: string): Value | undefined {
+  const scalar = type_text.replace(/\[.*$/, "");
+  const values = texts.map((text) => valueFrom(text, scalar));
+  if (values.every((value) => value === undefined)) return undefined;
+  return values.map((value) => value ?? null);
+}
+
+/** Elements that are empty while others are filled. */
+export function gaps(texts: string[]): number[] {
+  const empty = texts.flatMap((text, index) => (text.trim() === "" ? [index] : []));
+  return empty.length === texts.length ? [] : empty;
+}
+
+/** A default or a limit as text: numbers with the unit, lists in brackets. */
+export function limitText(value: Value, unit: string | null): string {
+  if (value === null || value === undefined) return "";
+  if (typeof value === "number") return `${Number(value.toPrecision(6))}${unit ? `\u202f${unit}` : ""}`;
+  if (Array.isArray(value)) return value.map((one) => limitText(one, null)).join(", ") + (unit ? `\u202f${unit}` : "");
+  return String(value);
+}
+
+/** The refusals that name an input (or argument), and those that name none. */
+export function byField(refusals: Refusal[], names: string[]): { of: Map<string, Refusal[]>; rest: Refusal[] } {
+  const of = new Map<string, Refusal[]>();
+  const rest: Refusal[] = [];
+  for (const refusal of refusals) {
+    const name = names.find((one) => refusal.message.includes(`'${one}'`) || refusal.ends?.some((end) => end.what.includes(`'${one}'`)));
+    if (name === undefined) rest.push(refusal);
+    else of.set(name, [...(of.get(name) ?? []), refusal]);
+  }
+  return { of, rest };
+}

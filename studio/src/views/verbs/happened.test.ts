@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+import { expect, test } from "vitest";
+import { happenedTo, lastTransition } from "./happened";
+
+const entries = [
+  { sequence: 0, time_s: 0, kind: "start", about: "move#1", text: "" },
+  { sequence: 1, time_s: 0.1, kind: "condition", about: "move#1", text: "'generator' reported 'in_velocity'" },
+  { sequence: 2, time_s: 0.2, kind: "condition", about: "move#1", text: "'generator' reported 'in_velocity'" },
+  { sequence: 3, time_s: 0.2, kind: "start", about: "move#2", text: "" },
+  { sequence: 4, time_s: 0.3, kind: "transition", about: "move#1", text: "command list 'stop'" },
+];
+
+test("what happened to an instance, newest first, repeats counted", () => {
+  const found = happenedTo("move#1", entries);
+  expect(found.map((entry) => [entry.kind, entry.times])).toEqual([
+    ["transition", 1],
+    ["condition", 2],
+    ["start", 1],
+  ]);
+});
+
+test("the transition that was made last, since the last start", () => {
+  expect(lastTransition(happenedTo("move#1", entries), "begin")).toEqual({ from: "begin", to: "stop" });
+  expect(lastTransition(happenedTo("move#2", entries), "begin")).toBeNull();
+  const on = [...entries, { sequence: 5, time_s: 0.4, kind: "transition", about: "move#1", text: "command list 'rest'" }];
+  expect(lastTransition(happenedTo("move#1", on), "begin")).toEqual({ from: "stop", to: "rest" });
+});

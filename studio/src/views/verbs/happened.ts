@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// What happened to one verb instance, from the log.
+import { useMemo } from "react";
+import type { LogEntry } from "../../control/shapes";
+import { useControl, useTopic } from "../../shell/context";
+
+const KINDS = new Set([
+  "start",
+  "admission",
+  "transition",
+  "condition",
+  "ending",
+  "end",
+  "fault",
+  "overrun",
+  "late",
+  "command",
+  "exchange",
+]);
+
+/** Entries about this instance, newest first, what repeats only counted. */
+export interface Happened extends LogEntry {
+  times: number;
+}
+
+export function useHappened(instance: string | null): Happened[] {
+  const control = useControl();
+  const log = useTopic(control.topics.log);
+  return useMemo(() => (instance === null ? [] : happenedTo(instance, log?.entries ?? [])), [instance, log]);
+}
+
+export function happenedTo(instance: string, entries: LogEntry[], most = 60): Happened[] {
+  const found: Happened[] = [];
+  for (const entry of entries.toReversed()) {
+    if (entry.about !== instance || !KINDS.has(entry.kind)) continue;
+    const later = found.at(-1);
+    if (later && later.kind === entry.kind && later.text === entry.text) later.times += 1;
+    else if (found.length === most) break;
+    else found.push({ ...entry, times: 1 });
+  }
+  return found;
+}
+
+/** The list that was left last and the one that was entered, since the last start; `initial` is where each start begins. */
+export function lastTransition(happened: Happened[], initial: string): { from: string; to: string } | null {
+  let to: string | null = null;
+  for (const entry of happened) {
+    if (entry.kind === "start" || entry.kind === "admission") return to === null ? null : { from: initial, to };
+    const list = entry.kind === "transition" ? /'([^']+)'/.exec(entry.text)?.[1] : undefined;
+    if (list === undefined) continue;
+    if (to !== null) return { from: list, to };
+    to = list;
+  }
+  return to === null ? null : { from: initial, to };
+}

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useMemo, useState } from "react";
+import { type Refusal, refusalsOf } from "../../control/refusals";
+import type { VerbSummary } from "../../control/shapes";
+import { Empty, Refusals } from "../../design/parts";
+import { useControl, useTopic, useWatched } from "../../shell/context";
+import { useRoute } from "../../shell/route";
+import { VerbDetail } from "./VerbDetail";
+import { VerbList } from "./VerbList";
+import "./verbs.css";
+
+/** Verbs and their instances: what they are, which list runs, how they came there; start, suspend, resume, halt. */
+export default function Verbs() {
+  const control = useControl();
+  const installed = useTopic(control.topics.installed);
+  const trouble = useWatched(control.topics.installed.trouble);
+  const { verbs, refusals } = useVerbs();
+  const { path } = useRoute();
+  const instances = useMemo(() => installed?.instances ?? [], [installed]);
+  if (verbs === null) {
+    return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">Waiting for the verbs…</p>;
+  }
+  // Without a choice: the verb that runs on behalf of no device, the newest.
+  const running = instances.filter((one) => one.owner === null && one.state === "running").at(-1);
+  const chosen = path[0] ?? running?.verb ?? verbs.find((verb) => verb.supports.length === 0)?.name ?? verbs[0]?.name;
+  const verb = verbs.find((one) => one.name === chosen);
+  return (
+    <div className="verbs">
+      <VerbList verbs={verbs} instances={instances} chosen={chosen ?? null} />
+      <div className="stack">
+        <Refusals of={[...trouble, ...refusals]} />
+        {verb ? (
+          <VerbDetail key={verb.name} verb={verb} instances={instances.filter((one) => one.verb === verb.name)} chosen={path[1] ?? null} />
+        ) : verbs.length === 0 ? (
+          <Empty title="No verb is defined yet">
+            A program defines verbs where it first uses them: <code>gpac.motion.move_absolute(arm, goal)</code>. Or draw one in the view
+            Data flow.
+          </Empty>
+        ) : (
+          <Empty title={`There is no verb '${chosen}'`}>Choose one of the list.</Empty>
+        )}
+      </div>
+    </div>
+  );
+}
+
+/** The verbs that are defined; asked for again whenever something was installed. */
+function useVerbs(): { verbs: VerbSummary[] | null; refusals: Refusal[] } {
+  const control = useControl();
+  const installed = useTopic(control.topics.installed);
+  const [verbs, setVerbs] = useState<VerbSummary[] | null>(null);
+  const [refusals, setRefusals] = useState<Refusal[]>([]);
+  const of = installed?.instances.map((one) => one.verb).join(" ");
+  // biome-ignore lint/correctness/useExhaustiveDependencies: `of` says when to ask again
+  useEffect(() => {
+    let over = false;
+    const look = () => {
+      control.look("verbs", {}).then(
+        (found) => {
+          if (over) return;
+          setVerbs(found);
+          setRefusals([]);
+        },
+        (why) => over || setRefusals(refusalsOf(why)),
+      );
+    };
+    look();
+    // A verb that is defined and not yet used tells nobody.
+    const again = setInterval(look, 2000);
+    return () => {
+      over = true;
+      clearInterval(again);
+    };
+  }, [control, of]);
+  return { verbs, refusals };
+}

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a verb is, for its diagram: from an installed instance, or from its definition.
+import type { InstalledInstance } from "../../control/shapes";
+import { period } from "../../design/numbers";
+
+export interface Shape {
+  lists: { name: string; commands: string[] }[];
+  conditions: { name: string; of: string[]; raises: boolean; during: string[] }[];
+  transitions: { from: string; condition: string; to: string }[];
+  initial: string;
+  ending: string | null;
+}
+
+export function shapeOfInstance(instance: InstalledInstance): Shape {
+  return {
+    lists: instance.lists,
+    conditions: instance.conditions.map(({ name, of, raises, during }) => ({ name, of, raises, during })),
+    transitions: instance.transitions,
+    initial: instance.initial,
+    ending: instance.ending,
+  };
+}
+
+/** A function block command, as definitions have it. */
+interface Command {
+  command: string;
+  block?: string;
+  blocks?: string[];
+  every_ns?: number | null;
+  conditions?: string[];
+  time_ns?: number | null;
+}
+
+interface Definition {
+  command_lists?: Record<string, { commands: Command[] }>;
+  initial?: string | null;
+  ending?: string | null;
+  conditions?: Record<string, { on?: string[]; raises?: boolean | string | null; during?: string | string[] }>;
+  transitions?: { from: string; condition: string; to: string }[];
+}
+
+/** From the definition of a verb as JSON; nothing where it is none. */
+export function shapeOfDefinition(defined: unknown): Shape | null {
+  const definition = defined as Definition | null;
+  if (!definition || typeof definition !== "object" || !definition.command_lists) return null;
+  const lists = Object.entries(definition.command_lists).map(([name, list]) => ({ name, commands: list.commands.map(commandText) }));
+  return {
+    lists,
+    conditions: Object.entries(definition.conditions ?? {}).map(([name, { on, raises, during }]) => ({
+      name,
+      of: on ?? [],
+      raises: Boolean(raises),
+      during: typeof during === "string" ? [during] : (during ?? []),
+    })),
+    transitions: definition.transitions ?? [],
+    initial: definition.initial ?? lists[0]?.name ?? "",
+    ending: definition.ending ?? null,
+  };
+}
+
+/** A command in the words of the system. */
+export function commandText(command: Command): string {
+  if (command.command === "wait") {
+    if (command.conditions?.length) return `wait for ${command.conditions.join(" or ")}`;
+    return command.time_ns ? `wait ${period(command.time_ns)}` : "wait until nothing is active";
+  }
+  const every = command.every_ns ? ` every ${period(command.every_ns)}` : "";
+  return `${command.command} ${command.block ?? command.blocks?.join(", ") ?? ""}${every}`.trim();
+}
+
+/** An arrow of the diagram: what leads from a list to another, or to the end (`to` null). */
+export interface Arrow {
+  from: string;
+  to: string | null;
+  conditions: { name: string; raises: boolean }[];
+}
+
+/** The arrows: the transitions, and of each list the conditions that end the verb there. Those of one pair are one arrow. */
+export function arrowsOf(shape: Shape): Arrow[] {
+  const arrows = new Map<string, Arrow>();
+  const add = (from: string, to: string | null, name: string) => {
+    const key = `${from} ${to ?? ""}`;
+    const arrow = arrows.get(key) ?? { from, to, conditions: [] };
+    arrows.set(key, arrow);
+    const raises = to === null && (shape.conditions.find((one) => one.name === name)?.raises ?? false);
+    if (!arrow.conditions.some((one) => one.name === name)) arrow.conditions.push({ name, raises });
+  };
+  for (const { from, condition, to } of shape.transitions) add(from, to, condition);
+  for (const { name: list } of shape.lists) {
+    for (const condition of shape.conditions) {
+      // A condition of the system itself (`halted`, `time_limit`) can end every list: it is drawn only where it leads elsewhere.
+      if (condition.of.length === 0) continue;
+      if (condition.during.length > 0 && !condition.during.includes(list)) continue;
+      if (shape.transitions.some((one) => one.from === list && one.condition === condition.name)) continue;
+      add(list, null, condition.name);
+    }
+  }
+  return [...arrows.values()];
+}

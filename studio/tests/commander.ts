@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Who commands the system beside the page: a session of the control interface. */
+export class Commander {
+  readonly #base: string;
+  readonly #token: string;
+  #session = "";
+  #alive: ReturnType<typeof setInterval> | undefined;
+
+  private constructor(base: string, token: string) {
+    this.#base = base;
+    this.#token = token;
+  }
+
+  /** `url`: the page's address, with its token. */
+  static async open(url: string): Promise<Commander> {
+    const { origin, hash } = new URL(url);
+    const made = new Commander(origin, decodeURIComponent(hash.replace("#token=", "")));
+    const { session } = await made.#ask<{ session: string }>("POST", "/v1/sessions", { name: "commander", lost_after_ms: 60_000 });
+    made.#session = session;
+    await made.#ask("POST", "/v1/command", {});
+    // Where one is lost, the next call says that the session is.
+    made.#alive = setInterval(() => made.#ask("POST", "/v1/heartbeat").catch(() => {}), 2000);
+    return made;
+  }
+
+  async start(verb: string): Promise<void> {
+    await this.call("start", { instance: await this.#instance(verb) });
+  }
+
+  async halt(verb: string): Promise<void> {
+    await this.call("halt", { instance: await this.#instance(verb) });
+  }
+
+  /** The present value of an SVV that is a number. */
+  async value(name: string): Promise<number> {
+    const { values } = await this.call<{ values: Record<string, { value: number }> }>("read", { names: [name] });
+    return values[name]?.value ?? Number.NaN;
+  }
+
+  call<T>(name: string, args: object): Promise<T> {
+    return this.#ask<T>("POST", `/v1/call/${name}`, args);
+  }
+
+  async close(): Promise<void> {
+    clearInterval(this.#alive);
+    await this.#ask("DELETE", "/v1/sessions");
+  }
+
+  async #instance(verb: string): Promise<number> {
+    const { instances } = await this.call<{ instances: { id: number; verb: string }[] }>("statistics", {});
+    const found = instances.find((one) => one.verb === verb);
+    if (!found) throw new Error(`there is no instance of '${verb}'`);
+    return found.id;
+  }
+
+  async #ask<T>(method: string, path: string, body?: object): Promise<T> {
+    const headers: Record<string, string> = { Authorization: `Bearer ${this.#token}` };
+    if (this.#session) headers["OpenGPAC-Session"] = this.#session;
+    const answered = await fetch(`${this.#base}${path}`, { method, headers, ...(body && { body: JSON.stringify(body) }) });
+    const said = (await answered.json()) as { result: T; errors?: { message: string }[] };
+    if (!answered.ok) throw new Error(`${method} ${path}: ${said.errors?.map((one) => one.message).join("; ") ?? answered.status}`);
+    return said.result;
+  }
+}

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// The data flow of a running system, and a graph that is drawn, mended, installed and looked at.
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { axeFindings, browse, goTo, LOOKS, type Opened, open, PATIENCE_MS, type Running, run, shoot } from "./running";
+
+let running: Running;
+let browser: Browser;
+let opened: Opened;
+
+beforeAll(async () => {
+  [running, browser] = await Promise.all([run(join(import.meta.dirname, "program.py"), "--edit"), browse(false)]);
+  opened = await open(browser, running.url);
+}, 2 * PATIENCE_MS);
+
+afterAll(async () => {
+  await browser?.close();
+  await running?.stop();
+}, PATIENCE_MS);
+
+const TIME = 3 * PATIENCE_MS;
+
+test("what is installed is drawn, with values that move on its wires", { timeout: TIME }, async () => {
+  const { page, errors } = opened;
+  await goTo(page, "Data flow");
+  await page.locator('[data-box="wave"]').first().waitFor();
+  const value = page.locator('.wire-label [data-live="ur5e.shoulder_pan.commanded"]').first();
+  const before = await value.textContent();
+  await expect.poll(() => value.textContent(), { timeout: PATIENCE_MS }).not.toBe(before);
+  await page.locator('[data-box="wave"]').first().click();
+  await page.getByText("library.signal_generator").waitFor();
+  expect(await axeFindings(page)).toEqual([]);
+  expect(errors).toEqual([]);
+});
+
+test("a graph is drawn, a wire refused and mended, installed, and its output seen in the scope", { timeout: 2 * TIME }, async () => {
+  const { page, errors } = opened;
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await page.getByRole("button", { name: "New graph" }).click();
+  await named(page, "Graph", "drawn");
+  for (const component of ["signal_generator", "gain", "logic_not"]) await page.locator(`[data-component="library.${component}"]`).click();
+  await page.getByRole("button", { name: "Add output" }).click();
+  await page.getByRole("button", { name: "Arrange" }).click();
+  await page.waitForFunction(() => {
+    const at = (box: string) => document.querySelector(`[data-box="${box}"]`)?.getBoundingClientRect().top ?? 0;
+    return at("gain") !== at("signal_generator");
+  });
+
+  await wire(page, "signal_generator.y", "logic_not.u");
+  const refused = page.locator('[data-wire="refused"]');
+  await refused.getByText("types differ").waitFor();
+  expect(await refused.textContent()).toContain("bool");
+  await wire(page, "signal_generator.y", "gain.u");
+  await refused.waitFor({ state: "detached" });
+  await wire(page, "gain.y", "output.value");
+  await chosen(page, "logic_not");
+  await page.keyboard.press("Delete");
+  await page.locator('[data-box="logic_not"]').waitFor({ state: "detached" });
+  await chosen(page, "gain");
+  await named(page, "k", "3");
+  await page.getByText("all hold").waitFor();
+  expect(await axeFindings(page)).toEqual([]);
+  await shoot(page, "editor");
+
+  const saved = page.waitForEvent("download");
+  await page.getByRole("button", { name: "Save file" }).click();
+  const file = JSON.parse(readFileSync(await (await saved).path(), "utf8"));
+  expect(file.graphs.drawn.blocks.gain).toEqual({ block: { subroutine: "library.gain" }, constants: { k: 3 } });
+
+  await page.getByLabel("Source", { exact: true }).selectOption("rtp0.slow");
+  await page.getByRole("button", { name: "Install and start" }).click();
+  await page.getByRole("link", { name: "See its outputs in the scope" }).click();
+  await page.getByRole("main", { name: "Scope" }).waitFor();
+  await page.getByText("drawn.output").locator("visible=true").first().waitFor();
+  await page.waitForFunction(() => /received\s*[1-9]/i.test(document.body.textContent ?? ""));
+  await shoot(page, "drawn-in-the-scope");
+  expect(errors).toEqual([]);
+});
+
+test("pictures at every width, light and dark", { timeout: 2 * TIME }, async () => {
+  for (const look of LOOKS) {
+    const { page, context, errors } = await open(browser, running.url, look);
+    await goTo(page, "Data flow");
+    await page.locator('[data-box="wave"]').first().waitFor();
+    await shoot(page, `flow-${look.width}-${look.scheme}`);
+    await page.getByRole("button", { name: "Edit", exact: true }).click();
+    await page.locator('[data-component="library.gain"]').waitFor();
+    await shoot(page, `edit-${look.width}-${look.scheme}`);
+    expect(errors).toEqual([]);
+    await context.close();
+  }
+});
+
+async function named(page: Page, label: string, text: string): Promise<void> {
+  const field = page.getByLabel(label, { exact: true });
+  await field.fill(text);
+  await field.press("Enter");
+}
+
+/** Draws a wire from one port to another with the mouse. */
+async function wire(page: Page, from: string, to: string): Promise<void> {
+  const [begin, end] = await Promise.all([middle(page, from), middle(page, to)]);
+  const answered = page.waitForResponse((response) => response.url().endsWith("/v1/call/compatible"));
+  await page.mouse.move(begin.x, begin.y);
+  await page.mouse.down();
+  await page.mouse.move(begin.x + 15, begin.y + 5);
+  await answered;
+  await page.mouse.move(end.x, end.y, { steps: 8 });
+  await page.mouse.up();
+}
+
+/** Where a port lies, once the drawing has come to rest. */
+async function middle(page: Page, port: string): Promise<{ x: number; y: number }> {
+  const handle = page.locator(`[data-port="${port}"]`).first();
+  let box = await handle.boundingBox();
+  for (let before = ""; before !== JSON.stringify(box); box = await handle.boundingBox()) {
+    before = JSON.stringify(box);
+    await page.evaluate(() => new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn))));
+  }
+  if (!box) throw new Error(`port ${port} is not to be seen`);
+  return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+}
+
+async function chosen(page: Page, box: string): Promise<void> {
+  await page.locator(`[data-box="${box}"] strong`).click();
+  await page.locator(".react-flow__node.selected").waitFor();
+}

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// A running system with its page, and a browser that looks at it.
+import { type ChildProcess, spawn } from "node:child_process";
+import { copyFileSync, existsSync, mkdirSync } from "node:fs";
+import { join, resolve } from "node:path";
+import axe from "axe-core";
+import { type Browser, type BrowserContext, chromium, type Page } from "playwright-core";
+
+export const ROOT = resolve(import.meta.dirname, "../..");
+/** Where screenshots are kept. */
+export const OUT = join(ROOT, "out/studio");
+const BUILT = join(ROOT, "python/opengpac/studio_page");
+/** How long anything that is waited for may take, ms: the machines of tests are slow. */
+export const PATIENCE_MS = 90_000;
+
+export interface Running {
+  /** The page's address, with its token. */
+  url: string;
+  /** What the program and the system have said. */
+  said: () => string;
+  stop: () => Promise<void>;
+}
+
+/** Runs a program with `opengpac studio`; resolves when its page is served. */
+export function run(program: string, ...options: string[]): Promise<Running> {
+  const python = process.env.OPENGPAC_PYTHON ?? join(ROOT, ".venv/bin/python");
+  const command = ["-m", "opengpac", "studio", "--no-browser", "--page", BUILT, ...options, program];
+  const process_ = spawn(python, command, {
+    env: { ...process.env, PYTHONPATH: process.env.PYTHONPATH ?? join(ROOT, "python"), PYTHONUNBUFFERED: "1" },
+  });
+  let text = "";
+  return new Promise((found, failed) => {
+    const hear = (chunk: Buffer) => {
+      text += chunk.toString();
+      const url = /^studio: (http\S+)$/m.exec(text)?.[1];
+      if (url) found({ url, said: () => text, stop: () => stop(process_) });
+    };
+    process_.stdout.on("data", hear);
+    process_.stderr.on("data", hear);
+    process_.once("exit", (code) => failed(new Error(`opengpac studio ended with ${code}:\n${text}`)));
+    process_.once("error", failed);
+  });
+}
+
+function stop(process_: ChildProcess): Promise<void> {
+  return new Promise((ended) => {
+    if (process_.exitCode !== null) return ended();
+    process_.once("exit", () => ended());
+    process_.kill("SIGINT");
+  });
+}
+
+/** `graphics`: with a computed graphics card, which 3-D needs; without, everything else is several times as fast. */
+export async function browse(graphics = true): Promise<Browser> {
+  const known = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+  const executablePath = known.find((path) => path !== undefined && existsSync(path));
+  if (!executablePath) throw new Error("there is no browser: install Debian's chromium, or name one with CHROMIUM=");
+  // The sandbox needs rights that containers and root lack; the graphics are computed, for there is no card.
+  return await chromium.launch({
+    executablePath,
+    args: ["--no-sandbox", ...(graphics ? ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-gpu"])],
+  });
+}
+
+/** A page of the studio, with everything that went wrong in it. */
+export interface Opened {
+  page: Page;
+  context: BrowserContext;
+  /** Errors of the console, and exceptions that nobody caught. */
+  errors: string[];
+}
+
+export interface Look {
+  width: number;
+  height: number;
+  scheme: "light" | "dark";
+}
+
+export const LOOKS: Look[] = [
+  { width: 1440, height: 900, scheme: "light" },
+  { width: 1440, height: 900, scheme: "dark" },
+  { width: 800, height: 1000, scheme: "light" },
+  { width: 800, height: 1000, scheme: "dark" },
+];
+
+export async function open(browser: Browser, url: string, look: Look = LOOKS[0] as Look): Promise<Opened> {
+  const context = await browser.newContext({ viewport: { width: look.width, height: look.height }, colorScheme: look.scheme });
+  context.setDefaultTimeout(PATIENCE_MS);
+  const page = await context.newPage();
+  const errors: string[] = [];
+  page.on("console", (message) => {
+    if (message.type() === "error") errors.push(message.text());
+  });
+  page.on("pageerror", (error) => errors.push(error.message));
+  await page.goto(url);
+  await page.getByText("live", { exact: true }).waitFor();
+  return { page, context, errors };
+}
+
+export async function goTo(page: Page, view: string): Promise<void> {
+  await page.getByRole("navigation", { name: "Views" }).getByRole("link", { name: view, exact: true }).click();
+  await page.getByRole("main", { name: view }).waitFor();
+}
+
+/** The pictures of the docs, by the names of screenshots: renewed with OPENGPAC_WRITE_PICTURES=1. */
+const PICTURES: Record<string, string> = { "verbs-1440-light": "studio-verbs" };
+
+export async function shoot(page: Page, name: string): Promise<void> {
+  mkdirSync(OUT, { recursive: true });
+  const shot = join(OUT, `${name}.png`);
+  await page.screenshot({ path: shot });
+  const picture = PICTURES[name];
+  if (picture && process.env.OPENGPAC_WRITE_PICTURES) copyFileSync(shot, join(ROOT, "docs/pictures", `${picture}.png`));
+}
+
+/** What axe finds wrong, in words. */
+export async function axeFindings(page: Page): Promise<string[]> {
+  await page.evaluate(axe.source);
+  const found = await page.evaluate(async () => {
+    const checked = await (window as unknown as { axe: typeof axe }).axe.run(document);
+    return checked.violations.map((one) => ({
+      id: one.id,
+      help: one.help,
+      where: one.nodes.map((node) => `${node.target} ${node.failureSummary}`),
+    }));
+  });
+  return found.map((one) => `${one.id}: ${one.help}: ${one.where.join(" | ")}`);
+}
+
+/** Waits until a text is another one than it was. */
+export async function changes(page: Page, selector: string): Promise<[string, string]> {
+  const element = page.locator(selector).first();
+  await element.waitFor();
+  const handle = await element.elementHandle();
+  if (!handle) throw new Error(`there is no ${selector}`);
+  await page.waitForFunction((shown) => shown.textContent !== "–", handle);
+  const before = (await handle.textContent()) ?? "";
+  await page.waitForFunction(([shown, was]) => (shown as Element).textContent !== was, [handle, before] as const);
+  return [before, (await handle.textContent()) ?? ""];
+}

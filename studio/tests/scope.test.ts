@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scope against 64 SVVs at 1 kHz: what is stored is counted end to end; trigger, cursors, export.
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import type { Browser } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { Commander } from "./commander";
+import { axeFindings, browse, LOOKS, type Opened, open, PATIENCE_MS, type Running, run, shoot } from "./running";
+
+const CHANNELS = Array.from({ length: 64 }, (_, i) => `bank.c${String(i).padStart(2, "0")}`);
+
+let running: Running;
+let browser: Browser;
+let studio: Opened;
+let commander: Commander;
+
+beforeAll(async () => {
+  [running, browser] = await Promise.all([run(join(import.meta.dirname, "channels.py")), browse(false)]);
+  commander = await Commander.open(running.url);
+  studio = await open(browser, running.url);
+  await studio.page.evaluate((names) => {
+    window.location.hash = `#/scope?names=${names}`;
+  }, CHANNELS.join(","));
+  await studio.page.getByText(/^64 channels/).waitFor();
+});
+
+afterAll(async () => {
+  await commander?.close();
+  await browser?.close();
+  await running?.stop();
+});
+
+/** The counts under the screen. */
+async function counted(): Promise<{ received: number; lost: number }> {
+  const read = async (id: string) => Number(((await studio.page.getByTestId(id).textContent()) ?? "").replaceAll(/\D/g, ""));
+  return { received: await read("received"), lost: await read("lost") };
+}
+
+async function until(said: string, true_: () => Promise<boolean>): Promise<void> {
+  const end = Date.now() + PATIENCE_MS;
+  while (!(await true_())) {
+    if (Date.now() > end) throw new Error(`it did not happen that ${said}`);
+    await studio.page.waitForTimeout(100);
+  }
+}
+
+test("every value of 64 channels at 1 kHz is received or counted as lost", async () => {
+  const { page } = studio;
+  await commander.start("waves");
+  await until("3,000 values of each channel came", async () => {
+    const { received, lost } = await counted();
+    return received + lost >= 64 * 3000;
+  });
+  await commander.halt("waves");
+  const stored = 64 * (await commander.value("bank.c63"));
+  await until("all that was stored came to the page", async () => {
+    const { received, lost } = await counted();
+    return received + lost >= stored;
+  });
+  const { received, lost } = await counted();
+  expect(received + lost).toBe(stored);
+  await shoot(page, "scope-64-channels");
+});
+
+test("a trigger is shown with what was before it, cursors read it, and it can be exported", async () => {
+  const { page } = studio;
+  await commander.start("waves");
+  await page.evaluate(() => {
+    window.location.hash = `#/scope?setup=${encodeURIComponent(
+      JSON.stringify({
+        traces: [0, 1].map((i) => ({ channel: `bank.c0${i}`, component: "", look: i })),
+        sweep: "single",
+        span_s: 0.5,
+        pre_s: 0.2,
+        trigger: { on: "level", channel: "bank.c00", component: "", edge: "rising", level: 0.5, hysteresis: 0 },
+      }),
+    )}`;
+  });
+  await page.getByText("complete", { exact: true }).waitFor();
+  await page.getByText(/ms from the trigger; 0 is at/).waitFor();
+  await page.getByRole("button", { name: "Cursors", exact: true }).click();
+  const a = page.getByRole("slider", { name: "Cursor A" });
+  await a.focus();
+  await page.keyboard.press("Shift+ArrowLeft");
+  expect(await page.getByTestId("cursor-difference").textContent()).toMatch(/ms$/);
+  const row = page.locator('tr[data-trace="bank.c00"]');
+  await until("the value at the cursor is shown", async () => (await row.locator('[data-cell="a"]').textContent()) !== "–");
+  const [saved] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "CSV" }).click()]);
+  const lines = readFileSync(await saved.path(), "utf8")
+    .trim()
+    .split("\n");
+  const values = lines.filter((line) => !line.startsWith("#"));
+  expect(values[0]).toBe("time_s,bank.c00 (V),bank.c01 (V)");
+  const rows = values.slice(1).map((line) => line.split(",").map(Number) as [number, number, number]);
+  const zero = Number(/0 is at ([\d.]+) s/.exec((await page.getByTestId("axis").textContent()) ?? "")?.[1]);
+  const before = rows.filter(([time]) => time < zero);
+  expect(before.length).toBeGreaterThan(0);
+  expect(before.at(-1)?.[1]).toBeLessThan(0.5);
+  expect(rows.find(([time]) => time > zero)?.[1]).toBeGreaterThanOrEqual(0.5);
+  await shoot(page, "scope-trigger");
+});
+
+test("a value is found by a few keys", async () => {
+  const { page } = studio;
+  await page.locator("body").click({ position: { x: 2, y: 2 } });
+  await page.keyboard.press("/");
+  await page.keyboard.type("c42");
+  await page.keyboard.press("Enter");
+  await page.locator('tr[data-trace="bank.c42"]').waitFor();
+});
+
+test("nothing is wrong for who uses keys or a screen reader, light or dark, wide or narrow", async () => {
+  const { page, errors } = studio;
+  for (const look of LOOKS) {
+    await page.setViewportSize({ width: look.width, height: look.height });
+    await page.emulateMedia({ colorScheme: look.scheme });
+    expect(await axeFindings(page), `${look.width} ${look.scheme}`).toEqual([]);
+    await shoot(page, `scope-${look.width}-${look.scheme}`);
+  }
+  expect(errors).toEqual([]);
+});

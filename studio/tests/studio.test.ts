@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page against a running arm: open it, see it live, start a move from the form, halt it.
+import { join } from "node:path";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { axeFindings, browse, changes, goTo, LOOKS, type Opened, open, type Running, run, shoot } from "./running";
+
+const VIEWS = ["System", "Data flow", "Verbs", "Devices", "Scope", "Log"];
+
+let running: Running;
+let browser: Browser;
+let studio: Opened;
+
+beforeAll(async () => {
+  [running, browser] = await Promise.all([run(join(import.meta.dirname, "program.py"), "--role", "configure"), browse()]);
+  studio = await open(browser, running.url);
+});
+
+afterAll(async () => {
+  await browser?.close();
+  await running?.stop();
+});
+
+test("the token is gone from the address, and the page says which system it shows", async () => {
+  expect(studio.page.url()).not.toContain("token");
+  expect(await studio.page.getByRole("heading", { level: 1 }).textContent()).toBe("bench");
+});
+
+test("values move: SVVs of the arm, firings of the sources, the present command list", async () => {
+  const { page } = studio;
+  await goTo(page, "Devices");
+  const [before, after] = await changes(page, '[data-live="ur5e.shoulder_pan.sensed"]');
+  expect(Number(before)).not.toBe(Number(after));
+  await goTo(page, "System");
+  await changes(page, "table.sources td.number:nth-child(5)");
+  await goTo(page, "Verbs");
+  await page.locator(".verb-list").getByRole("link", { name: /^sway/ }).click();
+  await page.locator('.list.lit[data-list="near"]').waitFor();
+  await page.locator('.list.lit[data-list="far"]').waitFor();
+  await page.locator(".arrow.taken").waitFor();
+});
+
+const JOINTS = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"];
+
+/** Chooses these joints, and no others, in the form. */
+async function choose(page: Page, joints: string[]): Promise<void> {
+  for (const joint of JOINTS) await page.locator("form.start").getByRole("checkbox", { name: joint }).setChecked(joints.includes(joint));
+}
+
+test("what the system refuses is shown in its words, at the field that it is about", async () => {
+  const { page } = studio;
+  await goTo(page, "Verbs");
+  await page
+    .locator(".verb-list")
+    .getByRole("link", { name: /^move_absolute/ })
+    .click();
+  const form = page.locator("form.start");
+  await choose(page, ["wrist_3"]);
+  const goal = form.getByRole("group", { name: "goal" });
+  await goal.getByLabel("wrist_3").fill("90");
+  await form.getByRole("group", { name: "speed" }).getByLabel("wrist_3").fill("0.2");
+  await form.getByRole("button", { name: "Start" }).click();
+  const refused = form.locator(".input").filter({ has: goal }).getByRole("alert");
+  await expect.poll(() => refused.textContent()).toMatch(/OutOfRange.*90 rad/);
+  expect(await goal.getByLabel("wrist_3").getAttribute("aria-invalid")).toBe("true");
+  await page.locator(".bar").getByText("this page").waitFor();
+});
+
+test("a move is started from the form, runs, and is halted", async () => {
+  const { page } = studio;
+  const form = page.locator("form.start");
+  await form.getByRole("group", { name: "goal" }).getByLabel("wrist_3").fill("170 deg");
+  await form.getByRole("button", { name: "Start" }).click();
+  const instance = page.locator(".instances li").filter({ hasText: "running" });
+  await instance.waitFor();
+  await page.locator('.list.lit[data-list="start"]').waitFor();
+  const name = (await instance.getByRole("link").textContent()) ?? "";
+  await instance.getByRole("button", { name: "Halt" }).click();
+  await page.locator(".reports li").filter({ hasText: name }).first().waitFor();
+  await page.locator(".history").getByText("command list 'stop'").waitFor();
+  await page.locator(".instances li").filter({ hasText: name }).getByText("ended").waitFor();
+});
+
+test("two that need the same joint: the second is refused, and the holder is named", async () => {
+  const { page } = studio;
+  await goTo(page, "Verbs");
+  await page
+    .locator(".verb-list")
+    .getByRole("link", { name: /^move_absolute/ })
+    .click();
+  const form = page.locator("form.start");
+  await choose(page, ["shoulder_pan", "wrist_3"]);
+  await form.getByRole("group", { name: "goal" }).getByLabel("shoulder_pan").fill("0");
+  await form.getByRole("group", { name: "goal" }).getByLabel("wrist_3").fill("0");
+  await form.getByRole("button", { name: "Start" }).click();
+  await expect.poll(() => form.getByRole("alert").last().textContent()).toMatch(/SecondWriter.*sway/);
+});
+
+test("the log has commands and who gave them, and is filtered", async () => {
+  const { page } = studio;
+  await goTo(page, "Log");
+  await page.getByRole("searchbox", { name: "Text" }).fill("command halt move_absolute");
+  await page.locator(".line").filter({ hasText: "by studio-" }).first().click();
+  await page.getByRole("heading", { name: /^command of move_absolute/ }).waitFor();
+});
+
+test("a joint moves while its button is held, and stands when it is let go", async () => {
+  const { page } = studio;
+  await goTo(page, "Devices");
+  const row = page.locator("tr").filter({ has: page.getByRole("link", { name: "wrist_3" }) });
+  await row.getByText("standstill").waitFor();
+  const forward = row.getByRole("button", { name: "Jog wrist_3 forward while held" });
+  await forward.focus();
+  await page.keyboard.down("Space");
+  await row.getByText("moving").waitFor();
+  await page.keyboard.up("Space");
+  await row.getByText("standstill").waitFor();
+});
+
+test("the emergency stop ends what moves, says its cause, and is reset", async () => {
+  const { page } = studio;
+  await page.getByRole("button", { name: "Emergency stop" }).click();
+  await page.locator(".stopped").getByText("pressed in the studio").waitFor();
+  await goTo(page, "Devices");
+  await expect.poll(() => page.locator("table.family").getByText("disabled").count()).toBe(6);
+  await page.getByRole("button", { name: "Reset" }).click();
+  await page.locator(".stopped").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Enable all" }).click();
+  await expect.poll(() => page.locator("table.family").getByText("standstill").count()).toBe(6);
+});
+
+test("no error stands in the console", () => {
+  expect(studio.errors).toEqual([]);
+});
+
+test.each(LOOKS)("every view at $width pixels, $scheme, passes the check of axe", async (look) => {
+  const { page, context, errors } = await open(browser, running.url, look);
+  for (const view of VIEWS) {
+    await goTo(page, view);
+    await page.waitForLoadState("networkidle").catch(() => undefined);
+    await shoot(page, `${view.toLowerCase().replace(" ", "-")}-${look.width}-${look.scheme}`);
+    expect(await axeFindings(page), view).toEqual([]);
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+    expect(wide, `${view} is wider than the window`).toBeLessThanOrEqual(0);
+  }
+  expect(errors).toEqual([]);
+  await context.close();
+});
+
+test("by the keyboard alone: to a view, over the skip button to its content", async () => {
+  const { page, context } = await open(browser, running.url);
+  await page.keyboard.press("Tab");
+  await page.keyboard.press("Enter");
+  expect(await page.evaluate(() => document.activeElement?.id)).toBe("main");
+  await page.getByRole("link", { name: "Log" }).focus();
+  await page.keyboard.press("Enter");
+  await page.getByRole("main", { name: "Log" }).waitFor();
+  await context.close();
+});
+
+test("without a token the page says where to get one", async () => {
+  const context = await browser.newContext();
+  const page = await context.newPage();
+  await page.goto(new URL("/", running.url).href);
+  await page.getByLabel("Token").fill(running.url);
+  await page.getByRole("button", { name: "Open" }).click();
+  await page.getByText("live", { exact: true }).waitFor();
+  await context.close();
+});

@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A page of two files in place of the built one, and plain requests to whoever serves it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from opengpac import studio
+
+
+@pytest.fixture
+def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder of a page, which is the one that comes with the package in this test."""
+    folder = tmp_path / "page"
+    (folder / "assets").mkdir(parents=True)
+    (folder / "index.html").write_text("<!doctype html><html><title>studio</title></html>")
+    (folder / "assets" / "index-1f2e.js").write_text("export {};")
+    monkeypatch.setattr(studio, "PAGE", folder)
+    return folder

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the page draws of a whole cell: an arm that is installed, its shape, its forms."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import opengpac as gpac
+from opengpac import motion
+
+
+def drawn(text: str) -> Any:
+    """What a call of the core answers."""
+    return json.loads(text)
+
+
+def test_an_arm_is_drawn_and_its_joints_are_read_by_the_names_that_it_gives() -> None:
+    with gpac.System("cell", clock="virtual") as cell:
+        rtp = cell.processor("rtp0")
+        fast = rtp.timer("fast", period="1 ms", priority=80)
+        slow = rtp.timer("slow", period="20 ms", priority=60)
+        arm = gpac.robots.load("ur5e", rtp, on=fast)
+        native = cell._native
+        shape = drawn(native.geometry_json("ur5e"))
+        joints = [body["joint"] for body in shape["bodies"] if body["joint"]]
+        assert [joint["kind"] for joint in joints] == ["hinge"] * 6
+        assert shape["bodies"][0]["parent"] is None
+        geoms = [geom for body in shape["bodies"] for geom in body["geoms"]]
+        assert geoms and all(geom["mesh"] is None or shape["meshes"][geom["mesh"]]["faces"] for geom in geoms)
+        with arm.enabled():
+            names = [joint["svv"] for joint in joints]
+            before, readings = native.read(names)
+            assert len(readings) == 6 and native.now() == before
+            running = gpac.robots.move.on({"*": slow}).asynch(arm, goal=[joint.sensed.value + 0.1 for joint in arm])
+            cell.advance("40 ms")
+            (move,) = [i for i in drawn(native.installed_json())["instances"] if i["name"] == running.name]
+            assert move["state"] == "running" and move["owner"] is None and move["list"] in {one["name"] for one in move["lists"]}
+            cells = {one["name"]: one for one in move["cells"]}
+            private = next(name for name, one in cells.items() if one["kind"] == "private")
+            assert private.startswith(f"{running.name}:") and drawn(native.svv_json(private))["kind"] == "private"
+            ports = [port for block in move["blocks"] for port in block["ports"]]
+            bound = {name for port in ports for name in port.get("cells", [port["cell"]]) if name is not None}
+            assert bound and bound <= cells.keys()
+            owned = [i for i in drawn(native.installed_json())["instances"] if i["owner"]]
+            assert {i["device"] for i in owned} == {joint.name for joint in arm}
+            running.halt()
+
+
+def test_the_form_of_a_motion_has_its_units_and_limits() -> None:
+    with gpac.System("cell", clock="virtual") as cell:
+        cell._enter_verb(motion.move_absolute)
+        form = drawn(cell._native.verb_form_json(motion.move_absolute.name))
+        assert form["defined"]["name"] == form["name"] == motion.move_absolute.name
+        assert [argument["kind"] for argument in form["arguments"]] and all(one["type_text"] for one in form["inputs"])
+        assert {"name", "type_text", "unit", "default", "doc", "minimum", "maximum", "required"} <= form["inputs"][0].keys()

@@ -1,0 +1,162 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings: every value comes back, what ends a recording, what is refused; the commands `record` and `plot`."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import opengpac as gpac
+from daemons import Daemon
+from opengpac import activate, cli
+from opengpac import library as lib
+
+
+def wave(name: str = "wave") -> gpac.Verb[..., Any]:
+    return gpac.Verb(
+        name,
+        blocks={"wave": lib.signal_generator, "gain": lib.gain},
+        instantiation_parameters={"y": ["gain.y"]},
+        cells={"u": ["wave.y", "gain.u"]},
+        input_parameters={"shape": gpac.input("wave.shape", default=1)},
+        command_lists={"start": [activate("wave", every="1 ms"), activate("gain")]},
+    )
+
+
+@pytest.fixture
+def cell() -> Iterator[gpac.System]:
+    with gpac.System("recorded", clock="virtual") as cell:
+        cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        yield cell
+
+
+def run(cell: gpac.System, svv: str, **options: Any) -> Any:
+    return wave().on(cell.sources["rtp0.fast"]).asynch(cell.svv(svv, **options))
+
+
+def test_every_value_comes_back_as_an_array(cell: gpac.System, tmp_path: Path) -> None:
+    recording = cell.record(tmp_path / "run.mcap", cells=True)
+    instance = run(cell, "joint.q", unit="rad", history=2000)
+    cell.advance("2 s")
+    assert recording.running
+    assert recording.stop() == {}
+    assert "nothing lost" in repr(recording)
+    recorded = gpac.open_recording(recording.path)
+    assert recorded.complete and recorded.lost == {}
+    history = cell._svv("joint.q").history[:]
+    taken = recorded["joint.q"]
+    assert np.array_equal(taken[1:]["value"], history["value"]) and np.array_equal(taken[1:]["number"], history["number"])
+    assert np.allclose(taken[1:]["time"], history["time"], atol=1e-9)
+    assert recorded.unit("joint.q") == "rad"
+    assert np.array_equal(recorded[f"{instance.name}:u"][-2000:]["number"], history["number"])
+    assert recording.counts["joint.q"] == 2001
+    told = [(entry["kind"], entry.get("who")) for entry in recorded.log if entry["about"] == instance.name]
+    assert told[0] == ("command", "program") and told[1][0] == "start"
+    assert recorded.timing["rtp0.fast"][-1]["firings"] >= 1000
+
+
+def test_a_system_that_closes_ends_its_recordings(cell: gpac.System, tmp_path: Path) -> None:
+    with cell.record(tmp_path / "run.mcap", svvs=["arm.*"]) as recording:
+        run(cell, "arm.q")
+        cell.svv("leg.q")
+        cell.advance("100 ms")
+        cell.close()
+    assert not recording.running
+    recorded = gpac.open_recording(tmp_path / "run.mcap")
+    assert list(recorded) == ["arm.q"]
+    assert recorded.ends[0]["report"]["verb"] == "wave"
+    assert recorded.conditions == []
+
+
+def test_what_cannot_be_recorded_or_read_is_said(cell: gpac.System, tmp_path: Path) -> None:
+    cell.svv("arm.q")
+    with pytest.raises(gpac.UnknownName, match=r"there is no SVV 'arm\.p'"):
+        cell.record(tmp_path / "run.mcap", svvs=["arm.p"])
+    with pytest.raises(gpac.ValueRefused, match="cannot record into"):
+        cell.record(tmp_path / "no" / "run.mcap")
+    with pytest.raises(gpac.CallError, match="svvs="):
+        cell.record(tmp_path / "run.mcap", svvs="arm.*")
+    assert list(tmp_path.iterdir()) == []
+    cell.record(tmp_path / "run.mcap").stop()
+    with pytest.raises(gpac.ValueRefused, match="another name"):
+        cell.record(tmp_path / "run.mcap")
+    with pytest.raises(KeyError, match=r"did you mean arm\.q"):
+        gpac.open_recording(tmp_path / "run.mcap")["arm.qq"]
+    with pytest.raises(gpac.ValueRefused, match="cannot read recording"):
+        gpac.open_recording(tmp_path / "none.mcap")
+
+
+def test_mcap_itself_reads_it(cell: gpac.System, tmp_path: Path) -> None:
+    from mcap import reader
+
+    recording = cell.record(tmp_path / "run.mcap")
+    run(cell, "q", unit="rad")
+    cell.advance("3 s")
+    recording.stop()
+    with open(tmp_path / "run.mcap", "rb") as file:
+        read = reader.make_reader(file, validate_crcs=True)
+        summary = read.get_summary()
+        assert summary is not None and summary.statistics is not None
+        written = summary.statistics.channel_message_counts
+        counts = {channel.topic: written.get(id, 0) for id, channel in summary.channels.items()}
+        assert {topic: count for topic, count in counts.items() if count} == {t: c for t, c in recording.counts.items() if c}
+        messages = [(message.log_time, message.data) for _, _, message in read.iter_messages(topics=["q"])]
+    assert len(messages) == 3001
+    assert messages[-1][0] == 3_000_000_000 and messages[-1][1].startswith(b'{"number":2999,"value":')
+
+
+PROGRAM = """
+import opengpac as gpac
+from opengpac import activate
+from opengpac import library as lib
+
+cell = gpac.System("programmed", clock="virtual")
+fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+wave = gpac.Verb("wave", blocks={"w": lib.signal_generator}, instantiation_parameters={"y": "w.y"},
+                 input_parameters={"shape": gpac.input("w.shape", default=1)},
+                 command_lists={"start": [activate("w", every="1 ms")]})
+wave.on(fast).asynch(cell.svv("joint1.sensed", unit="rad"))
+cell.svv("joint2.sensed", unit="m")
+cell.advance("1 s")
+"""
+
+
+def test_a_program_is_recorded_and_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program, file = tmp_path / "program.py", tmp_path / "run.mcap"
+    program.write_text(PROGRAM)
+    assert cli.main(["record", "-o", str(file), str(program)]) == 0
+    assert "nothing lost" in capsys.readouterr().err
+    picture, table = tmp_path / "run.png", tmp_path / "run.csv"
+    assert cli.main(["plot", str(file), "joint*.sensed", "--from", "200 ms", "--to", "0.5 s", "-o", str(picture), "--csv", str(table)]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    with open(table) as text:
+        rows = list(csv.DictReader(text))
+    assert len(rows) == 301 and {row["name"] for row in rows} == {"joint1.sensed"}
+    recorded = gpac.open_recording(file)["joint1.sensed"]
+    assert [float(row["value"]) for row in rows] == recorded[(recorded["time"] >= 0.2) & (recorded["time"] <= 0.5)]["value"].tolist()
+    capsys.readouterr()
+    assert cli.main(["plot", str(file), "joint1.sensd"]) == 1
+    assert "did you mean joint1.sensed" in capsys.readouterr().err
+
+
+def test_a_daemon_records_in_its_folder_or_refuses(tmp_path: Path) -> None:
+    folder = tmp_path / "records"
+    folder.mkdir()
+    served = Daemon(tmp_path, "virtual", "--records", str(folder))
+    try:
+        with gpac.connect(served.url) as cell:
+            cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+            with pytest.raises(gpac.CallError, match="without folders"):
+                cell.record("../run.mcap")
+            with cell.record("run.mcap") as recording:
+                run(cell, "q")
+                cell.advance("1 s")
+            assert recording.lost == {} and not recording.running
+    finally:
+        served.stop()
+    assert len(gpac.open_recording(folder / "run.mcap")["q"]) == 1001

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A recorded run is run again, without its program: the same values, a condition to stop at, the first difference of other code."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import opengpac as gpac
+from opengpac import activate
+from opengpac.cli import main
+
+_BLOCK = """// SPDX-License-Identifier: Apache-2.0
+#include <opengpac.h>
+
+FUNCTION_BLOCK(counter, "Counts its invocations, with a jump.",
+    out  (double, y,      "the count"),
+    param(double, step, 1.0, "by how much"),
+    state(double, n, 0.0, "invocations so far"))
+{{
+    self->n += self->step{jump};
+    self->y = self->n;
+    return OK;
+}}
+
+FUNCTION_BLOCK(reader, "What is newest.",
+    in_async(double, u, "a count"),
+    out     (double, y, "the same"))
+{{
+    self->y = self->u;
+    return OK;
+}}
+"""
+
+
+@pytest.fixture
+def record(tmp_path: Path) -> Path:
+    """A record of 100 ms of a counter in C whose count another source reads."""
+    source = tmp_path / "counting.c"
+    source.write_text(_BLOCK.format(jump=""))
+    path = tmp_path / "run.mcap"
+    with gpac.System("recorded", clock="virtual", trace=path) as cell:
+        rtp = cell.processor("rtp0")
+        fast = rtp.timer("fast", period="1 ms", priority=80)
+        slow = rtp.timer("slow", period="5 ms", priority=40)
+        count = cell.svv("count", "double")
+        module = cell.download(source)
+        verb = gpac.Verb(
+            "counts",
+            blocks={"counter": module["counter"], "reader": module["reader"]},
+            instantiation_parameters={"y": ["counter.y", "reader.u"]},
+            cells={"read": "reader.y"},
+            command_lists={"start": [activate("counter", every="1 ms"), activate("reader", every="5 ms")]},
+        )
+        counts = verb.on({"counter": fast, "reader": slow}).asynch(count)
+        cell.advance("100 ms")
+        assert count.value == 100.0
+        counts.halt()
+    return path
+
+
+def test_every_value_is_as_it_was_recorded(record: Path) -> None:
+    again = gpac.replay(record, show=["cou*"])
+    assert (again.stopped, again.same, again.difference) == ("end", True, None)
+    assert again.firings >= 120
+    assert again.svvs == {"count": ("100.0",)}
+
+
+def test_it_stops_where_a_condition_holds(record: Path) -> None:
+    again = gpac.replay(record, until="count > 20 and count != 22", show=["count"])
+    assert (again.stopped, again.svvs, again.time) == ("condition", {"count": ("21.0",)}, pytest.approx(0.021))
+    assert gpac.replay(record, to="10 ms", show=["count"]).svvs == {"count": ("10.0",)}
+
+
+def test_the_first_difference_of_other_code_is_named(record: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "changed"
+    folder.mkdir()
+    (folder / "counting.c").write_text(_BLOCK.format(jump=" + (self->n == 41.0 ? 0.5 : 0.0)"))
+    difference = gpac.replay(record, modules=[folder / "counting.c"]).difference
+    assert difference is not None
+    assert (difference.block, difference.port, difference.source, difference.firing) == ("counts#1.counter", "y", "rtp0.fast", 42)
+    assert (difference.recorded, difference.replayed) == (("42.0",), ("42.5",))
+
+
+def test_the_command_says_what_was_found(record: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["replay", str(record), "--until", "count >= 7", "--show", "count"]) == 0
+    assert "the condition holds after firing 7 of source 'rtp0.fast'" in capsys.readouterr().out
+
+
+def test_what_cannot_be_replayed_says_so(record: Path, tmp_path: Path) -> None:
+    with pytest.raises(gpac.CallError, match="no record"):
+        gpac.replay(tmp_path / "none.mcap")
+    with pytest.raises(gpac.CallError, match="it compares nothing"):
+        gpac.replay(record, until="count")
+    with pytest.raises(gpac.CallError, match="the record has no SVV 'counts'; it has count"):
+        gpac.replay(record, until="counts > 3")
+    (tmp_path / "other.c").write_text(_BLOCK.format(jump=""))
+    with pytest.raises(gpac.CallError, match=r"no code module 'other'.*; it has counting"):
+        gpac.replay(record, modules=[tmp_path / "other.c"])
+    (tmp_path / "text.mcap").write_text("hello")
+    with pytest.raises(gpac.CallError, match="no MCAP file"):
+        gpac.replay(tmp_path / "text.mcap")
+
+
+def test_a_record_that_is_cut_off_is_replayed_as_far_as_it_goes(record: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(record.read_bytes()[:-2000])
+    again = gpac.replay(cut)
+    assert again.same and again.stopped == "end" and "ends in the middle" in again.message
