@@ -3,17 +3,20 @@
 # make test    every test, Rust and Python
 # make faults  the whole fault campaign, the fuzzers and the cell of 16 processors: two hours; reports in out/
 # make bench   ratios against hand-written loops and peers, taken in one run
-# The crate `hosts` is built apart, in one profile and by its name only: zenoh takes minutes.
+# `make test` builds everything once, in the profile `checked`: the package that pytest imports, the Rust tests and the lints.
+# The package in the source tree is of one profile at a time; `make setup` puts the release build back.
 # make test-studio   the studio's page: types, lint, units;  make test-browser  the same page in a real browser against a running arm; screenshots in out/studio/
 # make c-package   target/release/libopengpac_ps.so, for programming systems in C
-.PHONY: run test test-browser faults bench c-package setup test-rust test-loom test-sanitizer test-python test-studio lint clean
+.PHONY: run test test-browser faults bench c-package setup setup-checked test-rust test-loom test-sanitizer test-python test-studio lint clean
 .DEFAULT_GOAL := run
 
 PYTHON ?= python3
 SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
-NATIVE := python/opengpac/_native.abi3.so
+# The package's extension as it is installed now: one of these two stamps stands, never both.
+RELEASE := $(VENV)/release
+CHECKED := $(VENV)/checked
 RUST := $(shell find crates -name '*.rs' -o -name '*.c' -o -name '*.h' -o -name '*.py' -o -name Cargo.toml 2>/dev/null) Cargo.toml Cargo.lock
 # The studio's page, which the wheel carries and the control interface serves.
 PAGE := python/opengpac/studio_page/index.html
@@ -24,15 +27,23 @@ MUJOCO = $(shell $(BIN)/python -c 'import pathlib, importlib.util as u; print(pa
 run: setup
 	$(BIN)/python examples/coordinated_motion.py
 
-setup: $(VENV)/ready $(PAGE) $(NATIVE)
+setup: $(VENV)/ready $(PAGE) $(RELEASE)
+
+setup-checked: $(VENV)/ready $(PAGE) $(CHECKED)
 
 $(VENV)/ready: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check maturin numpy rich tomlkit mujoco matplotlib pytest hypothesis scipy ipython ipykernel nbclient mcap pyright ruff
 	touch $@
 
-$(NATIVE): $(RUST) pyproject.toml $(VENV)/ready
+$(RELEASE): $(RUST) pyproject.toml $(VENV)/ready
+	@rm -f $(CHECKED)
 	$(BIN)/maturin develop --release --quiet
+	touch $@
+
+$(CHECKED): $(RUST) pyproject.toml $(VENV)/ready
+	@rm -f $(RELEASE)
+	$(BIN)/maturin develop --profile checked --quiet
 	touch $@
 
 studio/node_modules/ready: studio/package-lock.json
@@ -47,15 +58,14 @@ $(PAGE): $(PAGE_SOURCES) studio/node_modules/ready
 
 test: lint test-rust test-loom test-sanitizer test-python test-studio
 
-lint: setup
+lint: setup-checked
 	cargo fmt --all --check
-	cargo clippy --workspace --features bindings/hosts --all-targets --quiet -- -D warnings
+	cargo clippy --workspace --features bindings/hosts --all-targets --profile checked --quiet -- -D warnings
 	$(BIN)/ruff check python tests examples
 	$(BIN)/pyright
 
-test-rust: setup
-	OPENGPAC_MUJOCO=$(MUJOCO) cargo test --workspace --exclude hosts --profile checked --quiet
-	cargo test -p hosts --release --quiet
+test-rust: setup-checked
+	OPENGPAC_MUJOCO=$(MUJOCO) cargo test --workspace --features bindings/hosts --profile checked --quiet
 
 test-loom:
 	RUSTFLAGS="--cfg loom" cargo test -p interconnect --release --test loom --target-dir target/loom
@@ -64,16 +74,16 @@ test-sanitizer:
 	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" cargo test -p kernel --test rtsan --target x86_64-unknown-linux-gnu --target-dir target/rtsan
 
 # A process that dies takes its last words with it: what was said before is shown again, without the library's own lines.
-test-python: setup
+test-python: setup-checked
 	@mkdir -p out
 	@set -o pipefail; $(BIN)/python -m pytest 2>&1 | tee out/pytest.log || \
 		{ grep -v 'site-packages\|^  File "<frozen\|^Extension modules' out/pytest.log | tail -n 40 | cut -c 1-300; false; }
 
-test-studio: setup
+test-studio: studio/node_modules/ready
 	cd studio && npm run --silent check
 
 # The page in Debian's chromium against running systems; pictures in out/studio. Some minutes, more where graphics are computed.
-test-browser: setup
+test-browser: setup-checked
 	cd studio && npm run --silent test:browser
 
 faults: setup
@@ -92,4 +102,4 @@ c-package:
 	cargo build --release -p c-package
 
 clean:
-	rm -rf target $(VENV) out $(NATIVE) $(dir $(PAGE)) studio/node_modules
+	rm -rf target $(VENV) out python/opengpac/_native.abi3.so $(dir $(PAGE)) studio/node_modules

@@ -6,12 +6,11 @@ from __future__ import annotations
 
 import argparse
 import re
-import runpy
 import sys
 from collections.abc import Sequence, Sized
 from pathlib import Path
 
-from . import _native, daemon, doctor, hosts, library, plotting, replaying, studio, top
+from . import _native, daemon, doctor, hosts, library, plotting, programs, replaying, studio, top
 from .errors import Error, refusals
 
 _TEMPLATE = """// SPDX-License-Identifier: Apache-2.0
@@ -48,13 +47,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"opengpac {_native.version()}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="run a program")
-    run.add_argument("program")
-    run.add_argument("arguments", nargs=argparse.REMAINDER)
+    programs.add_to(run)
     run.set_defaults(run=_run)
     check = commands.add_parser("check", help="make every installation check of a program, or of a file of definitions; nothing runs")
     check.add_argument("-v", "--verbose", action="store_true", help="also list what was filled in, and the delays")
-    check.add_argument("program")
-    check.add_argument("arguments", nargs=argparse.REMAINDER)
+    programs.add_to(check)
     check.set_defaults(run=_check)
     stubs = commands.add_parser(
         "stubs", help="write PROGRAM.pyi: types of the calls of verbs made from dictionaries, for editors and pyright"
@@ -85,9 +82,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _run(given: argparse.Namespace) -> int:
-    sys.argv = [given.program, *given.arguments]
-    sys.path.insert(0, str(Path(given.program).absolute().parent))
-    runpy.run_path(given.program, run_name="__main__")
+    programs.run(given)
     return 0
 
 
@@ -97,7 +92,7 @@ def _check(given: argparse.Namespace) -> int:
     from .carets import shown
     from .checking import check
 
-    sys.path.insert(0, str(Path(given.program).absolute().parent))
+    programs.found(given.program)
     findings = check(given.program, given.arguments)
     if given.verbose:
         for remark in findings.remarks:
@@ -118,7 +113,7 @@ def _stubs(given: argparse.Namespace) -> int:
     from .stubs import stub
 
     program = Path(given.program)
-    sys.path.insert(0, str(program.absolute().parent))
+    programs.found(given.program)
     findings = check(given.program, [])
     for error in findings.errors:
         print(shown(error), file=sys.stderr)

@@ -6,14 +6,13 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import runpy
 import signal
 import sys
 import time
 from pathlib import Path
 from typing import Any
 
-from . import _native, studio, system
+from . import _native, programs, studio, system
 from .drivers import _mujoco_folder
 from .errors import CallError, FileFailed, refusals, refuse
 
@@ -124,9 +123,7 @@ def _of_program(given: argparse.Namespace) -> system.System:
     for word in ("name", "clock", "seed"):
         if getattr(given, word) is not None:
             refuse(CallError, f"--{word} is given, and program '{given.program}' makes the system", "say it there")
-    sys.argv = [given.program, *given.arguments]
-    sys.path.insert(0, str(Path(given.program).absolute().parent))
-    made = runpy.run_path(given.program, run_name="opengpac.rts")
+    made = programs.run(given, "opengpac.rts")
     opened = [s for s in system._open.values() if not s.closed and any(s is value for value in made.values())]
     if len(opened) != 1:
         left = f"program '{given.program}' leaves {len(opened)} systems open"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Text files that are written whole or not at all."""
+"""Paths that are given, and text files that are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -7,9 +7,17 @@ import contextlib
 import os
 import shutil
 from pathlib import Path
+from typing import Any
 
 from . import checking
-from .errors import FileFailed, refuse
+from .errors import CallError, FileFailed, refuse
+
+
+def path_of(given: Any, what: str) -> Path:
+    """The path that an argument `what` is given, absolute. Raises CallError where it is none."""
+    if not isinstance(given, str | os.PathLike) or not str(given):
+        refuse(CallError, f"{what} is given {given!r}", "give the path of a file")
+    return Path(given).expanduser().absolute()
 
 
 def read(path: Path, what: str) -> str | None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Looking at a system: what there is, how it does, how long its blocks take. Nothing here disturbs what runs."""
+"""Looking at a system: what there is, how it does, how long its blocks take, its page. Nothing here disturbs what runs."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ import json
 import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
-from .errors import CallError, refusals, refuse
+from . import files
+from . import studio as pages
+from .errors import CallError, InvalidState, refusals, refuse
 from .listing import InstanceEntry, Listing, VerbEntry, instances_of, verbs_of
 from .quantities import Quantity, duration_ns
 from .recordings import Recording, begin
@@ -27,6 +30,7 @@ class Observed(Shown):
     name: str
     closed: bool
     session: Session | None
+    _studio: pages.Studio | None
     _native: RealTimeSystem
     _alive: Callable[[], RealTimeSystem]
 
@@ -87,6 +91,41 @@ class Observed(Shown):
 
         with refusals:
             return board(Look.at(self._alive()), None)
+
+    def studio(
+        self, port: int = 0, role: str = "operate", *, edit: bool = False, open: bool = False, audit: str | os.PathLike[str] | None = None
+    ) -> pages.Studio:
+        """The page that shows this system in a browser: `cell.studio().url` is its address, with a token of this run.
+
+        It is served on 127.0.0.1 by threads of the core, at any free port where none is named; Python may be busy. `role` is what the
+        page may do: "observe" looks, "operate" starts, halts and enables too; `edit=True` lets it install definitions, the role
+        "configure". `open=True` opens it in a browser, where there is one. The log says what the page commanded; `audit` names a file
+        that says it too. Asked for again it is the same one; it ends with `stop()`, as a context manager, and with the system.
+
+        Of a system elsewhere it is the page of its daemon, where that serves one. Raises `FileFailed` where the page was not built,
+        `InUse` where the port is taken, `InvalidState` where it is served already with another port or role.
+        """
+        role = "configure" if edit and role == "operate" else role
+        if edit and role != "configure":
+            refuse(CallError, f"the studio is to edit, and its role is {role!r}", "leave role out, or edit=True")
+        there = self._studio
+        if there is None or there.closed:
+            self._alive()
+            file = None if audit is None else str(files.path_of(audit, "audit="))
+            there = self._served(pages.serve(self, port, role, file) if self.session is None else pages.of_daemon(self))
+        elif there.role not in (None, role) or port not in (0, urlsplit(there.url).port):
+            refuse(
+                InvalidState,
+                f"the studio of system '{self.name}' is served already, with role '{there.role}' at {there.url.split('#')[0]}",
+                "stop() it first",
+            )
+        if open:
+            there.open()
+        return there
+
+    def _served(self, page: pages.Studio) -> pages.Studio:
+        self._studio = page
+        return page
 
     def _table(self) -> Tables | None:
         if self.closed:

@@ -5,19 +5,18 @@ from __future__ import annotations
 
 import argparse
 import csv
-import runpy
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from . import system
+from . import programs
 from .errors import CallError, FileFailed, refuse
 from .quantities import duration_ns
 from .recordings import Recorded, Recording
+from .system import System
 
 
 def add_to(commands: Any) -> None:
@@ -26,8 +25,7 @@ def add_to(commands: Any) -> None:
     record.add_argument("-o", "--output", metavar="FILE", required=True, help="an MCAP file; of a second system the name is added")
     record.add_argument("--svvs", metavar="NAME", action="append", help="SVVs, with * and ?; default: all")
     record.add_argument("--cells", action="store_true", help="the private cells of verb instances too")
-    record.add_argument("program")
-    record.add_argument("arguments", nargs=argparse.REMAINDER)
+    programs.add_to(record)
     record.set_defaults(run=_record)
     plot = commands.add_parser("plot", help="make a picture of a recording")
     plot.add_argument("recording")
@@ -39,41 +37,34 @@ def add_to(commands: Any) -> None:
     plot.set_defaults(run=_plot)
 
 
+class _Recording(programs.Watcher):
+    """Records every system of the program, each into a file of its own."""
+
+    def __init__(self, given: argparse.Namespace) -> None:
+        self.given = given
+        self.recordings: list[tuple[System, Recording]] = []
+
+    def made(self, system: System) -> None:
+        path = Path(self.given.output)
+        if self.recordings:
+            path = path.with_stem(f"{path.stem}-{system.name}-{len(self.recordings) + 1}")
+        self.recordings.append((system, system.record(path, svvs=self.given.svvs, cells=self.given.cells)))
+
+
 def _record(given: argparse.Namespace) -> int:
-    sys.argv = [given.program, *given.arguments]
-    sys.path.insert(0, str(Path(given.program).absolute().parent))
-    recordings: list[Recording] = []
-    systems: list[system.System] = []
-
-    def begin(made: system.System) -> None:
-        path = Path(given.output)
-        if recordings:
-            path = path.with_stem(f"{path.stem}-{made.name}-{len(recordings) + 1}")
-        systems.append(made)
-        recordings.append(made.record(path, svvs=given.svvs, cells=given.cells))
-
-    with _recorded(begin):
+    recording = _Recording(given)
+    with programs.watched(recording):
         try:
-            runpy.run_path(given.program, run_name="__main__")
+            programs.run(given)
         finally:
-            for made, recording in zip(systems, recordings, strict=False):
+            for system, written in recording.recordings:
                 # In order: what still moves comes to its end in the recording.
-                made.close()
-                print(recording, file=sys.stderr)
-    if not recordings:
+                system.close()
+                print(written, file=sys.stderr)
+    if not recording.recordings:
         print(f"program '{given.program}' has made no system: nothing is recorded", file=sys.stderr)
         return 1
     return 0
-
-
-@contextmanager
-def _recorded(begin: Any) -> Iterator[None]:
-    """Every system that is made meanwhile is recorded."""
-    system.made_hooks.append(begin)
-    try:
-        yield
-    finally:
-        system.made_hooks.remove(begin)
 
 
 def _plot(given: argparse.Namespace) -> int:

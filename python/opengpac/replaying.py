@@ -6,19 +6,18 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import runpy
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from . import _native
+from . import _native, programs
 from .errors import CallError, refusals, refuse
 from .quantities import Quantity, duration_ns
 
-TRACE = "OPENGPAC_TRACE"
-"""Where the environment has it, the first system of a program is recorded into that file."""
+if TYPE_CHECKING:
+    from .system import System
 
 
 @dataclass(frozen=True)
@@ -128,17 +127,11 @@ def _replay(found: dict[str, Any]) -> Replay:
     return Replay(found["stopped"], found["firings"], found["same"], *at, difference, found["fingerprint"], found["message"], svvs)
 
 
-def trace_of(given: str | os.PathLike[str] | None) -> str | None:
-    """The file that a system is recorded into: the given one, else that of the environment, which is for one system."""
-    return os.fspath(given) if given is not None else os.environ.pop(TRACE, None)
-
-
 def add_to(commands: Any) -> None:
     """Adds the commands `trace` and `replay`."""
     trace = commands.add_parser("trace", help="run a program and record it so that it can be replayed")
     trace.add_argument("-o", "--output", default="run.mcap", help="the file, else run.mcap")
-    trace.add_argument("program")
-    trace.add_argument("arguments", nargs=argparse.REMAINDER)
+    programs.add_to(trace)
     trace.set_defaults(run=_trace)
     again = commands.add_parser("replay", help="run a recorded run again, without its program, and compare every value")
     again.add_argument("record")
@@ -151,15 +144,26 @@ def add_to(commands: Any) -> None:
     again.set_defaults(run=_again)
 
 
+class _Tracing(programs.Watcher):
+    """Records the first system that the program makes in this process: a trace is of one."""
+
+    def __init__(self, output: Path) -> None:
+        self.output: Path | None = output
+
+    def made(self, system: System) -> None:
+        if self.output is not None and system.session is None:
+            output, self.output = self.output, None
+            system._trace(output)
+
+
 def _trace(given: argparse.Namespace) -> int:
-    os.environ[TRACE] = str(Path(given.output).absolute())
-    sys.argv = [given.program, *given.arguments]
-    sys.path.insert(0, str(Path(given.program).absolute().parent))
-    try:
-        runpy.run_path(given.program, run_name="__main__")
-    finally:
-        if os.environ.pop(TRACE, None) is not None:
-            print(f"nothing was recorded: '{given.program}' makes no system in this process", file=sys.stderr)
+    tracing = _Tracing(Path(given.output).absolute())
+    with programs.watched(tracing):
+        try:
+            programs.run(given)
+        finally:
+            if tracing.output is not None:
+                print(f"nothing was recorded: '{given.program}' makes no system in this process", file=sys.stderr)
     return 0
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import runpy
 import signal
 import sys
 import tempfile
@@ -20,10 +19,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 from urllib.parse import urlsplit
 
-from . import _native, checking
+from . import _native, checking, programs
 from .errors import CallError, FileFailed, NotAllowed, refusals, refuse
 
 if TYPE_CHECKING:
+    from .observing import Observed
     from .system import System
 
 PAGE = Path(__file__).parent / "studio_page"
@@ -90,7 +90,7 @@ class Studio:
         return f'<a href="{escape(self.url)}" target="_blank" rel="noopener">studio of system &#x27;{escape(self.system)}&#x27;</a>'
 
 
-def serve(system: System, port: int, role: str, audit: str | None = None, page: Path | None = None) -> Studio:
+def serve(system: Observed, port: int, role: str, audit: str | None = None, page: Path | None = None) -> Studio:
     """Serves the page of a system of this process. Raises `FileFailed` where it was not built, `InUse` where the port is taken."""
     if not isinstance(port, int) or isinstance(port, bool) or not 0 <= port <= 65535:
         refuse(CallError, f"the port of a studio is {port!r}", "take 1024 to 65535, or 0 for any that is free")
@@ -116,7 +116,7 @@ def built(page: Path | None = None) -> Path:
     return folder
 
 
-def of_daemon(system: System) -> Studio:
+def of_daemon(system: Observed) -> Studio:
     """The page that a daemon serves itself. Raises `NotAllowed` where it has none, or is reached in a way that no browser can go."""
     session = system.session
     assert session is not None
@@ -138,8 +138,8 @@ def _has_screen() -> bool:
 # ---- opengpac studio PROGRAM.py
 
 
-class Shown:
-    """What `opengpac studio` asks of every system that its program makes."""
+class _Shown(programs.Watcher):
+    """Serves the page of every system of the program."""
 
     def __init__(self, given: argparse.Namespace) -> None:
         self.port: int = given.port
@@ -149,7 +149,8 @@ class Shown:
         self.program: str = given.program
 
     def made(self, system: System) -> None:
-        """A system was made: its page is served, and its address printed."""
+        if system.session is not None:
+            return
         studio = system._served(serve(system, self.port, self.role, page=self.page))
         # A second system needs an address of its own.
         self.port = 0
@@ -157,16 +158,12 @@ class Shown:
         if self.browser:
             studio.open()
 
-    def ended(self, system: System) -> None:
-        """The program is through with a system: it goes on until Ctrl-C."""
+    def left(self, system: System) -> None:
+        # It goes on until Ctrl-C.
         if not system.closed:
             print(f"'{self.program}' is through with system '{system.name}', which goes on; Ctrl-C ends it", flush=True)
             while True:
                 time.sleep(3600)
-
-
-shown: Shown | None = None
-"""Of a program that `opengpac studio` runs."""
 
 
 def add_to(commands: Any) -> None:
@@ -177,33 +174,29 @@ def add_to(commands: Any) -> None:
     parser.add_argument("--edit", action="store_true", help="the page may also install definitions that were edited")
     parser.add_argument("--no-browser", action="store_true", help="only print the address")
     parser.add_argument("--page", metavar="FOLDER", help="the page's files, instead of those that come with OpenGPAC")
-    parser.add_argument("program")
-    parser.add_argument("arguments", nargs=argparse.REMAINDER)
+    programs.add_to(parser)
     parser.set_defaults(run=_studio)
 
 
 def _studio(given: argparse.Namespace) -> int:
-    global shown
     from . import system
 
     # Before the program runs: it need not move a machine for a page that is not there.
     built(None if given.page is None else Path(given.page))
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    sys.argv = [given.program, *given.arguments]
-    sys.path.insert(0, str(Path(given.program).absolute().parent))
-    shown = Shown(given)
+    shown = _Shown(given)
     code: int | str | None = 0
     try:
-        try:
-            runpy.run_path(given.program, run_name="__main__")
-        except SystemExit as ended:
-            code = ended.code
-        for left in list(system._open.values()):
-            shown.ended(left)
+        with programs.watched(shown):
+            try:
+                programs.run(given)
+            except SystemExit as ended:
+                code = ended.code
+            for left in list(system._open.values()):
+                shown.left(left)
     except KeyboardInterrupt:
-        code = 0 if shown is not None else 130
+        code = 0
     finally:
-        shown = None
         for left in list(system._open.values()):
             left.close()
     if isinstance(code, str):

@@ -11,11 +11,9 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar
-from urllib.parse import urlsplit
 from weakref import WeakValueDictionary
 
-from . import _native, checking, existing, hosts, restart
-from . import studio as pages
+from . import _native, checking, existing, files, hosts, programs, restart
 from .adoption import TakenOver, taken_over
 from .alarms import Alarms
 from .checks import Definitions
@@ -31,9 +29,9 @@ from .realtime import RealTimeSystem
 from .remote import connecting
 from .remote.calls import Remote
 from .remote.session import Session
-from .replaying import trace_of
 from .reports import Report
 from .sources import Processor, Source, placement_json
+from .studio import Studio
 from .svvs import SVV, Snapshot, snapshot
 from .values import plain
 
@@ -47,9 +45,6 @@ D = TypeVar("D", bound=LogicalDevice)
 _open: WeakValueDictionary[str, System] = WeakValueDictionary()
 
 _logger = logging.getLogger("opengpac")
-
-made_hooks: list[Callable[[System], object]] = []
-"""Called with every system that is made."""
 
 
 class System(Observed):
@@ -108,22 +103,18 @@ class System(Observed):
             options = {"seed": seed, "interconnect": carrier, "processes": processes_json(), "adopt": adopt}
             with refusals:
                 native = _native.System(name, "virtual" if virtual else clock, json.dumps(options))
-                file = None if checking.active() else trace_of(trace)
-                if file is not None:
-                    native.trace(_path(file, "trace="))
                 self._begin(native, name, virtual, progress)
-        if restore is not None:
-            try:
-                self._restored = restart.load(self, _path(restore, "restore="))
-            except BaseException:
-                self._native.close()
-                self.closed = True
-                raise
+        try:
+            if trace is not None:
+                self._trace(files.path_of(trace, "trace="))
+            if restore is not None:
+                self._restored = restart.load(self, files.path_of(restore, "restore="))
+        except BaseException:
+            self._native.close()
+            self.closed = True
+            raise
         _open[name] = self
-        for hook in made_hooks:
-            hook(self)
-        if pages.shown is not None and self.session is None:
-            pages.shown.made(self)
+        programs.made(self)
 
     def _begin(self, native: RealTimeSystem, name: str, virtual: bool, progress: bool | None, session: Session | None = None) -> None:
         self._native = native
@@ -141,7 +132,7 @@ class System(Observed):
         self._definitions = Definitions(native)
         self._rights_said = virtual
         self._restored: restart.Restored | None = None
-        self._studio: pages.Studio | None = None
+        self._studio: Studio | None = None
 
     # ---- configuration ----
 
@@ -391,41 +382,6 @@ class System(Observed):
         """What a person has to know of: active or not yet acknowledged."""
         return Alarms(self)
 
-    def studio(
-        self, port: int = 0, role: str = "operate", *, edit: bool = False, open: bool = False, audit: str | os.PathLike[str] | None = None
-    ) -> pages.Studio:
-        """The page that shows this system in a browser: `cell.studio().url` is its address, with a token of this run.
-
-        It is served on 127.0.0.1 by threads of the core, at any free port where none is named; Python may be busy. `role` is what the
-        page may do: "observe" looks, "operate" starts, halts and enables too; `edit=True` lets it install definitions, the role
-        "configure". `open=True` opens it in a browser, where there is one. The log says what the page commanded; `audit` names a file
-        that says it too. Asked for again it is the same one; it ends with `stop()`, as a context manager, and with the system.
-
-        Of a system elsewhere it is the page of its daemon, where that serves one. Raises `FileFailed` where the page was not built,
-        `InUse` where the port is taken, `InvalidState` where it is served already with another port or role.
-        """
-        role = "configure" if edit and role == "operate" else role
-        if edit and role != "configure":
-            refuse(CallError, f"the studio is to edit, and its role is {role!r}", "leave role out, or edit=True")
-        there = self._studio
-        if there is None or there.closed:
-            self._alive()
-            file = None if audit is None else str(_path(audit, "audit="))
-            there = self._served(pages.serve(self, port, role, file) if self.session is None else pages.of_daemon(self))
-        elif there.role not in (None, role) or port not in (0, urlsplit(there.url).port):
-            refuse(
-                InvalidState,
-                f"the studio of system '{self.name}' is served already, with role '{there.role}' at {there.url.split('#')[0]}",
-                "stop() it first",
-            )
-        if open:
-            there.open()
-        return there
-
-    def _served(self, page: pages.Studio) -> pages.Studio:
-        self._studio = page
-        return page
-
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes what a warm restart gives back, `gpac.System(name, restore=path)`: tunable parameters and members declared with
         `keep=True` of every logical device, and the alarms, which are history then.
@@ -433,7 +389,7 @@ class System(Observed):
         Motion never survives: after a restart everything is disabled and nothing has started. The file is written whole or not at
         all; the one before stays as `PATH.previous`.
         """
-        restart.save(self, _path(path, "save()"))
+        restart.save(self, files.path_of(path, "save()"))
 
     @property
     def left_over(self) -> list[str]:
@@ -461,8 +417,8 @@ class System(Observed):
         if kind is not None:
             self._abandon()
         try:
-            if kind is None and pages.shown is not None:
-                pages.shown.ended(self)
+            if kind is None:
+                programs.left(self)
         finally:
             self.close()
 
@@ -485,6 +441,12 @@ class System(Observed):
             refuse(InvalidState, f"system '{self.name}' is closed", f"make it again: gpac.System('{self.name}')")
         return self._native
 
+    def _trace(self, file: Path) -> None:
+        """Begins to write what comes from outside; nothing while the program is only checked."""
+        if isinstance(self._native, _native.System) and not checking.active():
+            with refusals:
+                self._native.trace(file)
+
     def _there(self, kind: str, name: str) -> bool:
         return name in self.names[kind]
 
@@ -505,12 +467,6 @@ class System(Observed):
         with refusals:
             instances = json.loads(self._native.statistics_json()).get("instances", [])
         return [i["name"] for i in instances if i.get("state") in ("queued", "running", "suspended")]
-
-
-def _path(given: Any, what: str) -> Path:
-    if not isinstance(given, str | os.PathLike) or not str(given):
-        refuse(CallError, f"{what} is given {given!r}", "give the path of a file")
-    return Path(given).expanduser().absolute()
 
 
 def _names(devices: tuple[Any, ...], call: str) -> list[str] | None:

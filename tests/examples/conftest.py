@@ -36,18 +36,19 @@ class Programs:
     def __init__(self, folder: Path, renew: bool) -> None:
         self._folder, self._renew = folder, renew
 
-    def run(self, program: str, *words: str) -> Run:
-        """Runs `examples/PROGRAM.py` under the virtual clock."""
+    def run(self, program: str, *words: str, replay: Path | None = None) -> Run:
+        """Runs `examples/PROGRAM.py` under the virtual clock; `replay`: a file from which the run can be replayed."""
         trace = self._folder / "trace.txt"
         options = ("--clock", "virtual", "--output", str(self._folder), "--trace", str(trace), *words)
-        done = self.script(f"examples/{program}.py", *options)
+        by = () if replay is None else ("-m", "opengpac", "trace", "-o", str(replay))
+        done = self.script(f"examples/{program}.py", *options, by=by)
         return Run(done.code, done.printed, trace.read_text() if trace.exists() else "")
 
-    def script(self, path: str, *words: str) -> Run:
-        """Runs a program of the repository with these options."""
+    def script(self, path: str, *words: str, by: tuple[str, ...] = ()) -> Run:
+        """Runs a program of the repository with these options, by Python or by this command."""
         paths = [str(Path(_native.__file__).parent.parent), os.environ.get("PYTHONPATH", "")]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-        command = [sys.executable, str(ROOT / path), *words]
+        command = [sys.executable, *by, str(ROOT / path), *words]
         done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, env=environment)
         return Run(done.returncode, done.stdout + done.stderr, "")
 

@@ -14,14 +14,11 @@ PROGRAMS = ["coordinated_motion", "filtered_servo", "distributed_servo", "guarde
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
-def test_records_of_one_program_are_the_same_and_run_again_as_they_were(
-    programs: Any, program: str, tmp_path: Path, monkeypatch: Any
-) -> None:
+def test_records_of_one_program_are_the_same_and_run_again_as_they_were(programs: Any, program: str, tmp_path: Path) -> None:
     found = []
     for number in range(2):
         path = tmp_path / f"{number}.mcap"
-        monkeypatch.setenv("OPENGPAC_TRACE", str(path))
-        done = programs.run(program)
+        done = programs.run(program, replay=path)
         assert done.code == 0, done.printed
         found.append(gpac.replay(path))
     assert [again.stopped for again in found] == ["end", "end"], found

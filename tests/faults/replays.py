@@ -90,8 +90,9 @@ def _program(program: str, firings: int, packages: list[Path], folder: Path) -> 
 
 
 def _record(program: str, path: Path, package: Path) -> Path:
-    command = [sys.executable, str(ROOT / "examples" / f"{program}.py"), "--clock", "virtual", "--output", str(path.parent)]
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env={**_environment(package), "OPENGPAC_TRACE": str(path)})
+    example = [str(ROOT / "examples" / f"{program}.py"), "--clock", "virtual", "--output", str(path.parent)]
+    command = [sys.executable, "-m", "opengpac", "trace", "-o", str(path), *example]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=_environment(package))
     return path
 
 

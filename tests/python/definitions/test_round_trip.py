@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import sys
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -36,7 +35,7 @@ def test_every_definition_of_the_examples(tmp_path: Path, ending: str, monkeypat
     known = {id(definition): definition for definition in examples()}
     for number, definition in enumerate(known.values()):
         assert said(reloaded(definition, tmp_path / f"{number}.{ending}")) == said(definition), definition.name
-    assert known and sys.modules
+    assert len(known) >= 20
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
