@@ -65,7 +65,8 @@ lint: setup-checked
 	$(BIN)/pyright
 
 test-rust: setup-checked
-	OPENGPAC_MUJOCO=$(MUJOCO) cargo test --workspace --features bindings/hosts --profile checked --quiet
+	OPENGPAC_MUJOCO=$(MUJOCO) cargo test --workspace --features bindings/hosts --profile checked --quiet --lib --bins --tests
+	cargo test --workspace --features bindings/hosts --profile checked --quiet --doc
 
 test-loom:
 	RUSTFLAGS="--cfg loom" cargo test -p interconnect --release --test loom --target-dir target/loom

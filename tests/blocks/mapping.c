@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Blocks of the graphs that must give the same values on every mapping: what they compute depends on how often they ran, never on time.
+// Blocks of the graphs that must give the same values on every mapping: what they compute depends on how often they ran, never on time;
+// but for those of ratios, which go by numbers: a release that is skipped takes its number with it.
 #include <opengpac.h>
 
 // ---- stimuli: the k-th invocation that took place gives value k ----
@@ -11,6 +12,18 @@ FUNCTION_BLOCK(ramp, "Ramp: y = first + step k.",
     state(int64_t, k, 0,     "invocations so far"))
 {
     self->y = self->first + self->step * (double)self->k++;
+    return OK;
+}
+
+FUNCTION_BLOCK(number, "The number of each invocation.", out(double, y, "number"))
+{
+    self->y = (double)invocation->number;
+    return OK;
+}
+
+FUNCTION_BLOCK(number_of_four, "The number of every fourth invocation.", out_ratio(double, y, 4, "number"))
+{
+    self->y = (double)invocation->number;
     return OK;
 }
 
@@ -139,20 +152,11 @@ FUNCTION_BLOCK(pair_sum, "Decimation: y = sum of two values of u, on every secon
     return OK;
 }
 
-FUNCTION_BLOCK(paced_ramp, "Ramp stored on every fourth invocation.",
-    out_ratio(double, y, 4,  "number of the invocation"),
-    state    (int64_t, k, 0, "invocations so far"))
-{
-    self->y = (double)self->k++;
-    return OK;
-}
-
-FUNCTION_BLOCK(held, "A slow value, and how often it was read: y = 1000 u + k.",
+FUNCTION_BLOCK(held, "A slow value, and when it was read: y = 10^6 u + number of the invocation.",
     in_ratio(double, u, 5,  "updated once in five invocations"),
-    out     (double, y,     "both in one"),
-    state   (int64_t, k, 0, "invocations so far"))
+    out     (double, y,     "both in one"))
 {
-    self->y = 1000.0 * self->u + (double)self->k++;
+    self->y = 1e6 * self->u + (double)invocation->number;
     return OK;
 }
 
@@ -300,7 +304,7 @@ FUNCTION_BLOCK(counted, "Ramp that reports `enough` when it comes to its preset.
     return OK;
 }
 
-// ---- recorders: the first 200 values, then `full` ----
+// ---- recorders: the first 200 values, then `full`, again and again: a list that begins anew waits for it anew ----
 
 FUNCTION_BLOCK(record, "Records the first 200 values.",
     in       (double, u,            "value"),
@@ -309,7 +313,7 @@ FUNCTION_BLOCK(record, "Records the first 200 values.",
     condition(full,                 "200 are there"))
 {
     if (self->count < 200) self->values[self->count++] = self->u;
-    if (self->count == 200) { self->count++; report(full); }
+    if (self->count == 200) report(full);
     return OK;
 }
 
@@ -323,7 +327,7 @@ FUNCTION_BLOCK(record_vector, "Records the first 200 vectors of four.",
         for (int i = 0; i < 4; i++) self->values[self->count * 4 + i] = self->u[i];
         self->count++;
     }
-    if (self->count == 200) { self->count++; report(full); }
+    if (self->count == 200) report(full);
     return OK;
 }
 
@@ -337,7 +341,7 @@ FUNCTION_BLOCK(record_pose, "Records the first 200 poses of seven numbers.",
         for (int i = 0; i < 7; i++) self->values[self->count * 7 + i] = self->u[i];
         self->count++;
     }
-    if (self->count == 200) { self->count++; report(full); }
+    if (self->count == 200) report(full);
     return OK;
 }
 
@@ -348,7 +352,7 @@ FUNCTION_BLOCK(record_integer, "Records the first 200 integers.",
     condition(full,                  "200 are there"))
 {
     if (self->count < 200) self->values[self->count++] = self->u;
-    if (self->count == 200) { self->count++; report(full); }
+    if (self->count == 200) report(full);
     return OK;
 }
 
@@ -359,7 +363,7 @@ FUNCTION_BLOCK(record_digest, "Records the first 200 digests.",
     condition(full,                  "200 are there"))
 {
     if (self->count < 200) self->values[self->count++] = self->u;
-    if (self->count == 200) { self->count++; report(full); }
+    if (self->count == 200) report(full);
     return OK;
 }
 
@@ -370,6 +374,6 @@ FUNCTION_BLOCK(record_bool, "Records the first 200 truth values.",
     condition(full,              "200 are there"))
 {
     if (self->count < 200) self->values[self->count++] = self->u;
-    if (self->count == 200) { self->count++; report(full); }
+    if (self->count == 200) report(full);
     return OK;
 }

@@ -13,7 +13,7 @@ from afar import until
 from mappings.graph import Stage, run
 from mappings.graphs import GRAPHS
 from mappings.mapping import EVERYWHERE, HOSTS, Realization
-from mappings.test_graphs import ATTEMPTS, reference, same, shown
+from mappings.test_graphs import ATTEMPTS, holds_skipping, reference, same, shown
 
 THROUGH_ALL = [
     "chain_over_three",
@@ -93,6 +93,8 @@ def gives_the_same(name: str, shared: Shared, expected: dict[str, Any]) -> None:
         differs = shown(found, expected)
         until(lambda before=before: shared.told() != before, f"somebody tells why {differs}")
         before = shared.told()
+        if holds_skipping(name, found):
+            return
         lost.append(f"{differs}: {told}")
     pytest.fail("each run lost something, and told it: " + "; ".join(lost))
 

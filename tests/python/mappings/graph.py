@@ -19,6 +19,9 @@ PRIORITIES = {"soft": 70, "low": 40, "trigger": 85}
 
 Model = Mapping[str, Sequence[Any]]
 
+Found = Mapping[str, Any]
+"""What recorders hold: name → values."""
+
 
 class Stage:
     """Processors 0, 1, … with their interrupt sources, made when a graph asks for them, and the blocks of `tests/blocks`."""
@@ -113,11 +116,15 @@ class Entry:
     name: str
     make: Callable[[Stage], Graph]
     model: Callable[[], Model] | None
+    skipping: Callable[[Found], bool] | None
+    """Of a graph whose values go by numbers of invocations: what holds too where releases were skipped."""
 
 
-def graph(model: Callable[[], Model] | None = None) -> Callable[[Callable[[Stage], Graph]], Entry]:
+def graph(
+    model: Callable[[], Model] | None = None, skipping: Callable[[Found], bool] | None = None
+) -> Callable[[Callable[[Stage], Graph]], Entry]:
     """Makes an entry of a function; its name is the function's."""
-    return lambda make: Entry(make.__name__, make, model)
+    return lambda make: Entry(make.__name__, make, model, skipping)
 
 
 def verb_of(stage: Stage, name: str, made: Graph) -> tuple[gpac.Verb[..., Any], dict[str, gpac.Source]]:

@@ -3,12 +3,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import opengpac as gpac
-from mappings.graph import LENGTH, Graph, Model, Stage, graph, scattered
+from mappings.graph import LENGTH, Found, Graph, Model, Stage, graph, scattered
 from opengpac import activate
 from opengpac import library as lib
+
+
+def _rise(values: Sequence[float]) -> bool:
+    return all(a < b for a, b in pairwise(values))
+
+
+def _stay(values: Sequence[float]) -> bool:
+    return all(a <= b for a, b in pairwise(values))
 
 
 def _means(values: list[float]) -> list[float]:
@@ -43,11 +53,16 @@ def decimation_in_two_steps(stage: Stage) -> Graph:
     )
 
 
-@graph(lambda: {"y": [float(4 * k + 3) for k in range(LENGTH)]})
+def _every_fourth(found: Found) -> bool:
+    y = found["y"]
+    return all(value % 4 == 3 for value in y) and _rise(y)
+
+
+@graph(lambda: {"y": [float(4 * k + 3) for k in range(LENGTH)]}, skipping=_every_fourth)
 def ratio_output_of_a_timer(stage: Stage) -> Graph:
     """A block of a timer that stores every fourth value."""
     return Graph(
-        blocks={"ramp": stage.code.paced_ramp, "pass": lib.block("gain")(k=1.0)},
+        blocks={"ramp": stage.code.number_of_four, "pass": lib.block("gain")(k=1.0)},
         cells={"u": ["ramp.y", "pass.u"]},
         place={"ramp": "0.fast", "pass": "1.soft"},
         record={"y": "pass.y"},
@@ -55,11 +70,17 @@ def ratio_output_of_a_timer(stage: Stage) -> Graph:
     )
 
 
-@graph(lambda: {"y": [1000.0 * max(0, j // 5 - 1) + j for j in range(LENGTH)]})
+def _read_by_number(found: Found) -> bool:
+    """What is read is at most number j // 5 - 1: the one of that number may have been skipped, or have come late."""
+    read = [divmod(y, 1e6) for y in found["y"]]
+    return _rise([j for _, j in read]) and _stay([u for u, _ in read]) and all(j % 1 == 0 and u <= max(0, j // 5 - 1) for u, j in read)
+
+
+@graph(lambda: {"y": [1e6 * max(0, j // 5 - 1) + j for j in range(LENGTH)]}, skipping=_read_by_number)
 def ratio_input_from_another_timer(stage: Stage) -> Graph:
     """A slow processor's values by number in a fast one: invocation j has value j // 5 - 1."""
     return Graph(
-        blocks={"ramp": stage.code.ramp, "held": stage.code.held},
+        blocks={"ramp": stage.code.number, "held": stage.code.held},
         cells={"u": ["ramp.y", "held.u"]},
         place={"ramp": "0.slow", "held": "1.fast"},
         record={"y": "held.y"},
@@ -67,12 +88,18 @@ def ratio_input_from_another_timer(stage: Stage) -> Graph:
     )
 
 
-@graph()
+def _slow_beside_fast(found: Found) -> bool:
+    """The fast values are all there; the slow ones never go back."""
+    slow = [round((y - 0.5 - fast) / 1000.0) for y, fast in zip(found["y"], scattered(), strict=True)]
+    return _stay(slow) and list(found["y"]) == [(1000.0 * u + fast) + 0.5 for u, fast in zip(slow, scattered(), strict=True)]
+
+
+@graph(skipping=_slow_beside_fast)
 def ratio_input_beside_a_synchronous_one(stage: Stage) -> Graph:
     """A slow value from elsewhere beside one of the own source, and a reader on a third processor."""
     return Graph(
         blocks={
-            "slow": stage.code.ramp,
+            "slow": stage.code.number,
             "fast": stage.code.scatter,
             "beside": stage.code.beside,
             "pass": lib.block("bias")(b=0.5),
