@@ -103,8 +103,23 @@ def test_what_cannot_be_replayed_says_so(record: Path, tmp_path: Path) -> None:
         gpac.replay(tmp_path / "text.mcap")
 
 
+def test_mcap_itself_reads_it(record: Path) -> None:
+    from mcap import reader
+
+    with open(record, "rb") as file:
+        read = reader.make_reader(file, validate_crcs=True)
+        summary = read.get_summary()
+        assert summary is not None and summary.statistics is not None
+        messages = [(channel.topic, message.sequence) for _, channel, message in read.iter_messages(log_time_order=False)]
+    assert [channel.message_encoding for channel in summary.channels.values()] == ["opengpac.replay.1"]
+    assert messages == [("opengpac/replay", number) for number in range(summary.statistics.message_count)]
+    assert len(messages) >= gpac.replay(record).firings
+    assert {chunk.compression for chunk in summary.chunk_indexes} == {"lz4"}
+
+
 def test_a_record_that_is_cut_off_is_replayed_as_far_as_it_goes(record: Path, tmp_path: Path) -> None:
-    cut = tmp_path / "cut.mcap"
-    cut.write_bytes(record.read_bytes()[:-2000])
-    again = gpac.replay(cut)
-    assert again.same and again.stopped == "end" and "ends in the middle" in again.message
+    whole, cut = record.read_bytes(), tmp_path / "cut.mcap"
+    for length in (len(whole) // 4, len(whole) // 2, len(whole) - 2000):
+        cut.write_bytes(whole[:length])
+        again = gpac.replay(cut)
+        assert again.same and again.stopped == "end" and "ends in the middle" in again.message

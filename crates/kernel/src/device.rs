@@ -1,134 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Physical devices as the kernel serves them: read at the start of a firing of their source, written at its end.
+mod driver;
+mod elsewhere;
 mod heir;
 
+pub use driver::{Channel, DeviceError, Direction, Driver, SafeHandle};
+pub use elsewhere::{DeviceCall, DeviceState};
 pub(crate) use heir::Looks;
 
 use crate::tape::Tape;
 use crate::{Cell, Extent};
+use elsewhere::Unreached;
 use heir::Seen;
 use interconnect::Sender;
 use std::cell::UnsafeCell;
-use std::os::fd::OwnedFd;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
-
-/// Which way a channel goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum Direction {
-    /// From the machine.
-    Read,
-    /// To the machine.
-    Write,
-}
-
-/// A typed, unit-carrying channel of a physical device.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
-pub struct Channel {
-    /// `part.channel`, for example `elbow.position`; unique in its device.
-    pub name: String,
-    /// Which way it goes.
-    pub direction: Direction,
-    /// C type, for example `double`.
-    pub type_text: String,
-    /// Unit, or empty.
-    pub unit: String,
-    /// What it is, one line.
-    pub doc: String,
-    /// Offset in the readings or in the commands.
-    pub offset: usize,
-    /// Bytes.
-    pub len: usize,
-    /// Write: the value that leaves the machine safe (bytes of the type).
-    pub safe: Vec<u8>,
-    /// Write, `double` only: the fastest change, in units per second; enforced and counted in the write step.
-    pub slew_max: Option<f64>,
-}
-
-/// Why a device could not be read or written. It becomes the condition `device_lost` of the verbs that use the device.
-#[derive(Debug)]
-pub struct DeviceError {
-    /// For people.
-    pub message: String,
-}
-
-/// How somebody else brings outputs of a device to their safe state when the process of its driver is gone: the guard process of
-/// crate `guard` keeps it.
-#[derive(Debug)]
-pub struct SafeHandle {
-    /// Where to write: a duplicate of the driver's own, so that it stays open when the driver's process ends.
-    pub descriptor: OwnedFd,
-    /// What to write there, in this order: an offset (no meaning where the descriptor has no positions, as a serial line) and bytes.
-    pub writes: Vec<(u64, Vec<u8>)>,
-}
-
-/// A driver. All calls but `new`-like construction come from the thread of the device's source (under the virtual clock: from
-/// the one thread of the system); `read` and `write` must not allocate, lock or wait.
-pub trait Driver: Send {
-    /// The channels, fixed for the life of the driver.
-    fn channels(&self) -> &[Channel];
-    /// Called once before the first firing, off the real-time path. `now_ns`: the clock.
-    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError>;
-    /// Reads every channel at the firing released at `release_ns` (a simulated plant first advances to that time).
-    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError>;
-    /// Writes every channel. `engaged[i]`: whether channel i (index among the write channels) is claimed by a running verb;
-    /// one that is not carries its safe value.
-    fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError>;
-    /// Brings all outputs to their safe state now: after a fault of the source, an emergency stop, or at the end.
-    fn safe_state(&mut self);
-    /// Called once at the end, off the real-time path.
-    fn close(&mut self);
-    /// What brings the outputs to their safe state without this process, from `open` on. Asked once, after `open`, off the
-    /// real-time path. Default: nothing; then the outputs stay as they are when the process is lost.
-    fn safe_handles(&self) -> Vec<SafeHandle> {
-        Vec::new()
-    }
-}
-
-/// A device that lies elsewhere, in the tables that are kept here: its driver does nothing.
-struct Unreached(Vec<Channel>);
-
-impl Driver for Unreached {
-    fn channels(&self) -> &[Channel] {
-        &self.0
-    }
-
-    fn open(&mut self, _now_ns: i64) -> Result<(), DeviceError> {
-        Ok(())
-    }
-
-    fn read(&mut self, _release_ns: i64, _readings: &mut [u8]) -> Result<(), DeviceError> {
-        Ok(())
-    }
-
-    fn write(&mut self, _release_ns: i64, _commands: &[u8], _engaged: &[bool]) -> Result<(), DeviceError> {
-        Ok(())
-    }
-
-    fn safe_state(&mut self) {}
-
-    fn close(&mut self) {}
-}
-
-/// What whoever runs a device elsewhere is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum DeviceCall {
-    /// [`Device::ask`].
-    Ask { channel: u32, what: Ask, at_zero: bool },
-    /// [`Device::forget`].
-    Forget { channel: u32 },
-}
-
-/// How a device stands, as whoever runs it tells it.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct DeviceState {
-    /// It failed.
-    pub lost: bool,
-    /// For each channel: it asks; it asked since the last `forget`; how often its slew limit acted.
-    pub channels: Vec<(bool, bool, u64)>,
-    /// Calls of `forget` that it has seen.
-    pub forgotten: u64,
-}
 
 /// A device in the image of its source.
 pub struct Device {
@@ -267,53 +154,12 @@ impl Device {
         }))
     }
 
-    /// One that lies elsewhere, with these channels. `calls` asks whoever runs it.
-    pub fn elsewhere(name: &str, channels: Vec<Channel>, calls: Box<dyn Fn(DeviceCall) + Send + Sync>) -> Result<Arc<Device>, DeviceError> {
-        let device = Device::open(name, Box::new(Unreached(channels)), 0)?;
-        let _first = device.calls.set(calls);
-        Ok(device)
-    }
-
     /// One of a record, with these channels: what it reads comes from there.
     ///
     /// # Errors
     /// None: as of [`Device::open`].
     pub fn recorded(name: &str, channels: Vec<Channel>) -> Result<Arc<Device>, DeviceError> {
         Device::open(name, Box::new(Unreached(channels)), 0)
-    }
-
-    /// How it stands.
-    pub fn state(&self) -> DeviceState {
-        let channels = (0..self.channels.len()).map(|channel| (self.asks(channel), self.asked(channel), self.slew_limited(channel))).collect();
-        DeviceState { lost: self.is_lost(), channels, forgotten: self.forgotten.load(Ordering::Acquire) }
-    }
-
-    /// How one that lies elsewhere stands, as it was told last.
-    pub fn report(&self, state: &DeviceState) {
-        self.lost.store(state.lost, Ordering::Release);
-        // What was asked before the last `forget` is forgotten.
-        let is_new = state.forgotten == self.forgotten.load(Ordering::Acquire);
-        for ((asking, limited), (now, once, count)) in self.asking.iter().zip(&self.limited).zip(&state.channels) {
-            asking.now.store(*now, Ordering::Release);
-            limited.store(*count, Ordering::Relaxed);
-            if is_new {
-                asking.once.store(*once, Ordering::Release);
-            }
-        }
-    }
-
-    /// One that lies elsewhere has been opened anew: nothing is known of it, and it is asked again for what it was asked for before.
-    pub fn renew(&self) {
-        self.lost.store(false, Ordering::Release);
-        self.forgotten.store(0, Ordering::Release);
-        for (channel, asking) in self.asking.iter().enumerate() {
-            asking.once.store(false, Ordering::Release);
-            let what = asking.what.load(Ordering::Acquire);
-            if what != OFF {
-                let asked = if what & STOP != 0 { Ask::Stop } else { Ask::Tell };
-                self.call(DeviceCall::Ask { channel: channel as u32, what: asked, at_zero: what & AT_ZERO != 0 });
-            }
-        }
     }
 
     /// Its readings and its commands, whole.
@@ -387,12 +233,6 @@ impl Device {
         self.asking[channel].once.store(false, Ordering::Release);
         self.forgotten.fetch_add(1, Ordering::AcqRel);
         self.call(DeviceCall::Forget { channel: channel as u32 });
-    }
-
-    fn call(&self, call: DeviceCall) {
-        if let Some(calls) = self.calls.get() {
-            calls(call);
-        }
     }
 
     /// True after it failed: it is neither read nor written any more.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The file: messages into chunks, and exact counts of what reached it and what did not.
-use crate::mcap::Mcap;
 use crate::page::{ChannelId, Definition, Page};
 use crate::{LOSSES, LOST};
+use mcap::Schema;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Write};
@@ -33,13 +33,16 @@ pub(crate) struct Count {
     pub lost: u64,
 }
 
-/// Uncompressed bytes of a chunk, and how long one is filled.
-const CHUNK: usize = 1 << 20;
+/// How messages are written, and what they look like.
+const JSON: &str = "json";
+pub(crate) const JSON_SCHEMA: &str = "jsonschema";
+
+/// How long a chunk is filled.
 const CHUNK_MAX: Duration = Duration::from_secs(1);
 
 /// A recording's file.
 pub(crate) struct Book {
-    mcap: Option<Mcap<Box<dyn Sink>>>,
+    writer: Option<mcap::Writer<Box<dyn Sink>>>,
     pub counts: Vec<Count>,
     /// End of the last whole chunk.
     pub bytes: u64,
@@ -51,10 +54,10 @@ pub(crate) struct Book {
 impl Book {
     /// Begins the file with what is said of it.
     pub fn new(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>)) -> io::Result<Book> {
-        let mut mcap = Mcap::new(sink, concat!("opengpac ", env!("CARGO_PKG_VERSION")))?;
-        mcap.metadata(about.0, about.1)?;
-        let bytes = mcap.position;
-        Ok(Book { mcap: Some(mcap), counts: Vec::new(), bytes, since: Instant::now(), failure: None, losses: None })
+        let mut writer = mcap::Writer::new(sink, concat!("opengpac ", env!("CARGO_PKG_VERSION")))?;
+        writer.metadata(about.0, about.1)?;
+        let bytes = writer.position();
+        Ok(Book { writer: Some(writer), counts: Vec::new(), bytes, since: Instant::now(), failure: None, losses: None })
     }
 
     /// Writes a page. What cannot be written is counted.
@@ -68,13 +71,13 @@ impl Book {
         }
         for (entry, bytes) in page.messages() {
             let count = &mut self.counts[entry.channel.0];
-            let Some(mcap) = self.mcap.as_mut().filter(|_| count.id > 0) else {
+            let Some(writer) = self.writer.as_mut().filter(|_| count.id > 0) else {
                 count.lost += 1;
                 continue;
             };
             count.pending += 1;
-            mcap.put(count.id, entry.sequence, u64::try_from(entry.time_ns).unwrap_or(0), bytes);
-            if mcap.filled() >= CHUNK {
+            writer.put(count.id, entry.sequence, u64::try_from(entry.time_ns).unwrap_or(0), bytes);
+            if writer.is_full() {
                 self.finish_chunk();
             }
         }
@@ -85,31 +88,32 @@ impl Book {
 
     /// A channel beyond the 65,535 that a file can have gets no number: all of it is lost.
     fn define(&mut self, of: &Definition) {
-        let id = self.mcap.as_mut().and_then(|mcap| mcap.channel(&of.topic, &of.schema, &of.metadata)).unwrap_or(0);
+        let id = self.writer.as_mut().and_then(|writer| writer.channel(&of.topic, JSON, Some(&of.schema), &of.metadata)).unwrap_or(0);
         self.counts.push(Count { topic: of.topic.clone(), id, ..Count::default() });
     }
 
     /// What was lost stands in the file, at the time of what came next.
     fn tell_loss(&mut self, channel: ChannelId, count: u64, page: &Page) {
         let time = page.entries.first().map_or(0, |entry| u64::try_from(entry.time_ns).unwrap_or(0));
-        let Some(mcap) = &mut self.mcap else { return };
+        let Some(writer) = &mut self.writer else { return };
         if self.losses.is_none() {
-            let schema = r#"{"type":"object","properties":{"channel":{"type":"string"},"count":{"type":"integer"}}}"#;
-            self.losses = mcap.channel(LOSSES, &("opengpac.lost".to_owned(), schema.to_owned()), &BTreeMap::new());
+            let text = r#"{"type":"object","properties":{"channel":{"type":"string"},"count":{"type":"integer"}}}"#;
+            let schema = Schema { name: "opengpac.lost".to_owned(), encoding: JSON_SCHEMA, text: text.to_owned() };
+            self.losses = writer.channel(LOSSES, JSON, Some(&schema), &BTreeMap::new());
         }
         if let Some(id) = self.losses {
             let text = serde_json::json!({"channel": self.counts[channel.0].topic, "count": count}).to_string();
-            mcap.put(id, 0, time, text.as_bytes());
+            writer.put(id, 0, time, text.as_bytes());
         }
     }
 
     /// The chunk reaches the file as a whole.
     fn finish_chunk(&mut self) {
         self.since = Instant::now();
-        let Some(mcap) = &mut self.mcap else { return };
-        match mcap.finish_chunk() {
+        let Some(writer) = &mut self.writer else { return };
+        match writer.finish_chunk() {
             Ok(()) => {
-                self.bytes = mcap.position;
+                self.bytes = writer.position();
                 for count in &mut self.counts {
                     count.written += std::mem::take(&mut count.pending);
                 }
@@ -120,11 +124,11 @@ impl Book {
 
     /// The file ends with its last whole chunk; what was on its way is lost.
     fn fail(&mut self, why: &io::Error) {
-        let Some(mut mcap) = self.mcap.take() else { return };
+        let Some(writer) = self.writer.take() else { return };
         for count in &mut self.counts {
             count.lost += std::mem::take(&mut count.pending);
         }
-        let cut = mcap.sink.cut(self.bytes).err().map(|more| format!("; its last chunk is incomplete: {more}"));
+        let cut = writer.into_sink().cut(self.bytes).err().map(|more| format!("; its last chunk is incomplete: {more}"));
         self.failure = Some(format!("{why}{}", cut.unwrap_or_default()));
     }
 
@@ -132,11 +136,11 @@ impl Book {
     pub fn finish(&mut self) {
         self.finish_chunk();
         let lost = self.counts.iter().filter(|count| count.lost > 0).map(|count| (count.topic.clone(), count.lost.to_string())).collect();
-        let Some(mcap) = &mut self.mcap else { return };
-        match mcap.metadata(LOST, &lost).and_then(|()| mcap.finish()) {
+        let Some(writer) = &mut self.writer else { return };
+        match writer.metadata(LOST, &lost).and_then(|()| writer.finish()) {
             Ok(()) => {
-                self.bytes = mcap.position;
-                self.mcap = None;
+                self.bytes = writer.position();
+                self.writer = None;
             }
             Err(why) => self.fail(&why),
         }

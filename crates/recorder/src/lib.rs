@@ -12,11 +12,9 @@
 //! the file: of a process that was killed everything up to its last chunk, a second at most, can be read.
 mod file;
 mod json;
-mod mcap;
 mod page;
 mod reader;
 mod recorder;
-mod records;
 mod room;
 mod sources;
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Pages: messages on their way to the file.
+use crate::file::JSON_SCHEMA;
+use mcap::Schema;
 use std::collections::BTreeMap;
 
 /// A channel of the file. Given by [`Page::channel`], valid for every page of the same recorder.
@@ -10,8 +12,8 @@ pub struct ChannelId(pub(crate) usize);
 #[derive(Clone, Debug)]
 pub(crate) struct Definition {
     pub topic: String,
-    /// Name and text of the JSON schema of its messages.
-    pub schema: (String, String),
+    /// Of its messages: a JSON schema.
+    pub schema: Schema,
     pub metadata: BTreeMap<String, String>,
 }
 
@@ -38,7 +40,7 @@ pub struct Page {
 impl Page {
     /// A new channel. `topic`: its name in the file; `schema`: name and JSON schema of its messages, an object.
     pub fn channel(&mut self, topic: &str, schema: (&str, &serde_json::Value), metadata: BTreeMap<String, String>) -> ChannelId {
-        let schema = (schema.0.to_owned(), schema.1.to_string());
+        let schema = Schema { name: schema.0.to_owned(), encoding: JSON_SCHEMA, text: schema.1.to_string() };
         self.definitions.push(Definition { topic: topic.to_owned(), schema, metadata });
         ChannelId(self.first + self.definitions.len() - 1)
     }

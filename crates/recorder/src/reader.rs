@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reading a recording back.
-use crate::records::{CHANNEL, CHUNK, DATA_END, MAGIC, MESSAGE, METADATA, Rest};
 use crate::{ABOUT, ENDS, LOG, LOSSES, LOST, json};
 use indexmap::IndexMap;
+use mcap::{Reader, Record, Unreadable};
 use model::refusal::{Class, Refusal, Refusals};
 use model::types::Type;
 use serde_json::Value as Json;
 use std::collections::{BTreeMap, HashMap};
-use std::io::Read;
+use std::fs::File;
 use std::path::Path;
 
 /// Every value of one SVV or cell in a recording, oldest first.
@@ -40,49 +40,47 @@ pub struct Recording {
 impl Recording {
     /// Reads a file. Refused where it cannot be read or is none of ours.
     pub fn open(path: &Path) -> Result<Recording, Refusals> {
-        let refused =
-            |why: String, remedy: &str| vec![Refusal::new(Class::ValueRefused, format!("cannot read recording '{}': {why}", path.display())).remedy(remedy)];
-        let bytes = std::fs::read(path).map_err(|why| refused(why.to_string(), "does the file exist?"))?;
-        let Some(bytes) = bytes.strip_prefix(MAGIC) else { return Err(refused("it is no MCAP file".to_owned(), "take a file that cell.record() has made")) };
+        let refused = |why: Unreadable| {
+            let remedy = match why {
+                Unreadable::File(_) => "does the file exist?",
+                Unreadable::Compressed { .. } => "decompress it first, for example with 'mcap decompress'",
+                Unreadable::NoMcap | Unreadable::Damaged { .. } => OURS,
+            };
+            cannot_read(path, &why, remedy)
+        };
+        let file = File::open(path).map_err(|why| refused(why.into()))?;
         let mut recording = Recording::default();
-        recording.take(Rest(bytes), &mut HashMap::new());
+        recording.take(Reader::new(file).map_err(refused)?).map_err(refused)?;
         if !recording.metadata.contains_key(ABOUT) {
-            return Err(refused("it was not made by OpenGPAC".to_owned(), "take a file that cell.record() has made"));
+            return Err(cannot_read(path, &"it was not made by OpenGPAC", OURS));
         }
         Ok(recording)
     }
 
     /// Takes records, up to the end of the data or of what is whole.
-    fn take(&mut self, mut records: Rest<'_>, channels: &mut HashMap<u16, String>) {
-        while let Some((code, mut fields)) = records.record() {
-            let taken = match code {
-                DATA_END => {
-                    self.complete = true;
-                    return;
-                }
-                CHUNK => unpacked(fields).map(|inner| self.take(Rest(&inner), channels)),
-                CHANNEL => (|| {
-                    let (id, _schema, topic, _encoding) = (fields.u16()?, fields.u16()?, fields.text()?, fields.text()?);
-                    self.define(&topic, &fields.texts()?);
+    fn take(&mut self, mut file: Reader<File>) -> Result<(), Unreadable> {
+        let mut channels = HashMap::new();
+        loop {
+            match file.next_record() {
+                Ok(Some(Record::Channel { id, topic, metadata, .. })) => {
+                    self.define(&topic, &metadata);
                     channels.insert(id, topic);
-                    Some(())
-                })(),
-                MESSAGE => (|| {
-                    let (channel, _sequence, time, _published) = (fields.u16()?, fields.u32()?, fields.u64()?, fields.u64()?);
-                    self.put(channels.get(&channel)?, time.cast_signed(), fields.0);
-                    Some(())
-                })(),
-                METADATA => (|| {
-                    self.metadata.insert(fields.text()?, fields.texts()?);
-                    Some(())
-                })(),
-                _ => Some(()),
-            };
-            if taken.is_none() {
+                }
+                Ok(Some(Record::Message { channel, time, data, .. })) => {
+                    if let Some(topic) = channels.get(&channel) {
+                        self.put(topic, time.cast_signed(), data);
+                    }
+                }
+                Ok(Some(Record::Metadata { name, texts })) => {
+                    self.metadata.insert(name, texts);
+                }
                 // What follows a damaged place cannot be told from damage: the end, for us.
-                return;
+                Ok(None) | Err(Unreadable::Damaged { .. }) => break,
+                Err(why) => return Err(why),
             }
         }
+        self.complete = file.is_whole();
+        Ok(())
     }
 
     fn define(&mut self, topic: &str, metadata: &BTreeMap<String, String>) {
@@ -138,15 +136,8 @@ impl Recording {
     }
 }
 
-/// The records of a chunk; nothing where it is damaged.
-fn unpacked(mut fields: Rest<'_>) -> Option<Vec<u8>> {
-    let (_first, _last, size, sum, compression, len) = (fields.u64()?, fields.u64()?, fields.u64()?, fields.u32()?, fields.text()?, fields.u64()?);
-    let packed = fields.take(usize::try_from(len).ok()?)?;
-    let mut records = Vec::new();
-    match compression.as_str() {
-        "lz4" => lz4_flex::frame::FrameDecoder::new(packed).take(size).read_to_end(&mut records).ok().map(drop)?,
-        "" => records.extend(packed),
-        _ => return None,
-    }
-    (records.len() as u64 == size && (sum == 0 || crc32fast::hash(&records) == sum)).then_some(records)
+const OURS: &str = "take a file that cell.record() has made";
+
+fn cannot_read(path: &Path, why: &dyn std::fmt::Display, remedy: &str) -> Refusals {
+    vec![Refusal::new(Class::ValueRefused, format!("cannot read recording '{}': {why}", path.display())).remedy(remedy)]
 }

@@ -4,7 +4,7 @@ use crate::ABOUT;
 use crate::file::{Book, Sink};
 use crate::page::Page;
 use crate::room::{ROOM, Room};
-use crate::sources::{EndReports, LogEntries, Source, Timing, Values};
+use crate::sources::{Numbered, Source, Timing, Values};
 use indexmap::IndexMap;
 use model::refusal::{Class, Refusal, Refusals};
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
-use supervisor::{Companion, System};
+use supervisor::{Companion, End, Entry, System};
 
 /// What is recorded.
 #[derive(Clone, Debug, Deserialize)]
@@ -98,7 +98,7 @@ impl Recorder {
     pub fn start_in(system: &System, sink: Box<dyn Sink>, path: &Path, options: &Options, room: usize) -> Result<Arc<Recorder>, Refusals> {
         let values = Values::new(system.tap_all(&options.svvs, options.cells)?);
         values.tap.hold_time();
-        let (log, ends, timing) = (LogEntries::new(system.observer()), EndReports::new(system.observer()), Timing::new(system.observer()));
+        let (log, ends, timing) = (Numbered::log(system.observer()), Numbered::ends(system.observer()), Timing::new(system.observer()));
         values.tap.heard(log.next(), ends.next());
         let cannot =
             |why: String| vec![Refusal::new(Class::ValueRefused, format!("cannot record into '{}': {why}", path.display())).remedy("is the disk full?")];
@@ -199,8 +199,8 @@ struct Drain {
     stops: Arc<AtomicBool>,
     is_virtual: bool,
     values: Values,
-    log: LogEntries,
-    ends: EndReports,
+    log: Numbered<Entry>,
+    ends: Numbered<End>,
     timing: Timing,
 }
 

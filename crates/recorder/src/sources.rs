@@ -3,9 +3,10 @@
 use crate::page::{ChannelId, Page};
 use crate::{ENDS, LOG, json};
 use model::types::Type;
+use serde::Serialize;
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
-use supervisor::{Samples, System, Tap};
+use supervisor::{End, Entry, Samples, System, Tap};
 
 /// Something that gives messages. Drained every 20 ms or so by the recorder's thread, once more at the end.
 pub trait Source: Send {
@@ -61,80 +62,63 @@ impl Source for Values {
     }
 }
 
-/// A channel that is made when it is first needed.
-#[derive(Default)]
-struct Late(Option<ChannelId>);
-
-impl Late {
-    fn of(&mut self, page: &mut Page, topic: &str, schema: (&str, &Json)) -> ChannelId {
-        *self.0.get_or_insert_with(|| page.channel(topic, schema, BTreeMap::new()))
-    }
-}
-
-fn put_json(page: &mut Page, channel: ChannelId, time_s: f64, sequence: u64, message: &impl serde::Serialize) {
+fn put_json(page: &mut Page, channel: ChannelId, time_s: f64, sequence: u64, message: &impl Serialize) {
     #[allow(clippy::cast_possible_truncation, reason = "ns of a clock that has run for less than a century")]
     let time_ns = (time_s * 1e9).round() as i64;
     page.put(channel, time_ns, sequence, |out| serde_json::to_writer(out, message).expect("a record of the supervisor has a JSON form"));
 }
 
-/// The log: conditions, faults, transitions, starts, commands.
-pub(crate) struct LogEntries {
+/// What the supervisor numbers and keeps for a while: entries of the log, end reports.
+pub(crate) struct Numbered<T> {
     system: System,
     next: u64,
-    channel: Late,
+    channel: Option<ChannelId>,
+    topic: &'static str,
+    schema: (&'static str, Json),
+    since: fn(&System, u64) -> Vec<T>,
+    /// Number, and when it was, in seconds.
+    place: fn(&T) -> (u64, f64),
 }
 
-impl LogEntries {
-    /// From the present on.
-    pub fn new(system: System) -> LogEntries {
-        let next = system.log_since(0).last().map_or(0, |entry| entry.sequence + 1);
-        LogEntries { system, next, channel: Late::default() }
-    }
-
-    /// Number of the next entry.
-    pub fn next(&self) -> u64 {
-        self.next
-    }
-}
-
-impl Source for LogEntries {
-    fn drain(&mut self, page: &mut Page) {
+impl Numbered<Entry> {
+    /// The log: conditions, faults, transitions, starts, commands; from the present on.
+    pub fn log(system: System) -> Numbered<Entry> {
         let text = || json!({"type": "string"});
         let properties = json!({"sequence": {"type": "integer"}, "time_s": {"type": "number"}, "kind": text(), "about": text(), "text": text()});
-        let channel = self.channel.of(page, LOG, ("opengpac.log", &json!({"type": "object", "properties": properties})));
-        for entry in self.system.log_since(self.next) {
-            page.lost(channel, entry.sequence - self.next);
-            self.next = entry.sequence + 1;
-            put_json(page, channel, entry.time_s, entry.sequence, &entry);
-        }
+        let schema = ("opengpac.log", json!({"type": "object", "properties": properties}));
+        Numbered { system, next: 0, channel: None, topic: LOG, schema, since: System::log_since, place: |entry| (entry.sequence, entry.time_s) }.begun()
     }
 }
 
-/// End reports.
-pub(crate) struct EndReports {
-    system: System,
-    next: u64,
-    channel: Late,
+impl Numbered<End> {
+    /// End reports, from the present on.
+    pub fn ends(system: System) -> Numbered<End> {
+        let schema = ("opengpac.end", json!({"type": "object"}));
+        Numbered { system, next: 0, channel: None, topic: ENDS, schema, since: System::ends_since, place: |end| (end.number, end.report.time_s) }.begun()
+    }
 }
 
-impl EndReports {
-    pub fn new(system: System) -> EndReports {
-        let next = system.ends_since(0).last().map_or(0, |end| end.number + 1);
-        EndReports { system, next, channel: Late::default() }
+impl<T> Numbered<T> {
+    fn begun(mut self) -> Numbered<T> {
+        self.next = (self.since)(&self.system, 0).last().map_or(0, |last| (self.place)(last).0 + 1);
+        self
     }
 
+    /// Number of the next one.
     pub fn next(&self) -> u64 {
         self.next
     }
 }
 
-impl Source for EndReports {
+impl<T: Serialize> Source for Numbered<T> {
     fn drain(&mut self, page: &mut Page) {
-        let channel = self.channel.of(page, ENDS, ("opengpac.end", &json!({"type": "object"})));
-        for end in self.system.ends_since(self.next) {
-            page.lost(channel, end.number - self.next);
-            self.next = end.number + 1;
-            put_json(page, channel, end.report.time_s, end.number, &end);
+        let (name, schema) = &self.schema;
+        let channel = *self.channel.get_or_insert_with(|| page.channel(self.topic, (name, schema), BTreeMap::new()));
+        for one in (self.since)(&self.system, self.next) {
+            let (number, time_s) = (self.place)(&one);
+            page.lost(channel, number - self.next);
+            self.next = number + 1;
+            put_json(page, channel, time_s, number, &one);
         }
     }
 }

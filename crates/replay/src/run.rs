@@ -190,7 +190,7 @@ impl Run {
             let known = if self.modules.is_empty() { "none but the library".to_owned() } else { self.modules.join(", ") };
             return Err(format!("the record has no code module '{name}' that another could stand in for; it has {known}"));
         }
-        let message = if self.reader.is_cut_off { "the file ends in the middle: whoever wrote it was stopped" } else { "" };
+        let message = if self.reader.is_cut_off() { "the file ends in the middle: whoever wrote it was stopped" } else { "" };
         Ok(self.found("end", None, message.to_owned()))
     }
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The commanding side: a processor elsewhere, as a host here sees it.
+mod hears;
+
 use crate::agent::locked;
 use crate::module::{self, Module};
 use crate::places::{Running, Started};
-use crate::protocol::{Answer, Beat, News, Order, TakenOver, VERSION, frame, opened};
-use interconnect::{ConnectionSpec, EndError, Ends, Link, Receiver, Sender};
-use kernel::wire::{EventAs, Writer};
+use crate::protocol::{Answer, News, Order, TakenOver, VERSION, frame, opened};
+use interconnect::{ConnectionSpec, EndError, Ends, Receiver, Sender};
+use kernel::wire::Writer;
 use kernel::{BlockId, BlockTimes, Channel, Device, Event, Far, Host, Op, Script, SourceId, SourceSpec, Statistics, Taken};
 use opengpac::abi::ABI as ABI_VERSION;
 use std::collections::{HashMap, HashSet};
@@ -289,114 +291,6 @@ impl Processor {
                 return Err(format!("'{}' does not answer", self.name));
             }
             answers = self.answered.wait_timeout(answers, left.min(LOOK)).expect("nobody panics with the lock held").0;
-        }
-    }
-
-    /// Hears what it says, until it is gone.
-    fn hear(&self, host: &Weak<Host>, link: &Arc<dyn Link>) {
-        let mut heard = Instant::now();
-        let silence = Duration::from_millis(self.silence_ms.load(Ordering::Relaxed));
-        let why = loop {
-            match link.receive(LOOK) {
-                Ok(Some(bytes)) => {
-                    heard = Instant::now();
-                    let Some(host) = host.upgrade() else { return };
-                    match opened::<News>(&bytes).and_then(|news| self.take_in(&host, news)) {
-                        Ok(()) => {}
-                        Err(why) => break format!("what it says cannot be understood: {why}"),
-                    }
-                }
-                Ok(None) if heard.elapsed() > silence => break format!("nothing has come from it for {} s", silence.as_secs_f64()),
-                Ok(None) => {}
-                Err(_) => break self.reason(),
-            }
-        };
-        link.close();
-        self.lose(host, &why);
-    }
-
-    fn reason(&self) -> String {
-        let running = locked(&self.running).clone();
-        running.map_or_else(|| "the link to it broke".to_owned(), |running| format!("its process {}", running.cause()))
-    }
-
-    fn lose(&self, host: &Weak<Host>, why: &str) {
-        *locked(&self.wire) = Wire::default();
-        if !self.closing.load(Ordering::Acquire)
-            && let Some(host) = host.upgrade()
-        {
-            self.tell_loss(&host, why);
-        }
-        // Last: whoever sees it down finds that its loss has been told.
-        self.is_up.store(false, Ordering::Release);
-        self.answered.notify_all();
-    }
-
-    fn tell_loss(&self, host: &Host, why: &str) {
-        let sources: Vec<SourceId> = locked(&self.sources).iter().filter(|(.., here)| *here).map(|(source, ..)| *source).collect();
-        let blocks: Vec<Option<BlockId>> = sources.iter().enumerate().map(|(place, source)| self.ran(place, *source)).collect();
-        // A source that ran none went with one that did.
-        let culprit = blocks.iter().copied().flatten().next();
-        for (source, block) in sources.into_iter().zip(blocks) {
-            host.tell(Event::Gone { source, block: block.or(culprit), message: why.to_owned(), time_ns: host.now_ns() });
-        }
-    }
-
-    /// The block that the source at `place` there ran, as far as it is known.
-    fn ran(&self, place: usize, source: SourceId) -> Option<BlockId> {
-        let step = locked(&self.running).as_ref()?.step(place)?;
-        locked(&self.tables).get(&source)?.get(step as usize).copied().flatten()
-    }
-
-    fn take_in(&self, host: &Host, news: News) -> Result<(), String> {
-        match news {
-            News::Welcome { .. } => return Err("a second welcome".to_owned()),
-            News::Broken { message } => return Err(message),
-            News::Answer { ticket, answer } => {
-                if let Some(waiting) = locked(&self.answers).get_mut(&ticket) {
-                    *waiting = Some(answer);
-                }
-                self.answered.notify_all();
-            }
-            News::Events { events, devices } => {
-                self.take_devices(&devices);
-                for event in events {
-                    if let EventAs::Told(Event::Stopped { source, .. }) = &event {
-                        locked(&self.statistics).entry(*source).or_default().stopped = true;
-                    }
-                    let event = event.event(|submission| locked(&self.wire).scripts.remove(&submission));
-                    event.into_iter().for_each(|event| host.tell(event));
-                }
-            }
-            News::Raised { source } => host.request(source),
-            News::Beat(beat) => self.take_beat(beat),
-        }
-        Ok(())
-    }
-
-    fn take_devices(&self, states: &[(String, kernel::DeviceState)]) {
-        let devices = locked(&self.devices);
-        for (name, state) in states {
-            if let Some(device) = devices.get(name).and_then(Weak::upgrade) {
-                device.report(state);
-            }
-        }
-    }
-
-    fn take_beat(&self, beat: Beat) {
-        locked(&self.statistics).extend(beat.sources);
-        locked(&self.block_times).extend(beat.blocks);
-        self.take_devices(&beat.devices);
-        let wire = locked(&self.wire);
-        for (number, brought, late) in beat.inbounds {
-            if let Some(inbound) = wire.writer.inbound_of(number) {
-                inbound.report(brought, late);
-            }
-        }
-        for (number, rows) in beat.rows {
-            if let Some(ring) = wire.writer.rows_of(number) {
-                rows.iter().for_each(|(lost, number, time_ns, bytes)| ring.repeat(*lost, *number, *time_ns, bytes));
-            }
         }
     }
 }

@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use supervisor::System;
 
-/// How often what has come is written: kernels have room for far longer.
+/// How often what has come is written, as a chunk of its own: kernels have room for far longer, but a process that is killed loses no more.
 const PERIOD: Duration = Duration::from_millis(10);
 
 /// A record that is being written.

@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 /// The first and the last bytes of a file.
 pub(crate) const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
 
+/// No record has this code.
+pub(crate) const NONE: u8 = 0x00;
 pub(crate) const HEADER: u8 = 0x01;
 pub(crate) const FOOTER: u8 = 0x02;
 pub(crate) const SCHEMA: u8 = 0x03;
@@ -84,6 +86,10 @@ impl<'a> Rest<'a> {
         Some(head)
     }
 
+    pub fn u8(&mut self) -> Option<u8> {
+        self.take(1).map(|bytes| bytes[0])
+    }
+
     pub fn u16(&mut self) -> Option<u16> {
         self.take(2).and_then(|bytes| bytes.try_into().ok()).map(u16::from_le_bytes)
     }
@@ -117,7 +123,7 @@ impl<'a> Rest<'a> {
     /// The next record: its code, and its fields.
     pub fn record(&mut self) -> Option<(u8, Rest<'a>)> {
         let mut rest = *self;
-        let code = rest.take(1)?[0];
+        let code = rest.u8()?;
         let len = usize::try_from(rest.u64()?).ok()?;
         let fields = rest.take(len)?;
         *self = rest;

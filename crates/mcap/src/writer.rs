@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Writing MCAP: messages into chunks, each of which reaches the file whole, compressed with LZ4, with its index; at the end the summary
-//! by which tools find their way.
+//! Writing MCAP: messages into chunks, their indexes, and the summary.
 use crate::records::{
     CHANNEL, CHUNK, CHUNK_INDEX, DATA_END, FOOTER, Fields, HEADER, MAGIC, MESSAGE, MESSAGE_INDEX, METADATA, METADATA_INDEX, SCHEMA, STATISTICS, SUMMARY_OFFSET,
 };
@@ -17,18 +16,29 @@ struct Chunk {
     last: u64,
 }
 
-/// An MCAP file that is being written into `W`.
-pub(crate) struct Mcap<W: Write> {
-    pub sink: W,
-    /// Bytes written: a whole number of records.
-    pub position: u64,
+/// What messages of a channel look like.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Schema {
+    pub name: String,
+    /// What `text` is: `jsonschema`, …
+    pub encoding: &'static str,
+    pub text: String,
+}
+
+/// Writes an MCAP file into `W`, which needs no buffer: chunks come to it whole, and it is flushed behind each.
+///
+/// Where a call fails nothing more can be written: `W` ends with a part of a record then, behind [`Writer::position`].
+pub struct Writer<W: Write> {
+    sink: W,
+    position: u64,
     chunk: Chunk,
-    /// Name and text of each schema → its number.
-    schemas: HashMap<(String, String), u16>,
+    /// Their numbers.
+    schemas: HashMap<Schema, u16>,
     /// Every schema and channel as a record, for the summary.
     described: [Vec<u8>; 2],
     channels: u16,
-    chunk_indexes: Vec<u8>,
+    /// None where they became too many.
+    chunk_indexes: Option<Vec<u8>>,
     chunks: u32,
     metadata_indexes: Vec<u8>,
     metadata: u32,
@@ -36,17 +46,20 @@ pub(crate) struct Mcap<W: Write> {
     span: Option<(u64, u64)>,
 }
 
-impl<W: Write> Mcap<W> {
-    /// Begins a file.
-    pub fn new(sink: W, library: &str) -> io::Result<Mcap<W>> {
-        let mut mcap = Mcap {
+impl<W: Write> Writer<W> {
+    /// Begins a file. `library`: who writes it.
+    ///
+    /// # Errors
+    /// Those of the sink, here and in every other call.
+    pub fn new(sink: W, library: &str) -> io::Result<Writer<W>> {
+        let mut writer = Writer {
             sink,
             position: 0,
             chunk: Chunk::default(),
             schemas: HashMap::new(),
             described: Default::default(),
             channels: 0,
-            chunk_indexes: Vec::new(),
+            chunk_indexes: Some(Vec::new()),
             chunks: 0,
             metadata_indexes: Vec::new(),
             metadata: 0,
@@ -55,24 +68,26 @@ impl<W: Write> Mcap<W> {
         };
         let mut begin = MAGIC.to_vec();
         Fields::default().text("").text(library).record(HEADER, &mut begin);
-        mcap.write(&begin)?;
-        Ok(mcap)
+        writer.write(&begin)?;
+        Ok(writer)
     }
 
-    /// A new channel of JSON messages with a schema; none where a file has no number left for it.
-    pub fn channel(&mut self, topic: &str, schema: &(String, String), metadata: &BTreeMap<String, String>) -> Option<u16> {
-        let schema_id = match self.schemas.get(schema) {
-            Some(id) => *id,
-            None => {
-                let id = u16::try_from(self.schemas.len() + 1).ok()?;
-                self.schemas.insert(schema.clone(), id);
-                self.describe(0, SCHEMA, || Fields::default().u16(id).text(&schema.0).text("jsonschema").text(&schema.1));
-                id
-            }
-        };
+    /// A new channel; its number, or none where a file has none left. `encoding`: of its messages.
+    pub fn channel(&mut self, topic: &str, encoding: &str, schema: Option<&Schema>, metadata: &BTreeMap<String, String>) -> Option<u16> {
+        let schema = schema.map_or(Some(0), |schema| self.schema(schema))?;
         self.channels = self.channels.checked_add(1)?;
         let id = self.channels;
-        self.describe(1, CHANNEL, || Fields::default().u16(id).u16(schema_id).text(topic).text("json").texts(metadata));
+        self.describe(1, CHANNEL, || Fields::default().u16(id).u16(schema).text(topic).text(encoding).texts(metadata));
+        Some(id)
+    }
+
+    fn schema(&mut self, schema: &Schema) -> Option<u16> {
+        if let Some(id) = self.schemas.get(schema) {
+            return Some(*id);
+        }
+        let id = u16::try_from(self.schemas.len() + 1).ok()?;
+        self.schemas.insert(schema.clone(), id);
+        self.describe(0, SCHEMA, || Fields::default().u16(id).text(&schema.name).text(schema.encoding).text(&schema.text));
         Some(id)
     }
 
@@ -81,7 +96,7 @@ impl<W: Write> Mcap<W> {
         fields().record(code, &mut self.described[which]);
     }
 
-    /// Puts a message into the chunk.
+    /// Puts a message into the chunk. `time`: ns.
     pub fn put(&mut self, channel: u16, sequence: u32, time: u64, data: &[u8]) {
         let Chunk { records, index, first, last } = &mut self.chunk;
         if index.is_empty() {
@@ -98,15 +113,25 @@ impl<W: Write> Mcap<W> {
         records.extend(data);
     }
 
-    /// Bytes in the chunk.
-    pub fn filled(&self) -> usize {
-        self.chunk.records.len()
+    /// True where the chunk is large enough to be finished: a larger one compresses no better.
+    pub fn is_full(&self) -> bool {
+        self.chunk.records.len() >= CHUNK_SIZE
     }
 
-    /// The chunk reaches the sink, as a whole, with the index of its messages.
+    /// Bytes written: a whole number of records. Up to here the file can be read, whatever happens to its writer.
+    pub fn position(&self) -> u64 {
+        self.position
+    }
+
+    /// Where it is written, without the chunk that is being filled.
+    pub fn into_sink(self) -> W {
+        self.sink
+    }
+
+    /// The chunk reaches the sink, as a whole, with the index of its messages; nothing where it is empty.
     pub fn finish_chunk(&mut self) -> io::Result<()> {
         if self.chunk.records.is_empty() {
-            return self.sink.flush();
+            return Ok(());
         }
         let Chunk { records, index, first, last } = &self.chunk;
         let (first, last, size) = (*first, *last, records.len() as u64);
@@ -127,8 +152,11 @@ impl<W: Write> Mcap<W> {
         let index_len = out.len() as u64 - chunk_len;
         self.write(&out)?;
         self.sink.flush()?;
-        let fields = Fields::default().u64(first).u64(last).u64(start).u64(chunk_len).by_channel(&offsets).u64(index_len);
-        fields.text(COMPRESSION).u64(compressed.len() as u64).u64(size).record(CHUNK_INDEX, &mut self.chunk_indexes);
+        if let Some(indexes) = &mut self.chunk_indexes {
+            let fields = Fields::default().u64(first).u64(last).u64(start).u64(chunk_len).by_channel(&offsets).u64(index_len);
+            fields.text(COMPRESSION).u64(compressed.len() as u64).u64(size).record(CHUNK_INDEX, indexes);
+        }
+        self.chunk_indexes.take_if(|indexes| indexes.len() > INDEXES_MAX);
         self.chunks += 1;
         for (channel, messages) in &self.chunk.index {
             *self.counts.entry(*channel).or_default() += messages.len() as u64;
@@ -136,12 +164,14 @@ impl<W: Write> Mcap<W> {
         if !self.chunk.index.is_empty() {
             self.span = Some(self.span.map_or((first, last), |(from, to)| (from.min(first), to.max(last))));
         }
-        self.chunk.records.clear();
-        self.chunk.index.clear();
+        let Chunk { records, index, first, last } = &mut self.chunk;
+        records.clear();
+        index.clear();
+        (*first, *last) = (0, 0);
         Ok(())
     }
 
-    /// A record of metadata, after the chunk.
+    /// A record of metadata, behind the chunk, which reaches the sink with it.
     pub fn metadata(&mut self, name: &str, texts: &BTreeMap<String, String>) -> io::Result<()> {
         self.finish_chunk()?;
         let (start, mut out) = (self.position, Vec::new());
@@ -152,7 +182,7 @@ impl<W: Write> Mcap<W> {
         self.sink.flush()
     }
 
-    /// The end of the file.
+    /// The end of the file: the summary, behind the last chunk. The last call.
     pub fn finish(&mut self) -> io::Result<()> {
         self.finish_chunk()?;
         let mut out = Vec::new();
@@ -164,8 +194,9 @@ impl<W: Write> Mcap<W> {
         let fields = fields.u32(self.channels.into()).u32(0).u32(self.metadata).u32(self.chunks).u64(from).u64(to).by_channel(&self.counts);
         fields.record(STATISTICS, &mut statistics);
         let [schemas, channels] = &self.described;
+        let chunk_indexes = &self.chunk_indexes.take().unwrap_or_default();
         let groups =
-            [(SCHEMA, schemas), (CHANNEL, channels), (STATISTICS, &statistics), (CHUNK_INDEX, &self.chunk_indexes), (METADATA_INDEX, &self.metadata_indexes)];
+            [(SCHEMA, schemas), (CHANNEL, channels), (STATISTICS, &statistics), (CHUNK_INDEX, chunk_indexes), (METADATA_INDEX, &self.metadata_indexes)];
         let mut offsets = Vec::new();
         for (code, group) in groups.into_iter().filter(|(_, group)| !group.is_empty()) {
             let start = self.position + out.len() as u64;
@@ -189,6 +220,11 @@ impl<W: Write> Mcap<W> {
     }
 }
 
+/// Bytes of a chunk before compression.
+const CHUNK_SIZE: usize = 1 << 20;
+/// Bytes of the index of all chunks, which is in memory until the end: of days where there is a chunk a second, of an hour where there are
+/// a hundred. A longer file has none, and tools read it from its beginning.
+const INDEXES_MAX: usize = 32 << 20;
 const COMPRESSION: &str = "lz4";
 /// Bytes of a message's fields before its data: channel, sequence, two times.
 const MESSAGE_FIELDS: u64 = 22;

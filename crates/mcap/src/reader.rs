@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Reading MCAP: the records of a file one after the other, those in chunks too.
+use crate::records::{CHANNEL, CHUNK, DATA_END, FOOTER, MAGIC, MESSAGE, METADATA, NONE, Rest};
+use std::collections::BTreeMap;
+use std::io::{self, BufReader, Read};
+use std::ops::Range;
+
+/// A record that says something. Indexes, schemas and attachments are passed over.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Record<'a> {
+    /// Messages of `id` from here on are of this channel. The same one may come again.
+    Channel {
+        id: u16,
+        topic: String,
+        encoding: String,
+        metadata: BTreeMap<String, String>,
+    },
+    /// `time`: ns.
+    Message {
+        channel: u16,
+        sequence: u32,
+        time: u64,
+        data: &'a [u8],
+    },
+    Metadata {
+        name: String,
+        texts: BTreeMap<String, String>,
+    },
+}
+
+/// Why a file cannot be read (on).
+#[derive(Debug, thiserror::Error)]
+pub enum Unreadable {
+    #[error("it is no MCAP file")]
+    NoMcap,
+    /// `at`: where its record begins, in bytes.
+    #[error("it is damaged at byte {at}: {what}")]
+    Damaged { at: u64, what: &'static str },
+    #[error("it is compressed with '{how}'")]
+    Compressed { how: String },
+    #[error(transparent)]
+    File(#[from] io::Error),
+}
+
+/// Reads an MCAP file that comes out of `R`, which needs no buffer of its own.
+pub struct Reader<R> {
+    source: BufReader<R>,
+    /// Where the record of the file that is being read begins, and where it ends.
+    begins: u64,
+    ends: u64,
+    /// What the file says of a chunk that is being entered.
+    packed: Vec<u8>,
+    /// Records of the chunk that is being read, or the fields of one beside chunks, and how far.
+    content: Vec<u8>,
+    taken: usize,
+    state: State,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    Reading,
+    Whole,
+    CutOff,
+    Failed,
+}
+
+impl<R: Read> Reader<R> {
+    /// Begins to read.
+    ///
+    /// # Errors
+    /// [`Unreadable::NoMcap`] where it begins with anything else, and those of the source.
+    pub fn new(source: R) -> Result<Reader<R>, Unreadable> {
+        let mut reader = Reader {
+            source: BufReader::with_capacity(BUFFER, source),
+            begins: 0,
+            ends: MAGIC.len() as u64,
+            packed: Vec::new(),
+            content: Vec::new(),
+            taken: 0,
+            state: State::Reading,
+        };
+        let is_whole = fill(&mut reader.source, MAGIC.len() as u64, &mut reader.packed)?;
+        if is_whole && reader.packed == MAGIC { Ok(reader) } else { Err(Unreadable::NoMcap) }
+    }
+
+    /// The next record; none at the end of the data, and where the file is cut off.
+    ///
+    /// # Errors
+    /// What makes the file unreadable from here on: nothing more comes behind an error.
+    pub fn next_record(&mut self) -> Result<Option<Record<'_>>, Unreadable> {
+        let found = self.find();
+        if found.is_err() {
+            self.state = State::Failed;
+        }
+        let Some((code, place)) = found? else { return Ok(None) };
+        match record(code, Rest(&self.content[place])) {
+            Some(record) => Ok(Some(record)),
+            None => {
+                self.state = State::Failed;
+                Err(Unreadable::Damaged { at: self.begins, what: SHORT })
+            }
+        }
+    }
+
+    /// True behind the last record of a file whose end is there.
+    pub fn is_whole(&self) -> bool {
+        self.state == State::Whole
+    }
+
+    /// True behind the last whole record of a file that ends without its end: its writer was stopped in the middle.
+    pub fn is_cut_off(&self) -> bool {
+        self.state == State::CutOff
+    }
+
+    /// Code and place in `content` of the next record that says something.
+    fn find(&mut self) -> Result<Option<(u8, Range<usize>)>, Unreadable> {
+        while self.state == State::Reading {
+            if self.taken < self.content.len() {
+                let mut rest = Rest(&self.content[self.taken..]);
+                let (code, fields) = rest.record().ok_or(Unreadable::Damaged { at: self.begins, what: SHORT })?;
+                let end = self.content.len() - rest.0.len();
+                self.taken = end;
+                match code {
+                    CHANNEL | MESSAGE => return Ok(Some((code, end - fields.0.len()..end))),
+                    NONE | CHUNK | DATA_END | FOOTER => return Err(Unreadable::Damaged { at: self.begins, what: "a chunk has a record that none can have" }),
+                    _ => continue,
+                }
+            }
+            let Some((code, len)) = self.head()? else { break };
+            match code {
+                DATA_END | FOOTER => self.state = if self.pass(len)? { State::Whole } else { State::CutOff },
+                CHUNK => self.enter(len)?,
+                CHANNEL | MESSAGE | METADATA => {
+                    let is_whole = fill(&mut self.source, len, &mut self.content)?;
+                    self.taken = self.content.len();
+                    if is_whole {
+                        return Ok(Some((code, 0..self.taken)));
+                    }
+                    self.state = State::CutOff;
+                }
+                _ if self.pass(len)? => {}
+                _ => self.state = State::CutOff,
+            }
+        }
+        Ok(None)
+    }
+
+    /// Code and length of the next record beside chunks; none where the file is cut off.
+    fn head(&mut self) -> Result<Option<(u8, u64)>, Unreadable> {
+        self.begins = self.ends;
+        let is_whole = fill(&mut self.source, HEAD, &mut self.packed)?;
+        let mut head = Rest(&self.packed);
+        // No record begins with 0: a file system had made room here, and nobody has filled it.
+        let (true, Some(code @ 1..), Some(len)) = (is_whole, head.u8(), head.u64()) else {
+            self.state = State::CutOff;
+            return Ok(None);
+        };
+        if len > LEN_MAX {
+            return Err(Unreadable::Damaged { at: self.begins, what: "no record is as long as this one says" });
+        }
+        self.ends = self.begins + HEAD + len;
+        Ok(Some((code, len)))
+    }
+
+    /// Passes over the fields of a record; false where the file is cut off.
+    fn pass(&mut self, len: u64) -> io::Result<bool> {
+        Ok(io::copy(&mut (&mut self.source).take(len), &mut io::sink())? == len)
+    }
+
+    /// Goes on with the records of a chunk.
+    fn enter(&mut self, len: u64) -> Result<(), Unreadable> {
+        self.content.clear();
+        self.taken = 0;
+        if !fill(&mut self.source, len, &mut self.packed)? {
+            self.state = State::CutOff;
+            return Ok(());
+        }
+        let damaged = |what| Unreadable::Damaged { at: self.begins, what };
+        let (size, sum, compression, packed) = chunk(Rest(&self.packed)).ok_or_else(|| damaged(SHORT))?;
+        match compression.as_str() {
+            "" => self.content.extend(packed),
+            "lz4" if size <= LEN_MAX => {
+                let read = lz4_flex::frame::FrameDecoder::new(packed).take(size).read_to_end(&mut self.content);
+                read.map_err(|_| damaged("a chunk cannot be decompressed"))?;
+            }
+            "lz4" => return Err(damaged("no chunk is as long as this one says")),
+            _ => return Err(Unreadable::Compressed { how: compression }),
+        }
+        if self.content.len() as u64 != size {
+            return Err(damaged("a chunk is not as long as it says"));
+        }
+        if sum != 0 && crc32fast::hash(&self.content) != sum {
+            return Err(damaged("a chunk has another checksum than it says"));
+        }
+        Ok(())
+    }
+}
+
+/// Bytes of a record before its fields: its code and their length.
+const HEAD: u64 = 9;
+
+/// No record and no chunk is longer: what says so is damaged.
+const LEN_MAX: u64 = 1 << 32;
+
+const BUFFER: usize = 1 << 16;
+
+const SHORT: &str = "a record is shorter than its fields";
+
+/// Reads `len` bytes, or to the end: false then. Memory is taken for what is there, whatever `len` says.
+fn fill(source: &mut impl Read, len: u64, into: &mut Vec<u8>) -> io::Result<bool> {
+    into.clear();
+    Ok(source.take(len).read_to_end(into)? as u64 == len)
+}
+
+/// Length and checksum of a chunk's records, how they are compressed, and as what; none where it ends before.
+fn chunk(mut fields: Rest<'_>) -> Option<(u64, u32, String, &[u8])> {
+    let (_first, _last, size, sum, compression, len) = (fields.u64()?, fields.u64()?, fields.u64()?, fields.u32()?, fields.text()?, fields.u64()?);
+    Some((size, sum, compression, fields.take(usize::try_from(len).ok()?)?))
+}
+
+/// A record; none where its fields end before it does.
+fn record(code: u8, mut fields: Rest<'_>) -> Option<Record<'_>> {
+    Some(match code {
+        CHANNEL => {
+            let (id, _schema) = (fields.u16()?, fields.u16()?);
+            Record::Channel { id, topic: fields.text()?, encoding: fields.text()?, metadata: fields.texts()? }
+        }
+        MESSAGE => {
+            let (channel, sequence, time, _published) = (fields.u16()?, fields.u32()?, fields.u64()?, fields.u64()?);
+            Record::Message { channel, sequence, time, data: fields.0 }
+        }
+        _ => Record::Metadata { name: fields.text()?, texts: fields.texts()? },
+    })
+}
