@@ -15,7 +15,7 @@ import "@xyflow/react/dist/style.css";
 import { type DragEvent, type ReactNode, useCallback, useEffect, useMemo, useRef, useState } from "react";
 import { onThemeChange } from "../../../design/colours";
 import { type BoxNode, BoxView } from "./BoxView";
-import { type Drawing, type Place, sizeOf } from "./drawing";
+import { type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
 import { type WireEdge, WireView } from "./WireView";
 
 const boxViews = { box: BoxView };
@@ -37,12 +37,12 @@ export interface CanvasProps {
   of: string;
   edit?: {
     move: (box: string, to: Place) => void;
-    connect: (from: { box: string; port: string }, to: { box: string; port: string }) => void;
+    connect: (from: End, to: End) => void;
     /** A wire begins at this port; null: it is over. */
-    begin: (from: { box: string; port: string; side: "input" | "output" } | null) => void;
-    isPossible: (from: { box: string; port: string }, to: { box: string; port: string }) => boolean;
+    begin: (from: (End & { side: PortSide }) | null) => void;
+    isPossible: (from: End, to: End) => boolean;
     /** Somebody let go of a wire at a port where it is not possible. */
-    refuse: (from: { box: string; port: string }, to: { box: string; port: string }) => void;
+    refuse: (from: End, to: End) => void;
     remove: (boxes: string[], wires: string[]) => void;
     drop: (what: string, at: Place) => void;
   };
@@ -178,7 +178,7 @@ export function Canvas(props: CanvasProps) {
 }
 
 // A wire can be drawn from either end.
-function endsOf(connection: Connection | Edge): { from: { box: string; port: string }; to: { box: string; port: string } } | null {
+function endsOf(connection: Connection | Edge): { from: End; to: End } | null {
   const [fromSide, fromPort] = split(connection.sourceHandle);
   const [toSide, toPort] = split(connection.targetHandle);
   const [one, other] = [

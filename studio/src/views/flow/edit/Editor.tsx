@@ -4,13 +4,14 @@ import { useCallback, useMemo, useState } from "react";
 import { Panel, Refusals } from "../../../design/parts";
 import { useControl } from "../../../shell/context";
 import { Canvas, type Chosen } from "../drawing/Canvas";
-import type { Place } from "../drawing/drawing";
+import type { End, Place, PortSide, Wire } from "../drawing/drawing";
 import { arrange } from "../drawing/layout";
-import { BoxPanel, TextField } from "./BoxPanel";
+import { BoxPanel } from "./BoxPanel";
 import * as change from "./change";
 import { type Draft, setsOf } from "./definition";
 import { boundaryOf, drawnDraft, placeOf, portOf, type RefusedWire } from "./drawn";
 import { FileTools } from "./FileTools";
+import { TextField } from "./fields";
 import { about } from "./findings";
 import { useDraft } from "./history";
 import { Install } from "./Install";
@@ -52,16 +53,16 @@ export default function Editor() {
   const edit = useMemo(
     () => ({
       move: (box: string, to: Place) => put(change.place(draft, box, to)),
-      begin: (from: { box: string; port: string; side: "input" | "output" } | null) => {
+      begin: (from: (End & { side: PortSide }) | null) => {
         if (from) setRefused(null);
         possible.ask(from && placeOf(draft, from));
       },
-      isPossible: (from: At, to: At) => whyNot(draft, possible, from, to) === null,
-      refuse: (from: At, to: At) => {
+      isPossible: (from: End, to: End) => whyNot(draft, possible, from, to) === null,
+      refuse: (from: End, to: End) => {
         const reason = whyNot(draft, possible, from, to);
         if (reason !== null) setRefused({ from, to, reason });
       },
-      connect: (from: { box: string; port: string }, to: { box: string; port: string }) => {
+      connect: (from: End, to: End) => {
         const ends = [portOf(draft, from), portOf(draft, to)] as const;
         if (ends[0] !== undefined && ends[1] !== undefined) put(change.connect(draft, ends[0], ends[1], faces));
       },
@@ -175,10 +176,8 @@ export default function Editor() {
   );
 }
 
-type At = { box: string; port: string };
-
 /** Why two ports cannot be wired. A boundary that binds nothing yet takes any type: it has none of its own. */
-function whyNot(draft: Draft, possible: Possible, from: At, to: At): string | null {
+function whyNot(draft: Draft, possible: Possible, from: End, to: End): string | null {
   if ([from, to].some((end) => boundaryOf(draft, end.box)?.ports.length === 0)) return null;
   return possible.reason(placeOf(draft, from), placeOf(draft, to));
 }
@@ -262,13 +261,7 @@ function freePlace(draft: Draft): Place {
   return { x: right, y: top };
 }
 
-function removed(
-  draft: Draft,
-  boxes: string[],
-  wires: string[],
-  drawn: { id: string; from: { box: string; port: string }; to: { box: string; port: string } }[],
-  faces: Parameters<typeof change.disconnect>[2],
-): Draft {
+function removed(draft: Draft, boxes: string[], wires: string[], drawn: Wire[], faces: Parameters<typeof change.disconnect>[2]): Draft {
   let next = draft;
   for (const id of wires) {
     const wire = drawn.find((one) => one.id === id);
