@@ -55,24 +55,32 @@ export function Canvas(props: CanvasProps) {
   const flow = useReactFlow();
   const colours = useColours();
   const [moving, setMoving] = useState<ReadonlyMap<string, Place>>(new Map());
-  const nodes = useMemo(
+  const isEdited = edit !== undefined;
+  // A box that is neither chosen nor moved stays the same object, and is not drawn again.
+  const laid = useMemo(
     () =>
-      drawing.boxes.map((box): BoxNode => {
-        const { width, height } = sizeOf(box);
-        return {
+      drawing.boxes.map(
+        (box): BoxNode => ({
           id: box.id,
           type: "box",
-          position: moving.get(box.id) ?? places.get(box.id) ?? { x: 0, y: 0 },
-          data: { box, toggle, wires: edit !== undefined },
-          width,
-          height,
-          selected: chosen?.kind === "box" && chosen.id === box.id,
+          position: places.get(box.id) ?? { x: 0, y: 0 },
+          data: { box, toggle, wires: isEdited },
+          ...sizeOf(box),
           ariaLabel: `${box.title}, ${box.about}`,
-        };
-      }),
-    [drawing, places, moving, chosen, toggle, edit],
+        }),
+      ),
+    [drawing, places, toggle, isEdited],
   );
-  const edges = useMemo(
+  const nodes = useMemo(
+    () =>
+      laid.map((node) => {
+        const selected = chosen?.kind === "box" && chosen.id === node.id;
+        const position = moving.get(node.id);
+        return selected || position ? { ...node, selected, position: position ?? node.position } : node;
+      }),
+    [laid, moving, chosen],
+  );
+  const wires = useMemo(
     () =>
       drawing.wires.map(
         (wire): WireEdge => ({
@@ -83,11 +91,14 @@ export function Canvas(props: CanvasProps) {
           target: wire.to.box,
           targetHandle: `input ${wire.to.port}`,
           data: { wire },
-          selected: chosen?.kind === "wire" && chosen.id === wire.id,
           ariaLabel: `${wire.cell}: from ${wire.from.port} to ${wire.to.port}`,
         }),
       ),
-    [drawing, chosen],
+    [drawing],
+  );
+  const edges = useMemo(
+    () => wires.map((edge) => (chosen?.kind === "wire" && chosen.id === edge.id ? { ...edge, selected: true } : edge)),
+    [wires, chosen],
   );
   useFitting(props.of, places);
 
@@ -158,8 +169,8 @@ export function Canvas(props: CanvasProps) {
         onDragOver={(event) => {
           if (edit) event.preventDefault();
         }}
-        nodesDraggable={edit !== undefined}
-        nodesConnectable={edit !== undefined}
+        nodesDraggable={isEdited}
+        nodesConnectable={isEdited}
         deleteKeyCode={edit ? ["Delete", "Backspace"] : null}
         edgesFocusable
         onlyRenderVisibleElements

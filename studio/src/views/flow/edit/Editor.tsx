@@ -50,6 +50,14 @@ export default function Editor() {
     },
     [draft, put],
   );
+  // What was never drawn has no places: it is laid out.
+  const show = async (to: Draft) => {
+    const labels = Object.keys(to.of.blocks);
+    const isPlaced = labels.length === 0 || labels.some((label) => label in to.of.layout);
+    const laid = isPlaced ? [] : await arrange(drawnDraft(to, faces, [], null));
+    open(change.places(to, Object.fromEntries(laid)));
+    showAnew();
+  };
   const edit = useMemo(
     () => ({
       move: (box: string, to: Place) => put(change.place(draft, box, to)),
@@ -120,13 +128,7 @@ export default function Editor() {
             </>
           )}
         </div>
-        <FileTools
-          draft={draft}
-          open={(to) => {
-            open(to);
-            showAnew();
-          }}
-        />
+        <FileTools draft={draft} open={(to) => void show(to)} />
         <Refusals of={[...trouble, ...unanswered]} />
       </div>
       <Palette
