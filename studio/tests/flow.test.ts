@@ -81,17 +81,17 @@ test("a graph is drawn, a wire refused and mended, installed, and its output see
 });
 
 test("pictures at every width, light and dark", { timeout: 2 * TIME }, async () => {
+  const { page, errors } = opened;
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await page.locator('[data-box="gain"]').waitFor();
   for (const look of LOOKS) {
-    const { page, context, errors } = await open(browser, running.url, look);
-    await goTo(page, "Data flow");
-    await page.locator('[data-box="wave"]').first().waitFor();
-    await shoot(page, `flow-${look.width}-${look.scheme}`);
-    await page.getByRole("button", { name: "Edit", exact: true }).click();
-    await page.locator('[data-component="library.gain"]').waitFor();
+    await page.setViewportSize({ width: look.width, height: look.height });
+    await page.emulateMedia({ colorScheme: look.scheme });
     await shoot(page, `edit-${look.width}-${look.scheme}`);
-    expect(errors).toEqual([]);
-    await context.close();
+    expect(await axeFindings(page), `${look.width} ${look.scheme}`).toEqual([]);
   }
+  expect(errors).toEqual([]);
 });
 
 async function named(page: Page, label: string, text: string): Promise<void> {

@@ -5,23 +5,21 @@ import {
   Controls,
   type Edge,
   type IsValidConnection,
-  MiniMap,
-  type Node,
   type NodeChange,
   ReactFlow,
   useReactFlow,
 } from "@xyflow/react";
 import "@xyflow/react/dist/style.css";
-import { type DragEvent, type ReactNode, useCallback, useEffect, useMemo, useRef, useState } from "react";
+import { type DragEvent, type ReactNode, useCallback, useEffect, useMemo, useState } from "react";
 import { onThemeChange } from "../../../design/colours";
 import { type BoxNode, BoxView } from "./BoxView";
 import { type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
+import { FIT, Overview, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
+import { useSlices } from "./slices";
 import { type WireEdge, WireView } from "./WireView";
 
 const boxViews = { box: BoxView };
 const wireViews = { wire: WireView };
-/** From so many boxes on a map of the whole helps. */
-const MAP_FROM = 12;
 
 /** What is chosen. */
 export type Chosen = { kind: "box" | "wire"; id: string } | null;
@@ -100,7 +98,7 @@ export function Canvas(props: CanvasProps) {
     () => wires.map((edge) => (chosen?.kind === "wire" && chosen.id === edge.id ? { ...edge, selected: true } : edge)),
     [wires, chosen],
   );
-  useFitting(props.of, places);
+  useFitting(props.of, drawing.boxes, places);
 
   const onNodesChange = useCallback(
     (changes: NodeChange<BoxNode>[]) => {
@@ -135,8 +133,8 @@ export function Canvas(props: CanvasProps) {
   return (
     <div className="canvas" data-testid="canvas">
       <ReactFlow<BoxNode, WireEdge>
-        nodes={nodes}
-        edges={edges}
+        nodes={useSlices(nodes)}
+        edges={useSlices(edges)}
         nodeTypes={boxViews}
         edgeTypes={wireViews}
         onNodesChange={onNodesChange}
@@ -173,15 +171,14 @@ export function Canvas(props: CanvasProps) {
         nodesConnectable={isEdited}
         deleteKeyCode={edit ? ["Delete", "Backspace"] : null}
         edgesFocusable
-        onlyRenderVisibleElements
-        minZoom={0.1}
-        maxZoom={2}
+        minZoom={ZOOM_MIN}
+        maxZoom={ZOOM_MAX}
         colorMode={colours}
         proOptions={{ hideAttribution: true }}
       >
         <Background gap={20} />
-        <Controls showInteractive={false} aria-label="Zoom" />
-        {drawing.boxes.length >= MAP_FROM && <MiniMap pannable zoomable ariaLabel="Map of the whole" nodeColor="var(--line-strong)" />}
+        <Controls showInteractive={false} fitViewOptions={FIT} aria-label="Zoom" />
+        <Overview boxes={drawing.boxes} places={places} />
         {props.children}
       </ReactFlow>
     </div>
@@ -212,22 +209,6 @@ function asConnection(from: HandleAt, to: HandleAt): Connection {
 function split(handle: string | null | undefined): [string, string] {
   const [side = "", ...port] = (handle ?? "").split(" ");
   return [side, port.join(" ")];
-}
-
-function useFitting(of: string, places: ReadonlyMap<string, Place>): void {
-  const flow = useReactFlow<Node, Edge>();
-  const fitted = useRef<string | null>(null);
-  const isThere = places.size > 0;
-  useEffect(() => {
-    if (!isThere || fitted.current === of) return;
-    fitted.current = of;
-    // The boxes are measured in the frame after they were drawn.
-    const frame = requestAnimationFrame(() => void flow.fitView({ padding: 0.12, maxZoom: 1 }));
-    return () => {
-      cancelAnimationFrame(frame);
-      fitted.current = null;
-    };
-  }, [of, isThere, flow]);
 }
 
 function useColours(): "light" | "dark" {
