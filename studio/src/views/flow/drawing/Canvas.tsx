@@ -10,8 +10,7 @@ import {
   useReactFlow,
 } from "@xyflow/react";
 import "@xyflow/react/dist/style.css";
-import { type DragEvent, type ReactNode, useCallback, useEffect, useMemo, useState } from "react";
-import { onThemeChange } from "../../../design/colours";
+import { type DragEvent, type ReactNode, useCallback, useMemo, useState } from "react";
 import { type BoxNode, BoxView } from "./BoxView";
 import { type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
 import { FIT, Overview, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
@@ -51,7 +50,6 @@ export interface CanvasProps {
 export function Canvas(props: CanvasProps) {
   const { drawing, places, chosen, choose, toggle, edit } = props;
   const flow = useReactFlow();
-  const colours = useColours();
   const [moving, setMoving] = useState<ReadonlyMap<string, Place>>(new Map());
   const isEdited = edit !== undefined;
   // A box that is neither chosen nor moved stays the same object, and is not drawn again.
@@ -173,7 +171,6 @@ export function Canvas(props: CanvasProps) {
         edgesFocusable
         minZoom={ZOOM_MIN}
         maxZoom={ZOOM_MAX}
-        colorMode={colours}
         proOptions={{ hideAttribution: true }}
       >
         <Background gap={20} />
@@ -209,15 +206,4 @@ function asConnection(from: HandleAt, to: HandleAt): Connection {
 function split(handle: string | null | undefined): [string, string] {
   const [side = "", ...port] = (handle ?? "").split(" ");
   return [side, port.join(" ")];
-}
-
-function useColours(): "light" | "dark" {
-  const now = () => {
-    const said = document.documentElement.dataset.theme;
-    if (said === "light" || said === "dark") return said;
-    return window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-  };
-  const [colours, setColours] = useState<"light" | "dark">(now);
-  useEffect(() => onThemeChange(() => setColours(now())));
-  return colours;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import { getViewportForBounds, MiniMap, type Rect, useReactFlow, useStore, useStoreApi } from "@xyflow/react";
+import { type FitViewOptions, getViewportForBounds, MiniMap, type Rect, useReactFlow, useStore, useStoreApi } from "@xyflow/react";
 import { useEffect, useRef } from "react";
 import { type Box, type Place, sizeOf } from "./drawing";
 
@@ -7,8 +7,8 @@ import { type Box, type Place, sizeOf } from "./drawing";
 const MAP_FROM = 12;
 export const ZOOM_MIN = 0.1;
 export const ZOOM_MAX = 2;
-/** How the whole is shown: not larger than it is, with so much around it. */
-export const FIT = { maxZoom: 1, padding: 0.08 };
+/** How the whole is shown: not larger than it is, beside the buttons for the zoom. */
+export const FIT = { maxZoom: 1, padding: { x: "24px", y: "24px", left: "64px" } } satisfies FitViewOptions;
 
 /** A map of the whole, where some of it is not to be seen. */
 export function Overview(props: { boxes: Box[]; places: ReadonlyMap<string, Place> }) {

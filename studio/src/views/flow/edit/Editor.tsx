@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { ReactFlowProvider } from "@xyflow/react";
-import { useCallback, useMemo, useState } from "react";
+import { useCallback, useEffect, useMemo, useState } from "react";
 import { Panel, Refusals } from "../../../design/parts";
 import { useControl } from "../../../shell/context";
 import { Canvas, type Chosen } from "../drawing/Canvas";
@@ -50,14 +50,20 @@ export default function Editor() {
     },
     [draft, put],
   );
-  // What was never drawn has no places: it is laid out.
-  const show = async (to: Draft) => {
-    const labels = Object.keys(to.of.blocks);
-    const isPlaced = labels.length === 0 || labels.some((label) => label in to.of.layout);
-    const laid = isPlaced ? [] : await arrange(drawnDraft(to, faces, [], null));
-    open(change.places(to, Object.fromEntries(laid)));
-    showAnew();
-  };
+  // What was never drawn has no places: it is laid out once its ports are known.
+  useEffect(() => {
+    const labels = Object.keys(draft.of.blocks);
+    if (faces.size === 0 || labels.length === 0 || labels.some((label) => label in draft.of.layout)) return;
+    let over = false;
+    void arrange(drawnDraft(draft, faces, [], null)).then((laid) => {
+      if (over) return;
+      open(change.places(draft, Object.fromEntries(laid)));
+      showAnew();
+    });
+    return () => {
+      over = true;
+    };
+  }, [draft, faces, open, showAnew]);
   const edit = useMemo(
     () => ({
       move: (box: string, to: Place) => put(change.place(draft, box, to)),
@@ -128,7 +134,13 @@ export default function Editor() {
             </>
           )}
         </div>
-        <FileTools draft={draft} open={(to) => void show(to)} />
+        <FileTools
+          draft={draft}
+          open={(to) => {
+            open(to);
+            showAnew();
+          }}
+        />
         <Refusals of={[...trouble, ...unanswered]} />
       </div>
       <Palette

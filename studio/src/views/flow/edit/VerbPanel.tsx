@@ -191,11 +191,13 @@ function NamedPanel<T>(props: {
         </button>
       }
     >
-      <datalist id={list}>
-        {props.choices.map((name) => (
-          <option key={name} value={name} />
-        ))}
-      </datalist>
+      {Object.keys(of).length > 0 && (
+        <datalist id={list}>
+          {props.choices.map((name) => (
+            <option key={name} value={name} />
+          ))}
+        </datalist>
+      )}
       {Object.entries(of).map(([name, value]) => (
         <fieldset key={name} aria-label={`${kind} ${name}`}>
           <div className="row">
