@@ -118,6 +118,7 @@ function arrows(of: Verb, findings: Finding[]): Edge[] {
       id,
       source: from,
       target: to,
+      type: way === "there" ? "default" : "smoothstep",
       sourceHandle: way,
       targetHandle: way,
       label: known ? `${known.label}, ${condition}` : condition,
