@@ -59,8 +59,12 @@ export async function pan(page: Page): Promise<void> {
   await page.mouse.down();
   await page.mouse.move(at.x + 120, at.y + 60, { steps: 20 });
   await page.mouse.up();
-  const after = await view(page);
-  expect([Math.round(after.x - before.x), Math.round(after.y - before.y), after.scale]).toEqual([120, 60, before.scale]);
+  await expect
+    .poll(async () => {
+      const { x, y, scale } = await view(page);
+      return [Math.round(x - before.x), Math.round(y - before.y), scale];
+    })
+    .toEqual([120, 60, before.scale]);
 }
 
 /** Chooses a block of what is installed: it is told at the side, with values that change. */

@@ -117,9 +117,9 @@ export async function shoot(page: Page, name: string): Promise<void> {
 
 /** What axe finds wrong, in words. */
 export async function axeFindings(page: Page): Promise<string[]> {
-  await page.evaluate(axe.source);
+  if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(axe.source);
   const found = await page.evaluate(async () => {
-    const checked = await (window as unknown as { axe: typeof axe }).axe.run(document);
+    const checked = await (window as unknown as { axe: typeof axe }).axe.run(document, { resultTypes: ["violations"] });
     return checked.violations.map((one) => ({
       id: one.id,
       help: one.help,
