@@ -4,7 +4,7 @@ import { useCallback, useEffect, useMemo, useState } from "react";
 import { Panel, Refusals } from "../../../design/parts";
 import { useControl } from "../../../shell/context";
 import { Canvas, type Chosen } from "../drawing/Canvas";
-import type { End, Place, PortSide, Wire } from "../drawing/drawing";
+import type { Drawing, End, Place, PortSide, Wire } from "../drawing/drawing";
 import { arrange } from "../drawing/layout";
 import { BoxPanel } from "./BoxPanel";
 import * as change from "./change";
@@ -22,11 +22,12 @@ import { type Possible, useFaces, useFindings, usePossible } from "./system";
 import { VerbPanel } from "./VerbPanel";
 
 type Drawn = "flow" | "lists";
+const NOTHING: Drawing = { boxes: [], wires: [] };
 
 /** Draws graphs and verbs. Nothing reaches the system but questions, until somebody installs. */
 export default function Editor() {
   const control = useControl();
-  const { draft, change: put, open, back, again } = useDraft();
+  const { draft, change: put, place, open, back, again } = useDraft();
   const { faces, trouble } = useFaces(control);
   const { findings, unanswered } = useFindings(control, draft);
   const [shown, setShown] = useState<Drawn>("flow");
@@ -37,7 +38,11 @@ export default function Editor() {
   const [shownAnew, setShownAnew] = useState(0);
   const showAnew = useCallback(() => setShownAnew((before) => before + 1), []);
   const [refused, setRefused] = useState<RefusedWire | null>(null);
-  const drawing = useMemo(() => drawnDraft(draft, faces, findings, refused), [draft, faces, findings, refused]);
+  const isPlaced = placed(draft);
+  const drawing = useMemo(
+    () => (isPlaced ? drawnDraft(draft, faces, findings, refused) : NOTHING),
+    [isPlaced, draft, faces, findings, refused],
+  );
   const places = useMemo(() => placesOf(drawing.boxes, draft), [drawing, draft]);
   const presentList = draft.kind === "verb" && list !== null && list in draft.of.command_lists ? list : null;
 
@@ -52,18 +57,17 @@ export default function Editor() {
   );
   // What was never drawn has no places: it is laid out once its ports are known.
   useEffect(() => {
-    const labels = Object.keys(draft.of.blocks);
-    if (faces.size === 0 || labels.length === 0 || labels.some((label) => label in draft.of.layout)) return;
+    if (isPlaced || faces.size === 0) return;
     let over = false;
     void arrange(drawnDraft(draft, faces, [], null)).then((laid) => {
       if (over) return;
-      open(change.places(draft, Object.fromEntries(laid)));
+      place(change.places(draft, Object.fromEntries(laid)));
       showAnew();
     });
     return () => {
       over = true;
     };
-  }, [draft, faces, open, showAnew]);
+  }, [isPlaced, draft, faces, place, showAnew]);
   const edit = useMemo(
     () => ({
       move: (box: string, to: Place) => put(change.place(draft, box, to)),
@@ -253,6 +257,11 @@ function Findings(props: { texts: string[]; isEmpty: boolean }) {
       )}
     </Panel>
   );
+}
+
+function placed(draft: Draft): boolean {
+  const labels = Object.keys(draft.of.blocks);
+  return labels.length === 0 || labels.some((label) => label in draft.of.layout);
 }
 
 /** Places of all boxes; what was never placed stands below the others. */

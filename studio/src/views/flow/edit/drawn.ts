@@ -59,7 +59,7 @@ export function portOf(draft: Draft, end: End): string | Named | undefined {
 
 /** A port as the calls `check_definition` and `compatible` name it. */
 export function placeOf(draft: Draft, end: End): { block: string; port: string } {
-  const boundary = boundaryOf(draft, end.box);
+  const boundary = end.box in draft.of.blocks ? undefined : boundaryOf(draft, end.box);
   return boundary ? { block: "", port: boundary.name } : { block: end.box, port: end.port };
 }
 
