@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { axeFindings, browse, goTo, LOOKS, type Opened, open, PATIENCE_MS, type Running, run, shoot } from "./running";
+import { axeFindings, browse, goTo, LOOKS, type Look, type Opened, open, PATIENCE_MS, type Running, run, shoot } from "./running";
 
 let running: Running;
 let browser: Browser;
@@ -81,17 +81,27 @@ test("a graph is drawn, a wire refused and mended, installed, and its output see
 });
 
 test("pictures at every width, light and dark", { timeout: 2 * TIME }, async () => {
+  const { page, errors } = opened;
+  const [wide] = LOOKS as [Look];
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await page.locator('[data-box="gain"]').waitFor();
   for (const look of LOOKS) {
-    const { page, context, errors } = await open(browser, running.url, look);
-    await goTo(page, "Data flow");
-    await page.locator('[data-box="wave"]').first().waitFor();
-    await shoot(page, `flow-${look.width}-${look.scheme}`);
-    await page.getByRole("button", { name: "Edit", exact: true }).click();
-    await page.locator('[data-component="library.gain"]').waitFor();
+    await page.setViewportSize({ width: look.width, height: look.height });
+    await page.emulateMedia({ colorScheme: look.scheme });
     await shoot(page, `edit-${look.width}-${look.scheme}`);
-    expect(errors).toEqual([]);
-    await context.close();
+    expect(await axeFindings(page), `${look.width} ${look.scheme}`).toEqual([]);
   }
+  await page.setViewportSize({ width: wide.width, height: wide.height });
+  await page.getByLabel("Open a verb of the system").focus();
+  await page.getByLabel("Open a verb of the system").selectOption("sway");
+  await page.locator('[data-box="side"]').waitFor();
+  await page.getByRole("button", { name: "Command lists" }).click();
+  await page.locator('[data-list="far"]').click();
+  await page.getByRole("heading", { name: "Command list far" }).waitFor();
+  await shoot(page, "edit-lists");
+  expect(await axeFindings(page), "command lists").toEqual([]);
+  expect(errors).toEqual([]);
 });
 
 async function named(page: Page, label: string, text: string): Promise<void> {

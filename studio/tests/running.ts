@@ -89,7 +89,9 @@ export async function open(browser: Browser, url: string, look: Look = LOOKS[0] 
   const page = await context.newPage();
   const errors: string[] = [];
   page.on("console", (message) => {
-    if (message.type() === "error") errors.push(message.text());
+    // The browser tells of each call that was refused: the page shows it where it was asked, and that is no error.
+    const isRefused = message.location().url.includes("/v1/call/") && message.text().startsWith("Failed to load resource");
+    if (message.type() === "error" && !isRefused) errors.push(message.text());
   });
   page.on("pageerror", (error) => errors.push(error.message));
   await page.goto(url);
@@ -115,9 +117,9 @@ export async function shoot(page: Page, name: string): Promise<void> {
 
 /** What axe finds wrong, in words. */
 export async function axeFindings(page: Page): Promise<string[]> {
-  await page.evaluate(axe.source);
+  if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(axe.source);
   const found = await page.evaluate(async () => {
-    const checked = await (window as unknown as { axe: typeof axe }).axe.run(document);
+    const checked = await (window as unknown as { axe: typeof axe }).axe.run(document, { resultTypes: ["violations"] });
     return checked.violations.map((one) => ({
       id: one.id,
       help: one.help,

@@ -6,9 +6,11 @@ import { quantile, upperEdge } from "./sources";
 const WIDTH = 360;
 const HEIGHT = 84;
 const BOTTOM = 14;
-/** The first and the last bin that are always drawn: 256 ns to 16 ms. */
+/** The first and the last bin that are always drawn: 128 ns to 33 ms. */
 const FIRST = 7;
-const LAST = 23;
+const LAST = 24;
+/** Half as wide as a figure of the axis. */
+const FIGURE = 18;
 /** Where the axis has a figure, ns. */
 const MARKS = [1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
@@ -29,7 +31,7 @@ export function Histogram(props: { title: string; bins: number[]; limit: number 
         <strong>{props.title}</strong> <Words bins={bins} greatest={props.greatest} />
       </figcaption>
       <svg viewBox={`0 0 ${WIDTH} ${HEIGHT}`} width={WIDTH} height={HEIGHT} aria-hidden="true">
-        {MARKS.filter((ns) => x(ns) > 0 && x(ns) < WIDTH - 10).map((ns) => (
+        {MARKS.filter((ns) => x(ns) > 0 && x(ns) < WIDTH - FIGURE).map((ns) => (
           <g key={ns}>
             <line className="grid" x1={x(ns)} x2={x(ns)} y1={0} y2={HEIGHT - BOTTOM} />
             <text x={x(ns)} y={HEIGHT - 3} textAnchor="middle">

@@ -5,23 +5,20 @@ import {
   Controls,
   type Edge,
   type IsValidConnection,
-  MiniMap,
-  type Node,
   type NodeChange,
   ReactFlow,
   useReactFlow,
 } from "@xyflow/react";
 import "@xyflow/react/dist/style.css";
-import { type DragEvent, type ReactNode, useCallback, useEffect, useMemo, useRef, useState } from "react";
-import { onThemeChange } from "../../../design/colours";
+import { type DragEvent, type ReactNode, useCallback, useMemo, useState } from "react";
 import { type BoxNode, BoxView } from "./BoxView";
-import { type Drawing, type Place, sizeOf } from "./drawing";
+import { type Drawing, type End, type Place, type PortSide, sizeOf } from "./drawing";
+import { FIT, Overview, useFitting, ZOOM_MAX, ZOOM_MIN } from "./Overview";
+import { useSlices } from "./slices";
 import { type WireEdge, WireView } from "./WireView";
 
 const boxViews = { box: BoxView };
 const wireViews = { wire: WireView };
-/** From so many boxes on a map of the whole helps. */
-const MAP_FROM = 12;
 
 /** What is chosen. */
 export type Chosen = { kind: "box" | "wire"; id: string } | null;
@@ -37,12 +34,12 @@ export interface CanvasProps {
   of: string;
   edit?: {
     move: (box: string, to: Place) => void;
-    connect: (from: { box: string; port: string }, to: { box: string; port: string }) => void;
+    connect: (from: End, to: End) => void;
     /** A wire begins at this port; null: it is over. */
-    begin: (from: { box: string; port: string; side: "input" | "output" } | null) => void;
-    isPossible: (from: { box: string; port: string }, to: { box: string; port: string }) => boolean;
+    begin: (from: (End & { side: PortSide }) | null) => void;
+    isPossible: (from: End, to: End) => boolean;
     /** Somebody let go of a wire at a port where it is not possible. */
-    refuse: (from: { box: string; port: string }, to: { box: string; port: string }) => void;
+    refuse: (from: End, to: End) => void;
     remove: (boxes: string[], wires: string[]) => void;
     drop: (what: string, at: Place) => void;
   };
@@ -53,26 +50,33 @@ export interface CanvasProps {
 export function Canvas(props: CanvasProps) {
   const { drawing, places, chosen, choose, toggle, edit } = props;
   const flow = useReactFlow();
-  const colours = useColours();
   const [moving, setMoving] = useState<ReadonlyMap<string, Place>>(new Map());
-  const nodes = useMemo(
+  const isEdited = edit !== undefined;
+  // A box that is neither chosen nor moved stays the same object, and is not drawn again.
+  const laid = useMemo(
     () =>
-      drawing.boxes.map((box): BoxNode => {
-        const { width, height } = sizeOf(box);
-        return {
+      drawing.boxes.map(
+        (box): BoxNode => ({
           id: box.id,
           type: "box",
-          position: moving.get(box.id) ?? places.get(box.id) ?? { x: 0, y: 0 },
-          data: { box, toggle, wires: edit !== undefined },
-          width,
-          height,
-          selected: chosen?.kind === "box" && chosen.id === box.id,
+          position: places.get(box.id) ?? { x: 0, y: 0 },
+          data: { box, toggle, wires: isEdited },
+          ...sizeOf(box),
           ariaLabel: `${box.title}, ${box.about}`,
-        };
-      }),
-    [drawing, places, moving, chosen, toggle, edit],
+        }),
+      ),
+    [drawing, places, toggle, isEdited],
   );
-  const edges = useMemo(
+  const nodes = useMemo(
+    () =>
+      laid.map((node) => {
+        const selected = chosen?.kind === "box" && chosen.id === node.id;
+        const position = moving.get(node.id);
+        return selected || position ? { ...node, selected, position: position ?? node.position } : node;
+      }),
+    [laid, moving, chosen],
+  );
+  const wires = useMemo(
     () =>
       drawing.wires.map(
         (wire): WireEdge => ({
@@ -83,13 +87,16 @@ export function Canvas(props: CanvasProps) {
           target: wire.to.box,
           targetHandle: `input ${wire.to.port}`,
           data: { wire },
-          selected: chosen?.kind === "wire" && chosen.id === wire.id,
           ariaLabel: `${wire.cell}: from ${wire.from.port} to ${wire.to.port}`,
         }),
       ),
-    [drawing, chosen],
+    [drawing],
   );
-  useFitting(props.of, places);
+  const edges = useMemo(
+    () => wires.map((edge) => (chosen?.kind === "wire" && chosen.id === edge.id ? { ...edge, selected: true } : edge)),
+    [wires, chosen],
+  );
+  useFitting(props.of, drawing.boxes, places);
 
   const onNodesChange = useCallback(
     (changes: NodeChange<BoxNode>[]) => {
@@ -124,8 +131,8 @@ export function Canvas(props: CanvasProps) {
   return (
     <div className="canvas" data-testid="canvas">
       <ReactFlow<BoxNode, WireEdge>
-        nodes={nodes}
-        edges={edges}
+        nodes={useSlices(nodes)}
+        edges={useSlices(edges)}
         nodeTypes={boxViews}
         edgeTypes={wireViews}
         onNodesChange={onNodesChange}
@@ -158,19 +165,17 @@ export function Canvas(props: CanvasProps) {
         onDragOver={(event) => {
           if (edit) event.preventDefault();
         }}
-        nodesDraggable={edit !== undefined}
-        nodesConnectable={edit !== undefined}
+        nodesDraggable={isEdited}
+        nodesConnectable={isEdited}
         deleteKeyCode={edit ? ["Delete", "Backspace"] : null}
         edgesFocusable
-        onlyRenderVisibleElements
-        minZoom={0.1}
-        maxZoom={2}
-        colorMode={colours}
+        minZoom={ZOOM_MIN}
+        maxZoom={ZOOM_MAX}
         proOptions={{ hideAttribution: true }}
       >
         <Background gap={20} />
-        <Controls showInteractive={false} aria-label="Zoom" />
-        {drawing.boxes.length >= MAP_FROM && <MiniMap pannable zoomable ariaLabel="Map of the whole" nodeColor="var(--line-strong)" />}
+        <Controls showInteractive={false} fitViewOptions={FIT} aria-label="Zoom" />
+        <Overview boxes={drawing.boxes} places={places} />
         {props.children}
       </ReactFlow>
     </div>
@@ -178,7 +183,7 @@ export function Canvas(props: CanvasProps) {
 }
 
 // A wire can be drawn from either end.
-function endsOf(connection: Connection | Edge): { from: { box: string; port: string }; to: { box: string; port: string } } | null {
+function endsOf(connection: Connection | Edge): { from: End; to: End } | null {
   const [fromSide, fromPort] = split(connection.sourceHandle);
   const [toSide, toPort] = split(connection.targetHandle);
   const [one, other] = [
@@ -201,31 +206,4 @@ function asConnection(from: HandleAt, to: HandleAt): Connection {
 function split(handle: string | null | undefined): [string, string] {
   const [side = "", ...port] = (handle ?? "").split(" ");
   return [side, port.join(" ")];
-}
-
-function useFitting(of: string, places: ReadonlyMap<string, Place>): void {
-  const flow = useReactFlow<Node, Edge>();
-  const fitted = useRef<string | null>(null);
-  const isThere = places.size > 0;
-  useEffect(() => {
-    if (!isThere || fitted.current === of) return;
-    fitted.current = of;
-    // The boxes are measured in the frame after they were drawn.
-    const frame = requestAnimationFrame(() => void flow.fitView({ padding: 0.12, maxZoom: 1 }));
-    return () => {
-      cancelAnimationFrame(frame);
-      fitted.current = null;
-    };
-  }, [of, isThere, flow]);
-}
-
-function useColours(): "light" | "dark" {
-  const now = () => {
-    const said = document.documentElement.dataset.theme;
-    if (said === "light" || said === "dark") return said;
-    return window.matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light";
-  };
-  const [colours, setColours] = useState<"light" | "dark">(now);
-  useEffect(() => onThemeChange(() => setColours(now())));
-  return colours;
 }

@@ -40,10 +40,16 @@ export interface PortFinding {
   key: string;
 }
 
+/** Where a wire ends. */
+export interface End {
+  box: string;
+  port: string;
+}
+
 export interface Wire {
   id: string;
-  from: { box: string; port: string };
-  to: { box: string; port: string };
+  from: End;
+  to: End;
   /** What it is called, shown at its middle. */
   cell: string;
   /** The name under which its present value is to be had; null: it has none. */

@@ -11,6 +11,9 @@ const OPTIONS = {
   "elk.separateConnectedComponents": "true",
 };
 
+/** From box to box where there is no layout, px. */
+const IN_A_ROW = 340;
+
 let made: Promise<ELK> | null = null;
 
 // The layout runs in a worker of its own: a graph of hundreds of blocks does not hold up the page.
@@ -25,10 +28,14 @@ function elk(): Promise<ELK> {
   return made;
 }
 
-/** Places for all boxes of a drawing, from left to right along the data. */
+/** Places for all boxes of a drawing, from left to right along the data; of a drawing that the layout refuses, in one row. */
 export async function arrange(drawing: Drawing): Promise<Map<string, Place>> {
-  const laid = await (await elk()).layout(problemOf(drawing));
-  return new Map((laid.children ?? []).map((box) => [box.id, { x: box.x ?? 0, y: box.y ?? 0 }]));
+  try {
+    const laid = await (await elk()).layout(problemOf(drawing));
+    return new Map((laid.children ?? []).map((box) => [box.id, { x: box.x ?? 0, y: box.y ?? 0 }]));
+  } catch {
+    return new Map(drawing.boxes.map((box, index) => [box.id, { x: index * IN_A_ROW, y: 0 }]));
+  }
 }
 
 /** The drawing as the layout takes it: every port at its height on its side. */

@@ -6,6 +6,7 @@ import { portText } from "../drawing/drawing";
 import { removeBlock, renameBlock, setConstant } from "./change";
 import type { Draft } from "./definition";
 import { type Faces, type Item, itemsOf, modeText } from "./faces";
+import { constantOf, TextField } from "./fields";
 
 /** A block of the draft: its label, its constants, its ports and conditions. */
 export function BoxPanel(props: {
@@ -68,31 +69,6 @@ export function BoxPanel(props: {
   );
 }
 
-/** A field whose text counts when it is left, or with Enter. */
-export function TextField(props: { label: string; value: string; commit: (text: string) => void; placeholder?: string; list?: string }) {
-  const [text, setText] = useState<string | null>(null);
-  const commit = () => {
-    if (text !== null && text.trim() !== props.value) props.commit(text.trim());
-    setText(null);
-  };
-  return (
-    <label className="row">
-      <span className="quiet">{props.label}</span>
-      <input
-        value={text ?? props.value}
-        placeholder={props.placeholder}
-        list={props.list}
-        onChange={(event) => setText(event.target.value)}
-        onBlur={commit}
-        onKeyDown={(event) => {
-          if (event.key === "Enter") commit();
-          if (event.key === "Escape") setText(null);
-        }}
-      />
-    </label>
-  );
-}
-
 function ConstantField(props: { item: Item; value: Value | undefined; commit: (value: Value | undefined) => void }) {
   const { item, value } = props;
   const [wrong, setWrong] = useState<string | null>(null);
@@ -115,14 +91,4 @@ function ConstantField(props: { item: Item; value: Value | undefined; commit: (v
       )}
     </div>
   );
-}
-
-/** What a person writes as a value of a type: a number, a truth, a list. Nothing is the default. */
-export function constantOf(text: string, type_text: string): { value: Value | undefined; wrong: string | null } {
-  if (text === "") return { value: undefined, wrong: null };
-  try {
-    return { value: JSON.parse(text) as Value, wrong: null };
-  } catch {
-    return { value: undefined, wrong: `'${text}' is no ${type_text}: write a number, true, false, or a list [1, 2]` };
-  }
 }

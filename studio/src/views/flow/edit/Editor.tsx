@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 import { ReactFlowProvider } from "@xyflow/react";
-import { useCallback, useMemo, useState } from "react";
+import { useCallback, useEffect, useMemo, useState } from "react";
 import { Panel, Refusals } from "../../../design/parts";
 import { useControl } from "../../../shell/context";
 import { Canvas, type Chosen } from "../drawing/Canvas";
-import type { Place } from "../drawing/drawing";
+import type { Drawing, End, Place, PortSide, Wire } from "../drawing/drawing";
 import { arrange } from "../drawing/layout";
-import { BoxPanel, TextField } from "./BoxPanel";
+import { BoxPanel } from "./BoxPanel";
 import * as change from "./change";
 import { type Draft, setsOf } from "./definition";
 import { boundaryOf, drawnDraft, placeOf, portOf, type RefusedWire } from "./drawn";
 import { FileTools } from "./FileTools";
+import { TextField } from "./fields";
 import { about } from "./findings";
 import { useDraft } from "./history";
 import { Install } from "./Install";
@@ -21,11 +22,12 @@ import { type Possible, useFaces, useFindings, usePossible } from "./system";
 import { VerbPanel } from "./VerbPanel";
 
 type Drawn = "flow" | "lists";
+const NOTHING: Drawing = { boxes: [], wires: [] };
 
 /** Draws graphs and verbs. Nothing reaches the system but questions, until somebody installs. */
 export default function Editor() {
   const control = useControl();
-  const { draft, change: put, open, back, again } = useDraft();
+  const { draft, change: put, place, open, back, again } = useDraft();
   const { faces, trouble } = useFaces(control);
   const { findings, unanswered } = useFindings(control, draft);
   const [shown, setShown] = useState<Drawn>("flow");
@@ -36,7 +38,11 @@ export default function Editor() {
   const [shownAnew, setShownAnew] = useState(0);
   const showAnew = useCallback(() => setShownAnew((before) => before + 1), []);
   const [refused, setRefused] = useState<RefusedWire | null>(null);
-  const drawing = useMemo(() => drawnDraft(draft, faces, findings, refused), [draft, faces, findings, refused]);
+  const isPlaced = placed(draft);
+  const drawing = useMemo(
+    () => (isPlaced ? drawnDraft(draft, faces, findings, refused) : NOTHING),
+    [isPlaced, draft, faces, findings, refused],
+  );
   const places = useMemo(() => placesOf(drawing.boxes, draft), [drawing, draft]);
   const presentList = draft.kind === "verb" && list !== null && list in draft.of.command_lists ? list : null;
 
@@ -49,19 +55,32 @@ export default function Editor() {
     },
     [draft, put],
   );
+  // What was never drawn has no places: it is laid out once its ports are known.
+  useEffect(() => {
+    if (isPlaced || faces.size === 0) return;
+    let over = false;
+    void arrange(drawnDraft(draft, faces, [], null)).then((laid) => {
+      if (over) return;
+      place(change.places(draft, Object.fromEntries(laid)));
+      showAnew();
+    });
+    return () => {
+      over = true;
+    };
+  }, [isPlaced, draft, faces, place, showAnew]);
   const edit = useMemo(
     () => ({
       move: (box: string, to: Place) => put(change.place(draft, box, to)),
-      begin: (from: { box: string; port: string; side: "input" | "output" } | null) => {
+      begin: (from: (End & { side: PortSide }) | null) => {
         if (from) setRefused(null);
         possible.ask(from && placeOf(draft, from));
       },
-      isPossible: (from: At, to: At) => whyNot(draft, possible, from, to) === null,
-      refuse: (from: At, to: At) => {
+      isPossible: (from: End, to: End) => whyNot(draft, possible, from, to) === null,
+      refuse: (from: End, to: End) => {
         const reason = whyNot(draft, possible, from, to);
         if (reason !== null) setRefused({ from, to, reason });
       },
-      connect: (from: { box: string; port: string }, to: { box: string; port: string }) => {
+      connect: (from: End, to: End) => {
         const ends = [portOf(draft, from), portOf(draft, to)] as const;
         if (ends[0] !== undefined && ends[1] !== undefined) put(change.connect(draft, ends[0], ends[1], faces));
       },
@@ -175,10 +194,8 @@ export default function Editor() {
   );
 }
 
-type At = { box: string; port: string };
-
 /** Why two ports cannot be wired. A boundary that binds nothing yet takes any type: it has none of its own. */
-function whyNot(draft: Draft, possible: Possible, from: At, to: At): string | null {
+function whyNot(draft: Draft, possible: Possible, from: End, to: End): string | null {
   if ([from, to].some((end) => boundaryOf(draft, end.box)?.ports.length === 0)) return null;
   return possible.reason(placeOf(draft, from), placeOf(draft, to));
 }
@@ -242,6 +259,11 @@ function Findings(props: { texts: string[]; isEmpty: boolean }) {
   );
 }
 
+function placed(draft: Draft): boolean {
+  const labels = Object.keys(draft.of.blocks);
+  return labels.length === 0 || labels.some((label) => label in draft.of.layout);
+}
+
 /** Places of all boxes; what was never placed stands below the others. */
 function placesOf(boxes: { id: string }[], draft: Draft): Map<string, Place> {
   const { y } = freePlace(draft);
@@ -262,13 +284,7 @@ function freePlace(draft: Draft): Place {
   return { x: right, y: top };
 }
 
-function removed(
-  draft: Draft,
-  boxes: string[],
-  wires: string[],
-  drawn: { id: string; from: { box: string; port: string }; to: { box: string; port: string } }[],
-  faces: Parameters<typeof change.disconnect>[2],
-): Draft {
+function removed(draft: Draft, boxes: string[], wires: string[], drawn: Wire[], faces: Parameters<typeof change.disconnect>[2]): Draft {
   let next = draft;
   for (const id of wires) {
     const wire = drawn.find((one) => one.id === id);

@@ -3,9 +3,9 @@ import { useEffect, useState } from "react";
 import { Panel, Refusals } from "../../../design/parts";
 import { useAction, useControl } from "../../../shell/context";
 import { addressOf } from "../../../shell/route";
-import { constantOf, TextField } from "./BoxPanel";
 import { type Draft, definitionOf, timeOrNull } from "./definition";
 import type { Faces } from "./faces";
+import { constantOf, TextField } from "./fields";
 import { begin, end, type Trial, type Wanted } from "./trial";
 
 /** Puts what is drawn into the running system. The system refuses what would touch a verb that runs, and says which. */

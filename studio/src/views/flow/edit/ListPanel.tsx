@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import { period } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
-import { TextField } from "./BoxPanel";
 import { removeList, setInitial, setList } from "./change";
 import { type Command, type Draft, timeOrNull, type Verb } from "./definition";
+import { TextField, words } from "./fields";
 import { about, type Finding } from "./findings";
 
 const KINDS: Command["command"][] = ["install", "execute", "activate", "deactivate", "wait", "ready"];
@@ -142,8 +142,4 @@ export function waitOf(text: string): Command {
   const time_ns = timeOrNull(text);
   if (time_ns !== null) return { command: "wait", time_ns };
   return text === "" ? { command: "wait" } : { command: "wait", conditions: words(text) };
-}
-
-function words(text: string): string[] {
-  return text.split(/[\s,]+/).filter(Boolean);
 }

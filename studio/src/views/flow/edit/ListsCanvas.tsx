@@ -11,7 +11,8 @@ const ListBox = memo(function ListBox(props: NodeProps<ListNode>) {
   const { name, commands, initial, ending, wrong } = props.data;
   return (
     <div className={`list-box ${initial ? "initial" : ""} ${wrong.length > 0 ? "wrong" : ""}`} title={wrong.join("\n")} data-list={name}>
-      <Handle type="target" position={Position.Left} />
+      <Handle type="target" position={Position.Left} id="there" />
+      <Handle type="target" position={Position.Bottom} id="back" className="back" isConnectable={false} />
       <strong>{name}</strong>
       <div className="quiet">
         {commands} {commands === 1 ? "command" : "commands"}
@@ -21,7 +22,8 @@ const ListBox = memo(function ListBox(props: NodeProps<ListNode>) {
       {wrong.map((text) => (
         <div key={text}>{text}</div>
       ))}
-      <Handle type="source" position={Position.Right} />
+      <Handle type="source" position={Position.Right} id="there" />
+      <Handle type="source" position={Position.Bottom} id="back" className="back" isConnectable={false} />
     </div>
   );
 });
@@ -102,17 +104,23 @@ export function ListsCanvas(props: {
   );
 }
 
-/** One arrow for each pair of lists, with all conditions that lead along it. */
+/** One arrow for each pair of lists, with all conditions that lead along it; what leads back to the left goes below. */
 function arrows(of: Verb, findings: Finding[]): Edge[] {
+  const names = Object.keys(of.command_lists);
+  const across = (name: string) => listPlace(of, name, names.indexOf(name)).x;
   const between = new Map<string, Edge & { label: string }>();
   for (const { from, condition, to } of of.transitions) {
     const id = `${from} → ${to}`;
     const known = between.get(id);
+    const way = across(to) > across(from) ? "there" : "back";
     const wrong = ofTransition(findings, from, condition).length > 0 || known?.className === "wrong";
     between.set(id, {
       id,
       source: from,
       target: to,
+      type: way === "there" ? "default" : "smoothstep",
+      sourceHandle: way,
+      targetHandle: way,
       label: known ? `${known.label}, ${condition}` : condition,
       markerEnd: { type: MarkerType.ArrowClosed },
       className: wrong ? "wrong" : "",

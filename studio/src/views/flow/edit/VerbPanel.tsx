@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-import { useId } from "react";
+import { type ReactNode, useId } from "react";
 import { Panel } from "../../../design/parts";
-import { constantOf, TextField } from "./BoxPanel";
 import { freeName, setCondition, setInput, setList, setOutput, setTransition } from "./change";
 import type { Draft } from "./definition";
 import { type Faces, type Item, itemsOf } from "./faces";
-import { about, type Finding, ofCondition, ofTransition } from "./findings";
+import { constantOf, TextField, words } from "./fields";
+import { about, type Finding, ofCondition, ofOutput, ofParameter, ofTransition } from "./findings";
 
 type OfVerb = { draft: Draft & { kind: "verb" }; faces: Faces; findings: Finding[]; change: (draft: Draft) => void };
 
@@ -39,75 +39,38 @@ function Lists(props: OfVerb) {
 }
 
 function Conditions(props: OfVerb) {
-  const { draft, change } = props;
-  const reported = namesOf(props, (item) => item.kind === "condition");
-  const list = useId();
   return (
-    <Panel
+    <NamedPanel
+      {...props}
       title="Conditions"
-      end={
-        <button
-          type="button"
-          onClick={() =>
-            change(
-              setCondition(draft, freeName("done", Object.keys(draft.of.conditions)), {
-                on: [],
-                returns: null,
-                raises: false,
-                during: [],
-                priority: 0,
-              }),
-            )
-          }
-        >
-          Add
-        </button>
-      }
-    >
-      <datalist id={list}>
-        {reported.map((name) => (
-          <option key={name} value={name} />
-        ))}
-      </datalist>
-      {Object.entries(draft.of.conditions).map(([name, condition]) => (
-        <fieldset key={name} aria-label={`Condition ${name}`}>
-          <div className="row">
-            <TextField
-              label="Name"
-              value={name}
-              commit={(to) => {
-                if (to && !(to in draft.of.conditions)) change(setCondition(setCondition(draft, name, null), to, condition));
-              }}
-            />
-            <button type="button" aria-label={`Remove condition ${name}`} onClick={() => change(setCondition(draft, name, null))}>
-              ×
-            </button>
-          </div>
+      one="condition"
+      of={props.draft.of.conditions}
+      fresh={["done", { on: [], returns: null, raises: false, during: [], priority: 0 }]}
+      set={setCondition}
+      choices={namesOf(props, (item) => item.kind === "condition")}
+      found={(name) => ofCondition(props.findings, name)}
+      fields={(condition, put, list) => (
+        <>
           <TextField
             label="is"
             list={list}
             placeholder="block.condition"
             value={condition.on.join(", ")}
-            commit={(text) => change(setCondition(draft, name, { ...condition, on: words(text) }))}
+            commit={(text) => put({ ...condition, on: words(text) })}
           />
           <TextField
             label="returns"
             placeholder="nothing"
             value={(condition.returns ?? []).join(", ")}
-            commit={(text) => change(setCondition(draft, name, { ...condition, returns: text === "" ? null : words(text) }))}
+            commit={(text) => put({ ...condition, returns: text === "" ? null : words(text) })}
           />
           <label className="row">
-            <input
-              type="checkbox"
-              checked={condition.raises}
-              onChange={(event) => change(setCondition(draft, name, { ...condition, raises: event.target.checked }))}
-            />
+            <input type="checkbox" checked={condition.raises} onChange={(event) => put({ ...condition, raises: event.target.checked })} />
             is an error
           </label>
-          <Found of={ofCondition(props.findings, name)} />
-        </fieldset>
-      ))}
-    </Panel>
+        </>
+      )}
+    />
   );
 }
 
@@ -144,55 +107,24 @@ function Transitions(props: OfVerb) {
 }
 
 function Inputs(props: OfVerb) {
-  const { draft, change } = props;
-  const list = useId();
-  const targets = namesOf(props, (item) => item.kind === "input" || item.kind === "parameter" || item.kind === "condition");
   return (
-    <Panel
+    <NamedPanel
+      {...props}
       title="Input parameters"
-      end={
-        <button
-          type="button"
-          onClick={() =>
-            change(
-              setInput(draft, freeName("goal", Object.keys(draft.of.input_parameters)), {
-                targets: [],
-                default: null,
-                unit: "",
-                tunable: false,
-              }),
-            )
-          }
-        >
-          Add
-        </button>
-      }
-    >
-      <datalist id={list}>
-        {targets.map((name) => (
-          <option key={name} value={name} />
-        ))}
-      </datalist>
-      {Object.entries(draft.of.input_parameters).map(([name, input]) => (
-        <fieldset key={name} aria-label={`Input parameter ${name}`}>
-          <div className="row">
-            <TextField
-              label="Name"
-              value={name}
-              commit={(to) => {
-                if (to && !(to in draft.of.input_parameters)) change(setInput(setInput(draft, name, null), to, input));
-              }}
-            />
-            <button type="button" aria-label={`Remove input parameter ${name}`} onClick={() => change(setInput(draft, name, null))}>
-              ×
-            </button>
-          </div>
+      one="input parameter"
+      of={props.draft.of.input_parameters}
+      fresh={["goal", { targets: [], default: null, unit: "", tunable: false }]}
+      set={setInput}
+      choices={namesOf(props, (item) => item.kind === "input" || item.kind === "parameter" || item.kind === "condition")}
+      found={(name) => ofParameter(props.findings, name)}
+      fields={(input, put, list) => (
+        <>
           <TextField
             label="stored in"
             list={list}
             placeholder="block.port"
             value={input.targets.join(", ")}
-            commit={(text) => change(setInput(draft, name, { ...input, targets: words(text) }))}
+            commit={(text) => put({ ...input, targets: words(text) })}
           />
           <TextField
             label="default"
@@ -200,61 +132,88 @@ function Inputs(props: OfVerb) {
             value={input.default === null ? "" : JSON.stringify(input.default)}
             commit={(text) => {
               const { value, wrong } = constantOf(text, "value");
-              if (wrong === null) change(setInput(draft, name, { ...input, default: value ?? null }));
+              if (wrong === null) put({ ...input, default: value ?? null });
             }}
           />
           <label className="row">
-            <input
-              type="checkbox"
-              checked={input.tunable}
-              onChange={(event) => change(setInput(draft, name, { ...input, tunable: event.target.checked }))}
-            />
+            <input type="checkbox" checked={input.tunable} onChange={(event) => put({ ...input, tunable: event.target.checked })} />
             may be set while it runs
           </label>
-          <Found of={props.findings.filter((finding) => finding.where.some((where) => "parameter" in where && where.parameter === name))} />
-        </fieldset>
-      ))}
-    </Panel>
+        </>
+      )}
+    />
   );
 }
 
 function Outputs(props: OfVerb) {
-  const { draft, change } = props;
-  const list = useId();
   const ports = namesOf(props, (item) => item.kind !== "state" && item.kind !== "size");
   return (
-    <Panel
+    <NamedPanel
+      {...props}
       title="Output values"
+      one="output value"
+      of={props.draft.of.output_values}
+      fresh={["result", ports[0] ?? "block.port"]}
+      set={setOutput}
+      choices={ports}
+      found={(name) => ofOutput(props.findings, name)}
+      fields={(port, put, list) => <TextField label="read from" list={list} value={port} commit={put} />}
+    />
+  );
+}
+
+/** What a verb has several of, each with a name: added, renamed, removed; what is wrong stands at each. */
+function NamedPanel<T>(props: {
+  title: string;
+  /** What one of them is called. */
+  one: string;
+  draft: Draft;
+  of: Record<string, T>;
+  /** One that is added: the name it gets where that is free. */
+  fresh: [string, T];
+  set: (draft: Draft, name: string, value: T | null) => Draft;
+  change: (draft: Draft) => void;
+  /** What its fields propose, under the id that they are given as `list`. */
+  choices: string[];
+  fields: (value: T, put: (value: T) => void, list: string) => ReactNode;
+  found: (name: string) => Finding[];
+}) {
+  const { draft, of, set, change } = props;
+  const list = useId();
+  const [wanted, fresh] = props.fresh;
+  const kind = props.one.charAt(0).toUpperCase() + props.one.slice(1);
+  return (
+    <Panel
+      title={props.title}
       end={
-        <button
-          type="button"
-          onClick={() => change(setOutput(draft, freeName("result", Object.keys(draft.of.output_values)), ports[0] ?? "block.port"))}
-        >
+        <button type="button" onClick={() => change(set(draft, freeName(wanted, Object.keys(of)), fresh))}>
           Add
         </button>
       }
     >
-      <datalist id={list}>
-        {ports.map((name) => (
-          <option key={name} value={name} />
-        ))}
-      </datalist>
-      {Object.entries(draft.of.output_values).map(([name, port]) => (
-        <fieldset key={name} aria-label={`Output value ${name}`}>
+      {Object.keys(of).length > 0 && (
+        <datalist id={list}>
+          {props.choices.map((name) => (
+            <option key={name} value={name} />
+          ))}
+        </datalist>
+      )}
+      {Object.entries(of).map(([name, value]) => (
+        <fieldset key={name} aria-label={`${kind} ${name}`}>
           <div className="row">
             <TextField
               label="Name"
               value={name}
               commit={(to) => {
-                if (to && !(to in draft.of.output_values)) change(setOutput(setOutput(draft, name, null), to, port));
+                if (to && !(to in of)) change(set(set(draft, name, null), to, value));
               }}
             />
-            <button type="button" aria-label={`Remove output value ${name}`} onClick={() => change(setOutput(draft, name, null))}>
+            <button type="button" aria-label={`Remove ${props.one} ${name}`} onClick={() => change(set(draft, name, null))}>
               ×
             </button>
           </div>
-          <TextField label="read from" list={list} value={port} commit={(text) => change(setOutput(draft, name, text))} />
-          <Found of={props.findings.filter((finding) => finding.where.some((where) => "output" in where && where.output === name))} />
+          {props.fields(value, (next) => change(set(draft, name, next)), list)}
+          <Found of={props.found(name)} />
         </fieldset>
       ))}
     </Panel>
@@ -276,8 +235,4 @@ function namesOf(props: OfVerb, wanted: (item: Item) => boolean): string[] {
       .filter(wanted)
       .map((item) => `${label}.${item.name}`),
   );
-}
-
-function words(text: string): string[] {
-  return text.split(/[\s,]+/).filter(Boolean);
 }

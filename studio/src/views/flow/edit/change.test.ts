@@ -64,6 +64,16 @@ test("boundaries: an input feeds, an output takes over the cell that is written 
   expect(ports(renameSet(draft, "outputs", "y", "z"))).toHaveProperty("outputs z");
 });
 
+test("a port that goes from one output of the whole to another leaves the readers of the first", () => {
+  let draft = ["y", "z"].reduce((before, name) => addBoundary(before, "outputs", name, here), with3(newGraph("g")));
+  const output = (name: string) => ({ kind: "outputs" as const, name, ports: ports(draft)[`outputs ${name}`] ?? [] });
+  draft = connect(draft, "a.y", output("y"), faces);
+  draft = connect(draft, "a.y", "b.u", faces);
+  draft = connect(draft, "a.y", output("z"), faces);
+  expect(ports(draft)).toEqual({ "outputs y": ["b.u"], "outputs z": ["a.y"] });
+  expect(ports(connect(draft, "a.y", output("z"), faces))).toEqual(ports(draft));
+});
+
 test("what names a block follows its label, and goes with it", () => {
   let draft = connect(with3(newVerb("v")), "a.y", "b.u", faces);
   if (draft.kind !== "verb") throw new Error("a verb is wanted");

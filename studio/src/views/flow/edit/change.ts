@@ -122,22 +122,16 @@ export function setConstant(draft: Draft, label: string, name: string, value: Va
  * An input that was in another set leaves it: it has one writer. A boundary of the whole is named by its set.
  */
 export function connect(draft: Draft, from: string | Named, to: string | Named, faces: Faces): Draft {
-  if (typeof from !== "string" && typeof to !== "string") return draft;
   if (typeof to !== "string") {
-    const present = setWith(draft, from as string);
-    if (present && present.kind !== "cells" && !(present.kind === to.kind && present.name === to.name)) {
-      // The port has a name of its own to the outside already.
-      return setPorts(setPorts(draft, present.kind, present.name, without(present.ports, from as string)), to.kind, to.name, [
-        ...to.ports,
-        from as string,
-      ]);
-    }
-    const ports = present && present.kind === "cells" ? present.ports : [from as string];
-    const next = present && present.kind === "cells" ? setPorts(draft, "cells", present.name, []) : draft;
-    return setPorts(next, to.kind, to.name, [...new Set([...ports, ...to.ports])]);
+    if (typeof from !== "string") return draft;
+    const present = setWith(draft, from);
+    // A cell becomes the boundary as a whole; out of another boundary the port goes alone.
+    const moved = present?.kind === "cells" ? present.ports : [from];
+    const left = present?.ports.filter((port) => !moved.includes(port)) ?? [];
+    const next = present ? setPorts(draft, present.kind, present.name, left) : draft;
+    return setPorts(next, to.kind, to.name, [...new Set([...moved, ...to.ports])]);
   }
-  const input = to;
-  const before = setWith(draft, input);
+  const before = setWith(draft, to);
   const target = typeof from === "string" ? setWith(draft, from) : from;
   if (before && target && before.kind === target.kind && before.name === target.name) return draft;
   let next = draft;
@@ -146,12 +140,12 @@ export function connect(draft: Draft, from: string | Named, to: string | Named, 
     // A set that nothing writes yet is taken as a whole: its readers belong together.
     if (!target && isOnlyRead && before.kind !== "inputs")
       return setPorts(draft, before.kind, before.name, [from as string, ...before.ports]);
-    next = setPorts(next, before.kind, before.name, without(before.ports, input));
+    next = setPorts(next, before.kind, before.name, without(before.ports, to));
   }
-  if (target) return setPorts(next, target.kind, target.name, [...target.ports, input]);
+  if (target) return setPorts(next, target.kind, target.name, [...target.ports, to]);
   const [, port] = splitPort(from as string, draft.of.blocks);
   const taken = [...allSets(next).map((set) => set.name), ...Object.keys(draft.of.blocks)];
-  return setPorts(next, "cells", freeName(port.replaceAll(".", "_"), taken), [from as string, input]);
+  return setPorts(next, "cells", freeName(port.replaceAll(".", "_"), taken), [from as string, to]);
 }
 
 /** Takes an input out of its set; a cell that nobody reads is gone. */

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-import type { Box, Drawing, Port, Wire } from "../drawing/drawing";
-import { allSets, type Named } from "./change";
+import type { Box, Drawing, End, Port, Wire } from "../drawing/drawing";
+import { allSets, isOutput, type Named } from "./change";
 import type { BlockUse, Draft, SetKind } from "./definition";
 import { type Faces, type Item, inner, itemsOf, modeText, sideOf, splitPort } from "./faces";
 import { about, type Finding, isPort } from "./findings";
 
 /** A wire that was tried and cannot be: shown with the reason, part of nothing. */
 export interface RefusedWire {
-  from: { box: string; port: string };
-  to: { box: string; port: string };
+  from: End;
+  to: End;
   reason: string;
 }
 
@@ -27,7 +27,7 @@ export function drawnDraft(draft: Draft, faces: Faces, findings: Finding[], refu
   const boxes = Object.entries(draft.of.blocks).map(([label, use]) => blockBox(label, use, faces, findings));
   const wires: Wire[] = [];
   for (const set of allSets(draft)) {
-    const writers = set.ports.filter((port) => sideIs(draft, port, faces, "output"));
+    const writers = set.ports.filter((port) => isOutput(draft, port, faces));
     const readers = set.ports.filter((port) => !writers.includes(port));
     if (set.kind === "cells") {
       for (const from of writers.map((port) => endOf(draft, port)))
@@ -53,13 +53,13 @@ export function boundaryOf(draft: Draft, box: string): Named | undefined {
 }
 
 /** A port as a definition names it: a boundary's is its set. */
-export function portOf(draft: Draft, end: { box: string; port: string }): string | Named | undefined {
+export function portOf(draft: Draft, end: End): string | Named | undefined {
   return end.box in draft.of.blocks ? `${end.box}.${end.port}` : boundaryOf(draft, end.box);
 }
 
 /** A port as the calls `check_definition` and `compatible` name it. */
-export function placeOf(draft: Draft, end: { box: string; port: string }): { block: string; port: string } {
-  const boundary = boundaryOf(draft, end.box);
+export function placeOf(draft: Draft, end: End): { block: string; port: string } {
+  const boundary = end.box in draft.of.blocks ? undefined : boundaryOf(draft, end.box);
   return boundary ? { block: "", port: boundary.name } : { block: end.box, port: end.port };
 }
 
@@ -123,8 +123,6 @@ function isSet(where: Finding["where"][number], name: string): boolean {
   return ("cell" in where && where.cell === name) || ("block" in where && where.block === "" && isPort(where) && where.port === name);
 }
 
-type End = { box: string; port: string };
-
 function wireOf(draft: Draft, set: Named, from: End, to: End, faces: Faces, findings: Finding[]): Wire {
   const item = inner(draft.of, `${to.box}.${to.port}`, faces) ?? inner(draft.of, `${from.box}.${from.port}`, faces);
   const found = findings.filter((finding) => isAbout(finding, set, placeOf(draft, from), placeOf(draft, to)));
@@ -154,9 +152,4 @@ function isAbout(finding: Finding, set: Named, from: { block: string; port: stri
 function endOf(draft: Draft, port: string): End {
   const [box, name] = splitPort(port, draft.of.blocks);
   return { box, port: name };
-}
-
-function sideIs(draft: Draft, port: string, faces: Faces, side: "input" | "output"): boolean {
-  const item = inner(draft.of, port, faces);
-  return item !== undefined && sideOf(item) === side;
 }

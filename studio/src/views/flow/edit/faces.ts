@@ -55,10 +55,13 @@ export function inner(of: { blocks: Record<string, BlockUse> }, name: string, fa
   return use && itemsOf(use, faces).find((item) => item.name === port);
 }
 
-/** `label.port` in its parts: labels may have dots in them. */
+/** `label.port` in its parts: labels may have dots in them, the longest one that is there counts. */
 export function splitPort(name: string, blocks: Record<string, unknown>): [string, string] {
-  const labels = Object.keys(blocks).filter((label) => name.startsWith(`${label}.`));
-  const label = labels.sort((one, other) => other.length - one.length)[0] ?? name.split(".")[0] ?? "";
+  for (let dot = name.lastIndexOf("."); dot > 0; dot = name.lastIndexOf(".", dot - 1)) {
+    const label = name.slice(0, dot);
+    if (Object.hasOwn(blocks, label)) return [label, name.slice(dot + 1)];
+  }
+  const label = name.split(".")[0] ?? "";
   return [label, name.slice(label.length + 1)];
 }
 

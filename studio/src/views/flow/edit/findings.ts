@@ -28,13 +28,21 @@ export function about(finding: Finding): string {
   return finding.remedy ? `${finding.message}; ${finding.remedy}` : finding.message;
 }
 
-/** Findings about a command list, a condition or a transition. */
+/** Findings about a command list, a condition, an input parameter, an output value or a transition. */
 export function ofList(findings: Finding[], list: string): Finding[] {
   return findings.filter((finding) => finding.where.some((where) => "list" in where && where.list === list));
 }
 
 export function ofCondition(findings: Finding[], condition: string): Finding[] {
   return findings.filter((finding) => finding.where.some((where) => "condition" in where && where.condition === condition));
+}
+
+export function ofParameter(findings: Finding[], parameter: string): Finding[] {
+  return findings.filter((finding) => finding.where.some((where) => "parameter" in where && where.parameter === parameter));
+}
+
+export function ofOutput(findings: Finding[], output: string): Finding[] {
+  return findings.filter((finding) => finding.where.some((where) => "output" in where && where.output === output));
 }
 
 export function ofTransition(findings: Finding[], from: string, condition: string): Finding[] {

@@ -12,11 +12,12 @@ interface History {
   future: Draft[];
 }
 
-type Step = { to: Draft } | { back: true } | { again: true } | { instead: Draft };
+type Step = { to: Draft } | { back: true } | { again: true } | { instead: Draft } | { placed: Draft };
 
 function stepped(history: History, step: Step): History {
   const { past, present, future } = history;
   if ("to" in step) return step.to === present ? history : { past: [...past, present].slice(-KEPT_MAX), present: step.to, future: [] };
+  if ("placed" in step) return { ...history, present: step.placed };
   if ("instead" in step) return { past: [], present: step.instead, future: [] };
   if ("back" in step) {
     const before = past.at(-1);
@@ -34,6 +35,8 @@ export function useDraft() {
   return {
     draft,
     change: useCallback((to: Draft) => step({ to }), []),
+    /** The same with places: no change that could be taken back. */
+    place: useCallback((placed: Draft) => step({ placed }), []),
     open: useCallback((instead: Draft) => step({ instead }), []),
     back: history.past.length > 0 ? () => step({ back: true }) : null,
     again: history.future.length > 0 ? () => step({ again: true }) : null,

@@ -37,7 +37,8 @@ export function useFindings(control: Control, draft: Draft): { findings: Finding
     const soon = setTimeout(() => {
       control.look("check_definition", JSON.parse(definition) as Record<string, unknown>, asked.signal).then(
         (found) => {
-          setFindings(found as Finding[]);
+          // What is found again is the same object: nothing is drawn anew for it.
+          setFindings((before) => (JSON.stringify(before) === JSON.stringify(found) ? before : (found as Finding[])));
           setUnanswered([]);
         },
         (why) => {

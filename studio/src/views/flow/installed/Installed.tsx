@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { ReactFlowProvider } from "@xyflow/react";
-import { useEffect, useMemo, useState } from "react";
+import { useCallback, useEffect, useMemo, useState } from "react";
 import type { InstalledInstance } from "../../../control/shapes";
 import { Empty, Refusals } from "../../../design/parts";
 import { useControl, useTopic, useWatched } from "../../../shell/context";
@@ -20,6 +20,7 @@ export function Installed() {
   const [opened, setOpened] = useState<ReadonlySet<string>>(new Set());
   const [chosen, setChosen] = useState<Chosen>(null);
   const instances = useMemo(() => (installed?.instances ?? []).filter((one) => one.state !== "deleted"), [installed]);
+  const toggle = useCallback((box: string) => setOpened((before) => toggled(before, box)), []);
   const first = useFirst(instances);
   const hidden = said ?? first;
   const shown = useMemo(() => instances.filter((one) => !hidden.has(one.name)), [instances, hidden]);
@@ -57,14 +58,7 @@ export function Installed() {
       </div>
       {arranged ? (
         <ReactFlowProvider>
-          <Canvas
-            drawing={arranged.drawing}
-            places={arranged.places}
-            chosen={chosen}
-            choose={setChosen}
-            of={arranged.of}
-            toggle={(box) => setOpened((before) => toggled(before, box))}
-          />
+          <Canvas drawing={arranged.drawing} places={arranged.places} chosen={chosen} choose={setChosen} of={arranged.of} toggle={toggle} />
         </ReactFlowProvider>
       ) : (
         <p className="quiet">Laying out {drawing.boxes.length} boxes…</p>
@@ -157,16 +151,9 @@ function useArranged(drawing: Drawing): Arranged | null {
   const [arranged, setArranged] = useState<Arranged | null>(null);
   useEffect(() => {
     let over = false;
-    arrange(drawing).then(
-      (places) => {
-        if (!over) setArranged({ drawing, places, of: drawing.boxes.map((box) => box.id).join("\n") });
-      },
-      // A drawing that the layout refuses is shown all the same, in one row.
-      () => {
-        const places = new Map(drawing.boxes.map((box, index) => [box.id, { x: index * 340, y: 0 }]));
-        if (!over) setArranged({ drawing, places, of: drawing.boxes.map((box) => box.id).join("\n") });
-      },
-    );
+    void arrange(drawing).then((places) => {
+      if (!over) setArranged({ drawing, places, of: drawing.boxes.map((box) => box.id).join("\n") });
+    });
     return () => {
       over = true;
     };

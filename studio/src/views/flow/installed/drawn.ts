@@ -4,7 +4,7 @@ import { period } from "../../../design/numbers";
 import type { Box, Drawing, Port, Wire } from "../drawing/drawing";
 
 /** Where a port of a block is drawn: its own box, or that of the closed graph which holds it. */
-interface End {
+interface BoxPort {
   box: string;
   port: Port;
 }
@@ -88,7 +88,7 @@ function endOf(
   port: string,
   side: "input" | "output",
   opened: ReadonlySet<string>,
-): End | null {
+): BoxPort | null {
   const block = instance.blocks.find((one) => one.label === label);
   const said = block?.ports.find((one) => one.name === port);
   if (!block || !said) return null;
@@ -109,7 +109,7 @@ function endOf(
   return { box: box.id, port: drawnPort };
 }
 
-function addPrivate(boxes: Map<string, Box>, wires: Map<string, Wire>, cell: InstalledCell, writers: End[], readers: End[]): void {
+function addPrivate(boxes: Map<string, Box>, wires: Map<string, Wire>, cell: InstalledCell, writers: BoxPort[], readers: BoxPort[]): void {
   let isLabelled = false;
   for (const writer of writers) {
     for (const reader of readers) {
@@ -126,7 +126,7 @@ function addPrivate(boxes: Map<string, Box>, wires: Map<string, Wire>, cell: Ins
   for (const writer of writers) if (boxes.get(writer.box)?.kind !== "graph") enter(boxes, writer);
 }
 
-function addShared(boxes: Map<string, Box>, wires: Map<string, Wire>, cell: InstalledCell, writers: End[], readers: End[]): void {
+function addShared(boxes: Map<string, Box>, wires: Map<string, Wire>, cell: InstalledCell, writers: BoxPort[], readers: BoxPort[]): void {
   if (writers.length + readers.length === 0) return;
   const id = `cell/${cell.name}`;
   const port = { name: "value", type_text: cell.type_text, unit: cell.unit ?? "", mode: "", doc: "" };
@@ -142,14 +142,14 @@ function addShared(boxes: Map<string, Box>, wires: Map<string, Wire>, cell: Inst
   // Its value is shown once, at the first wire of it.
   let live = cell.kind === "svv" && ![...wires.values()].some((wire) => wire.live === cell.name) ? cell.name : null;
   for (const writer of writers) {
-    const to: End = { box: id, port: { ...port, side: "input" } };
+    const to: BoxPort = { box: id, port: { ...port, side: "input" } };
     enter(boxes, writer);
     enter(boxes, to);
     addWire(wires, cell, writer, to, live);
     live = null;
   }
   for (const reader of readers) {
-    const from: End = { box: id, port: { ...port, side: "output" } };
+    const from: BoxPort = { box: id, port: { ...port, side: "output" } };
     enter(boxes, from);
     enter(boxes, reader);
     addWire(wires, cell, from, reader, live);
@@ -157,12 +157,12 @@ function addShared(boxes: Map<string, Box>, wires: Map<string, Wire>, cell: Inst
   }
 }
 
-function enter(boxes: Map<string, Box>, end: End): void {
+function enter(boxes: Map<string, Box>, end: BoxPort): void {
   const ports = boxes.get(end.box)?.ports;
   if (ports && !ports.some((port) => port.name === end.port.name && port.side === end.port.side)) ports.push(end.port);
 }
 
-function addWire(wires: Map<string, Wire>, cell: InstalledCell, from: End, to: End, live: string | null): void {
+function addWire(wires: Map<string, Wire>, cell: InstalledCell, from: BoxPort, to: BoxPort, live: string | null): void {
   const id = `${cell.name}: ${from.box}.${from.port.name} → ${to.box}.${to.port.name}`;
   if (wires.has(id)) return;
   wires.set(id, {

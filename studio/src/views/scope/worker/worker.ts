@@ -21,6 +21,7 @@ let unseen = false;
 let drawn_at = 0;
 let took_ms = 0;
 let measured_at = 0;
+let measuring: ReturnType<typeof setTimeout> | undefined;
 let waiting: ReturnType<typeof setTimeout> | undefined;
 let told = "";
 
@@ -119,6 +120,7 @@ function draw(): void {
   const scales = span ? picture.draw(canvas, show, span) : { ranges: {}, x: null };
   const measures = begun - measured_at >= MEASURE_MS;
   if (measures) measured_at = begun;
+  else measureSoon(measured_at + MEASURE_MS - begun);
   const bitmap = surface.transferToImageBitmap();
   took_ms = performance.now() - begun;
   drawn_at = performance.now();
@@ -139,6 +141,16 @@ function draw(): void {
     },
     [bitmap],
   );
+}
+
+// What came last is measured too, where nothing comes behind it that would be drawn.
+function measureSoon(wait_ms: number): void {
+  if (measuring !== undefined) return;
+  measuring = setTimeout(() => {
+    measuring = undefined;
+    changed = true;
+    drawSoon();
+  }, wait_ms);
 }
 
 function say(message: FromWorker, transfer: Transferable[] = []): void {
