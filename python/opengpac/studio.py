@@ -111,7 +111,7 @@ def built(page: Path | None = None) -> Path:
     """The folder of the page's files. Raises `FileFailed` where they are not there: a checkout in which the page was not built."""
     folder = page or PAGE
     if not (folder / "index.html").is_file():
-        remedy = "build it, npm ci && npm run build in the folder studio of the sources, or install OpenGPAC from its wheel"
+        remedy = "build it, npm install --no-save && npm run build in the folder studio of the sources, or install OpenGPAC from its wheel"
         refuse(FileFailed, f"the studio's page is not in '{folder}'", remedy)
     return folder
 
