@@ -6,6 +6,7 @@ mod definitions;
 mod exchange;
 mod journal;
 mod packets;
+mod recordings;
 mod schema;
 mod scripts;
 
@@ -24,6 +25,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("frames", scripts::frames),
     ("parcels", scripts::parcels),
     ("journal", journal::journal),
+    ("recordings", recordings::recordings),
     ("control", control::control),
 ];
 

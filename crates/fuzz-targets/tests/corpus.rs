@@ -107,6 +107,11 @@ fn journal_holds() {
 }
 
 #[test]
+fn recordings_hold() {
+    hold("recordings", CHANGED);
+}
+
+#[test]
 fn every_target_is_tested_and_has_a_corpus() {
     let text = include_str!("corpus.rs");
     for (name, _) in TARGETS {

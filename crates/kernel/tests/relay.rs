@@ -101,9 +101,10 @@ fn until<T>(mut found: impl FnMut() -> Option<T>) -> T {
 fn row(place: &Place) -> Option<(u64, u64)> {
     let mut receivers = place.receivers.lock().unwrap();
     let (_, receiver) = &mut receivers[0];
-    let row = receiver.peek_row().map(|(number, bytes)| (number, u64::from_ne_bytes(bytes.try_into().unwrap())));
+    let row = receiver.peek_row().map(|(number, bytes)| (number, u64::from_ne_bytes(bytes.try_into().unwrap())))?;
+    // Only what was read: the next one may have come meanwhile.
     receiver.pop_row();
-    row
+    Some(row)
 }
 
 #[test]

@@ -28,7 +28,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("control", &["opengpac", "model", "supervisor", "session"]),
     ("bindings", &["opengpac", "model", "guard", "drivers", "supervisor", "session", "places", "control", "recorder", "replay"]),
     ("c-package", &["session"]),
-    ("fuzz-targets", &["opengpac", "model", "interconnect", "kernel", "modules", "library", "rtp", "control", "session", "supervisor"]),
+    ("fuzz-targets", &["opengpac", "model", "mcap", "interconnect", "kernel", "modules", "library", "rtp", "control", "session", "supervisor"]),
 ];
 
 /// What some crates must not know of the world.

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The reader of MCAP files: recordings and records for replay that a user opens.
+use mcap::{Reader, Record, Unreadable};
+
+/// Any file is read to an end of one kind, and what a file that was cut off gives is where the whole one begins.
+pub fn recordings(bytes: &[u8]) {
+    let (whole, is_refused) = read(bytes);
+    let (part, _) = read(&bytes[..bytes.len() / 2]);
+    if !is_refused {
+        assert!(part.len() <= whole.len() && part.iter().zip(&whole).all(|(a, b)| a == b), "a part of the file says something else");
+    }
+}
+
+/// Every record as text, and whether the file was refused at some place.
+fn read(bytes: &[u8]) -> (Vec<String>, bool) {
+    let mut records = Vec::new();
+    let mut reader = match Reader::new(bytes) {
+        Ok(reader) => reader,
+        Err(why) => {
+            assert!(matches!(why, Unreadable::NoMcap), "{why}");
+            return (records, true);
+        }
+    };
+    loop {
+        match reader.next_record() {
+            Ok(Some(Record::Message { data, .. })) if data.len() > bytes.len() << 8 => panic!("more than any compression makes"),
+            Ok(Some(record)) => records.push(format!("{record:?}")),
+            Ok(None) => break,
+            Err(_) => {
+                assert!(matches!(reader.next_record(), Ok(None)), "nothing comes behind an error");
+                return (records, true);
+            }
+        }
+    }
+    assert!(reader.is_whole() != reader.is_cut_off(), "it ends in one way");
+    (records, false)
+}
