@@ -209,6 +209,10 @@ impl Process {
             Some(Taken::Late) => Taken::Late,
             Some(taken) => {
                 self.take_here(generation, true);
+                // What moved it there may not have been told yet: its stage is the one in which it was taken.
+                if let Taken::From(stage) = taken {
+                    self.change(|word| Some(Word { stage, ..word }));
+                }
                 taken
             }
             // Nobody there moves it any more.

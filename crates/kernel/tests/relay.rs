@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections between a process of this host and another host go through here.
+//! What lies elsewhere: who takes a process there, and connections between a process of this host and another host, which go through here.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use interconnect::{Carrier, ConnectionSpec, EndError, Memory, Receiver, Sender};
@@ -17,6 +17,8 @@ struct Place {
     host: Option<&'static str>,
     senders: Mutex<Vec<Lying>>,
     receivers: Mutex<Vec<(u64, Box<dyn Receiver>)>>,
+    /// What is found there by who takes a process.
+    taken: Option<Taken>,
     /// Held by each reading end here that values come over from there.
     reading: Arc<()>,
 }
@@ -57,7 +59,7 @@ impl Far for Place {
         BlockTimes::default()
     }
     fn take(&self, _process: u64, _generation: u32, _insist: bool) -> Option<Taken> {
-        None
+        self.taken
     }
     fn enter(&self, _process: u64, _stage: u16, _generation: u32) {}
     fn stop(&self, _set: bool) {}
@@ -105,6 +107,15 @@ fn row(place: &Place) -> Option<(u64, u64)> {
     // Only what was read: the next one may have come meanwhile.
     receiver.pop_row();
     Some(row)
+}
+
+#[test]
+fn what_is_taken_elsewhere_is_in_the_stage_that_a_kernel_there_had_moved_it_to() {
+    let host = monotonic_host();
+    let source = host.add_far_source(software("far", 50), Arc::new(Place { taken: Some(Taken::From(3)), ..Place::default() }));
+    let process = host.process(1, 1, &[source]);
+    assert_eq!(process.take(1, false), Taken::From(3), "the event that tells of the move has not come yet");
+    assert_eq!(process.now(), (2, 3), "what goes on from here goes on there");
 }
 
 #[test]
