@@ -204,29 +204,28 @@ impl Process {
     /// `generation` that are still on their way change nothing. A kernel that ended it in `generation` was faster, and, unless
     /// `insist`, one that froze it: then nothing changes, its event tells.
     pub fn take(&self, generation: u32, insist: bool) -> Taken {
-        let Home::There(far) = &self.home else { return self.take_here(generation, insist) };
+        let Home::There(far) = &self.home else { return self.take_here(generation, insist, None) };
         match far.take(self.id, generation, insist) {
             Some(Taken::Late) => Taken::Late,
             Some(taken) => {
-                self.take_here(generation, true);
                 // What moved it there may not have been told yet: its stage is the one in which it was taken.
-                if let Taken::From(stage) = taken {
-                    self.change(|word| Some(Word { stage, ..word }));
-                }
+                let stage = if let Taken::From(stage) = taken { Some(stage) } else { None };
+                self.take_here(generation, true, stage);
                 taken
             }
             // Nobody there moves it any more.
-            None => match self.take_here(generation, true) {
+            None => match self.take_here(generation, true, None) {
                 Taken::Late => Taken::From(self.word().stage),
                 taken => taken,
             },
         }
     }
 
-    fn take_here(&self, generation: u32, insist: bool) -> Taken {
+    /// `stage`: in which it is, where its word here does not know.
+    fn take_here(&self, generation: u32, insist: bool, stage: Option<u16>) -> Taken {
         let taken = self.change(|word| {
             let late = word.generation > generation || (word.generation == generation && (word.flags & ENDED != 0 || (word.flags == FROZEN && !insist)));
-            (!late).then_some(Word { generation: generation + 1, stage: word.stage, flags: FROZEN | CLAIMED })
+            (!late).then_some(Word { generation: generation + 1, stage: stage.unwrap_or(word.stage), flags: FROZEN | CLAIMED })
         });
         match taken {
             None => Taken::Late,
