@@ -92,7 +92,7 @@ def _check(given: argparse.Namespace) -> int:
     from .carets import shown
     from .checking import check
 
-    programs.found(given.program)
+    programs.beside(given.program)
     findings = check(given.program, given.arguments)
     if given.verbose:
         for remark in findings.remarks:
@@ -113,7 +113,7 @@ def _stubs(given: argparse.Namespace) -> int:
     from .stubs import stub
 
     program = Path(given.program)
-    programs.found(given.program)
+    programs.beside(given.program)
     findings = check(given.program, [])
     for error in findings.errors:
         print(shown(error), file=sys.stderr)

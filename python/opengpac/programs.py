@@ -21,16 +21,14 @@ def add_to(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("arguments", nargs=argparse.REMAINDER)
 
 
-def found(program: str) -> Path:
-    """The program's file; what lies beside it can be imported, as in Python."""
-    path = Path(program).absolute()
-    sys.path.insert(0, str(path.parent))
-    return path
+def beside(program: str) -> None:
+    """What lies beside the program can be imported, as in Python."""
+    sys.path.insert(0, str(Path(program).absolute().parent))
 
 
 def run(given: argparse.Namespace, name: str = "__main__") -> dict[str, Any]:
     """Runs the program to its end, as the module `name`; its global names."""
-    found(given.program)
+    beside(given.program)
     sys.argv = [given.program, *given.arguments]
     return runpy.run_path(given.program, run_name=name)
 
