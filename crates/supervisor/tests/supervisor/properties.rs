@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Whatever the programming system calls, in whatever order: every start has one end, states follow the life of an instance,
 //! nothing stays claimed, and at the end everything is deleted and gone.
-mod common;
-use common::*;
+use crate::common::*;
 use model::refusal::Class;
 use model::value::Value;
 use proptest::prelude::*;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Pause and resume of a program, in whatever order they come with starts, halts, suspensions and emergency stops: what is paused
 //! does not move, every start has one end, and what somebody suspended himself stays suspended.
-mod common;
-use common::*;
+use crate::common::*;
 use model::refusal::Class;
 use proptest::prelude::*;
 use serde_json::json;

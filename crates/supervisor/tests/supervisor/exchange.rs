@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scenarios: the verb of a logical device is exchanged while it runs.
-mod common;
-use common::*;
+use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 use std::sync::atomic::{AtomicI64, Ordering};

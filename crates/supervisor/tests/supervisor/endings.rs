@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scenarios: ending lists, and what τ leads to from a halt, an abort and a disabled device.
-mod common;
-use common::*;
+use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 use supervisor::Limits;
@@ -193,7 +192,7 @@ fn a_transition_of_a_list_to_itself_is_in_the_log() {
         let id = rig.instance("v", &["*@rtp0.fast"]);
         rig.start(id);
         rig.advance(7);
-        assert_eq!(rig.logged("transition"), ["v#1: command list 'one'", "v#1: command list 'one'"]);
+        assert_eq!(rig.logged("transition"), ["v#1: command list 'one' after 'one'", "v#1: command list 'one' after 'one'"]);
     });
 }
 

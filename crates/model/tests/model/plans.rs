@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Correct programs make exactly the plans that they mean.
-mod common;
-use common::*;
+use crate::common::*;
 use model::configuration::{Rate, SvvId};
 use model::plan::*;
 use serde_json::json;

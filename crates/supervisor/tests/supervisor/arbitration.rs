@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scenarios: two verbs that would write one device are refused, queued, or the earlier one is aborted, as the device declares.
-mod common;
-use common::*;
+use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 use std::time::Duration;

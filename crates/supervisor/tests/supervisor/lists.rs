@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scenarios: command lists, waits, transitions, and which condition acts.
-mod common;
-use common::*;
+use crate::common::*;
 use serde_json::json;
 
 /// A fast and a slow counter with probes behind asynchronous inputs, in lists as given.

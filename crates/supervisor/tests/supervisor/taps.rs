@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Taps: every value once, wherever it is written, whoever else looks; what was lost is counted; nothing that is computed changes.
-mod common;
-use common::*;
+use crate::common::*;
 use kernel::ClockKind;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scenarios: a block that writes where nothing is. Its source stops, its verbs end, the others run on, and a reset brings it back.
-mod common;
-use common::*;
+use crate::common::*;
 use model::refusal::Class;
 use serde_json::json;
 use supervisor::Limits;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scenarios: the life of a verb instance. Claims, parameters, starts, suspension, halts, limits, faults, redefinition.
-mod common;
-use common::*;
+use crate::common::*;
 use model::refusal::Class;
 use model::value::Value;
 use serde_json::json;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Compositions: what the verb that comes out is made of.
-mod common;
-use common::*;
+use crate::common::*;
 use model::Composition;
 use model::definition::{Command, Verb};
 use model::plan::InputOrigin;

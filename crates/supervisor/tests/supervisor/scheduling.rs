@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scenarios: when blocks run and what they see. Intervals and phases, data-driven chains inside a source and across sources,
 //! asynchronous and ratio ports, gathers and scatters.
-mod common;
-use common::*;
+use crate::common::*;
 use serde_json::json;
 
 fn values(rows: &[Row]) -> Vec<f64> {

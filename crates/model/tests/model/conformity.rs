@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Ranges of input parameters and requirements of verbs: names are checked at definition, values before a start.
-mod common;
-use common::*;
+use crate::common::*;
 use indexmap::IndexMap;
 use model::configuration::Configuration;
 use model::conformity::{asked, settle, unmet};

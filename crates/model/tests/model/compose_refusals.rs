@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Parts that do not go together: each refusal names both and says what to do, and all come at once.
-mod common;
-use common::*;
+use crate::common::*;
 use model::Composition;
 use serde_json::{Value, json};
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Definitions while they are drawn: where each refusal points, and which wires go.
-mod common;
-use common::*;
+use crate::common::*;
 use model::{Drawing, PortName, check_definition, compatible, compatible_with};
 use serde_json::{Value, json};
 

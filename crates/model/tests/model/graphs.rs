@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Random valid graphs are accepted, and every synchronous edge lies in the order of a firing.
-mod common;
-use common::*;
+use crate::common::*;
 use model::interface::Mode;
 use model::plan::Binding;
 use proptest::prelude::*;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scenarios: physical and logical devices, and the emergency stop.
-mod common;
-use common::*;
+use crate::common::*;
 use model::refusal::Class;
 use model::value::Value;
 use serde_json::{Value as Json, json};

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One minimal program for each kind of refusal, and what is said about it.
-mod common;
-use common::*;
+use crate::common::*;
 use serde_json::{Value, json};
 
 /// The program is refused with one refusal, which reads so.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scenarios: values of SVVs. Hand-over between writers, snapshots, histories; and the same bits in every run.
-mod common;
-use common::*;
+use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scenarios: what runs when the programming system that started it is cut off, and the reports that it finds later.
-mod common;
-use common::*;
+use crate::common::*;
 use model::refusal::Class;
 use serde_json::{Value as Json, json};
 use supervisor::DeviceRequest;

@@ -2,8 +2,7 @@
 //! No jump: whatever the programming system commands, in whatever order, what goes out to an actuator changes no faster than its
 //! declared slew (but for going to the safe value), and what is commanded no faster than the verbs move it. A verb that starts
 //! sees the present, never a value of its last life.
-mod common;
-use common::*;
+use crate::common::*;
 use serde_json::json;
 use std::collections::HashSet;
 use std::time::Duration;

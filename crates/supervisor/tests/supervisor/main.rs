@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The supervisor under the virtual clock; what needs a process of its own lies beside this folder.
+#[path = "../common/mod.rs"]
+mod common;
+
+mod arbitration;
+mod containment;
+mod cut_off;
+mod devices;
+mod endings;
+mod exchange;
+mod layers;
+mod life;
+mod lists;
+mod no_jump;
+mod pauses;
+mod properties;
+mod scheduling;
+mod suspension;
+mod taps;
+mod values;
