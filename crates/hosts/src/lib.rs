@@ -12,7 +12,7 @@
 //! | `ends`, `link` | connections; commands |
 //! | `outbound`, `inbound` | what is sent, answered and sent again; without clock or wire |
 //! | `peers`, `control`, `agreement`, `timebase` | who is there, what time it is there |
-//! | `wire`, `session`, `faulty` | packets by key: the trait, zenoh, and one with faults for tests |
+//! | `wire`, `session`, `threads`, `faulty` | packets by key: the trait, zenoh, its threads, and one with faults for tests |
 //! | `options`, `endpoint`, `refused` | what is asked for, and what is refused |
 //!
 //! Nothing of zenoh is called by a real-time thread, and nothing of this crate waits on one.
@@ -35,6 +35,7 @@ mod protocol;
 mod random;
 mod refused;
 mod session;
+mod threads;
 mod timebase;
 pub mod wire;
 
@@ -45,3 +46,4 @@ pub use hosts::{Hosts, TARGET, wire_to_join, wire_to_listen};
 pub use options::{ClockWatch, Clocks, Options, Security};
 pub use peers::Peer;
 pub use refused::Refused;
+pub use threads::one_for_links;

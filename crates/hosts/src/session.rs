@@ -4,8 +4,8 @@
 use crate::endpoint::Endpoint;
 use crate::options::{Options, Security};
 use crate::refused::Refused;
+use crate::threads;
 use crate::wire::{Arrival, Outlet, Subscription, Urgency, Wire, WireError};
-use std::cell::Cell;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use zenoh::pubsub::Publisher;
@@ -36,6 +36,7 @@ impl ZenohWire {
             (Security::Token { token, .. }, Side::Listens) => Some(Dictionary::write(token)?),
             _ => None,
         };
+        threads::one_for_links();
         let no_way = |reason: String| Refused::NoWay { endpoint: endpoint.to_string(), reason };
         let mut config = Config::default();
         for (key, value) in settings(options, endpoint, side)? {
@@ -69,9 +70,7 @@ impl Wire for ZenohWire {
 
     fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, WireError> {
         let declared = self.0.declare_subscriber(key.to_owned()).callback(move |sample| {
-            if !HASTENED.replace(true) {
-                hasten();
-            }
+            threads::hasten();
             came(&sample.payload().to_bytes());
         });
         let declared = declared.wait();
@@ -87,27 +86,6 @@ impl Outlet for ZenohOutlet {
         let _ = self.0.put(packet).wait();
     }
 }
-
-thread_local! {
-    /// This thread, on which a packet has come, and the others of its kind were seen to.
-    static HASTENED: Cell<bool> = const { Cell::new(false) };
-}
-
-/// The threads on which packets come and go are called before those of ordinary programs, where the right is given: values wait for them. Never at
-/// a real-time priority: what a network sends is no measure of how long they run. Called when a packet has come, because a side that listens
-/// has no such threads before.
-fn hasten() {
-    let Ok(threads) = std::fs::read_dir("/proc/self/task") else { return };
-    for thread in threads.flatten() {
-        let carries = std::fs::read_to_string(thread.path().join("comm")).is_ok_and(|name| name.starts_with("rx-") || name.starts_with("tx-"));
-        let Some(number) = thread.file_name().to_str().and_then(|number| number.parse().ok()).filter(|_| carries) else { continue };
-        // SAFETY: how a thread of this process is scheduled. What is not given is not needed.
-        unsafe { libc::setpriority(libc::PRIO_PROCESS, number, NICE) };
-    }
-}
-
-/// Of those threads: just behind the most that can be asked for.
-const NICE: i32 = -19;
 
 /// Keys and values of zenoh's configuration.
 fn settings(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Vec<(String, String)>, Refused> {

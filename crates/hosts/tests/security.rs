@@ -24,6 +24,23 @@ fn exchange(a: &Hosts, b: &Hosts) {
     assert_eq!(far.receive(LONG), Ok(Some(b"in order".to_vec())));
 }
 
+/// Both sides send much at the same time.
+fn both_ways_at_once(a: &Hosts, b: &Hosts) {
+    const FRAMES: usize = 100;
+    let ends: [Box<dyn Link>; 2] = [a.link("cell-b", 2).expect("joined"), b.link("cell-a", 2).expect("listens")];
+    let frame = |number: usize| vec![number as u8; 10_000 + number];
+    std::thread::scope(|scope| {
+        for end in &ends {
+            scope.spawn(move || (0..FRAMES).for_each(|number| end.send(&frame(number)).expect("it is open")));
+            scope.spawn(move || {
+                for number in 0..FRAMES {
+                    assert_eq!(end.receive(LONG), Ok(Some(frame(number))));
+                }
+            });
+        }
+    });
+}
+
 #[test]
 fn only_loopback_may_be_plain_and_each_refusal_says_what_to_do() {
     let authority = authority("table");
@@ -68,6 +85,11 @@ fn certificates_of_one_authority_let_in_and_no_others() {
     let b = Hosts::join(options("cell-b", certificates(&authority, "b"))).expect("it has certificates of the same authority");
     assert!(a.wait_for("cell-b", LONG));
     exchange(&a, &b);
+    both_ways_at_once(&a, &b);
+    let threads = std::fs::read_dir("/proc/self/task").expect("Linux").flatten();
+    let names: Vec<String> = threads.flat_map(|thread| std::fs::read_to_string(thread.path().join("comm"))).collect();
+    assert!(names.iter().any(|name| name.starts_with("rx-")), "{names:?}");
+    assert!(!names.iter().any(|name| name.starts_with("tx-") || name.starts_with("acc-")), "a stream is read and written by one thread: {names:?}");
 
     let (certificate, key) = other.sign("c", &["127.0.0.1"]);
     let stranger = Security::Certificates { authority: authority.authority.clone(), certificate, key };
