@@ -17,6 +17,7 @@ import json
 import os
 import platform
 import sys
+import traceback
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,25 +53,35 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
 }
 
 
-def main() -> None:
+def main() -> int:
+    """0 where every group was taken, whatever its bars say."""
     options = arguments()
     chosen = options.only or list(GROUPS)
     settings = Options(rounds=2 if options.quick else 7, quick=options.quick)
     print(machine())
     print(lines.heading())
     measured: list[lines.Line] = []
+    failed: list[str] = []
     for group in chosen:
         before = ""
-        for line in GROUPS[group](settings):
-            print(lines.row(line, before), flush=True)
-            before = line.row
-            measured.append(line)
+        try:
+            for line in GROUPS[group](settings):
+                print(lines.row(line, before), flush=True)
+                before = line.row
+                measured.append(line)
+        except Exception:
+            # The others are worth having all the same.
+            traceback.print_exc()
+            failed.append(group)
     verdicts = [line.verdict for line in measured]
     held, missed, without = (verdicts.count(verdict) for verdict in ("holds", "misses", ""))
     print(f"\n{held} bars hold, {missed} are missed, {without} rows have none or could not be taken")
+    if failed:
+        print(f"could not be taken: {', '.join(failed)}")
     if options.json:
         report = {"machine": machine(), "lines": [line.as_dict() for line in measured]}
         Path(options.json).write_text(json.dumps(report, indent=1, ensure_ascii=False) + "\n")
+    return 1 if failed else 0
 
 
 def arguments() -> argparse.Namespace:
@@ -93,4 +104,4 @@ def machine() -> str:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -42,7 +42,7 @@ def printed_by(command: list[str], group: str) -> Iterator[Line]:
             fields = json.loads(text)
             yield Line(**{**fields, "value": fields["value"] if fields["shown"] else None})
     if running.returncode:
-        yield Line(group, "not taken", note=f"the benchmark ended with {running.returncode}")
+        raise RuntimeError(f"the benchmark of {group} ended with {running.returncode}")
 
 
 @functools.cache

@@ -20,7 +20,7 @@ def measure(quick: bool) -> Iterator[Line]:
     """A chain of gains, driven by one activation."""
     native = _native.System("bench", "monotonic", "{}")
     try:
-        native.processor("r", None, False)
+        native.processor("r", None, False, False, None)
         native.source("r", "soft", "software", 0, 50, 0)
         for size in SIZES[:2] if quick else SIZES:
             native.define_verb(json.dumps(chain(f"warm{size}", size)))

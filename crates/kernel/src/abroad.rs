@@ -122,7 +122,9 @@ impl Host {
         if from.is_none() && to.is_none() {
             // Within a source nothing is on a way.
             let (sender, receiver) = if writer == reader { Memory.connect(spec) } else { locked(&self.carrier).connect(spec) };
-            let (Some(trace), Some(tape)) = (self.trace(), self.source(reader).tape.clone()) else { return (sender.into(), receiver.into()) };
+            let Some((trace, tape)) = self.trace().and_then(|trace| Some((trace, self.source(reader).tape.clone()?))) else {
+                return (sender.into(), receiver.into());
+            };
             let way = Some(Way { number: trace.way(), spec: *spec, reach: Reach::Process });
             return (End { end: sender, way }, End { end: Box::new(crate::trace::Taped::recording(receiver, tape)), way });
         }
