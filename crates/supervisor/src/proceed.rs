@@ -165,7 +165,7 @@ impl Core {
     fn is_in(&mut self, id: u64, list: usize, stage: usize, begins: bool) {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get_mut(&id) else { return };
-        let moved = instance.list != list || (begins && instance.has_entered);
+        let (before, moved) = (instance.list, instance.list != list || (begins && instance.has_entered));
         instance.has_entered = true;
         (instance.list, instance.stage) = (list, stage);
         instance.target = (list, stage);
@@ -179,7 +179,8 @@ impl Core {
         // A device whose verb does not say when it is ready is so as soon as its verb runs.
         let is_ready = instance.owner.is_some() && !commands().any(|c| matches!(c, PlannedCommand::Ready));
         if moved {
-            let (name, text) = (instance.name.clone(), format!("command list '{}'", instance.plan.lists[list].name));
+            let lists = &instance.plan.lists;
+            let (name, text) = (instance.name.clone(), format!("command list '{}' after '{}'", lists[list].name, lists[before].name));
             self.log.add(now_ns, "transition", &name, text);
         }
         if is_ready {

@@ -21,7 +21,7 @@ export function VerbDetail(props: { verb: VerbSummary; instances: InstalledInsta
     instances.find((one) => one.name === props.chosen) ?? instances.find((one) => one.state === "running") ?? instances.at(-1) ?? null;
   const shape = useMemo(() => (shown ? shapeOfInstance(shown) : shapeOfDefinition(form?.defined)), [shown, form]);
   const happened = useHappened(shown?.name ?? null);
-  const last = shown && shown.state !== "created" ? lastTransition(happened, shown.initial) : null;
+  const last = shown && shown.state !== "created" ? lastTransition(happened) : null;
   const [first, ...more] = verb.doc.split(/\n\s*\n/);
   const runs = shown !== null && (shown.state === "running" || shown.state === "suspended");
   return (

@@ -7,7 +7,7 @@ const entries = [
   { sequence: 1, time_s: 0.1, kind: "condition", about: "move#1", text: "'generator' reported 'in_velocity'" },
   { sequence: 2, time_s: 0.2, kind: "condition", about: "move#1", text: "'generator' reported 'in_velocity'" },
   { sequence: 3, time_s: 0.2, kind: "start", about: "move#2", text: "" },
-  { sequence: 4, time_s: 0.3, kind: "transition", about: "move#1", text: "command list 'stop'" },
+  { sequence: 4, time_s: 0.3, kind: "transition", about: "move#1", text: "command list 'stop' after 'start'" },
 ];
 
 test("what happened to an instance, newest first, repeats counted", () => {
@@ -20,8 +20,8 @@ test("what happened to an instance, newest first, repeats counted", () => {
 });
 
 test("the transition that was made last, since the last start", () => {
-  expect(lastTransition(happenedTo("move#1", entries), "begin")).toEqual({ from: "begin", to: "stop" });
-  expect(lastTransition(happenedTo("move#2", entries), "begin")).toBeNull();
-  const on = [...entries, { sequence: 5, time_s: 0.4, kind: "transition", about: "move#1", text: "command list 'rest'" }];
-  expect(lastTransition(happenedTo("move#1", on), "begin")).toEqual({ from: "stop", to: "rest" });
+  expect(lastTransition(happenedTo("move#1", entries))).toEqual({ from: "start", to: "stop" });
+  expect(lastTransition(happenedTo("move#2", entries))).toBeNull();
+  const on = [...entries, { sequence: 5, time_s: 0.4, kind: "transition", about: "move#1", text: "command list 'rest' after 'stop'" }];
+  expect(lastTransition(happenedTo("move#1", on))).toEqual({ from: "stop", to: "rest" });
 });

@@ -41,15 +41,12 @@ export function happenedTo(instance: string, entries: LogEntry[], most = 60): Ha
   return found;
 }
 
-/** The list that was left last and the one that was entered, since the last start; `initial` is where each start begins. */
-export function lastTransition(happened: Happened[], initial: string): { from: string; to: string } | null {
-  let to: string | null = null;
+/** The list that was left last and the one that was entered, since the last start. */
+export function lastTransition(happened: Happened[]): { from: string; to: string } | null {
   for (const entry of happened) {
-    if (entry.kind === "start" || entry.kind === "admission") return to === null ? null : { from: initial, to };
-    const list = entry.kind === "transition" ? /'([^']+)'/.exec(entry.text)?.[1] : undefined;
-    if (list === undefined) continue;
-    if (to !== null) return { from: list, to };
-    to = list;
+    if (entry.kind === "start" || entry.kind === "admission") return null;
+    const lists = entry.kind === "transition" ? /'([^']+)' after '([^']+)'/.exec(entry.text) : null;
+    if (lists?.[1] && lists[2]) return { from: lists[2], to: lists[1] };
   }
-  return to === null ? null : { from: initial, to };
+  return null;
 }

@@ -51,7 +51,7 @@ export function FileTools(props: { draft: Draft; open: (draft: Draft) => void })
           id={field}
           className="unseen"
           type="file"
-          accept=".json,application/json"
+          accept=".json,.toml,application/json,application/toml"
           onChange={(event) => {
             void read(event.target.files?.[0]);
             event.target.value = "";

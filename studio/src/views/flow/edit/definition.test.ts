@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { stringify } from "smol-toml";
 import { expect, test } from "vitest";
 import { draftOf, timeOrNull } from "./definition";
 import { draftsOf, fileText } from "./file";
@@ -52,8 +53,18 @@ test("a file that is written is read as the same draft", () => {
   expect(draftsOf(fileText(graph))).toEqual([graph]);
 });
 
+test("a file may be TOML", () => {
+  const json = { graphs: { smooth }, verbs: { move: short } };
+  const toml = `format = "opengpac-definitions" # as gpac.load reads it
+version = 1
+${stringify(json)}`;
+  expect(draftsOf(toml)).toEqual(draftsOf(JSON.stringify({ format: "opengpac-definitions", version: 1, ...json })));
+});
+
 test("what is no file of definitions is refused in words", () => {
-  expect(() => draftsOf('format = "opengpac-definitions"')).toThrow("it is TOML");
+  expect(() => draftsOf('format = "opengpac-definitions"\n[graphs')).toThrow("neither JSON nor TOML: line 2");
+  expect(() => draftsOf('{"format": ')).toThrow("the JSON of this file is broken");
+  expect(() => draftsOf('format = "opengpac-definitions"')).toThrow("version undefined");
   expect(() => draftsOf("{}")).toThrow("no file of definitions");
   expect(() => draftsOf('{"format": "opengpac-definitions", "version": 2}')).toThrow("version 2");
   expect(() => draftOf("graph", "g", { blocks: { a: { graph: "none" } } })).toThrow("there is no graph 'none'");

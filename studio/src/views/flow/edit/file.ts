@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { parse as parseToml, TomlError } from "smol-toml";
 import { type Draft, definitionOf, draftOf, FORMAT, VERSION } from "./definition";
 
 /** The text of a file with one definition: what `gpac.load` reads. */
@@ -9,17 +10,26 @@ export function fileText(draft: Draft): string {
   return `${JSON.stringify({ format: FORMAT, version: VERSION, [`${draft.kind}s`]: { [name]: definition } }, null, 2)}\n`;
 }
 
+/** What the text of a file says, JSON or TOML. */
+function readText(text: string): unknown {
+  if (text.trimStart().startsWith("{")) {
+    try {
+      return JSON.parse(text);
+    } catch (why) {
+      throw new Error(`the JSON of this file is broken: ${why instanceof Error ? why.message : String(why)}`);
+    }
+  }
+  try {
+    return parseToml(text);
+  } catch (why) {
+    if (!(why instanceof TomlError)) throw why;
+    throw new Error(`this is neither JSON nor TOML: line ${why.line}, column ${why.column}: ${why.message.split("\n")[0]}`);
+  }
+}
+
 /** Every graph and verb of a file. Errors: what it is instead, in words. */
 export function draftsOf(text: string): Draft[] {
-  let read: unknown;
-  try {
-    read = JSON.parse(text);
-  } catch (why) {
-    const toml = /^\s*format\s*=/m.test(text);
-    const remedy = toml ? `: it is TOML; make it JSON with gpac.load("FILE.toml") and .save("FILE.json")` : `: ${String(why)}`;
-    throw new Error(`this is no JSON file${remedy}`);
-  }
-  const file = read as { format?: unknown; version?: unknown; graphs?: Record<string, unknown>; verbs?: Record<string, unknown> };
+  const file = readText(text) as { format?: unknown; version?: unknown; graphs?: Record<string, unknown>; verbs?: Record<string, unknown> };
   if (file.format !== FORMAT)
     throw new Error(`this is no file of definitions: its format is ${JSON.stringify(file.format)}, not "${FORMAT}"`);
   if (file.version !== VERSION)
