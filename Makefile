@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # make run     the main job: a simulated UR5e moves, in real time; report and plot in out/
-# make test    every test, Rust and Python
+# make test    every test: Rust, Python, and the studio's page in a browser (Debian's chromium)
 # make faults  the whole fault campaign, the fuzzers and the cell of 16 processors: two hours; reports in out/
 # make bench   ratios against hand-written loops and peers, taken in one run
 # `make test` builds everything once, in the profile `checked`: the package that pytest imports, the Rust tests and the lints.
@@ -56,12 +56,12 @@ $(PAGE): $(PAGE_SOURCES) studio/node_modules/ready
 	cd studio && npm run --silent build -- --logLevel error
 	touch $@
 
-test: lint test-rust test-loom test-sanitizer test-python test-studio
+test: lint test-rust test-loom test-sanitizer test-python test-studio test-browser
 
 lint: setup-checked
 	cargo fmt --all --check
 	cargo clippy --workspace --features bindings/hosts --all-targets --profile checked --quiet -- -D warnings
-	$(BIN)/ruff check python tests examples
+	$(BIN)/ruff check python tests examples bench
 	$(BIN)/pyright
 
 test-rust: setup-checked
@@ -84,7 +84,7 @@ test-studio: studio/node_modules/ready
 	cd studio && npm run --silent check
 
 # The page in Debian's chromium against running systems; pictures in out/studio. Some minutes, more where graphics are computed.
-test-browser: setup-checked
+test-browser: setup-checked studio/node_modules/ready
 	cd studio && npm run --silent test:browser
 
 faults: setup
