@@ -6,7 +6,6 @@ refuses comes as `Refused`, whose `args[0]` is the JSON of a list of refusals (`
 Times are ns, int. Names of sources are `rtp.source`.
 """
 
-import os
 from collections.abc import Callable
 
 class Refused(Exception):
@@ -103,8 +102,6 @@ class Server:
 class System:
     """One real-time system, embedded in this process."""
 
-    def trace(self, path: os.PathLike[str]) -> None:
-        """Records it so that it can be replayed, into a new file, until it is closed. Refused (InvalidState) where it has sources already."""
 
     def __init__(self, name: str, clock: str, options_json: str) -> None:
         """clock: "monotonic" or "virtual". options: {"seed": int, "interconnect": {"kind": "memory"} | {"kind": "message", "seed": int, "delay_ns": [lo, hi], "drop": p, "repeat": p, "reorder": p, "corrupt": p}, "processes": {"command": [text], "guard": [text], "python": text}, "adopt": bool}."""

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac`: run, check, stubs, build, new block, blocks, rts, token, studio, join, doctor, top, record, plot, trace,
-replay."""
+"""The command `opengpac`: run, check, stubs, build, new block, blocks, rts, token, studio, join, doctor, top, record, plot, replay."""
 
 from __future__ import annotations
 

@@ -62,15 +62,19 @@ class Observed(Shown):
         with refusals:
             return Log(json.loads(self._alive().log_json(since)))
 
-    def record(self, path: str | os.PathLike[str], svvs: Sequence[str] | None = None, *, cells: bool = False) -> Recording:
+    def record(
+        self, path: str | os.PathLike[str], svvs: Sequence[str] | None = None, *, cells: bool = False, replay: bool = False
+    ) -> Recording:
         """Records into a new MCAP file from now on: every value of SVVs, conditions, transitions, ends, commands, timing.
 
         `svvs` names them, `["arm.*", "force"]`, all by default, those too that are made later; `cells=True` takes the private cells
         of verb instances too. It ends with `stop()`, as a context manager, or with the system; what could not be written is counted in
         its `lost`, and control never waits for a disk. Under the virtual clock time waits for the recorder, so nothing is lost.
+        With `replay=True` the file also has everything that comes from outside, so that `opengpac replay` runs it again (docs/replay.md):
+        begun before the first interrupt source is made, else refused (InvalidState).
         Of a system elsewhere `path` is a name in the daemon's folder, `opengpac rts --records FOLDER`.
         """
-        return begin(self, path, svvs, cells)
+        return begin(self, path, svvs, cells=cells, replay=replay)
 
     def block_times(self, source: Source | None = None, *, during: Quantity = "60 s") -> Table:
         """How long each block takes: a probe visits one block a firing, `during` so much real time from now on (an hour at most).

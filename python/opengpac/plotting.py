@@ -25,6 +25,7 @@ def add_to(commands: Any) -> None:
     record.add_argument("-o", "--output", metavar="FILE", required=True, help="an MCAP file; of a second system the name is added")
     record.add_argument("--svvs", metavar="NAME", action="append", help="SVVs, with * and ?; default: all")
     record.add_argument("--cells", action="store_true", help="the private cells of verb instances too")
+    record.add_argument("--no-replay", action="store_true", help="without what 'opengpac replay' needs")
     programs.add_to(record)
     record.set_defaults(run=_record)
     plot = commands.add_parser("plot", help="make a picture of a recording")
@@ -48,7 +49,9 @@ class _Recording(programs.Watcher):
         path = Path(self.given.output)
         if self.recordings:
             path = path.with_stem(f"{path.stem}-{system.name}-{len(self.recordings) + 1}")
-        self.recordings.append((system, system.record(path, svvs=self.given.svvs, cells=self.given.cells)))
+        # A system elsewhere has its interrupt sources already.
+        replay = system.session is None and not self.given.no_replay
+        self.recordings.append((system, system.record(path, svvs=self.given.svvs, cells=self.given.cells, replay=replay)))
 
 
 def _record(given: argparse.Namespace) -> int:

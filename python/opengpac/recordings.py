@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from . import _native
+from . import _native, checking
 from .errors import CallError, UnknownName, refusals, refuse
 from .values import dtype_of
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 class Recording:
     """A recording that is under way, from `cell.record(path)`. It ends with `stop()`, with the block of its `with`, or with its system."""
 
-    def __init__(self, system: Observed, number: int, path: str) -> None:
+    def __init__(self, system: Observed, number: int, path: str, last: dict[str, Any] | None = None) -> None:
         self.system = system
         self.path = path
         """The file; of a system elsewhere its name in the daemon's folder of recordings."""
         self._number = number
-        self._last: dict[str, Any] | None = None
+        self._last = last
 
     def stop(self) -> dict[str, int]:
         """Ends it: everything that has come is written, then the end of the file. What was lost, by channel: nothing, as a rule."""
@@ -88,14 +88,17 @@ class Recording:
         return f"recording '{self.path}' ({state}): {values} values, {summary['bytes'] / 1e6:.1f} MB, {lost or 'nothing'} lost"
 
 
-def begin(system: Observed, path: str | os.PathLike[str], svvs: Sequence[str] | None, cells: bool) -> Recording:
+def begin(system: Observed, path: str | os.PathLike[str], svvs: Sequence[str] | None, *, cells: bool, replay: bool) -> Recording:
     """See `System.record`."""
     if isinstance(svvs, str) or not all(isinstance(name, str) for name in svvs or ()):
         refuse(CallError, f"svvs= is {svvs!r}", 'give a list of names, for example ["arm.*"]')
     file = os.fspath(path)
     if system.session is None:
         file = str(Path(file).expanduser().absolute())
-    options = {"svvs": ["*"] if svvs is None else list(svvs), "cells": cells}
+    options = {"svvs": ["*"] if svvs is None else list(svvs), "cells": cells, "replay": replay}
+    if checking.active():
+        # Nothing runs, and no file is made that would stand in the way of the run.
+        return Recording(system, 0, file, {"running": False, "counts": {}, "lost": {}, "bytes": 0, "failure": None})
     with refusals:
         number = system._alive().record(file, json.dumps(options))
     return Recording(system, number, file)

@@ -6,18 +6,14 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-from . import _native, programs
+from . import _native
 from .errors import CallError, refusals, refuse
 from .quantities import Quantity, duration_ns
-
-if TYPE_CHECKING:
-    from .system import System
 
 
 @dataclass(frozen=True)
@@ -92,7 +88,7 @@ def replay(
     show: Sequence[str] = (),
     modules: Sequence[str | os.PathLike[str]] = (),
 ) -> Replay:
-    """Runs a record again that `gpac.System(..., trace=path)` made, and compares every value with it.
+    """Runs a recording again that `cell.record(path, replay=True)` or `opengpac record` made, and compares every value with it.
 
     `until` is a condition over SVVs to stop at, comparisons with numbers joined by `and` and `or`, for example
     `"force > 20 and joint.sensed[2] <= 0.5"`. `to` is a time on the clock of the record. `show` names SVVs whose values are wanted,
@@ -102,7 +98,7 @@ def replay(
     """
     file = Path(path)
     if not file.exists():
-        refuse(CallError, f"there is no record '{file}'", "make one: gpac.System(..., trace='run.mcap')")
+        refuse(CallError, f"there is no record '{file}'", "make one: cell.record('run.mcap', replay=True)")
     asked: dict[str, Any] = {"until": until, "to_ns": None if to is None else duration_ns(to), "show": list(show)}
     with refusals:
         asked["with"] = [_module(Path(module)) for module in modules]
@@ -128,11 +124,7 @@ def _replay(found: dict[str, Any]) -> Replay:
 
 
 def add_to(commands: Any) -> None:
-    """Adds the commands `trace` and `replay`."""
-    trace = commands.add_parser("trace", help="run a program and record it so that it can be replayed")
-    trace.add_argument("-o", "--output", default="run.mcap", help="the file, else run.mcap")
-    programs.add_to(trace)
-    trace.set_defaults(run=_trace)
+    """Adds the command `replay`."""
     again = commands.add_parser("replay", help="run a recorded run again, without its program, and compare every value")
     again.add_argument("record")
     again.add_argument("--until", metavar="CONDITION", help="stop where it holds: 'force > 20 and joint.sensed[2] <= 0.5'")
@@ -142,29 +134,6 @@ def add_to(commands: Any) -> None:
         "--with", metavar="FILE", action="append", default=[], dest="modules", help="C, C++ or a module in the place of the record's"
     )
     again.set_defaults(run=_again)
-
-
-class _Tracing(programs.Watcher):
-    """Records the first system that the program makes in this process: a trace is of one."""
-
-    def __init__(self, output: Path) -> None:
-        self.output: Path | None = output
-
-    def made(self, system: System) -> None:
-        if self.output is not None and system.session is None:
-            output, self.output = self.output, None
-            system._trace(output)
-
-
-def _trace(given: argparse.Namespace) -> int:
-    tracing = _Tracing(Path(given.output).absolute())
-    with programs.watched(tracing):
-        try:
-            programs.run(given)
-        finally:
-            if tracing.output is not None:
-                print(f"nothing was recorded: '{given.program}' makes no system in this process", file=sys.stderr)
-    return 0
 
 
 def _again(given: argparse.Namespace) -> int:

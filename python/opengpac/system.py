@@ -53,9 +53,8 @@ class System(Observed):
     `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
     chooses preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; where there is
     none yet nothing is restored. `adopt=True` looks for processors in processes of their own that have lost a system of this name:
-    what runs there goes on with `take_over()`. `trace` is a file that everything that comes from outside is written to, so that
-    `gpac.replay` can run it again (docs/replay.md). A context manager: leaving it halts the actions, then disables the
-    devices. Making a system again rebuilds it if nothing runs in it.
+    what runs there goes on with `take_over()`. A context manager: leaving it halts the actions, then disables the devices. Making a
+    system again rebuilds it if nothing runs in it.
 
     Where the environment has `OPENGPAC_SYSTEM`, the URL of a daemon, the system is that one, and the program runs on it unchanged.
     `gpac.connect(url)` gives a system that others configured.
@@ -77,7 +76,6 @@ class System(Observed):
         progress: bool | None = None,
         restore: str | os.PathLike[str] | None = None,
         adopt: bool = False,
-        trace: str | os.PathLike[str] | None = None,
     ) -> None:
         if clock not in ("monotonic", "virtual"):
             refuse(CallError, f"the clock of system '{name}' is {clock!r}", "say 'monotonic' or 'virtual'")
@@ -88,12 +86,6 @@ class System(Observed):
         _close_last(name)
         virtual = clock == "virtual" or checking.active()
         url = None if checking.active() else os.environ.get("OPENGPAC_SYSTEM")
-        if url and trace is not None:
-            refuse(
-                CallError,
-                f"system '{name}' runs in a daemon, and cannot be recorded from here",
-                "leave out trace=, or OPENGPAC_SYSTEM",
-            )
         if url:
             session = connecting.instead(url, name, virtual, interconnect)
             self._begin(Remote(session), name, virtual, progress, session)
@@ -105,8 +97,6 @@ class System(Observed):
                 native = _native.System(name, "virtual" if virtual else clock, json.dumps(options))
                 self._begin(native, name, virtual, progress)
         try:
-            if trace is not None:
-                self._trace(files.path_of(trace, "trace="))
             if restore is not None:
                 self._restored = restart.load(self, files.path_of(restore, "restore="))
         except BaseException:
@@ -440,12 +430,6 @@ class System(Observed):
         if self.closed:
             refuse(InvalidState, f"system '{self.name}' is closed", f"make it again: gpac.System('{self.name}')")
         return self._native
-
-    def _trace(self, file: Path) -> None:
-        """Begins to write what comes from outside; nothing while the program is only checked."""
-        if isinstance(self._native, _native.System) and not checking.active():
-            with refusals:
-                self._native.trace(file)
 
     def _there(self, kind: str, name: str) -> bool:
         return name in self.names[kind]

@@ -40,7 +40,7 @@ class Programs:
         """Runs `examples/PROGRAM.py` under the virtual clock; `replay`: a file from which the run can be replayed."""
         trace = self._folder / "trace.txt"
         options = ("--clock", "virtual", "--output", str(self._folder), "--trace", str(trace), *words)
-        by = () if replay is None else ("-m", "opengpac", "trace", "-o", str(replay))
+        by = () if replay is None else ("-m", "opengpac", "record", "-o", str(replay))
         done = self.script(f"examples/{program}.py", *options, by=by)
         return Run(done.code, done.printed, trace.read_text() if trace.exists() else "")
 

@@ -56,12 +56,15 @@ def main() -> int:
         packages = [Path(opengpac.__file__).parent.parent]
         if given.also is not None:
             packages.append(_package_with(given.also, Path(folder)))
-        found = [_program(program, given.firings, packages, Path(folder)) for program in given.programs]
+        found = [_told(_program(program, given.firings, packages, Path(folder))) for program in given.programs]
     OUT.parent.mkdir(exist_ok=True)
     OUT.write_text(json.dumps([asdict(one) for one in found], indent=1))
-    for one in found:
-        print(f"{one.program:<20} {one.firings:>9,} firings in {one.rounds} rounds  {one.wrong or 'record = record = replay'}")
     return 1 if any(one.wrong for one in found) else 0
+
+
+def _told(one: Found) -> Found:
+    print(f"{one.program:<20} {one.firings:>9,} firings in {one.rounds} rounds  {one.wrong or 'record = record = replay'}", flush=True)
+    return one
 
 
 def _package_with(native: Path, folder: Path) -> Path:
@@ -90,9 +93,13 @@ def _program(program: str, firings: int, packages: list[Path], folder: Path) -> 
 
 
 def _record(program: str, path: Path, package: Path) -> Path:
+    # A recording never writes over another one.
+    path.unlink(missing_ok=True)
     example = [str(ROOT / "examples" / f"{program}.py"), "--clock", "virtual", "--output", str(path.parent)]
-    command = [sys.executable, "-m", "opengpac", "trace", "-o", str(path), *example]
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=_environment(package))
+    command = [sys.executable, "-m", "opengpac", "record", "-o", str(path), *example]
+    done = subprocess.run(command, capture_output=True, text=True, env=_environment(package))
+    if done.returncode:
+        raise RuntimeError(f"'{program}' ended with {done.returncode}: {done.stderr}")
     return path
 
 

@@ -131,6 +131,8 @@ def test_a_program_is_recorded_and_drawn(tmp_path: Path, capsys: pytest.CaptureF
     program.write_text(PROGRAM)
     assert cli.main(["record", "-o", str(file), str(program)]) == 0
     assert "nothing lost" in capsys.readouterr().err
+    assert cli.main(["replay", str(file)]) == 0
+    assert "every value as it was recorded" in capsys.readouterr().out
     picture, table = tmp_path / "run.png", tmp_path / "run.csv"
     assert cli.main(["plot", str(file), "joint*.sensed", "--from", "200 ms", "--to", "0.5 s", "-o", str(picture), "--csv", str(table)]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")
@@ -144,19 +146,39 @@ def test_a_program_is_recorded_and_drawn(tmp_path: Path, capsys: pytest.CaptureF
     assert "did you mean joint1.sensed" in capsys.readouterr().err
 
 
+def test_a_program_without_replay_and_a_check(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program, file = tmp_path / "program.py", tmp_path / "own.mcap"
+    first, rest = PROGRAM.split("cell = ", 1)
+    made, then = rest.split("\n", 1)
+    program.write_text(
+        f"{first}cell = {made}\nrecording = cell.record({str(file)!r}, replay=True)\n{then}\nassert recording.stop() == {{}}\n"
+    )
+    assert cli.main(["check", str(program)]) == 0
+    assert not file.exists(), "a check records nothing"
+    assert cli.main(["run", str(program)]) == 0
+    assert gpac.replay(file).same
+    file.unlink()
+    program.write_text(PROGRAM)
+    assert cli.main(["record", "--no-replay", "-o", str(file), str(program)]) == 0
+    with pytest.raises(gpac.CallError, match="nothing to replay"):
+        gpac.replay(file)
+    assert len(gpac.open_recording(file)["joint1.sensed"]) == 1001
+
+
 def test_a_daemon_records_in_its_folder_or_refuses(tmp_path: Path) -> None:
     folder = tmp_path / "records"
     folder.mkdir()
     served = Daemon(tmp_path, "virtual", "--records", str(folder))
     try:
         with gpac.connect(served.url) as cell:
-            cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
             with pytest.raises(gpac.CallError, match="without folders"):
                 cell.record("../run.mcap")
-            with cell.record("run.mcap") as recording:
+            with cell.record("run.mcap", replay=True) as recording:
+                cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
                 run(cell, "q")
                 cell.advance("1 s")
             assert recording.lost == {} and not recording.running
     finally:
         served.stop()
+    assert gpac.replay(folder / "run.mcap").same
     assert len(gpac.open_recording(folder / "run.mcap")["q"]) == 1001

@@ -9,6 +9,7 @@ import pytest
 
 import opengpac as gpac
 from opengpac import activate
+from opengpac import library as lib
 from opengpac.cli import main
 
 _BLOCK = """// SPDX-License-Identifier: Apache-2.0
@@ -40,7 +41,8 @@ def record(tmp_path: Path) -> Path:
     source = tmp_path / "counting.c"
     source.write_text(_BLOCK.format(jump=""))
     path = tmp_path / "run.mcap"
-    with gpac.System("recorded", clock="virtual", trace=path) as cell:
+    with gpac.System("recorded", clock="virtual") as cell:
+        cell.record(path, replay=True)
         rtp = cell.processor("rtp0")
         fast = rtp.timer("fast", period="1 ms", priority=80)
         slow = rtp.timer("slow", period="5 ms", priority=40)
@@ -101,6 +103,14 @@ def test_what_cannot_be_replayed_says_so(record: Path, tmp_path: Path) -> None:
     (tmp_path / "text.mcap").write_text("hello")
     with pytest.raises(gpac.CallError, match="no MCAP file"):
         gpac.replay(tmp_path / "text.mcap")
+    with gpac.System("late", clock="virtual") as cell:
+        cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        with pytest.raises(gpac.InvalidState, match="has interrupt sources already"):
+            cell.record(tmp_path / "late.mcap", replay=True)
+        assert not (tmp_path / "late.mcap").exists()
+        cell.record(tmp_path / "values.mcap").stop()
+    with pytest.raises(gpac.CallError, match=r"nothing to replay.*replay=True"):
+        gpac.replay(tmp_path / "values.mcap")
 
 
 def test_mcap_itself_reads_it(record: Path) -> None:
@@ -111,15 +121,67 @@ def test_mcap_itself_reads_it(record: Path) -> None:
         summary = read.get_summary()
         assert summary is not None and summary.statistics is not None
         messages = [(channel.topic, message.sequence) for _, channel, message in read.iter_messages(log_time_order=False)]
-    assert [channel.message_encoding for channel in summary.channels.values()] == ["opengpac.replay.1"]
-    assert messages == [("opengpac/replay", number) for number in range(summary.statistics.message_count)]
-    assert len(messages) >= gpac.replay(record).firings
+    assert [c.message_encoding for c in summary.channels.values() if c.topic == "/replay"] == ["opengpac.replay.1"]
     assert {chunk.compression for chunk in summary.chunk_indexes} == {"lz4"}
+    numbers = [number for topic, number in messages if topic == "/replay"]
+    assert numbers == list(range(len(numbers)))
+    assert len(numbers) >= gpac.replay(record).firings
+
+
+def test_one_file_has_the_values_too(record: Path) -> None:
+    recorded = gpac.open_recording(record)
+    assert list(recorded["count"]["value"]) == [0.0, *range(1, 101)]
+    assert [entry["about"] for entry in recorded.log if entry["kind"] == "start"] == ["counts#1"]
+    assert recorded.complete and not recorded.lost
+
+
+def test_a_recording_may_end_before_its_system(tmp_path: Path) -> None:
+    with gpac.System("recorded", clock="virtual") as cell:
+        recording = cell.record(tmp_path / "run.mcap", replay=True)
+        fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        verb = gpac.Verb(
+            "wave",
+            blocks={"wave": lib.signal_generator},
+            instantiation_parameters={"y": "wave.y"},
+            command_lists={"start": [activate("wave", every="1 ms")]},
+        )
+        verb.on(fast).asynch(cell.svv("y"))
+        cell.advance("50 ms")
+        recording.stop()
+        cell.advance("50 ms")
+    again = gpac.replay(tmp_path / "run.mcap")
+    assert (again.stopped, again.same) == ("end", True)
+    assert 50 <= again.firings <= 52
+
+
+def test_what_the_disk_was_too_slow_for_ends_the_replay_with_words(record: Path, tmp_path: Path) -> None:
+    from mcap import reader, writer
+
+    holed = tmp_path / "holed.mcap"
+    with open(record, "rb") as source, open(holed, "wb") as file:
+        out = writer.Writer(file, compression=writer.CompressionType.LZ4)
+        out.start()
+        channel = out.register_channel("/replay", "opengpac.replay.1", 0)
+        for _, _, message in reader.make_reader(source).iter_messages("/replay", log_time_order=False):
+            if not 60 <= message.sequence < 63:
+                out.add_message(channel, message.log_time, message.data, message.publish_time, message.sequence)
+        out.finish()
+    again = gpac.replay(holed)
+    assert again.stopped == "unplayable" and 30 <= again.firings < 60
+    assert "3 of its items are not in the file" in again.message
 
 
 def test_a_record_that_is_cut_off_is_replayed_as_far_as_it_goes(record: Path, tmp_path: Path) -> None:
+    from mcap import reader
+
     whole, cut = record.read_bytes(), tmp_path / "cut.mcap"
-    for length in (len(whole) // 4, len(whole) // 2, len(whole) - 2000):
-        cut.write_bytes(whole[:length])
-        again = gpac.replay(cut)
-        assert again.same and again.stopped == "end" and "ends in the middle" in again.message
+    with open(record, "rb") as file:
+        summary = reader.make_reader(file).get_summary()
+    assert summary is not None
+    last = summary.chunk_indexes[-1]
+    cut.write_bytes(whole[: last.chunk_start_offset + last.chunk_length + 10])
+    again = gpac.replay(cut)
+    assert again.same and again.stopped == "end" and "ends in the middle" in again.message
+    cut.write_bytes(whole[: len(whole) // 8])
+    with pytest.raises(gpac.CallError, match="ends before there is anything to replay"):
+        gpac.replay(cut)

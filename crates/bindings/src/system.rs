@@ -9,7 +9,7 @@ use model::value::Value;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 use supervisor::{Alarm, AlarmText, DeviceRequest, InProcess, Limits, Location, Mode, SvvRequest, Waited};
 
@@ -20,8 +20,6 @@ const SLICE: Duration = Duration::from_millis(50);
 #[pyclass(frozen, module = "opengpac._native")]
 pub struct System {
     inner: Arc<supervisor::System>,
-    /// The record for replay that is made of it.
-    tracing: Mutex<Option<session::Tracing>>,
 }
 
 impl System {
@@ -54,13 +52,7 @@ impl System {
     #[new]
     fn new(name: &str, clock: &str, options_json: &str) -> PyResult<Self> {
         let inner = session::open(name, clock, options_json).map_err(refused)?;
-        Ok(System { inner: Arc::new(inner), tracing: Mutex::default() })
-    }
-
-    fn trace(&self, path: PathBuf) -> PyResult<()> {
-        let tracing = session::Tracing::begin(&self.inner, &path).map_err(refused)?;
-        *self.tracing.lock().unwrap_or_else(PoisonError::into_inner) = Some(tracing);
-        Ok(())
+        Ok(System { inner: Arc::new(inner) })
     }
 
     fn processor(&self, py: Python<'_>, name: &str, core: Option<usize>, supervisor: bool, process: OwnOrNamed, host: Option<String>) -> PyResult<()> {
@@ -442,13 +434,8 @@ impl System {
         }
     }
 
-    fn close(&self, py: Python<'_>) -> PyResult<()> {
-        py.detach(|| {
-            self.inner.close();
-            let tracing = self.tracing.lock().unwrap_or_else(PoisonError::into_inner).take();
-            tracing.map_or(Ok(()), |mut tracing| tracing.finish())
-        })
-        .map_err(refused)
+    fn close(&self, py: Python<'_>) {
+        py.detach(|| self.inner.close());
     }
 }
 

@@ -184,7 +184,7 @@ pub const CALLS: &[Call] = &[
     call("statistics", Observe, NONE, Any),
     call("probe", Observe, &[may("source", Text), must("for_ns", Int)], Of::Nothing),
     call("names", Observe, NONE, Any),
-    call("record", Configure, &[must("path", Text), may("svvs", Names), may("cells", Bool)], Any),
+    call("record", Configure, &[must("path", Text), may("svvs", Names), may("cells", Bool), may("replay", Bool)], Any),
     call("recording", Observe, &[must("recording", Int)], Any),
     call("stop_recording", Configure, &[must("recording", Int)], Any),
     call("log", Observe, &[may("since", Int)], Of::Log),

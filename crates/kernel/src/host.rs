@@ -414,9 +414,6 @@ impl Host {
         let threads = std::mem::take(&mut *self.threads());
         // A thread that panicked has said so; the others are joined all the same.
         threads.into_iter().for_each(|thread| drop(thread.join()));
-        if let Some(trace) = self.trace.get() {
-            trace.close();
-        }
     }
 
     /// Lets what is under way arrive, and raises who waits for it.

@@ -14,7 +14,7 @@ use crate::tape::{Stretch, Taker, Tape};
 use crate::wire::{CodeName, Parcel, Writer};
 use crate::{Block, Cell, Channel, Script, SourceId, SourceSpec};
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// One thing of a record, in the order in which they are needed for running it again.
@@ -66,7 +66,6 @@ pub struct Trace {
     takers: Mutex<Vec<(SourceId, Taker)>>,
     serials: Arc<AtomicU64>,
     ways: AtomicU64,
-    over: AtomicBool,
 }
 
 struct Scripts {
@@ -75,6 +74,16 @@ struct Scripts {
     last: u64,
     entries: VecDeque<Entry>,
     is_broken: bool,
+    /// Nobody takes what comes any more.
+    is_abandoned: bool,
+}
+
+impl Scripts {
+    fn put(&mut self, entry: Entry) {
+        if !self.is_abandoned {
+            self.entries.push_back(entry);
+        }
+    }
 }
 
 /// Numbers of connections within the host, beyond those of connections that lead out of it.
@@ -82,20 +91,14 @@ const WAYS_WITHIN: u64 = 1 << 40;
 
 impl Trace {
     pub(crate) fn new(names: CodeNames) -> Trace {
-        let scripts = Scripts { writer: Writer::default(), names, last: 0, entries: VecDeque::new(), is_broken: false };
-        Trace {
-            scripts: Mutex::new(scripts),
-            takers: Mutex::default(),
-            serials: Arc::default(),
-            ways: AtomicU64::new(WAYS_WITHIN),
-            over: AtomicBool::new(false),
-        }
+        let scripts = Scripts { writer: Writer::default(), names, last: 0, entries: VecDeque::new(), is_broken: false, is_abandoned: false };
+        Trace { scripts: Mutex::new(scripts), takers: Mutex::default(), serials: Arc::default(), ways: AtomicU64::new(WAYS_WITHIN) }
     }
 
     /// The tape of a source that is being made.
     pub(crate) fn tape(&self, id: SourceId, spec: &SourceSpec) -> Arc<Tape> {
         let (tape, taker) = Tape::recording(self.serials.clone());
-        locked(&self.scripts).entries.push_back(Entry::Source(spec.clone()));
+        locked(&self.scripts).put(Entry::Source(spec.clone()));
         locked(&self.takers).push((id, taker));
         tape
     }
@@ -108,8 +111,11 @@ impl Trace {
     /// A script is on its way to `source`; its number in stretches.
     pub(crate) fn script(&self, source: SourceId, script: &Script) -> u64 {
         let mut scripts = locked(&self.scripts);
-        let Scripts { writer, names, last, entries, is_broken } = &mut *scripts;
+        let Scripts { writer, names, last, entries, is_broken, is_abandoned } = &mut *scripts;
         *last += 1;
+        if *is_abandoned {
+            return *last;
+        }
         match writer.parcel(script, &**names) {
             Ok(parcel) => {
                 // What it names comes before it.
@@ -130,14 +136,14 @@ impl Trace {
         let mut scripts = locked(&self.scripts);
         let cell = scripts.writer.place(cell);
         let (name, type_text, unit) = (name.to_owned(), type_text.to_owned(), unit.to_owned());
-        scripts.entries.push_back(Entry::Named { source, name, type_text, unit, cell });
+        scripts.put(Entry::Named { source, name, type_text, unit, cell });
     }
 
     /// From here on the record cannot be run again.
     pub fn broken(&self, why: &str) {
         let mut scripts = locked(&self.scripts);
         if !std::mem::replace(&mut scripts.is_broken, true) {
-            scripts.entries.push_back(Entry::Broken(why.to_owned()));
+            scripts.put(Entry::Broken(why.to_owned()));
         }
     }
 
@@ -147,13 +153,11 @@ impl Trace {
         out.extend(locked(&self.scripts).entries.drain(..));
     }
 
-    /// True when the host has been closed: nothing comes any more.
-    pub fn is_over(&self) -> bool {
-        self.over.load(Ordering::Acquire)
-    }
-
-    pub(crate) fn close(&self) {
-        self.over.store(true, Ordering::Release);
+    /// The record is over, though the host goes on: what comes is given up.
+    pub fn abandon(&self) {
+        let mut scripts = locked(&self.scripts);
+        scripts.is_abandoned = true;
+        scripts.entries.clear();
     }
 
     /// Puts the stretches that wait behind the scripts that they may name: under the virtual clock after every firing, so that none is lost
@@ -169,6 +173,7 @@ impl Trace {
             }
         }
         stretches.sort_by_key(|(_, stretch)| stretch.serial);
-        locked(&self.scripts).entries.extend(stretches.into_iter().map(|(source, stretch)| Entry::Stretch(source, stretch)));
+        let mut scripts = locked(&self.scripts);
+        stretches.into_iter().for_each(|(source, stretch)| scripts.put(Entry::Stretch(source, stretch)));
     }
 }

@@ -34,11 +34,8 @@ pub(crate) struct Count {
 }
 
 /// How messages are written, and what they look like.
-const JSON: &str = "json";
+pub(crate) const JSON: &str = "json";
 pub(crate) const JSON_SCHEMA: &str = "jsonschema";
-
-/// How long a chunk is filled.
-const CHUNK_MAX: Duration = Duration::from_secs(1);
 
 /// A recording's file.
 pub(crate) struct Book {
@@ -47,17 +44,19 @@ pub(crate) struct Book {
     /// End of the last whole chunk.
     pub bytes: u64,
     since: Instant,
+    /// How long a chunk is filled.
+    chunk_max: Duration,
     pub failure: Option<String>,
     losses: Option<u16>,
 }
 
 impl Book {
-    /// Begins the file with what is said of it.
-    pub fn new(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>)) -> io::Result<Book> {
+    /// Begins the file with what is said of it. A chunk is filled for `chunk_max`.
+    pub fn new(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>), chunk_max: Duration) -> io::Result<Book> {
         let mut writer = mcap::Writer::new(sink, concat!("opengpac ", env!("CARGO_PKG_VERSION")))?;
         writer.metadata(about.0, about.1)?;
         let bytes = writer.position();
-        Ok(Book { writer: Some(writer), counts: Vec::new(), bytes, since: Instant::now(), failure: None, losses: None })
+        Ok(Book { writer: Some(writer), counts: Vec::new(), bytes, since: Instant::now(), chunk_max, failure: None, losses: None })
     }
 
     /// Writes a page. What cannot be written is counted.
@@ -81,14 +80,14 @@ impl Book {
                 self.finish_chunk();
             }
         }
-        if self.since.elapsed() >= CHUNK_MAX {
+        if self.since.elapsed() >= self.chunk_max {
             self.finish_chunk();
         }
     }
 
     /// A channel beyond the 65,535 that a file can have gets no number: all of it is lost.
     fn define(&mut self, of: &Definition) {
-        let id = self.writer.as_mut().and_then(|writer| writer.channel(&of.topic, JSON, Some(&of.schema), &of.metadata)).unwrap_or(0);
+        let id = self.writer.as_mut().and_then(|writer| writer.channel(&of.topic, of.encoding, of.schema.as_ref(), &of.metadata)).unwrap_or(0);
         self.counts.push(Count { topic: of.topic.clone(), id, ..Count::default() });
     }
 

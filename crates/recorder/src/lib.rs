@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The recorder: what a running system does, into an MCAP file, by ordinary threads; and reading such a file.
 //!
-//! One thread drains the [`Source`]s each 20 ms into [`Page`]s: every value of the chosen SVVs (a tap), the log, end reports, how the
-//! interrupt sources do. Another one writes the pages. Between them lies a bounded room: what finds no place there, because the disk is
+//! One thread drains the sources each 20 ms into pages: every value of the chosen SVVs (a tap), the log, end reports, how the
+//! interrupt sources do, and where it is asked for all that the run needs to be run again (the crate `replay`). Another one writes the pages. Between them lies a bounded room: what finds no place there, because the disk is
 //! slow or full, is counted as lost, by channel, and never held against the machine. Under the virtual clock time waits for the
 //! recorder instead.
 //!
@@ -19,10 +19,8 @@ mod room;
 mod sources;
 
 pub use file::Sink;
-pub use page::{ChannelId, Page};
 pub use reader::{Recording, Series};
 pub use recorder::{Options, Recorder, Summary};
-pub use sources::Source;
 
 /// Name of the metadata record with what was recorded: system, version, clock, configuration.
 pub const ABOUT: &str = "opengpac";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Pages: messages on their way to the file.
-use crate::file::JSON_SCHEMA;
+use crate::file::{JSON, JSON_SCHEMA};
 use mcap::Schema;
 use std::collections::BTreeMap;
 
@@ -12,8 +12,9 @@ pub struct ChannelId(pub(crate) usize);
 #[derive(Clone, Debug)]
 pub(crate) struct Definition {
     pub topic: String,
-    /// Of its messages: a JSON schema.
-    pub schema: Schema,
+    /// What its messages are: JSON, or bytes of a name of their own.
+    pub encoding: &'static str,
+    pub schema: Option<Schema>,
     pub metadata: BTreeMap<String, String>,
 }
 
@@ -41,11 +42,20 @@ impl Page {
     /// A new channel. `topic`: its name in the file; `schema`: name and JSON schema of its messages, an object.
     pub fn channel(&mut self, topic: &str, schema: (&str, &serde_json::Value), metadata: BTreeMap<String, String>) -> ChannelId {
         let schema = Schema { name: schema.0.to_owned(), encoding: JSON_SCHEMA, text: schema.1.to_string() };
-        self.definitions.push(Definition { topic: topic.to_owned(), schema, metadata });
+        self.define(Definition { topic: topic.to_owned(), encoding: JSON, schema: Some(schema), metadata })
+    }
+
+    /// A new channel of messages that are no JSON: what `encoding` names.
+    pub fn channel_of_bytes(&mut self, topic: &str, encoding: &'static str) -> ChannelId {
+        self.define(Definition { topic: topic.to_owned(), encoding, schema: None, metadata: BTreeMap::new() })
+    }
+
+    fn define(&mut self, of: Definition) -> ChannelId {
+        self.definitions.push(of);
         ChannelId(self.first + self.definitions.len() - 1)
     }
 
-    /// One message, JSON. `time_ns`: on the system's clock. `sequence`: the number that tools see.
+    /// One message. `time_ns`: on the system's clock. `sequence`: the number that tools see.
     pub fn put(&mut self, channel: ChannelId, time_ns: i64, sequence: u64, fill: impl FnOnce(&mut Vec<u8>)) {
         fill(&mut self.bytes);
         #[allow(clippy::cast_possible_truncation, reason = "the lower half is what a file holds")]

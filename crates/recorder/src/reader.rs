@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reading a recording back.
+use crate::file::JSON;
 use crate::{ABOUT, ENDS, LOG, LOSSES, LOST, json};
 use indexmap::IndexMap;
 use mcap::{Reader, Record, Unreadable};
@@ -62,7 +63,7 @@ impl Recording {
         let mut channels = HashMap::new();
         loop {
             match file.next_record() {
-                Ok(Some(Record::Channel { id, topic, metadata, .. })) => {
+                Ok(Some(Record::Channel { id, topic, encoding, metadata })) if encoding == JSON => {
                     self.define(&topic, &metadata);
                     channels.insert(id, topic);
                 }
@@ -74,6 +75,8 @@ impl Recording {
                 Ok(Some(Record::Metadata { name, texts })) => {
                     self.metadata.insert(name, texts);
                 }
+                // What a replay reads.
+                Ok(Some(Record::Channel { .. })) => {}
                 // What follows a damaged place cannot be told from damage: the end, for us.
                 Ok(None) | Err(Unreadable::Damaged { .. }) => break,
                 Err(why) => return Err(why),

@@ -4,7 +4,7 @@ use crate::ABOUT;
 use crate::file::{Book, Sink};
 use crate::page::Page;
 use crate::room::{ROOM, Room};
-use crate::sources::{Numbered, Source, Timing, Values};
+use crate::sources::{Inputs, Numbered, Source, Timing, Values};
 use indexmap::IndexMap;
 use model::refusal::{Class, Refusal, Refusals};
 use serde::{Deserialize, Serialize};
@@ -27,11 +27,13 @@ pub struct Options {
     pub svvs: Vec<String>,
     /// The private cells of all verb instances too.
     pub cells: bool,
+    /// Everything that comes from outside too, so that the run can be run again. From before the first source is made, or refused.
+    pub replay: bool,
 }
 
 impl Default for Options {
     fn default() -> Options {
-        Options { svvs: vec!["*".to_owned()], cells: false }
+        Options { svvs: vec!["*".to_owned()], cells: false, replay: false }
     }
 }
 
@@ -56,7 +58,6 @@ pub struct Recorder {
     room: Arc<Room>,
     stops: Arc<AtomicBool>,
     state: Arc<State>,
-    others: Arc<Mutex<Vec<Box<dyn Source>>>>,
     threads: Mutex<Vec<JoinHandle<()>>>,
 }
 
@@ -74,6 +75,9 @@ impl State {
 
 /// Between two looks at the sources.
 const LOOK: Duration = Duration::from_millis(20);
+/// How long a chunk is filled: what a process that is killed loses. Of a run that is to be run again that is what killed it.
+const CHUNK_MAX: Duration = Duration::from_secs(1);
+const CHUNK_MAX_REPLAY: Duration = Duration::from_millis(100);
 
 impl Recorder {
     /// Begins to record into a new file at `path`; the recording belongs to the system from then on, and ends with it. Its number there.
@@ -102,29 +106,24 @@ impl Recorder {
         values.tap.heard(log.next(), ends.next());
         let cannot =
             |why: String| vec![Refusal::new(Class::ValueRefused, format!("cannot record into '{}': {why}", path.display())).remedy("is the disk full?")];
-        let book = Book::new(sink, (ABOUT, &about(system))).map_err(|why| cannot(why.to_string()))?;
+        let chunk_max = if options.replay { CHUNK_MAX_REPLAY } else { CHUNK_MAX };
+        let book = Book::new(sink, (ABOUT, &about(system)), chunk_max).map_err(|why| cannot(why.to_string()))?;
+        let inputs = options.replay.then(|| Inputs::begin(system)).transpose()?;
         let recorder = Recorder {
             room: Arc::new(Room::new(room)),
             stops: Arc::default(),
             state: Arc::new(State { summary: Mutex::new(Summary { path: path.to_owned(), running: true, ..Summary::default() }), ended: Condvar::new() }),
-            others: Arc::default(),
             threads: Mutex::default(),
         };
         let (room, state, observer) = (recorder.room.clone(), recorder.state.clone(), system.observer());
         let writer = spawn("recorder-disk", move || write(&room, book, &state, &observer)).map_err(cannot)?;
-        let drain = Drain { room: recorder.room.clone(), stops: recorder.stops.clone(), is_virtual: system.is_virtual(), values, log, ends, timing };
-        let others = recorder.others.clone();
-        let drained = spawn("recorder", move || drain.run(&others)).map_err(|why| {
+        let drain = Drain { room: recorder.room.clone(), stops: recorder.stops.clone(), is_virtual: system.is_virtual(), values, log, ends, timing, inputs };
+        let drained = spawn("recorder", move || drain.run()).map_err(|why| {
             recorder.room.close();
             cannot(why)
         })?;
         recorder.locked_threads().extend([drained, writer]);
         Ok(Arc::new(recorder))
-    }
-
-    /// Records from another source too, from now on.
-    pub fn add(&self, source: Box<dyn Source>) {
-        self.others.lock().expect("nobody panics with the lock held").push(source);
     }
 
     /// How it stands.
@@ -202,10 +201,11 @@ struct Drain {
     log: Numbered<Entry>,
     ends: Numbered<End>,
     timing: Timing,
+    inputs: Option<Inputs>,
 }
 
 impl Drain {
-    fn run(mut self, others: &Mutex<Vec<Box<dyn Source>>>) {
+    fn run(mut self) {
         let mut page = Page::default();
         let mut channels = 0;
         loop {
@@ -214,9 +214,9 @@ impl Drain {
             self.log.drain(&mut page);
             self.ends.drain(&mut page);
             self.timing.drain(&mut page);
-            others.lock().expect("nobody panics with the lock held").iter_mut().for_each(|source| source.drain(&mut page));
             self.values.tap.heard(self.log.next(), self.ends.next());
             self.values.drain(&mut page);
+            self.inputs.iter_mut().for_each(|inputs| inputs.drain(&mut page));
             channels += page.definitions.len();
             if !page.is_empty() {
                 page = self.room.put(page, self.is_virtual);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What is recorded: values of SVVs, the log, end reports, how the interrupt sources do.
+//! What is recorded: values of SVVs, the log, end reports, how the interrupt sources do, and what a replay needs.
 use crate::page::{ChannelId, Page};
 use crate::{ENDS, LOG, json};
+use model::refusal::Refusals;
 use model::types::Type;
 use serde::Serialize;
 use serde_json::{Value as Json, json};
@@ -9,7 +10,7 @@ use std::collections::BTreeMap;
 use supervisor::{End, Entry, Samples, System, Tap};
 
 /// Something that gives messages. Drained every 20 ms or so by the recorder's thread, once more at the end.
-pub trait Source: Send {
+pub(crate) trait Source: Send {
     /// Appends what is new.
     fn drain(&mut self, page: &mut Page);
 }
@@ -153,6 +154,36 @@ impl Source for Timing {
                 .or_insert_with(|| page.channel(&format!("/timing/{name}"), ("opengpac.timing", &json!({"type": "object"})), BTreeMap::new()));
             #[allow(clippy::cast_precision_loss, reason = "a time in seconds")]
             put_json(page, channel, now_ns as f64 * 1e-9, 0, source);
+        }
+    }
+}
+
+/// Everything that came to the interrupt sources from outside, with the scripts: what a replay runs again.
+pub(crate) struct Inputs {
+    recording: replay::Recording,
+    items: Vec<replay::Item>,
+    channel: Option<ChannelId>,
+    /// Number of the next item: a reader sees by it where some were lost.
+    next: u64,
+    time_ns: i64,
+}
+
+impl Inputs {
+    /// From now on. Refused where the system has interrupt sources already.
+    pub fn begin(system: &System) -> Result<Inputs, Refusals> {
+        let recording = replay::Recording::begin(|names| system.record(names))?;
+        Ok(Inputs { recording, items: Vec::new(), channel: None, next: 0, time_ns: system.now_ns() })
+    }
+}
+
+impl Source for Inputs {
+    fn drain(&mut self, page: &mut Page) {
+        let channel = *self.channel.get_or_insert_with(|| page.channel_of_bytes(replay::TOPIC, replay::ENCODING));
+        self.recording.take(&mut self.items);
+        for item in self.items.drain(..) {
+            self.time_ns = item.time_ns().unwrap_or(self.time_ns);
+            page.put(channel, self.time_ns, self.next, |out| out.extend_from_slice(&item.bytes()));
+            self.next += 1;
         }
     }
 }

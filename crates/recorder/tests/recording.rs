@@ -97,7 +97,7 @@ fn every_value_comes_back_with_its_bits_number_and_time() {
 fn what_is_made_later_is_taken_in_and_what_was_not_asked_for_is_not() {
     let (system, file) = (system(), Scratch::new("later"));
     svv(&system, "arm.q", json!({"type_text": "double"}));
-    let options = Options { svvs: vec!["arm.*".to_owned()], cells: false };
+    let options = Options { svvs: vec!["arm.*".to_owned()], ..Options::default() };
     let (number, _) = Recorder::start(&system, &file.0, &options).unwrap();
     for name in ["arm.v", "leg.v"] {
         svv(&system, name, json!({"type_text": "double"}));
@@ -118,7 +118,7 @@ fn what_is_made_later_is_taken_in_and_what_was_not_asked_for_is_not() {
 fn what_cannot_be_recorded_is_refused_with_words() {
     let (system, file) = (system(), Scratch::new("refused"));
     let of = |options: Options, path: &std::path::Path| Recorder::start(&system, path, &options).map(|_| ()).expect_err("refused")[0].to_string();
-    assert!(of(Options { svvs: vec!["nothing".to_owned()], cells: false }, &file.0).contains("there is no SVV 'nothing'"));
+    assert!(of(Options { svvs: vec!["nothing".to_owned()], ..Options::default() }, &file.0).contains("there is no SVV 'nothing'"));
     assert!(!file.0.exists(), "no file is left");
     assert!(of(Options::default(), std::path::Path::new("/nowhere/at/all.mcap")).contains("cannot record into"));
     std::fs::write(&file.0, "mine").unwrap();

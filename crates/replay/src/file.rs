@@ -1,79 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Records as files: MCAP, the items one after the other on the channel [`TOPIC`]. Other channels of the file are somebody else's.
+//! Records as they lie in files: MCAP, the items one after the other on the channel [`TOPIC`], numbered from 0. The other channels of the
+//! file are the recorder's, which writes them all.
 use crate::recording::Item;
+use kernel::trace::Entry;
 use mcap::{Record, Unreadable};
-use std::collections::BTreeMap;
 use std::fs::File;
-use std::io;
 use std::path::Path;
 
 /// The channel of a file that items are on.
-pub const TOPIC: &str = "opengpac/replay";
+pub const TOPIC: &str = "/replay";
 
 /// How its messages are called: items as postcard writes them.
-const ENCODING: &str = "opengpac.replay.1";
-
-/// Writes a record.
-pub struct Writer {
-    file: mcap::Writer<File>,
-    channel: u16,
-    sequence: u32,
-    time_ns: u64,
-}
-
-impl Writer {
-    /// A new file; one that is there is written over.
-    ///
-    /// # Errors
-    /// Those of the file system.
-    pub fn create(path: &Path) -> io::Result<Writer> {
-        let mut file = mcap::Writer::new(File::create(path)?, concat!("opengpac ", env!("CARGO_PKG_VERSION")))?;
-        let channel = file.channel(TOPIC, ENCODING, None, &BTreeMap::new()).expect("a new file has numbers for channels");
-        // However soon its writer is stopped, it is a record.
-        file.finish_chunk()?;
-        Ok(Writer { file, channel, sequence: 0, time_ns: 0 })
-    }
-
-    /// Writes items; those of a chunk that is not full yet reach the file with the next `flush`.
-    ///
-    /// # Errors
-    /// Those of the file system: a full disk.
-    pub fn write(&mut self, items: &[Item]) -> io::Result<()> {
-        for item in items {
-            if let Some(time_ns) = item.time_ns() {
-                self.time_ns = u64::try_from(time_ns).unwrap_or(0);
-            }
-            self.file.put(self.channel, self.sequence, self.time_ns, &item.bytes());
-            self.sequence = self.sequence.wrapping_add(1);
-            if self.file.is_full() {
-                self.file.finish_chunk()?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Everything so far is in the file, and can be read whatever happens to this process. Makes a chunk of it: what is flushed too often
-    /// is compressed badly.
-    ///
-    /// # Errors
-    /// Those of the file system.
-    pub fn flush(&mut self) -> io::Result<()> {
-        self.file.finish_chunk()
-    }
-
-    /// Ends the file.
-    ///
-    /// # Errors
-    /// Those of the file system.
-    pub fn finish(mut self) -> io::Result<()> {
-        self.file.finish()
-    }
-}
+pub const ENCODING: &str = "opengpac.replay.1";
 
 /// Reads a record.
 pub struct Reader {
     file: mcap::Reader<File>,
     channel: Option<u16>,
+    /// Number of the next item.
+    next: u32,
 }
 
 impl Reader {
@@ -88,10 +33,10 @@ impl Reader {
             Unreadable::NoMcap => format!("'{shown}' is no MCAP file: give one that was recorded for replay"),
             why => unreadable(&why),
         })?;
-        Ok(Reader { file, channel: None })
+        Ok(Reader { file, channel: None, next: 0 })
     }
 
-    /// The next item; none at the end.
+    /// The next item; none at the end. Where items are missing, because the disk was too slow for them, one that says so.
     ///
     /// # Errors
     /// In words: what of the file is damaged.
@@ -99,7 +44,11 @@ impl Reader {
         while let Some(record) = self.file.next_record().map_err(|why| unreadable(&why))? {
             match record {
                 Record::Channel { id, topic, .. } if topic == TOPIC => self.channel = Some(id),
-                Record::Message { channel, data, .. } if Some(channel) == self.channel => return Item::of(data).map(Some),
+                Record::Message { channel, sequence, data, .. } if Some(channel) == self.channel => {
+                    let missing = sequence.wrapping_sub(self.next);
+                    self.next = sequence.wrapping_add(1);
+                    return if missing == 0 { Item::of(data).map(Some) } else { Ok(Some(Item::Entry(Entry::Broken(missed(missing))))) };
+                }
                 _ => {}
             }
         }
@@ -115,6 +64,10 @@ impl Reader {
     pub fn is_cut_off(&self) -> bool {
         self.file.is_cut_off()
     }
+}
+
+fn missed(items: u32) -> String {
+    format!("{items} of its items are not in the file: the disk was too slow for them")
 }
 
 fn unreadable(why: &Unreadable) -> String {

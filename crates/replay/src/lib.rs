@@ -4,7 +4,7 @@
 //! record's. Neither supervisor nor programming system is needed: what they decided is in the scripts.
 //!
 //! [`Recording`] gathers the items of a record while it is made, [`Player`] runs them again, [`Comparison`] runs them with other code
-//! beside the recorded one and names the first difference. [`Writer`] and [`Reader`] are records as files, [`Run`] is all of it for a command.
+//! beside the recorded one and names the first difference. [`Reader`] takes them out of a recording's file, [`Run`] is all of it for a command.
 mod comparison;
 mod condition;
 mod file;
@@ -15,7 +15,7 @@ mod run;
 
 pub use comparison::{Comparison, Difference};
 pub use condition::Condition;
-pub use file::{Reader, TOPIC, Writer};
+pub use file::{ENCODING, Reader, TOPIC};
 pub use ground::{Codes, Exchanged};
 pub use player::{Moment, Player, Svv, Unplayable};
 pub use recording::{Item, Recording};

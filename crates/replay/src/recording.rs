@@ -54,7 +54,7 @@ struct Code {
     is_taken: bool,
 }
 
-/// Gathers the items of a record that is being made.
+/// Gathers the items of a record that is being made. When it is dropped nothing is written down any more.
 pub struct Recording {
     trace: Arc<Trace>,
     modules: Modules,
@@ -95,5 +95,11 @@ impl Recording {
             }
         }
         out.extend(self.entries.drain(..).map(Item::Entry));
+    }
+}
+
+impl Drop for Recording {
+    fn drop(&mut self) {
+        self.trace.abandon();
     }
 }

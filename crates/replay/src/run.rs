@@ -176,8 +176,11 @@ impl Run {
     }
 
     fn over(&mut self) -> Result<Found, String> {
+        if !self.reader.has_items() && self.reader.is_cut_off() {
+            return Err("the file ends before there is anything to replay: whoever wrote it was stopped too soon".to_owned());
+        }
         if !self.reader.has_items() {
-            return Err("the file has nothing to replay: it was not recorded for that".to_owned());
+            return Err("the file has nothing to replay: record it with cell.record(path, replay=True), or with 'opengpac record'".to_owned());
         }
         let until = self.until.clone();
         let unknown = until.iter().flat_map(Condition::svvs).find(|name| self.player().svv(name).is_none());

@@ -1,14 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A record as a file: what was flushed is there, however whoever wrote it ended.
-use replay::{Item, Reader, Writer};
-use std::path::{Path, PathBuf};
+//! A record as it lies in a file: what is there is read, what is missing is said.
+use kernel::trace::Entry;
+use mcap::Writer;
+use replay::{ENCODING, Item, Reader, TOPIC};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 
-/// A path that nothing lies at, and the file that it names goes with this.
+/// A file that goes with this.
 struct Scratch(PathBuf);
 
 impl Scratch {
-    fn new(name: &str) -> Scratch {
-        Scratch(std::env::temp_dir().join(format!("opengpac-replay-{}-{name}.mcap", std::process::id())))
+    /// Of items with these numbers, among messages of another channel, each ten in a chunk.
+    fn new(name: &str, numbers: impl IntoIterator<Item = u32>) -> Scratch {
+        let mut file = Writer::new(Vec::new(), "test").unwrap();
+        let other = file.channel("/log", "json", None, &BTreeMap::new()).unwrap();
+        let channel = file.channel(TOPIC, ENCODING, None, &BTreeMap::new()).unwrap();
+        for (count, number) in numbers.into_iter().enumerate() {
+            let item = Item::Module { key: number.to_string(), name: "module".to_owned(), bytes: vec![number as u8; 10_000] };
+            file.put(other, 0, 0, b"{}");
+            file.put(channel, number, 0, &item.bytes());
+            if count % 10 == 9 {
+                file.finish_chunk().unwrap();
+            }
+        }
+        file.finish().unwrap();
+        let path = std::env::temp_dir().join(format!("opengpac-replay-{}-{name}.mcap", std::process::id()));
+        std::fs::write(&path, file.into_sink()).unwrap();
+        Scratch(path)
+    }
+
+    /// The numbers of the items, a text where some are missing, and whether the file is cut off.
+    fn read(&self) -> Result<(Vec<Result<u32, String>>, bool), String> {
+        let mut reader = Reader::open(&self.0)?;
+        let mut found = Vec::new();
+        while let Some(item) = reader.next_item()? {
+            found.push(match item {
+                Item::Module { key, bytes, .. } => {
+                    let number = key.parse().map_err(|_| format!("key '{key}'"))?;
+                    assert_eq!(bytes, vec![number as u8; 10_000]);
+                    Ok(number)
+                }
+                Item::Entry(Entry::Broken(why)) => Err(why),
+                Item::Entry(_) => panic!("another item than was written"),
+            });
+        }
+        Ok((found, reader.is_cut_off()))
     }
 }
 
@@ -18,56 +54,25 @@ impl Drop for Scratch {
     }
 }
 
-fn items(numbers: std::ops::Range<u32>) -> Vec<Item> {
-    numbers.map(|number| Item::Module { key: number.to_string(), name: "module".to_owned(), bytes: vec![number as u8; 10_000] }).collect()
-}
-
-/// The numbers of the items in a file, and whether it is cut off.
-fn read(path: &Path) -> Result<(Vec<u32>, bool), String> {
-    let mut reader = Reader::open(path)?;
-    let mut numbers = Vec::new();
-    while let Some(item) = reader.next_item()? {
-        let Item::Module { key, bytes, .. } = item else { panic!("another item than was written") };
-        let number = key.parse().map_err(|_| format!("key '{key}'"))?;
-        assert_eq!(bytes, vec![number as u8; 10_000]);
-        numbers.push(number);
-    }
-    assert!(reader.has_items(), "it is a record as soon as it is made");
-    Ok((numbers, reader.is_cut_off()))
-}
-
 #[test]
-fn what_was_flushed_is_read_while_it_is_written_and_after_its_writer_has_gone() {
-    let file = Scratch::new("flushed");
-    let mut writer = Writer::create(&file.0).unwrap();
-    assert_eq!(read(&file.0), Ok((vec![], true)));
-    writer.write(&items(0..3)).unwrap();
-    writer.flush().unwrap();
-    assert_eq!(read(&file.0), Ok((vec![0, 1, 2], true)));
-    writer.write(&items(3..5)).unwrap();
-    drop(writer);
-    assert_eq!(read(&file.0), Ok((vec![0, 1, 2], true)), "what nobody flushed");
-}
-
-#[test]
-fn a_record_is_compressed_and_read_as_far_as_it_goes() {
-    let file = Scratch::new("whole");
-    let mut writer = Writer::create(&file.0).unwrap();
-    let begun = std::fs::read(&file.0).unwrap().len();
-    for first in [0, 10, 20] {
-        writer.write(&items(first..first + 10)).unwrap();
-        writer.flush().unwrap();
-    }
-    // More than a chunk holds, which nobody has to flush.
-    writer.write(&items(30..250)).unwrap();
-    writer.finish().unwrap();
+fn a_record_is_read_as_far_as_it_goes() {
+    let file = Scratch::new("whole", 0..250);
+    assert_eq!(file.read(), Ok(((0..250).map(Ok).collect(), false)));
     let bytes = std::fs::read(&file.0).unwrap();
     assert!(bytes.len() < 250 * 1_000, "{} bytes", bytes.len());
-    assert_eq!(read(&file.0), Ok(((0..250).collect(), false)));
-    for cut in (begun..bytes.len()).step_by(97) {
+    for cut in (100..bytes.len()).step_by(97) {
         std::fs::write(&file.0, &bytes[..cut]).unwrap();
-        let (numbers, is_cut_off) = read(&file.0).unwrap();
-        assert_eq!(numbers, (0..numbers.len() as u32).collect::<Vec<_>>());
+        let (numbers, is_cut_off) = file.read().unwrap();
+        assert_eq!(numbers, (0..numbers.len() as u32).map(Ok).collect::<Vec<_>>());
         assert!(is_cut_off || numbers.len() == 250);
     }
+}
+
+#[test]
+fn where_items_are_missing_it_says_so() {
+    let file = Scratch::new("holed", (0..3).chain(5..6));
+    let missing = "2 of its items are not in the file: the disk was too slow for them".to_owned();
+    assert_eq!(file.read(), Ok((vec![Ok(0), Ok(1), Ok(2), Err(missing)], false)));
+    let file = Scratch::new("headless", 1..2);
+    assert!(matches!(&file.read().unwrap().0[..], [Err(why)] if why.starts_with("1 of")));
 }

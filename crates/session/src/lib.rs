@@ -10,7 +10,6 @@ mod cell;
 mod commanded;
 mod open;
 mod recordings;
-mod tracing;
 mod values;
 mod waits;
 
@@ -18,7 +17,6 @@ pub use call::{begin, call, source_kind};
 pub use commanded::commanded;
 pub use open::open;
 pub use recordings::{end_recording, record, recording};
-pub use tracing::Tracing;
 pub use values::read;
 pub use waits::{Answered, WAITS};
 

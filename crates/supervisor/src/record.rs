@@ -16,7 +16,7 @@ impl System {
     pub fn record(&self, names: CodeNames) -> Result<Arc<Trace>, Refusals> {
         self.shared.host.record(names).ok_or_else(|| {
             let what = if self.shared.host.trace().is_some() {
-                "it is being recorded already"
+                "it has such a recording already"
             } else {
                 "it has interrupt sources already, and what they did before would be missing"
             };
