@@ -15,10 +15,11 @@ if TYPE_CHECKING:
     from .system import System
 
 
-def add_to(parser: argparse.ArgumentParser) -> None:
+def add_to(parser: argparse.ArgumentParser, **of_program: Any) -> None:
     """The program and its arguments, the last words of a command."""
-    parser.add_argument("program")
+    parser.add_argument("program", **of_program)
     parser.add_argument("arguments", nargs=argparse.REMAINDER)
+    parser.set_defaults(_command=parser)
 
 
 def beside(program: str) -> None:
@@ -28,9 +29,20 @@ def beside(program: str) -> None:
 
 def run(given: argparse.Namespace, name: str = "__main__") -> dict[str, Any]:
     """Runs the program to its end, as the module `name`; its global names."""
+    _note_options_behind(given)
     beside(given.program)
     sys.argv = [given.program, *given.arguments]
     return runpy.run_path(given.program, run_name=name)
+
+
+def _note_options_behind(given: argparse.Namespace) -> None:
+    """What stands behind the program is the program's, where it has the same options as the command too: says so."""
+    behind = {word.split("=", 1)[0] for word in given.arguments}
+    for action in given._command._actions:
+        meant = behind.intersection(action.option_strings)
+        if meant and action.dest != "help" and getattr(given, action.dest) == action.default:
+            note = f"note: {min(meant)} stands behind '{given.program}' and is the program's; the command's own comes before it"
+            print(note, file=sys.stderr)
 
 
 class Watcher:

@@ -24,11 +24,11 @@ def wanted(asked: bool | None) -> bool:
 
 
 class Line:
-    """The line; `clear` takes it away."""
+    """The line, of a wait that has lasted one slice; `clear` takes it away."""
 
     def __init__(self, instance: VerbInstance[Any]) -> None:
         self._instance = instance
-        self._began_ns = instance.system._native.now()
+        self._began_ns = instance.system._native.now() - SLICE_NS
         self._width = 0
 
     def show(self) -> None:

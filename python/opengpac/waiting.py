@@ -25,23 +25,26 @@ R = TypeVar("R")
 def wait(instance: VerbInstance[Any], timeout_ns: int | None) -> str:
     """The end report's text. Raises `TimeoutError` after `timeout_ns` of the system's clock."""
     native = instance._alive()
-    if not progress.wanted(instance.system.progress):
-        with refusals:
-            text = native.wait(instance.identity, timeout_ns, 0)
-        return text if text is not None else _too_late(instance, timeout_ns)
-    line, deadline = progress.Line(instance), None if timeout_ns is None else native.now() + timeout_ns
+    deadline = None if timeout_ns is None else native.now() + timeout_ns
+    slice_ns, line = progress.SLICE_NS, None
     try:
         while True:
             left = None if deadline is None else max(0, deadline - native.now())
             with refusals:
-                text = native.wait(instance.identity, left, progress.SLICE_NS)
+                text = native.wait(instance.identity, left, slice_ns)
             if text is not None:
                 return text
             if deadline is not None and native.now() >= deadline:
                 _too_late(instance, timeout_ns)
-            line.show()
+            if line is None and slice_ns:
+                # Asked only now: most verbs are over before anybody could read a line.
+                wanted = progress.wanted(instance.system.progress)
+                slice_ns, line = (slice_ns, progress.Line(instance)) if wanted else (0, None)
+            if line is not None:
+                line.show()
     finally:
-        line.clear()
+        if line is not None:
+            line.clear()
 
 
 def _started(instance: VerbInstance[Any]) -> None:

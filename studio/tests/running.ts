@@ -105,7 +105,7 @@ export async function goTo(page: Page, view: string): Promise<void> {
 }
 
 /** The pictures of the docs, by the names of screenshots: renewed with OPENGPAC_WRITE_PICTURES=1. */
-const PICTURES: Record<string, string> = { "verbs-1440-light": "studio-verbs" };
+const PICTURES: Record<string, string> = { "verbs-1440-light": "studio-verbs", "scope-trigger": "studio-scope" };
 
 export async function shoot(page: Page, name: string): Promise<void> {
   mkdirSync(OUT, { recursive: true });

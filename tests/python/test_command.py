@@ -81,6 +81,15 @@ def test_run_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == "argument here\n"
 
 
+def test_an_option_behind_the_program_is_the_programs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program = tmp_path / "words.py"
+    program.write_text("import sys\nprint(sys.argv[1:])\n")
+    assert main(["record", "-o", str(tmp_path / "run.mcap"), str(program), "--cells", "-o", "x"]) == 1
+    printed = capsys.readouterr()
+    assert "['--cells', '-o', 'x']" in printed.out
+    assert "note: --cells stands behind" in printed.err and "-o stands" not in printed.err
+
+
 def test_the_coordinated_motion_ends_as_it_should(tmp_path: Path) -> None:
     command = [sys.executable, str(ROOT / "examples" / "coordinated_motion.py"), "--clock", "virtual", "--output", str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
