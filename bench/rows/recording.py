@@ -23,6 +23,7 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
     looks = 200 if quick else 2000
     with tempfile.TemporaryDirectory() as folder:
         yield _attached(Path(folder), rounds, looks)
+        yield _for_replay(Path(folder), rounds, looks)
         yield _recorded(Path(folder), rounds, 500 if quick else 5000)
 
 
@@ -47,20 +48,40 @@ def _attached(folder: Path, rounds: int, looks: int) -> Line:
         )
         out.on(cell.sources["rtp0.fast"]).asynch(cell.svv("y"))
 
-        def durations() -> float:
-            taken = []
-            for _ in range(looks):
-                taken.append(cell.statistics["sources"]["rtp0.fast"]["duration_last_ns"])
-                clock.sleep(0.001)
-            return median(taken)
-
         ratios, plain = [], []
         for turn in range(rounds):
-            plain.append(durations())
+            plain.append(_duration(cell, looks))
             with cell.record(folder / f"attached{turn}.mcap"):
-                ratios.append(durations() / plain[-1])
+                ratios.append(_duration(cell, looks) / plain[-1])
         ratio = median(ratios)
     return _line("tap and recorder attached to a running cell", ratio, plain, BAR_ATTACHED, "≤ 1.05 ×")
+
+
+def _for_replay(folder: Path, rounds: int, looks: int) -> Line:
+    """The time of a firing while everything is recorded that a replay needs, beside one without: a copy of what comes from outside, and a
+    digest of what 200 blocks stored."""
+
+    def fires(record: Path | None) -> float:
+        with gpac.System("bench") as cell:
+            if record is not None:
+                cell.record(record, replay=True)
+            _chain(cell).asynch()
+            return _duration(cell, looks)
+
+    ratios, plain = [], []
+    for turn in range(rounds):
+        plain.append(fires(None))
+        ratios.append(fires(folder / f"replay{turn}.mcap") / plain[-1])
+    return _line("recorded for replay", median(ratios), plain, None, "")
+
+
+def _duration(cell: gpac.System, looks: int) -> float:
+    """The middle of what firings of `fast` took, ns."""
+    taken = []
+    for _ in range(looks):
+        taken.append(cell.statistics["sources"]["rtp0.fast"]["duration_last_ns"])
+        clock.sleep(0.001)
+    return median(taken)
 
 
 def _recorded(folder: Path, rounds: int, firings: int) -> Line:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import opengpac as gpac
+from afar import until
 from opengpac import activate
 from opengpac import library as lib
 from opengpac.cli import main
@@ -185,3 +186,14 @@ def test_a_record_that_is_cut_off_is_replayed_as_far_as_it_goes(record: Path, tm
     cut.write_bytes(whole[: len(whole) // 8])
     with pytest.raises(gpac.CallError, match="ends before there is anything to replay"):
         gpac.replay(cut)
+
+
+def test_what_runs_in_another_process_cannot_be_replayed_and_the_log_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "run.mcap"
+    with gpac.System("apart") as cell:
+        cell.record(path, replay=True)
+        cell.processor("rtp0").timer("fast", period="2 ms", priority=80)
+        cell.processor("rtp1", process=True).timer("far", period="2 ms", priority=80)
+        until(lambda: any("'rtp1.far' runs in another process" in entry["text"] for entry in cell.log()), "the log says it")
+    again = gpac.replay(path)
+    assert again.stopped == "unplayable" and "runs in another process" in again.message

@@ -160,6 +160,7 @@ impl Source for Timing {
 
 /// Everything that came to the interrupt sources from outside, with the scripts: what a replay runs again.
 pub(crate) struct Inputs {
+    system: System,
     recording: replay::Recording,
     items: Vec<replay::Item>,
     channel: Option<ChannelId>,
@@ -172,7 +173,7 @@ impl Inputs {
     /// From now on. Refused where the system has interrupt sources already.
     pub fn begin(system: &System) -> Result<Inputs, Refusals> {
         let recording = replay::Recording::begin(|names| system.record(names))?;
-        Ok(Inputs { recording, items: Vec::new(), channel: None, next: 0, time_ns: system.now_ns() })
+        Ok(Inputs { system: system.observer(), recording, items: Vec::new(), channel: None, next: 0, time_ns: system.now_ns() })
     }
 }
 
@@ -181,6 +182,9 @@ impl Source for Inputs {
         let channel = *self.channel.get_or_insert_with(|| page.channel_of_bytes(replay::TOPIC, replay::ENCODING));
         self.recording.take(&mut self.items);
         for item in self.items.drain(..) {
+            if let Some(why) = item.broken() {
+                self.system.note("recorder", "system", &format!("cannot be replayed from here on: {why}"));
+            }
             self.time_ns = item.time_ns().unwrap_or(self.time_ns);
             page.put(channel, self.time_ns, self.next, |out| out.extend_from_slice(&item.bytes()));
             self.next += 1;

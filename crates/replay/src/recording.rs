@@ -39,6 +39,11 @@ impl Item {
         postcard::from_bytes(bytes).map_err(|why| format!("an item of the record cannot be read ({why}): it is damaged, or of another version of OpenGPAC"))
     }
 
+    /// Why the record cannot be run again from here on, where that is what it says.
+    pub fn broken(&self) -> Option<&str> {
+        if let Item::Entry(Entry::Broken(why)) = self { Some(why) } else { None }
+    }
+
     /// Source and release of what happened, ns on the clock; none for what only prepares.
     pub fn time_ns(&self) -> Option<i64> {
         if let Item::Entry(Entry::Stretch(_, stretch)) = self { Some(stretch.time_ns) } else { None }
