@@ -20,6 +20,7 @@ import sys
 import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import opengpac
 
@@ -27,11 +28,12 @@ ROOT = Path(__file__).parent.parent.parent
 OUT = ROOT / "out" / "replays.json"
 PROGRAMS = ["coordinated_motion", "filtered_servo", "distributed_servo", "guarded_move", "compliant_motion", "centering_grasp"]
 _AGAIN = """
-import dataclasses, json, sys
+import json, sys
 import opengpac
-again = opengpac.replay(sys.argv[1])
-same = again.same and again.stopped == "end"
-print(json.dumps({"firings": again.firings, "same": same, "fingerprint": again.fingerprint, "text": str(again)}))
+for path in sys.argv[1:]:
+    again = opengpac.replay(path)
+    same = again.same and again.stopped == "end"
+    print(json.dumps({"firings": again.firings, "same": same, "fingerprint": again.fingerprint, "text": str(again)}))
 """
 
 
@@ -79,7 +81,7 @@ def _program(program: str, firings: int, packages: list[Path], folder: Path) -> 
     found = Found(program)
     while found.firings < firings and not found.wrong:
         records = [_record(program, folder / f"{number}.mcap", packages[0]) for number in range(2)]
-        agains = [_again(record, package) for record in records for package in packages]
+        agains = [again for package in packages for again in _again(records, package)]
         found.rounds += 1
         found.firings += agains[0]["firings"]
         wrong = [again["text"] for again in agains if not again["same"]]
@@ -103,10 +105,10 @@ def _record(program: str, path: Path, package: Path) -> Path:
     return path
 
 
-def _again(record: Path, package: Path) -> dict[str, object]:
-    command = [sys.executable, "-c", _AGAIN, str(record)]
+def _again(records: list[Path], package: Path) -> list[dict[str, Any]]:
+    command = [sys.executable, "-c", _AGAIN, *map(str, records)]
     done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, env=_environment(package))
-    return json.loads(done.stdout)
+    return [json.loads(line) for line in done.stdout.splitlines()]
 
 
 def _environment(package: Path) -> dict[str, str]:
