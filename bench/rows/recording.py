@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import tempfile
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from lines import Line, median, time
@@ -38,6 +39,15 @@ def _chain(cell: gpac.System) -> gpac.Verb[..., gpac.Report]:
     return gpac.Verb("chain", blocks=blocks, cells=cells, command_lists={"start": start}).on(fast)
 
 
+def _in_turns(files: Path, rounds: int, taken: Callable[[Path | None], float]) -> tuple[float, list[float]]:
+    """The ratio of what is taken with a record to what is taken without, and the latter of each round; `files`: how the records begin."""
+    ratios, plain = [], []
+    for turn in range(rounds):
+        plain.append(taken(None))
+        ratios.append(taken(files.with_name(f"{files.name}{turn}.mcap")) / plain[-1])
+    return median(ratios), plain
+
+
 def _attached(folder: Path, rounds: int, looks: int) -> Line:
     """The time of a firing while a recorder writes every SVV and the log, beside one without."""
     with gpac.System("bench") as cell:
@@ -48,12 +58,11 @@ def _attached(folder: Path, rounds: int, looks: int) -> Line:
         )
         out.on(cell.sources["rtp0.fast"]).asynch(cell.svv("y"))
 
-        ratios, plain = [], []
-        for turn in range(rounds):
-            plain.append(_duration(cell, looks))
-            with cell.record(folder / f"attached{turn}.mcap"):
-                ratios.append(_duration(cell, looks) / plain[-1])
-        ratio = median(ratios)
+        def fires(record: Path | None) -> float:
+            with contextlib.nullcontext() if record is None else cell.record(record):
+                return _duration(cell, looks)
+
+        ratio, plain = _in_turns(folder / "attached", rounds, fires)
     return _line("tap and recorder attached to a running cell", ratio, plain, BAR_ATTACHED, "≤ 1.05 ×")
 
 
@@ -68,11 +77,7 @@ def _for_replay(folder: Path, rounds: int, looks: int) -> Line:
             _chain(cell).asynch()
             return _duration(cell, looks)
 
-    ratios, plain = [], []
-    for turn in range(rounds):
-        plain.append(fires(None))
-        ratios.append(fires(folder / f"replay{turn}.mcap") / plain[-1])
-    return _line("recorded for replay", median(ratios), plain, None, "")
+    return _line("recorded for replay", *_in_turns(folder / "replay", rounds, fires), None, "")
 
 
 def _duration(cell: gpac.System, looks: int) -> float:
@@ -97,11 +102,7 @@ def _recorded(folder: Path, rounds: int, firings: int) -> Line:
                 recording.stop()
             return (clock.perf_counter_ns() - begun) / firings
 
-    ratios, plain = [], []
-    for turn in range(rounds):
-        plain.append(took(None))
-        ratios.append(took(folder / f"chain{turn}.mcap") / plain[-1])
-    line = _line("a chain of 200, every output recorded, virtual clock", median(ratios), plain, None, "")
+    line = _line("a chain of 200, every output recorded, virtual clock", *_in_turns(folder / "chain", rounds, took), None, "")
     line.note = "time waits for the disk here; the kernel's own share is the row 'recorded' of dispatch"
     return line
 

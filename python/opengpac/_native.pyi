@@ -102,7 +102,6 @@ class Server:
 class System:
     """One real-time system, embedded in this process."""
 
-
     def __init__(self, name: str, clock: str, options_json: str) -> None:
         """clock: "monotonic" or "virtual". options: {"seed": int, "interconnect": {"kind": "memory"} | {"kind": "message", "seed": int, "delay_ns": [lo, hi], "drop": p, "repeat": p, "reorder": p, "corrupt": p}, "processes": {"command": [text], "guard": [text], "python": text}, "adopt": bool}."""
 

@@ -28,7 +28,6 @@ const LENGTHS: [usize; 2] = [64, 4096];
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    hosts::one_for_links();
     // SAFETY: sets how late this thread's waits may end; no memory is involved. Threads made from here on have it too.
     unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, 1) };
     match arguments.as_slice() {

@@ -46,4 +46,3 @@ pub use hosts::{Hosts, TARGET, wire_to_join, wire_to_listen};
 pub use options::{ClockWatch, Clocks, Options, Security};
 pub use peers::Peer;
 pub use refused::Refused;
-pub use threads::one_for_links;

@@ -10,7 +10,7 @@ const VARIABLE: &str = "ZENOH_RUNTIME";
 const ONE: &str = "(rx: (worker_threads: 1), tx: (handover: rx), acc: (handover: rx))";
 
 /// Has zenoh use one thread for its links in this process, unless the variable says otherwise already. Before its first session.
-pub fn one_for_links() {
+pub(crate) fn one_for_links() {
     static SAID: Once = Once::new();
     SAID.call_once(|| {
         if std::env::var_os(VARIABLE).is_none() {

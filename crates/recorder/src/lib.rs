@@ -2,9 +2,9 @@
 //! The recorder: what a running system does, into an MCAP file, by ordinary threads; and reading such a file.
 //!
 //! One thread drains the sources each 20 ms into pages: every value of the chosen SVVs (a tap), the log, end reports, how the
-//! interrupt sources do, and where it is asked for all that the run needs to be run again (the crate `replay`). Another one writes the pages. Between them lies a bounded room: what finds no place there, because the disk is
-//! slow or full, is counted as lost, by channel, and never held against the machine. Under the virtual clock time waits for the
-//! recorder instead.
+//! interrupt sources do, and where it is asked for all that the run needs to be run again (the crate `replay`). Another one writes the
+//! pages. Between them lies a bounded room: what finds no place there, because the disk is slow or full, is counted as lost, by channel,
+//! and never held against the machine. Under the virtual clock time waits for the recorder instead.
 //!
 //! A message is JSON with a JSON schema: Foxglove and PlotJuggler open both without anything else, people read them, and a number comes
 //! back with the same bits. A million values of `double` are about 60 MB before compression, which costs less than a tenth of a core at
