@@ -7,13 +7,14 @@ use crate::code;
 use crate::failure::Failure;
 use crate::files::{FILE_MAX, check_digest};
 use crate::journal::lines::By;
+use crate::places::Place;
 use crate::role::Role;
 use crate::service::{Presence, Service};
 use crate::stream;
 use crate::wire::{self, OpenSession, TakeCommand};
 use axum::body::{Body, Bytes};
 use axum::extract::{DefaultBodyLimit, Extension, Path, Query, Request, State};
-use axum::http::{HeaderMap, StatusCode};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post, put};
@@ -59,20 +60,38 @@ pub fn router(service: Arc<Service>) -> Router {
         .with_state(service)
 }
 
+/// The path of the call for which there is always a place.
+const STOP: &str = "/v1/call/emergency_stop";
+
+/// The answer to whom nobody lets in, which ends the connection.
+fn parting(failure: Failure) -> Response {
+    let mut response = failure.into_response();
+    response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
+    response
+}
+
 /// Every request: who calls, and not too often.
 async fn admit(State(service): Shared, mut request: Request, next: Next) -> Response {
     let Some(peer) = request.extensions().get::<Peer>().cloned() else {
         return Failure::new(Class::NotAllowed, "nobody is at the other end", "").into_response();
     };
+    let place = request.extensions().get::<Arc<Place>>().cloned();
     if let Some(page) = &service.page
         && let Some(file) = page.answer(request.method(), request.uri().path(), request.headers())
     {
+        if let Some(place) = &place {
+            place.heard();
+        }
         let allowed = service.gate.check_site(&peer, request.headers());
         let paced = || service.rates.take(&format!("page {}", peer.address()), Instant::now());
         return allowed.and_then(|()| paced()).map_or_else(IntoResponse::into_response, |()| file);
     }
     match service.gate.admit(&peer, request.headers()) {
         Ok(caller) => {
+            let stops = caller.role >= Role::Operate && request.uri().path() == STOP;
+            if let Some(Err(failure)) = place.map(|place| place.know(&caller, stops)) {
+                return parting(failure);
+            }
             if let Err(failure) = service.rates.take(&caller.who, Instant::now()) {
                 return failure.into_response();
             }
@@ -83,11 +102,11 @@ async fn admit(State(service): Shared, mut request: Request, next: Next) -> Resp
             let from = peer.address();
             // Guessing fills neither the disk nor the processor: beyond its rate it is not even written down.
             if let Err(too_often) = service.failures.take(&from, Instant::now()) {
-                return too_often.into_response();
+                return parting(too_often);
             }
             let nobody = Caller { who: "nobody".to_owned(), role: Role::Observe, from };
             let _said = service.audit.write(&Act::new(&nobody, "", request.uri().path(), b""), &format!("{:?}", failure.class()));
-            failure.into_response()
+            parting(failure)
         }
     }
 }

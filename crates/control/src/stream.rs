@@ -4,6 +4,7 @@
 use crate::caller::Caller;
 use crate::failure::Failure;
 use crate::http::{Held, present};
+use crate::places::Place;
 use crate::scope::{self, CHANNELS_MAX, Scope, Slot};
 use crate::service::Service;
 use crate::wire::{self, Topic, Wanted};
@@ -45,6 +46,7 @@ pub(crate) struct Options {
 pub(crate) async fn open(
     State(service): State<Arc<Service>>,
     Extension(caller): Extension<Caller>,
+    place: Option<Extension<Arc<Place>>>,
     query: Result<Query<Options>, axum::extract::rejection::QueryRejection>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, axum::extract::ws::rejection::WebSocketUpgradeRejection>,
@@ -60,7 +62,11 @@ pub(crate) async fn open(
             }
             (false, _) => None,
         };
-        Ok(upgrade.protocols([PROTOCOL]).max_message_size(FRAME_MAX).max_frame_size(FRAME_MAX).on_upgrade(move |socket| serve(service, socket, held)))
+        Ok(upgrade.protocols([PROTOCOL]).max_message_size(FRAME_MAX).max_frame_size(FRAME_MAX).on_upgrade(move |socket| async move {
+            serve(service, socket, held).await;
+            // It has the place of the connection that it was before.
+            drop(place);
+        }))
     };
     opened().unwrap_or_else(IntoResponse::into_response)
 }

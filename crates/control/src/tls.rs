@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! TLS: our certificate, and whose client certificates we accept.
+use crate::secret;
 use model::refusal::{Class, Refusal, Refusals};
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use rustls::server::WebPkiClientVerifier;
 use rustls::{RootCertStore, ServerConfig};
 use sha2::{Digest, Sha256};
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, ErrorKind};
 use std::path::Path;
 use std::sync::Arc;
 use tokio_rustls::TlsAcceptor;
@@ -33,7 +34,11 @@ pub fn fingerprint(certificate: &CertificateDer<'_>) -> [u8; 32] {
 
 fn private_key(path: &Path) -> Result<PrivateKeyDer<'static>, Refusals> {
     let failed = |why: std::io::Error| wrong(format!("cannot read the key '{}': {why}", path.display()), "give a PEM file");
-    let file = File::open(path).map_err(failed)?;
+    let closed = |why: std::io::Error| match why.kind() {
+        ErrorKind::PermissionDenied => wrong(format!("the key of TLS: {why}"), "it has to be a file that its owner alone may read"),
+        _ => failed(why),
+    };
+    let file = secret::open(path).map_err(closed)?;
     let key = rustls_pemfile::private_key(&mut BufReader::new(file)).map_err(failed)?;
     key.ok_or_else(|| wrong(format!("there is no private key in '{}'", path.display()), "give a PEM file"))
 }

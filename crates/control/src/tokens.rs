@@ -2,12 +2,13 @@
 //! Tokens: a file of mode 0600 that keeps their SHA-256, with role, expiry and revocation. A token has 256 random bits, so that one
 //! round of a fast hash is enough; comparison takes the same time whatever is equal.
 use crate::role::Role;
+use crate::secret;
 use crate::wire::hex;
 use base64::Engine;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
@@ -179,12 +180,7 @@ pub fn list(path: &Path) -> io::Result<Vec<Entry>> {
 }
 
 fn load(path: &Path) -> io::Result<Kept> {
-    let file = File::open(path)?;
-    let mode = file.metadata()?.mode() & 0o777;
-    if mode & 0o077 != 0 {
-        let why = format!("others may read '{}' (mode {mode:04o}): chmod 600 it", path.display());
-        return Err(io::Error::new(io::ErrorKind::PermissionDenied, why));
-    }
+    let file = secret::open(path)?;
     let text = io::read_to_string(file)?;
     serde_json::from_str(&text).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, format!("'{}' is no file of tokens: {why}", path.display())))
 }

@@ -23,6 +23,14 @@ def token(folder: Path, role: str) -> str:
     return done.stdout.split()[-1]
 
 
+def key(folder: Path) -> Path:
+    """The server's key where only its owner reads it."""
+    own = folder / "server.key"
+    own.write_bytes((CERTIFICATES / "server.key").read_bytes())
+    own.chmod(0o600)
+    return own
+
+
 @pytest.fixture
 def on_a_port(tmp_path: Path) -> Iterator[tuple[str, dict[str, str]]]:
     """The URL of a daemon on a port of this host, and a token for each role."""
@@ -36,7 +44,7 @@ def on_a_port(tmp_path: Path) -> Iterator[tuple[str, dict[str, str]]]:
 def with_tls(tmp_path: Path) -> Iterator[tuple[str, str]]:
     """The URL of a daemon on a port with TLS, and a token."""
     made_token = token(tmp_path, "download")
-    files = ["--tls-cert", str(CERTIFICATES / "server.pem"), "--tls-key", str(CERTIFICATES / "server.key")]
+    files = ["--tls-cert", str(CERTIFICATES / "server.pem"), "--tls-key", str(key(tmp_path))]
     made = Daemon(tmp_path, "virtual", "--listen", "127.0.0.1:0", "--tokens", str(tmp_path / "tokens.json"), *files)
     yield next(url for url in made.urls if url.startswith("https")), made_token
     made.stop()
@@ -92,7 +100,7 @@ def test_a_client_certificate(tmp_path: Path) -> None:
     words = ["token", "new", "--tokens", str(tmp_path / "tokens.json"), "--role", "operate", "--name", "panel"]
     command = [sys.executable, "-m", "opengpac", *words, "--certificate", str(CERTIFICATES / "client.pem")]
     subprocess.run(command, env=environment(), check=True, capture_output=True)
-    files = ["--tls-cert", str(CERTIFICATES / "server.pem"), "--tls-key", str(CERTIFICATES / "server.key")]
+    files = ["--tls-cert", str(CERTIFICATES / "server.pem"), "--tls-key", str(key(tmp_path))]
     options = ["--listen", "127.0.0.1:0", "--tokens", str(tmp_path / "tokens.json"), "--client-ca", str(CERTIFICATES / "ca.pem"), *files]
     made = Daemon(tmp_path, "virtual", *options)
     url = next(url for url in made.urls if url.startswith("https"))

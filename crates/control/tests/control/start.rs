@@ -5,8 +5,10 @@ use control::{Options, Role, Server, tokens};
 use rcgen::{CertificateParams, CertifiedKey, KeyPair};
 use rustls::pki_types::ServerName;
 use rustls::{ClientConfig, ClientConnection, RootCertStore, StreamOwned};
+use std::fs::Permissions;
 use std::net::TcpStream;
 use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
 use std::sync::Arc;
 
 fn refused(change: impl FnOnce(&mut Options, &Folder)) -> String {
@@ -28,7 +30,28 @@ fn certificate(options: &mut Options, folder: &Folder) -> CertifiedKey {
     (options.tls_cert, options.tls_key) = (Some(folder.file("cert.pem")), Some(folder.file("key.pem")));
     std::fs::write(folder.file("cert.pem"), made.cert.pem()).expect("ours");
     std::fs::write(folder.file("key.pem"), made.key_pair.serialize_pem()).expect("ours");
+    allow(&folder.file("key.pem"), 0o600);
     made
+}
+
+/// Gives a file this mode.
+fn allow(file: &Path, mode: u32) {
+    std::fs::set_permissions(file, Permissions::from_mode(mode)).expect("ours");
+}
+
+#[test]
+fn a_key_that_others_may_read_is_refused_as_a_file_of_tokens_is() {
+    for mode in [0o644, 0o640, 0o602] {
+        let open_key = |o: &mut Options, f: &Folder| {
+            o.listen = Some("127.0.0.1:0".to_owned());
+            token(f);
+            o.tokens = Some(f.file("tokens.json"));
+            certificate(o, f);
+            allow(&f.file("key.pem"), mode);
+        };
+        let said = refused(open_key);
+        assert!(said.contains("the key of TLS: others may read") && said.contains(&format!("(mode {mode:04o}): chmod 600 it")), "{said}");
+    }
 }
 
 #[test]

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Places of the connections of TCP. Whoever has not said who it is has a place for a short time, and gives way to the next who
+//! comes; whoever is known keeps its place. So nobody without a token can keep out somebody who has one.
+use crate::caller::Caller;
+use crate::failure::Failure;
+use crate::role::Role;
+use model::refusal::Class;
+use std::collections::{BTreeMap, HashMap};
+use std::net::{IpAddr, Ipv6Addr};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
+use tokio::sync::Notify;
+use tokio::time::Instant;
+
+/// Connections of which nobody knows yet whose they are.
+pub(crate) const STRANGERS_MAX: usize = 256;
+/// Those from one address.
+pub(crate) const STRANGERS_EACH_MAX: usize = 128;
+/// How long a stranger has for its TLS handshake and its first head, and after each head until the next.
+pub(crate) const STRANGER_MAX: Duration = Duration::from_secs(5);
+/// Connections of callers who are known.
+pub(crate) const KNOWN_MAX: usize = 256;
+/// Those of one caller.
+pub(crate) const KNOWN_EACH_MAX: usize = 64;
+/// How many places of the known are kept for roles that may command and stop.
+pub(crate) const RESERVED: usize = 64;
+/// How many more there are for an emergency stop, of one caller and of all.
+const STOPS: usize = 16;
+
+/// Whose a connection is.
+#[derive(Debug)]
+enum Standing {
+    Stranger { until: Instant },
+    Known { who: String },
+}
+
+#[derive(Debug)]
+struct Held {
+    origin: IpAddr,
+    standing: Standing,
+    end: Arc<Notify>,
+}
+
+/// The connections, oldest first.
+#[derive(Debug, Default)]
+struct Table {
+    next: u64,
+    held: BTreeMap<u64, Held>,
+}
+
+/// All places of one listener.
+#[derive(Debug, Default)]
+pub(crate) struct Places(Mutex<Table>);
+
+/// The place of one connection, from its being accepted to its end.
+#[derive(Debug)]
+pub(crate) struct Place {
+    places: Arc<Places>,
+    number: u64,
+    end: Arc<Notify>,
+}
+
+/// Where a stranger comes from. Of IPv6 it is the network: one machine has as many addresses there as it likes.
+fn origin_of(from: IpAddr) -> IpAddr {
+    match from.to_canonical() {
+        IpAddr::V6(address) => IpAddr::V6(Ipv6Addr::from_bits(address.to_bits() & (u128::MAX << 64))),
+        four => four,
+    }
+}
+
+impl Table {
+    fn strangers(&self) -> impl Iterator<Item = (u64, IpAddr)> {
+        self.held.iter().filter(|(_, held)| matches!(held.standing, Standing::Stranger { .. })).map(|(number, held)| (*number, held.origin))
+    }
+
+    /// The stranger that gives way to one more from there: where an address has too many, its oldest; where all together are too many,
+    /// the oldest of the address that has most.
+    fn gives_way(&self, origin: IpAddr) -> Option<u64> {
+        let mut of_each: HashMap<IpAddr, usize> = HashMap::new();
+        self.strangers().for_each(|(_, from)| *of_each.entry(from).or_default() += 1);
+        let from = if of_each.get(&origin).is_some_and(|own| *own >= STRANGERS_EACH_MAX) {
+            origin
+        } else if of_each.values().sum::<usize>() >= STRANGERS_MAX {
+            let most = of_each.values().max().copied();
+            self.strangers().map(|(_, from)| from).find(|from| of_each.get(from).copied() == most)?
+        } else {
+            return None;
+        };
+        self.strangers().find(|(_, of)| *of == from).map(|(number, _)| number)
+    }
+
+    /// Refuses a caller one more place among the known. `more`: places there are beyond the usual ones.
+    fn check_known(&self, caller: &Caller, more: usize) -> Result<(), Failure> {
+        let known = || self.held.values().filter_map(|held| if let Standing::Known { who } = &held.standing { Some(who) } else { None });
+        let own = known().filter(|who| **who == caller.who).count();
+        let kept = if caller.role >= Role::Operate { 0 } else { RESERVED };
+        let full = if own >= KNOWN_EACH_MAX + more {
+            format!("{} has {own} connections already", caller.who)
+        } else if known().count() >= KNOWN_MAX - kept + more {
+            format!("there are {} connections already", known().count())
+        } else {
+            return Ok(());
+        };
+        Err(Failure::new(Class::LimitExceeded, full, "close one").again_in(1))
+    }
+}
+
+impl Places {
+    fn locked(&self) -> MutexGuard<'_, Table> {
+        self.0.lock().expect("nobody panics with this lock")
+    }
+
+    /// The place of a connection that has just come: that of a stranger.
+    pub fn enter(self: &Arc<Places>, from: IpAddr) -> Arc<Place> {
+        let (origin, end) = (origin_of(from), Arc::new(Notify::new()));
+        let mut table = self.locked();
+        if let Some(held) = table.gives_way(origin).and_then(|number| table.held.remove(&number)) {
+            held.end.notify_one();
+        }
+        let number = table.next;
+        table.next += 1;
+        let standing = Standing::Stranger { until: Instant::now() + STRANGER_MAX };
+        table.held.insert(number, Held { origin, standing, end: end.clone() });
+        Arc::new(Place { places: self.clone(), number, end })
+    }
+}
+
+impl Place {
+    /// A head has arrived of somebody who stays a stranger: it has its time anew.
+    pub fn heard(&self) {
+        if let Some(Held { standing: Standing::Stranger { until }, .. }) = self.places.locked().held.get_mut(&self.number) {
+            *until = Instant::now() + STRANGER_MAX;
+        }
+    }
+
+    /// It is known whose the connection is: it keeps its place. `stops`: it carries an emergency stop, for which there is always room.
+    /// Errors: `LimitExceeded`.
+    pub fn know(&self, caller: &Caller, stops: bool) -> Result<(), Failure> {
+        let mut table = self.places.locked();
+        let before = table.held.get(&self.number).map(|held| &held.standing);
+        if matches!(before, Some(Standing::Known { who }) if *who == caller.who) {
+            return Ok(());
+        }
+        table.check_known(caller, if stops { STOPS } else { 0 })?;
+        // One that has just given way has no place any more, and its request ends with it.
+        if let Some(held) = table.held.get_mut(&self.number) {
+            held.standing = Standing::Known { who: caller.who.clone() };
+        }
+        Ok(())
+    }
+
+    /// Returns when the connection is to end: a stranger's time is up, or another has its place.
+    pub async fn over(&self) {
+        while let Some(until) = self.until() {
+            if until <= Instant::now() {
+                return;
+            }
+            tokio::select! {
+                () = self.end.notified() => return,
+                () = tokio::time::sleep_until(until) => {}
+            }
+        }
+        self.end.notified().await;
+    }
+
+    /// Until when it may stay; without an end where it is known, or has given way and is told so.
+    fn until(&self) -> Option<Instant> {
+        match self.places.locked().held.get(&self.number)?.standing {
+            Standing::Stranger { until } => Some(until),
+            Standing::Known { .. } => None,
+        }
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.places.locked().held.remove(&self.number);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn caller(who: &str, role: Role) -> Caller {
+        Caller { who: who.to_owned(), role, from: String::new() }
+    }
+
+    fn address(last: u8) -> IpAddr {
+        IpAddr::from([10, 0, 0, last])
+    }
+
+    /// Whether a connection is to end now.
+    fn is_over(place: &Place) -> bool {
+        let mut over = std::pin::pin!(place.over());
+        let mut context = std::task::Context::from_waker(std::task::Waker::noop());
+        over.as_mut().poll(&mut context).is_ready()
+    }
+
+    use std::future::Future;
+
+    #[tokio::test(start_paused = true)]
+    async fn strangers_of_one_address_give_way_to_each_other_only() {
+        let places = Arc::new(Places::default());
+        let other = places.enter(address(1));
+        let crowd: Vec<_> = (0..STRANGERS_EACH_MAX + 3).map(|_| places.enter(address(2))).collect();
+        assert!(crowd.iter().take(3).all(|place| is_over(place)), "the oldest give way");
+        assert!(!crowd.iter().skip(3).any(|place| is_over(place)) && !is_over(&other));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn where_all_are_too_many_the_largest_crowd_gives_way() {
+        let places = Arc::new(Places::default());
+        let few: Vec<_> = (0..100).map(|_| places.enter(address(1))).collect();
+        let many: Vec<_> = (0..120).map(|_| places.enter(address(2))).collect();
+        let others: Vec<_> = (0..36).map(|last| places.enter(address(100 + last))).collect();
+        let newest = places.enter(address(3));
+        assert!(is_over(&many[0]) && !is_over(&many[1]) && !is_over(&newest));
+        assert!(!few.iter().chain(&others).any(|place| is_over(place)));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn addresses_of_one_network_of_ipv6_are_one() {
+        let of = |last: u16| IpAddr::from([0x2001, 0xdb8, 0, 1, 0, 0, 0, last]);
+        assert_eq!(origin_of(of(1)), origin_of(of(2)));
+        assert_ne!(origin_of(of(1)), origin_of(IpAddr::from([0x2001, 0xdb8, 0, 2, 0, 0, 0, 1])));
+        assert_eq!(origin_of(IpAddr::from([0, 0, 0, 0, 0, 0xffff, 0x0a00, 1])), address(1), "one of IPv4, as a socket of IPv6 says it");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_stranger_has_a_short_time_and_who_is_known_has_not() {
+        let places = Arc::new(Places::default());
+        let (silent, read, known) = (places.enter(address(1)), places.enter(address(1)), places.enter(address(1)));
+        known.know(&caller("token panel", Role::Operate), false).expect("there is room");
+        tokio::time::advance(STRANGER_MAX - Duration::from_millis(1)).await;
+        read.heard();
+        assert!(!is_over(&silent));
+        tokio::time::advance(Duration::from_millis(1)).await;
+        assert!(is_over(&silent) && !is_over(&read) && !is_over(&known));
+        tokio::time::advance(STRANGER_MAX).await;
+        assert!(is_over(&read) && !is_over(&known));
+    }
+
+    #[test]
+    fn there_is_always_room_for_an_emergency_stop() {
+        let places = Arc::new(Places::default());
+        let enter = |caller: &Caller, stops| {
+            let place = places.enter(address(1));
+            place.know(caller, stops).map(|()| place)
+        };
+        let fill = |caller: &Caller| std::iter::from_fn(|| enter(caller, false).ok()).collect::<Vec<_>>();
+        let observers: Vec<_> = (0..4).map(|number| fill(&caller(&format!("token o{number}"), Role::Observe))).collect();
+        assert_eq!(observers.iter().map(Vec::len).collect::<Vec<_>>(), [KNOWN_EACH_MAX, KNOWN_EACH_MAX, KNOWN_EACH_MAX, 0]);
+        let panel = caller("token panel", Role::Operate);
+        let own = fill(&panel);
+        assert_eq!(own.len(), RESERVED, "observers do not take those of who may stop");
+        let refused = enter(&panel, false).expect_err("it has too many").refusals;
+        assert_eq!(refused[0].message, "token panel has 64 connections already");
+        let another = caller("token panel 2", Role::Operate);
+        assert!(enter(&another, false).is_err() && enter(&another, true).is_ok() && enter(&panel, true).is_ok());
+    }
+}

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The doors of TCP: whoever has no token keeps out nobody who has one.
+use crate::rig::{Rig, class, receive, send};
+use control::{Role, tokens};
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
+/// A served system on a port, its address, and a token for each of these names.
+fn on_a_port<const N: usize>(names: [&str; N]) -> (Rig, String, [String; N]) {
+    let mut made = [const { String::new() }; N];
+    let rig = Rig::with("virtual", |options, folder| {
+        let file = folder.file("tokens.json");
+        made = names.map(|name| tokens::add(&file, name, Role::Operate, None).expect("a token"));
+        (options.listen, options.tokens) = (Some("127.0.0.1:0".to_owned()), Some(file));
+    });
+    let address = rig.server.addresses()[1].strip_prefix("http://").expect("http").to_owned();
+    (rig, address, made)
+}
+
+/// A request that leaves its connection open.
+fn ask_and_stay(stream: &mut TcpStream, token: &str) -> String {
+    stream
+        .write_all(format!("POST /v1/call/now HTTP/1.1\r\nhost: localhost\r\nauthorization: Bearer {token}\r\ncontent-length: 0\r\n\r\n").as_bytes())
+        .expect("it takes it");
+    let mut answer = [0; 1024];
+    let length = stream.read(&mut answer).expect("it answers");
+    String::from_utf8_lossy(&answer[..length]).into_owned()
+}
+
+#[test]
+fn strangers_who_say_nothing_keep_nobody_out() {
+    let (rig, address, [line, panel]) = on_a_port(["line", "panel"]);
+    let mut known = TcpStream::connect(&address).expect("it listens");
+    assert!(ask_and_stay(&mut known, &line).starts_with("HTTP/1.1 200"));
+    let mut strangers: Vec<TcpStream> = Vec::new();
+    for number in 0..300 {
+        let mut stranger = TcpStream::connect(&address).expect("it listens");
+        if number % 2 == 0 {
+            let _gone = stranger.write_all(b"POST /v1/call/emergency_stop HTTP/1.1\r\nhost: localhost\r\nslow: ");
+        }
+        strangers.push(stranger);
+    }
+    let mut stop = TcpStream::connect(&address).expect("it listens");
+    send(&mut stop, "POST", "/v1/call/emergency_stop", &[("authorization", &format!("Bearer {panel}"))], br#"{"reason": "a second panel"}"#);
+    assert_eq!(receive(&mut stop).0, 200, "a second panel gets in");
+    assert!(ask_and_stay(&mut known, &line).starts_with("HTTP/1.1 200"), "who was there before keeps its place");
+    let mut over = strangers.swap_remove(0);
+    assert!(matches!(over.read(&mut [0; 64]), Ok(0) | Err(_)), "the first stranger gave way");
+    drop(rig);
+}
+
+#[test]
+fn a_caller_has_so_many_connections_and_an_emergency_stop_one_more() {
+    let (_rig, address, [line, panel]) = on_a_port(["line", "panel"]);
+    let mut own: Vec<TcpStream> = Vec::new();
+    for _ in 0..64 {
+        let mut stream = TcpStream::connect(&address).expect("it listens");
+        assert!(ask_and_stay(&mut stream, &line).starts_with("HTTP/1.1 200"));
+        own.push(stream);
+    }
+    let ask = |token: &str, call: &str| {
+        let mut stream = TcpStream::connect(&address).expect("it listens");
+        send(&mut stream, "POST", &format!("/v1/call/{call}"), &[("authorization", &format!("Bearer {token}"))], br#"{"reason": ""}"#);
+        receive(&mut stream)
+    };
+    let (status, answer) = ask(&line, "mode");
+    assert_eq!((status, class(&answer)), (429, "LimitExceeded"), "{answer}");
+    assert!(answer["errors"][0]["message"].as_str().is_some_and(|said| said == "token line has 64 connections already"), "{answer}");
+    assert_eq!((ask(&panel, "emergency_stop").0, ask(&line, "emergency_stop").0), (200, 200));
+}
+
+#[test]
+fn who_is_not_let_in_is_shown_out() {
+    let (_rig, address, _) = on_a_port(["line"]);
+    let mut stream = TcpStream::connect(&address).expect("it listens");
+    let said = ask_and_stay(&mut stream, "wrong");
+    assert!(said.starts_with("HTTP/1.1 401") && said.contains("connection: close"), "{said}");
+}
