@@ -37,6 +37,9 @@ def type_json(type_text: str, types_json: str) -> str:
 def long_form(kind: str, definition_json: str) -> str:
     """A definition (JSON) of kind "graph", "verb" or "device_type" with its short forms written out, as `define_verb` keeps it."""
 
+def nearest(word: str, candidates: list[str]) -> str | None:
+    """The candidate that `word` most likely meant, if one is near."""
+
 def number_in(text: str, unit: str) -> float:
     """The number that a quantity, `"90 deg"`, is in a unit, `"rad"`. Refused: ValueRefused, UnitMismatch."""
 

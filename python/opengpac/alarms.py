@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
+from .declared import Declared
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from .tables import Shown, Table
 
@@ -69,7 +70,7 @@ def _alarm(given: Mapping[str, Any]) -> Alarm:
 _TIMES = {"returned_ns": "returned", "acknowledged_ns": "acknowledged_at"}
 
 
-class Alarms(Shown):
+class Alarms(Shown, Declared):
     """The alarms of a system, `cell.alarms`: those that are active or not acknowledged, in the order in which they came first.
 
     Every end of a verb that raises, every device that fails and the emergency stop raise one by themselves; `define` adds your
@@ -87,6 +88,9 @@ class Alarms(Shown):
 
     def __init__(self, system: System) -> None:
         self._system = system
+
+    def _called(self) -> str:
+        return f"the alarms of system '{self._system.name}'"
 
     def _described(self) -> dict[str, Any]:
         with refusals:

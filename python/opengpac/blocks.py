@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from .declared import Declared
 from .errors import CallError, DefinitionError, UnknownName, did_you_mean, refuse
 from .places import Place, here
 from .tables import CallSignature, Shown, Table
@@ -46,7 +47,7 @@ class Item:
         return f"{self.kind.replace('_', ' ')}{mode} {self.name} ({self.type or 'no value'}{unit}{last}): {self.doc}"
 
 
-class Block(Shown):
+class Block(Shown, Declared):
     """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`."""
 
     def __init__(self, interface: Mapping[str, Any], module: str = "library", system: System | None = None) -> None:
@@ -57,6 +58,9 @@ class Block(Shown):
         self.module = module
         self.system = system
         self.__doc__ = repr(self)
+
+    def _instead(self, name: str) -> str:
+        return f"give constants where it is used: {self.name.rpartition('.')[2]}({name}=…)" if name in self.items else ""
 
     def _of(self, *kinds: str) -> dict[str, Item]:
         return {name: item for name, item in self.items.items() if item.kind in kinds}
@@ -132,7 +136,7 @@ class Block(Shown):
         return Table(f"{self.name}: {self.doc}", ["kind", "name", "type", "unit", "mode", "what it is"], rows)
 
 
-class BlockUse:
+class BlockUse(Declared):
     """A block or graph with constants, not yet labelled."""
 
     def __init__(self, block: Block | Graph, constants: Mapping[str, Any], place: Place | None = None) -> None:
@@ -151,6 +155,12 @@ class BlockUse:
             "constants": {name: plain(value) for name, value in self.constants.items()},
             "place": self.place.json(),
         }
+
+    def _called(self) -> str:
+        return f"a use of block '{self.block.name}'"
+
+    def _instead(self, name: str) -> str:
+        return self.block._instead(name)
 
     def __repr__(self) -> str:
         constants = ", ".join(f"{name}={value!r}" for name, value in self.constants.items())

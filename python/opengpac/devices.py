@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_origin
 
+from .declared import Declared
 from .errors import CallError, DefinitionError, did_you_mean, refusals, refuse
 from .modules import StructType
 from .places import Place, here
@@ -157,7 +158,7 @@ class _Definition:
     place: Place
 
 
-class LogicalDevice(Shown):
+class LogicalDevice(Shown, Declared):
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
     `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `on` is where its verb runs, the other arguments are its
@@ -340,11 +341,11 @@ class LogicalDevice(Shown):
         members = ", ".join([*self.svv_members(), *self.parameter_members()])
         return f"{self.definition_name()} {self.name}: {state} ({members})"
 
-    def __setattr__(self, name: str, value: Any) -> None:
-        if not hasattr(type(self), name) and name not in ("name", "system") and not name.startswith("_"):
-            known = [*self.svv_members(), *self.parameter_members()]
-            refuse(CallError, f"{self.definition_name()} '{self.name}' has no member '{name}'", did_you_mean(name, known))
-        object.__setattr__(self, name, value)
+    def _instead(self, name: str) -> str:
+        return did_you_mean(name, [*self.svv_members(), *self.parameter_members()])
+
+    def _called(self) -> str:
+        return f"{self.definition_name()} '{self.name}'"
 
 
 def check_arbitration(arbitration: str, what: str) -> None:

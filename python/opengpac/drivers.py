@@ -24,6 +24,10 @@ class Driver:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
+UNLIMITED = 1e6
+"""What stands for "no limit" in what a driver says of a part."""
+
+
 def _set(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 

@@ -7,7 +7,6 @@ the place in your program: `at FILE:LINE`.
 
 from __future__ import annotations
 
-import difflib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
@@ -265,11 +264,11 @@ refusals = _Refusals()
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """`did you mean 'near'?` with the best matches, else what there is, else nothing."""
+    """`did you mean 'near'?` with the one that is near, else what there is, else nothing."""
     names = [str(name) for name in known]
-    close = difflib.get_close_matches(word, names, n=2, cutoff=0.6)
-    if close:
-        return "did you mean " + " or ".join(f"'{name}'" for name in close) + "?"
+    meant = _native.nearest(str(word), names)
+    if meant is not None:
+        return f"did you mean '{meant}'?"
     return f"there is {', '.join(names)}" if 0 < len(names) <= 12 else ""
 
 

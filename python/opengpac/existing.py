@@ -83,7 +83,7 @@ def device(system: System, name: str, kind: type[D]) -> D:
     else:
         made = kind
     found = made.__new__(made)
-    found.name, found.system = name, system
+    found.name, found.system, found._whole = name, system, True
     system.devices[name] = found
     return found
 

@@ -10,6 +10,7 @@ from inspect import Parameter, Signature
 from typing import Any
 
 from .blocks import Block, Blocks, BlockUse, Item, Occurrence, mapping_of, systems_of, use_of, uses_of
+from .declared import Declared
 from .errors import DefinitionError, UnknownName, did_you_mean, refuse
 from .pictures import Pictured, graph_svg
 from .places import Place, here
@@ -28,7 +29,7 @@ def ratio(n: int) -> dict[str, int]:
     return {"ratio": n}
 
 
-class Graph(Pictured):
+class Graph(Pictured, Declared):
     """A data flow graph: blocks, and ρ as three mappings. Outside it looks like a subroutine, and stands wherever one may.
 
     `inputs`, `outputs` and `cells` map a port or local cell of the graph to ports of its blocks; `modes` relaxes the mode of a
@@ -41,6 +42,8 @@ class Graph(Pictured):
     >>> smooth.insert("limit", lib.limit, between=("gain.y", "filter.u")).cells
     {'scaled': ['gain.y', 'limit.u'], 'limit': ['limit.y', 'filter.u']}
     """
+
+    _settable = frozenset({"layout"})
 
     def __init__(
         self,
@@ -162,14 +165,18 @@ class Graph(Pictured):
 
     def _copy(self) -> Graph:
         new = copy.copy(self)
-        new.blocks = dict(self.blocks)
-        new.inputs, new.outputs, new.cells = ({n: list(p) for n, p in m.items()} for m in (self.inputs, self.outputs, self.cells))
-        new.place = here()
+        inputs, outputs, cells = ({n: list(p) for n, p in m.items()} for m in (self.inputs, self.outputs, self.cells))
+        vars(new).update(blocks=dict(self.blocks), inputs=inputs, outputs=outputs, cells=cells, place=here())
         return new
 
     def _known(self, label: str) -> None:
         if label not in self.blocks:
             refuse(UnknownName, f"graph '{self.name}' has no block '{label}'", did_you_mean(label, self.blocks))
+
+    def _instead(self, name: str) -> str:
+        if name in self.inputs:
+            return f"give constants where it is used: {self.name}({name}=…)"
+        return "a graph is a value: insert, replace and remove give a new one" if name in vars(self) else ""
 
     def _is_output(self, cell: str, label: str) -> bool:
         block = self.blocks[label].block

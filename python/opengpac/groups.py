@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
 
+import numpy as np
+
 from . import checking
+from .declared import Declared
 from .devices import LogicalDevice
 from .errors import CallError, InvalidState, UnknownName, did_you_mean, refusals, refuse
 from .quantities import Quantity, optional_ns
@@ -20,8 +23,13 @@ if TYPE_CHECKING:
 D = TypeVar("D", bound=LogicalDevice)
 
 
-class Group(Shown, Generic[D]):
-    """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each."""
+class Group(Shown, Declared, Generic[D]):
+    """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each.
+
+    A member of its devices may be set in all of them: `arm.max_speed = 0.5`, `arm.kp = [80, 80, 40]`, `arm.kp = {"elbow": 60}`.
+    """
+
+    _settable = frozenset({"model"})
 
     def __init__(self, name: str, *devices: D) -> None:
         if not devices:
@@ -92,6 +100,56 @@ class Group(Shown, Generic[D]):
             svv: Any = getattr(device, "override")  # noqa: B009 - a member that its type may have
             svv.value = share
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name.startswith("_") or not self._whole or self._takes(name) or name not in self._members():
+            super().__setattr__(name, value)
+        else:
+            self._set_each(name, value)
+
+    def _members(self) -> list[str]:
+        """The members that any of its devices has."""
+        return list(dict.fromkeys(name for d in self._devices for name in (*d.svv_members(), *d.parameter_members())))
+
+    def _set_each(self, member: str, value: Any) -> None:
+        """Sets a member of each device, or, where one refuses it, of none."""
+        for device in self._devices:
+            if member not in device.svv_members() and member not in device.parameter_members():
+                what = f"{device.definition_name()} '{device.name}' of group '{self.name}'"
+                refuse(CallError, f"{what} has no member '{member}'", f"set it of the others: group['…'].{member} = …")
+        before = self.values(member)
+        given = self._one_for_each(member, value, before)
+        done: list[tuple[D, Any]] = []
+        try:
+            for device, new, old in zip(self._devices, given, before, strict=True):
+                setattr(device, member, new)
+                done.append((device, old))
+        except BaseException:
+            for device, old in done:
+                setattr(device, member, old)
+            raise
+
+    def _one_for_each(self, member: str, value: Any, before: Sequence[Any]) -> Sequence[Any]:
+        """What each device gets: the same, or of a member that is one number its own; a mapping leaves the others as they are."""
+        if np.ndim(before[0]) > 0 or isinstance(before[0], np.void):
+            return [value] * len(self._devices)
+        if isinstance(value, Mapping):
+            own = {self[str(name)].name: new for name, new in value.items()}
+            return [own.get(device.name, old) for device, old in zip(self._devices, before, strict=True)]
+        if np.ndim(value) == 0:
+            return [value] * len(self._devices)
+        if len(value) != len(self._devices):
+            remedy = f"give one for all, one for each, or {{'{self._devices[0].short_name}': …}}"
+            refuse(CallError, f"'{member}' of group '{self.name}' is given {len(value)} values for {len(self._devices)} devices", remedy)
+        return value
+
+    def _instead(self, name: str) -> str:
+        if name in self._ipython_key_completions_():
+            return f"it is a device: set a member of it, {name}.…"
+        return did_you_mean(name, self._members())
+
+    def _called(self) -> str:
+        return f"group '{self.name}'"
+
     def __iter__(self) -> Iterator[D]:
         return iter(self._devices)
 
@@ -113,6 +171,8 @@ class Group(Shown, Generic[D]):
     def __getattr__(self, name: str) -> D:
         if name.startswith("_"):
             raise AttributeError(name)
+        if name in self._members() and name not in self._ipython_key_completions_():
+            refuse(UnknownName, f"'{name}' of group '{self.name}' is a member of each device", f"write .values('{name}') for all of them")
         return self[name]
 
     def __dir__(self) -> list[str]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
 from . import checking, waiting
 from .applications import application_json, options_json, system_for, values_json
+from .declared import Declared
 from .errors import CallError, InvalidState, refusals, refuse
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import terminated
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 R = TypeVar("R", covariant=True)
 
 
-class VerbInstance(Shown, Generic[R]):
+class VerbInstance(Shown, Declared, Generic[R]):
     """A verb applied to its arguments. Awaitable; a context manager that halts and deletes it at the end.
 
     Made by `verb.asynch(...)`, whose `wait` deletes it, or by `verb.new_instance(...)`, which may be started many times.
@@ -133,6 +134,12 @@ class VerbInstance(Shown, Generic[R]):
         intervals = {str(label): duration_ns(time, f"the interval of '{label}'") for label, time in every.items()}
         with refusals:
             self._alive().set(self.identity, json.dumps({name: plain(value) for name, value in values.items()}), json.dumps(intervals))
+
+    def _instead(self, name: str) -> str:
+        return f"write vi.set({name}=…)" if name in self.verb.input_parameters else ""
+
+    def _called(self) -> str:
+        return f"an instance of verb '{self.verb.name}'"
 
     def __await__(self) -> Generator[Any, None, R]:
         """Waits without holding the event loop; cancelling the task that waits halts it."""

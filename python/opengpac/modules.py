@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from .blocks import Block
+from .declared import Declared
 from .errors import UnknownName, did_you_mean, refuse
 from .tables import Shown, Table
 
@@ -49,7 +50,7 @@ class Types:
         return [*self._types]
 
 
-class Module(Shown):
+class Module(Shown, Declared):
     """The blocks and types of a downloaded code module."""
 
     def __init__(self, described: Mapping[str, Any], path: str, system: System) -> None:
@@ -79,6 +80,9 @@ class Module(Shown):
 
     def _ipython_key_completions_(self) -> list[str]:
         return [*self._blocks]
+
+    def _called(self) -> str:
+        return f"code module '{self._name}'"
 
     def _table(self) -> Table:
         rows = [(name, block.doc.partition("\n")[0]) for name, block in self._blocks.items()]

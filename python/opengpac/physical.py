@@ -3,20 +3,25 @@
 
 from __future__ import annotations
 
+import functools
 import json
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from .declared import Declared
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from .places import here
 from .tables import Shown, Table, identifiers
+from .values import dtype_of
 
 if TYPE_CHECKING:
     from .sources import Source
     from .system import System
 
 
-class Channel:
+class Channel(Declared):
     """A channel of a physical device: `name`, `type`, `unit`, and whether it is written."""
 
     def __init__(self, device: PhysicalDevice, described: Mapping[str, Any]) -> None:
@@ -26,6 +31,17 @@ class Channel:
         self.write: bool = described["write"]
         self.type: str = described["type_text"]
         self.unit: str = described["unit"]
+
+    @functools.cached_property
+    def dtype(self) -> np.dtype[Any]:
+        """The dtype of its value."""
+        with refusals:
+            return dtype_of(json.loads(self.system._alive().svv_json(self.full_name))["type"])
+
+    @property
+    def full_name(self) -> str:
+        """Its name in the system, `plant.elbow.position`."""
+        return f"{self.device.name}.{self.name}"
 
     def raises(self, source: Source) -> None:
         """Lets it raise a trigger or software source, of any processor, each time it goes from zero to something else.
@@ -39,16 +55,25 @@ class Channel:
         with refusals:
             self.system._alive().raise_source(self.device.name, self.name, source.name, json.dumps(here().json()))
 
+    def _instead(self, name: str) -> str:
+        return "what is written to a channel comes from a block: write_channel" if name == "value" else ""
+
+    def _called(self) -> str:
+        return f"channel '{self.device.name}.{self.name}'"
+
     def __repr__(self) -> str:
         way = "written" if self.write else "read"
         return f"channel {self.device.name}.{self.name} ({self.type}{', ' + self.unit if self.unit else ''}), {way}"
 
 
-class _Channels(Shown):
+class _Channels(Shown, Declared):
     """Channels by the last word of their name, as attributes and items."""
 
     def _find(self, name: str) -> Any:
         raise NotImplementedError
+
+    def _instead(self, name: str) -> str:
+        return "what is written to a channel comes from a block: write_channel" if name in self._names() else ""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
@@ -145,6 +170,9 @@ class PhysicalDevice(_Channels):
 
     def _table(self) -> Table:
         return _channel_table(f"physical device {self.name} on {self.source.name}", self.channels)
+
+    def _called(self) -> str:
+        return f"physical device '{self.name}'"
 
     def __repr__(self) -> str:
         return f"physical device {self.name} on {self.source.name}: {', '.join(self.parts) or ', '.join(self.channels)}"

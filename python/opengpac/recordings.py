@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import difflib
 import fnmatch
 import json
 import os
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from . import _native, checking
-from .errors import CallError, UnknownName, refusals, refuse
+from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from .values import dtype_of
 
 if TYPE_CHECKING:
@@ -125,9 +124,7 @@ class Recorded(Mapping[str, np.ndarray]):
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name not in self._series:
-            near = difflib.get_close_matches(name, self._series, 3)
-            remedy = f"did you mean {', '.join(near)}?" if near else f"there are: {', '.join(self._series) or 'none'}"
-            raise KeyError(f"there is no SVV '{name}' in '{self.path}'; {remedy}")
+            raise KeyError(f"there is no SVV '{name}' in '{self.path}'; {did_you_mean(name, self) or 'list(recording) names them'}")
         numbers, times, values = self._native.series(name)
         dtype = dtype_of(self._series[name]["type"])
         array = np.zeros(self._series[name]["count"], dtype=[("number", "<u8"), ("time", "<f8"), ("value", dtype)])
@@ -152,9 +149,7 @@ class Recorded(Mapping[str, np.ndarray]):
         for pattern in patterns:
             of = [name for name in self if fnmatch.fnmatchcase(name, pattern)]
             if not of:
-                near = difflib.get_close_matches(pattern.strip("*?"), self._series, 3, 0.4)
-                remedy = f"did you mean {', '.join(near)}?" if near else f"there are: {', '.join(self) or 'none'}"
-                refuse(UnknownName, f"there is no SVV '{pattern}' in '{self.path}'", remedy)
+                refuse(UnknownName, f"there is no SVV '{pattern}' in '{self.path}'", did_you_mean(pattern.strip("*?"), self))
             found += [name for name in of if name not in found]
         return found
 

@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from .declared import Declared
 from .drivers import Driver
 from .errors import CallError, refusals, refuse
 from .physical import PhysicalDevice
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from .system import System
 
 
-class Source:
+class Source(Declared):
     """An interrupt source: a timer, a trigger, or a software source. `name` is `processor.source`."""
 
     def __init__(self, system: System, processor: Processor, name: str, kind: str, period_ns: int, priority: int) -> None:
@@ -34,12 +35,18 @@ class Source:
         with refusals:
             self.system._alive().request(self.name)
 
+    def _instead(self, name: str) -> str:
+        return "say it when the source is made" if name in vars(self) else ""
+
+    def _called(self) -> str:
+        return f"{self.kind} '{self.name}'"
+
     def __repr__(self) -> str:
         period = f" every {self.period:g} s" if self.kind == "timer" else ""
         return f"{self.kind} {self.name}{period}, priority {self.priority}"
 
 
-class Processor(Shown):
+class Processor(Shown, Declared):
     """A real-time processor: one instruction stream, with interrupt sources and the physical devices that it can reach."""
 
     def __init__(self, system: System, name: str) -> None:

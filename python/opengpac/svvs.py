@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from .declared import Declared
 from .errors import ValueRefused, refusals, refuse
 from .tables import Shown, Table
 from .values import dtype_of, from_bytes, to_json
 
 if TYPE_CHECKING:
+    from .physical import Channel
     from .system import System
 
 T = TypeVar("T")
@@ -47,7 +49,7 @@ class Predicate:
         return self._text
 
 
-class SVV(Shown, Generic[T]):
+class SVV(Shown, Declared, Generic[T]):
     """A state vector variable. `value`, `number` and `time` are its newest publication; setting `value` writes it.
 
     `history[-100:]` is a structured array of the last values with `number`, `time` (s) and `value`. A comparison, `svv > 1.0`,
@@ -112,6 +114,9 @@ class SVV(Shown, Generic[T]):
         """Takes it away; refused while something is bound to it."""
         with refusals:
             self.system._alive().delete_svv(self.name)
+
+    def _called(self) -> str:
+        return f"SVV '{self.name}'"
 
     def _compare(self, operation: Callable[[Any, Any], Any], sign: str, other: Any) -> Predicate:
         def ask() -> bool:
@@ -185,10 +190,10 @@ class Snapshot(tuple[Any, ...]):
     numbers: tuple[int, ...]
 
 
-def snapshot(system: System, svvs: tuple[SVV[Any], ...]) -> Snapshot:
-    """One consistent reading of these SVVs."""
+def snapshot(system: System, svvs: tuple[SVV[Any] | Channel, ...]) -> Snapshot:
+    """One consistent reading of these SVVs and channels."""
     with refusals:
-        time_ns, rows = system._alive().read([svv.name for svv in svvs])
+        time_ns, rows = system._alive().read([svv.name if isinstance(svv, SVV) else svv.full_name for svv in svvs])
     values = Snapshot(from_bytes(data, svv.dtype) for svv, (data, _, _) in zip(svvs, rows, strict=True))
     values.time = time_ns * 1e-9
     values.numbers = tuple(number for _, number, _ in rows)

@@ -17,6 +17,7 @@ from . import _native, checking, existing, files, hosts, programs, restart
 from .adoption import TakenOver, taken_over
 from .alarms import Alarms
 from .checks import Definitions
+from .declared import Declared
 from .devices import LogicalDevice, type_json
 from .errors import CallError, InUse, InvalidState, refusals, refuse
 from .modules import Module
@@ -47,7 +48,7 @@ _open: WeakValueDictionary[str, System] = WeakValueDictionary()
 _logger = logging.getLogger("opengpac")
 
 
-class System(Observed):
+class System(Observed, Declared):
     """A real-time system in this process. `clock="virtual"` makes time a number that the program advances: for tests.
 
     `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
@@ -65,6 +66,8 @@ class System(Observed):
     ...     cell.now
     2.0
     """
+
+    _settable = frozenset({"closed", "progress"})
 
     def __init__(
         self,
@@ -245,11 +248,13 @@ class System(Observed):
 
     # ---- values and time ----
 
-    def read(self, *svvs: SVV[Any]) -> Snapshot:
-        """One consistent snapshot of these SVVs, with its time: `q, v = cell.read(position, speed)`."""
+    def read(self, *svvs: SVV[Any] | Channel) -> Snapshot:
+        """One consistent snapshot of these SVVs, with its time: `q, v = cell.read(position, speed)`. A channel of a physical device is
+        read as it was exchanged last.
+        """
         for svv in svvs:
-            if not isinstance(svv, SVV) or svv.system is not self:
-                refuse(CallError, f"system '{self.name}' cannot read {svv!r}", "give SVVs of this system")
+            if not isinstance(svv, SVV | Channel) or svv.system is not self:
+                refuse(CallError, f"system '{self.name}' cannot read {svv!r}", "give SVVs and channels of this system")
         return snapshot(self, svvs)
 
     @property
@@ -435,7 +440,8 @@ class System(Observed):
         return name in self.names[kind]
 
     def _svv(self, name: str) -> SVV[Any]:
-        return self._svvs.setdefault(name, SVV(self, name))
+        found = self._svvs.get(name)
+        return self._svvs.setdefault(name, SVV(self, name)) if found is None else found
 
     def _enter_verb(self, verb: Any) -> None:
         self._definitions.enter_verb(verb)

@@ -11,12 +11,13 @@ import os
 from collections.abc import Mapping, Sequence
 from html import escape
 from inspect import Parameter, Signature
-from typing import TYPE_CHECKING, Any, Generic, ParamSpec, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Generic, ParamSpec, Self, TypeVar, overload
 
 from . import checks
 from .blocks import Blocks, mapping_of, names_of, systems_of, uses_of
 from .commands import checked
 from .conditions import Termination, termination_of
+from .declared import Declared
 from .errors import CallError, DefinitionError, Terminated, did_you_mean, refuse
 from .graphs import mode_json
 from .parameters import Object, input_of, objects_of, requirement_of
@@ -37,7 +38,7 @@ P = ParamSpec("P")
 R = TypeVar("R", covariant=True)
 
 
-class Verb(Pictured, Generic[P, R]):
+class Verb(Pictured, Declared, Generic[P, R]):
     """A verb, made from the paper's mappings. `gpac.verb` makes one from a typed function.
 
     `manual`: it may be started on devices in manual mode too.
@@ -53,6 +54,8 @@ class Verb(Pictured, Generic[P, R]):
     `"continue"`, `"halt"` or `"safe"` (the outputs of its devices go to their safe values at once, it ends with `aborted`). A verb
     that does not say it is halted; one that keeps a logical device going continues.
     """
+
+    _settable = frozenset({"layout"})
 
     def __init__(
         self: Verb[..., Report],
@@ -153,24 +156,24 @@ class Verb(Pictured, Generic[P, R]):
         """This verb placed: on one source, or `{"planner": slow, "generator": fast}`, or in a system; `every` changes intervals."""
         from .sources import Source, placement_json, system_of
 
-        new = copy.copy(self)
-        new.intervals = {
-            **self.intervals,
-            **{str(label): duration_ns(t, f"the interval of '{label}'") for label, t in (every or {}).items()},
-        }
+        changed = {str(label): duration_ns(t, f"the interval of '{label}'") for label, t in (every or {}).items()}
+        options: dict[str, Any] = {"intervals": {**self.intervals, **changed}}
         if isinstance(where, Source):
             where = {"*": where}
         if isinstance(where, Mapping):
-            new.placement = {**placement_json(where), **self.placement}
+            options["placement"] = {**placement_json(where), **self.placement}
             where = next(iter(where.values()), None)
         if where is not None:
-            new.placed_in = system_of(where)
-        return new
+            options["placed_in"] = system_of(where)
+        return self._with(options)
 
     def named(self, name: str) -> Verb[P, R]:
         """This verb whose next instance has that name."""
+        return self._with({"instance_name": name})
+
+    def _with(self, options: Mapping[str, Any]) -> Self:
         new = copy.copy(self)
-        new.instance_name = name
+        vars(new).update(options)
         return new
 
     # ---- composition ----
@@ -267,6 +270,14 @@ class Verb(Pictured, Generic[P, R]):
         if isinstance(returns, str):
             returns = eval_annotation(returns, self._function)
         return returns if isinstance(returns, type) and issubclass(returns, Report) else Report
+
+    def _instead(self, name: str) -> str:
+        if name in self.input_parameters:
+            return f"give it in a call: {self.name}(…, {name}=…)"
+        return "a definition does not change: make another" if name in vars(self) else ""
+
+    def _called(self) -> str:
+        return f"verb '{self.name}'"
 
     def _check_form(self) -> None:
         for name, targets in self.output_values.items():

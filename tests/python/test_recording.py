@@ -85,7 +85,7 @@ def test_what_cannot_be_recorded_or_read_is_said(cell: gpac.System, tmp_path: Pa
     cell.record(tmp_path / "run.mcap").stop()
     with pytest.raises(gpac.ValueRefused, match="another name"):
         cell.record(tmp_path / "run.mcap")
-    with pytest.raises(KeyError, match=r"did you mean arm\.q"):
+    with pytest.raises(KeyError, match=r"did you mean 'arm\.q'"):
         gpac.open_recording(tmp_path / "run.mcap")["arm.qq"]
     with pytest.raises(gpac.ValueRefused, match="cannot read recording"):
         gpac.open_recording(tmp_path / "none.mcap")
@@ -143,7 +143,7 @@ def test_a_program_is_recorded_and_drawn(tmp_path: Path, capsys: pytest.CaptureF
     assert [float(row["value"]) for row in rows] == recorded[(recorded["time"] >= 0.2) & (recorded["time"] <= 0.5)]["value"].tolist()
     capsys.readouterr()
     assert cli.main(["plot", str(file), "joint1.sensd"]) == 1
-    assert "did you mean joint1.sensed" in capsys.readouterr().err
+    assert "did you mean 'joint1.sensed'?" in capsys.readouterr().err
 
 
 def test_a_program_without_replay_and_a_check(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -58,6 +58,11 @@ fn number_in(text: &str, unit: &str) -> PyResult<f64> {
     model::quantity::number_in(text, unit).map_err(|refusal| refused(vec![refusal]))
 }
 
+#[pyfunction]
+fn nearest(word: &str, candidates: Vec<String>) -> Option<String> {
+    model::suggest::nearest(word, candidates.iter().map(String::as_str)).map(str::to_owned)
+}
+
 /// A definition in its long form.
 #[pyfunction]
 fn long_form(kind: &str, definition_json: &str) -> PyResult<String> {
@@ -89,6 +94,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(type_json, m)?)?;
     m.add_function(wrap_pyfunction!(number_in, m)?)?;
     m.add_function(wrap_pyfunction!(long_form, m)?)?;
+    m.add_function(wrap_pyfunction!(nearest, m)?)?;
     m.add_function(wrap_pyfunction!(run_processor, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_guard, m)?)?;
     m.add_function(wrap_pyfunction!(processes::join_system, m)?)?;

@@ -60,6 +60,7 @@ pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverEr
             range_min: -UNLIMITED,
             range_max: UNLIMITED,
             effort_max: UNLIMITED,
+            speed_max: UNLIMITED,
             home: *home,
             // x' = u is a velocity drive: kp alone, 50 rad/s, makes a first-order servo.
             servo: Servo { kp: 50.0, kd: 0.0 },

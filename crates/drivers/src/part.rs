@@ -13,6 +13,8 @@ pub struct Part {
     pub range_max: f64,
     /// Greatest effort either way, N.m or N; [`UNLIMITED`] where the model has no limit.
     pub effort_max: f64,
+    /// Greatest speed either way, rad/s or m/s; [`UNLIMITED`] where the model has no limit.
+    pub speed_max: f64,
     /// Position at the start: the model's keyframe `home`, or its zero configuration.
     pub home: f64,
     /// Gains that suit the inertia that moves with this joint.

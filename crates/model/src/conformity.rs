@@ -149,11 +149,14 @@ impl Limits {
         Err(refusal)
     }
 
-    /// A plain number beyond the range that would be within it as degrees most likely was meant so.
+    /// A plain number far beyond the range that would be within it as degrees most likely was meant so.
     fn remedy(&self, value: &Value, given: f64, from: Option<f64>) -> String {
         let is_plain = matches!(value, Value::Integer(_) | Value::Number(_));
         let as_degrees = from.unwrap_or(0.0) + given.to_radians();
-        if is_plain && self.unit.contains("rad") && (self.least..=self.most).contains(&as_degrees) {
+        let reached = from.unwrap_or(0.0) + given;
+        let beyond = (reached - self.most).max(self.least - reached);
+        let is_far = beyond > (self.most - self.least).max(std::f64::consts::TAU);
+        if is_plain && is_far && self.unit.contains("rad") && (self.least..=self.most).contains(&as_degrees) {
             format!("did you mean '{given} {}'?", self.unit.replace("rad", "deg"))
         } else {
             "give a value within the range".to_owned()

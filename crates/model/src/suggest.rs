@@ -2,16 +2,16 @@
 //! "did you mean": the nearest of the names that there are.
 
 /// The candidate that `word` most likely meant, if one is near: at most a third of its letters differ, or they are equal but
-/// for case, or one is the last part of the other.
+/// for case, or one is the last part of the other, or one begins with the other and has one letter more.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let most = (word.chars().count() / 3).max(1);
+    let most = word.chars().count() / 3;
     let lower = word.to_lowercase();
     let mut best: Option<(usize, &'a str)> = None;
     for candidate in candidates {
         let distance = if candidate.eq_ignore_ascii_case(word) {
             0
-        } else if is_tail(candidate, word) || is_tail(word, candidate) {
-            1
+        } else if is_tail(candidate, word) || is_tail(word, candidate) || is_longer(candidate, word) || is_longer(word, candidate) {
+            most.min(1)
         } else if candidate.len().abs_diff(word.len()) > most + 3 {
             continue;
         } else {
@@ -37,6 +37,10 @@ pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str
 
 fn is_tail(long: &str, short: &str) -> bool {
     long.strip_suffix(short).is_some_and(|head| head.ends_with('.'))
+}
+
+fn is_longer(long: &str, short: &str) -> bool {
+    !short.is_empty() && long.strip_prefix(short).is_some_and(|rest| rest.chars().count() == 1)
 }
 
 /// Edits (insert, delete, replace, swap of neighbours) from one word to the other.
@@ -68,11 +72,15 @@ mod tests {
         assert_eq!(nearest("Setpoint", ["setpoint"]), Some("setpoint"));
         assert_eq!(nearest("fast", ["rtp0.fast", "rtp0.slow"]), Some("rtp0.fast"));
         assert_eq!(nearest("planner", ["generator", "near"]), None);
+        assert_eq!(nearest("yy", ["u", "y"]), Some("y"));
+        assert_eq!(nearest("c", ["a", "b"]), None, "one letter says nothing of another");
+        assert_eq!(nearest("kd", ["kp"]), None);
     }
 
     #[test]
     fn without_a_near_name_all_are_listed() {
         assert_eq!(did_you_mean("planner", ["generator", "near"]), "there are generator, near");
         assert_eq!(did_you_mean("x", []), "");
+        assert_eq!(did_you_mean("c", ["a", "b"]), "there are a, b");
     }
 }

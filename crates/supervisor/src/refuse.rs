@@ -12,11 +12,14 @@ pub(crate) fn refuse_at(class: Class, message: impl Into<String>, remedy: impl I
     vec![Refusal::new(class, message).remedy(remedy).at(&place)]
 }
 
-/// A name that is not there, with the names that are.
+/// A name that is not there, with the one that was probably meant or those that there are.
 pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> Refusals {
-    let mut known: Vec<&str> = known.collect();
-    known.truncate(12);
-    let remedy = if known.is_empty() { format!("there is no {what} yet") } else { format!("there are: {}", known.join(", ")) };
+    let known: Vec<&str> = known.collect();
+    let remedy = match model::suggest::nearest(name, known.iter().copied()) {
+        Some(meant) => format!("did you mean '{meant}'?"),
+        None if known.is_empty() => format!("there is no {what} yet"),
+        None => format!("there are: {}", known[..known.len().min(12)].join(", ")),
+    };
     refuse(Class::UnknownName, format!("there is no {what} '{name}'"), remedy)
 }
 

@@ -6,21 +6,27 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
+from collections.abc import Generator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 from .. import drivers
 from ..errors import PlacementError, UnknownName, did_you_mean, refuse
 from ..physical import Part, PhysicalDevice
 from ..sources import Processor, Source
 from ..system import System
+from . import urdf
 from .arm import Arm
-from .assembly import assemble, joint_names
+from .assembly import assemble, has_site, joint_names
 from .joints import Joint
 from .kinematics import Kinematics
 
 _ARMS = Path(__file__).parent
 
-_Model = str | os.PathLike[str] | None
+TIP_SITE = "tcp"
+"""The site of a tool's file that says where its tip is."""
 
 
 def load(
@@ -37,8 +43,10 @@ def load(
 ) -> Arm:
     """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
-    `path` is an MJCF file, or the name of an arm that comes with the package. `tool` is one that is screwed to its flange
-    (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints only. `on` is the
+    `path` is an MJCF or URDF file, or the name of an arm that comes with the package. `tool` is one that is screwed to its flange
+    (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints only. Where the
+    tool's file has a site `tcp`, `arm.tool` is that point at the beginning, so that poses are of it. The greatest speeds are those of
+    the model: of velocity actuators in MJCF, of `limit velocity` in URDF; else 3.14 rad/s, and 0.25 m/s of sliding joints. `on` is the
     timer that exchanges with it and runs the servos, else the fastest of `rtp`. `arbitration` says what happens to a second motion
     while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp`
     it makes a system of its own, of the arm's name, with `clock`. `apart` simulates it in a process of its own
@@ -53,15 +61,16 @@ def load(
         rtp = System(name, clock=clock).processor("rtp0")
         rtp.timer("slow", period="20 ms", priority=60)
         on = rtp.timer("fast", period="1 ms", priority=80)
-    device = _device(rtp, name, file, (tool, scene), on or _fastest(rtp), apart)
-    known = device.parts if tool is None and scene is None else joint_names(file)
+    model = _Model.of(file, None if tool is None else _file(tool), None if scene is None else _file(scene))
+    device = model.open(rtp, name, on or _fastest(rtp), apart)
+    known = model.own_joints or device.parts
     own = [part for part in device.parts if part in known]
     joints: list[Joint] = []
     try:
         for part in device:
             if part.name in own:
-                joints.append(_joint(name, part, device.source, arbitration))
-        arm = Arm(name, *joints, kinematics=lambda: Kinematics.of_mjcf(file, own))
+                joints.append(_joint(name, part, device.source, arbitration, model.speeds.get(part.name)))
+        arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own))
         arm.model = "file:" + hashlib.sha256(file.read_bytes()).hexdigest()[:32]
         return arm
     except BaseException:
@@ -71,25 +80,65 @@ def load(
         raise
 
 
-def _device(rtp: Processor, name: str, arm: Path, around: tuple[_Model, _Model], on: Source, apart: bool | str) -> PhysicalDevice:
-    """The machine, from one file or from one that is put together."""
+@dataclass(frozen=True)
+class _Model:
+    """What is simulated: an arm's own file, or a text that is made of it."""
 
-    def simulated(model: Path) -> PhysicalDevice:
-        driver = drivers.mujoco(model)
-        if apart:
-            driver = drivers.plant_process(driver, name=apart if isinstance(apart, str) else None)
-        return rtp.physical_device(name, driver, exchange=on)
+    arm: Path
+    own: str | None
+    """The arm alone, where its file is not MJCF."""
+    whole: str | None
+    """The arm with its tool and scene, where it has them."""
+    own_joints: set[str]
+    tip: bool
+    """Whether the tool's file says where its tip is."""
+    speeds: Mapping[str, float]
 
-    tool, scene = around
-    if tool is None and scene is None:
-        return simulated(arm)
+    @classmethod
+    def of(cls, arm: Path, tool: Path | None, scene: Path | None) -> Self:
+        own, speeds = (urdf.mjcf(arm), urdf.speed_limits(arm)) if urdf.is_urdf(arm) else (None, {})
+        if tool is None and scene is None:
+            return cls(arm, own, None, set(), False, speeds)
+        with _written(own, arm) as file:
+            whole, joints = assemble(file, tool, scene), joint_names(file)
+        return cls(arm, own, whole, joints, tool is not None and has_site(tool, TIP_SITE), speeds)
+
+    def open(self, rtp: Processor, name: str, on: Source, apart: bool | str) -> PhysicalDevice:
+        """The machine."""
+        with _written(self.whole or self.own, self.arm) as file:
+            driver = drivers.mujoco(file)
+            if apart:
+                driver = drivers.plant_process(driver, name=apart if isinstance(apart, str) else None)
+            return rtp.physical_device(name, driver, exchange=on)
+
+    def kinematics(self, joints: list[str]) -> Kinematics:
+        """Its geometry, with the tip of its tool."""
+        with _written(self.own, self.arm) as file:
+            found = Kinematics.of_mjcf(file, joints)
+        if self.tip:
+            with _written(self.whole, self.arm) as file:
+                tip = Kinematics.of_mjcf(file, joints, site=TIP_SITE)
+            found.tool = found.home.inverse() @ tip.home
+        return found
+
+
+@contextmanager
+def _written(text: str | None, arm: Path) -> Generator[Path]:
+    """A file of that text for a while; of none the arm's own."""
+    if text is None:
+        yield arm
+        return
     with tempfile.TemporaryDirectory() as folder:
-        whole = Path(folder) / f"{arm.stem}.xml"
-        whole.write_text(assemble(arm, None if tool is None else _file(tool), None if scene is None else _file(scene)))
-        return simulated(whole)
+        file = Path(folder) / f"{arm.stem}.xml"
+        file.write_text(text)
+        yield file
 
 
-def _joint(arm: str, part: Part, source: Source, arbitration: str) -> Joint:
+_SLIDING = {"max_speed": 0.25, "jog_speed": 0.05, "max_acceleration": 1.0, "max_jerk": 10.0}
+"""Limits of sliding joints, in m, where nothing says others."""
+
+
+def _joint(arm: str, part: Part, source: Source, arbitration: str, speed: float | None) -> Joint:
     about = part.about
     described = {
         "home": about["home"],
@@ -97,8 +146,17 @@ def _joint(arm: str, part: Part, source: Source, arbitration: str) -> Joint:
         "position_max": about["range_max"],
         "max_effort": about["effort_max"],
     }
+    slides = about["unit"] == "m"
+    if slides:
+        described |= _SLIDING
+    fastest = min(about.get("speed_max", drivers.UNLIMITED), speed or drivers.UNLIMITED)
+    if fastest < drivers.UNLIMITED:
+        described |= {
+            "max_speed": fastest,
+            "jog_speed": min(fastest, described.get("jog_speed", Joint.parameter_members()["jog_speed"].default)),
+        }
     gains = {name: about["servo"][name] for name in ("kp", "kd")}
-    units = {"N.m": "N", "rad": "m"} if about["unit"] == "m" else None
+    units = {"N.m": "N", "rad": "m"} if slides else None
     return Joint(f"{arm}.{part.name}", drive=part, on=source, units=units, arbitration=arbitration, **described, **gains)
 
 
@@ -108,7 +166,7 @@ def _file(path: str | os.PathLike[str]) -> Path:
         return known[str(path)]
     file = Path(path).expanduser()
     if not file.suffix and not file.exists():
-        refuse(UnknownName, f"there is no arm '{path}'", did_you_mean(str(path), known) or "give the path of an MJCF file")
+        refuse(UnknownName, f"there is no arm '{path}'", did_you_mean(str(path), known) or "give the path of an MJCF or URDF file")
     return file.absolute()
 
 

@@ -44,6 +44,11 @@ def joint_names(file: Path) -> set[str]:
     return {joint.attrib["name"] for joint in _read(file).iter("joint") if "name" in joint.attrib}
 
 
+def has_site(file: Path, name: str) -> bool:
+    """Whether a model has a site of that name."""
+    return any(site.get("name") == name for site in _read(file).iter("site"))
+
+
 def _read(file: Path) -> ElementTree.Element:
     try:
         root = ElementTree.parse(file).getroot()
@@ -111,7 +116,8 @@ def _body_of_flange(root: ElementTree.Element, arm: Path) -> ElementTree.Element
 
 def _add(whole: ElementTree.Element, added: ElementTree.Element, home: ElementTree.Element, file: Path) -> None:
     key, more = _home(whole), _home(added)
-    if (key is None) != (more is None):
+    moves = added.find(".//joint") is not None or added.find(".//freejoint") is not None
+    if (key is None) != (more is None) and (moves or more is not None):
         refuse(DeviceFailed, f"a keyframe 'home' is in some of the model's files only, not in all with '{file}'", "give each one, or none")
     for section in added:
         if section.tag == "worldbody":

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from .. import library as lib
+from ..declared import Declared
 from ..errors import CallError, DefinitionError, DeviceFailed, Unreachable, refuse
 from ..frames import Pose
 
@@ -39,17 +40,22 @@ class Axis:
 
 
 @dataclass
-class Kinematics:
+class Kinematics(Declared):
     """A chain of joints, as a product of exponentials: their axes and the flange's pose where every joint is at 0.
 
     `base` is where the arm stands in the frame in which poses are given, `tool` the tool's frame in the flange's; both may be set.
     `chain` is the value for the parameter of that name of the kinematic blocks.
     """
 
+    _settable = frozenset({"axes", "home", "base", "tool"})
+
     axes: Sequence[Axis]
     home: Pose
     base: Pose = field(default_factory=Pose)
     tool: Pose = field(default_factory=Pose)
+
+    def _called(self) -> str:
+        return f"the kinematics of {self.joints}"
 
     @property
     def joints(self) -> list[str]:
@@ -125,16 +131,17 @@ class Kinematics:
             refuse(DefinitionError, f"the chain of {self.joints} cannot be used: {fault}", "its axes are unit vectors and its frames poses")
 
     @classmethod
-    def of_mjcf(cls, path: str | os.PathLike[str], joints: Sequence[str]) -> Kinematics:
+    def of_mjcf(cls, path: str | os.PathLike[str], joints: Sequence[str], *, site: str | None = None) -> Kinematics:
         """The geometry of an MJCF arm from its world to its tool, read through MuJoCo. `joints`: those that are driven, in order.
 
-        The tool is a site `tool` or `attachment_site`, else that of the first force sensor, else the body of the last joint.
+        The tool is the site of that name; without one the site that most of these joints move: `tool` or `attachment_site`, also with
+        a prefix (`left_tool`), else that of a force sensor; else it is the body of the last joint.
         """
         try:
             mujoco = importlib.import_module("mujoco")
         except ImportError:
             refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
-        return _read(mujoco, mujoco.MjModel.from_xml_path(os.fspath(path)), list(joints))
+        return _read(mujoco, mujoco.MjModel.from_xml_path(os.fspath(path)), list(joints), site)
 
     def __repr__(self) -> str:
         kinds = {NONE: "does not move the tool", HINGE: "turns", SLIDE: "slides"}
@@ -142,19 +149,15 @@ class Kinematics:
         return f"kinematics: base {self.base!r}, flange at zero {self.home!r}, tool {self.tool!r}{''.join(lines)}"
 
 
-def _read(mujoco: Any, model: Any, names: list[str]) -> Kinematics:
+def _read(mujoco: Any, model: Any, names: list[str], named: str | None) -> Kinematics:
     data = mujoco.MjData(model)
     known = {model.joint(j).name or f"joint_{j}": j for j in range(model.njnt)}
     ids = [known[name] for name in names]
     for j in ids:
         data.qpos[model.jnt_qposadr[j]] = 0.0
     mujoco.mj_kinematics(model, data)
-    body, home = _flange(mujoco, model, data, ids[-1])
-    on_the_way = set()
-    while body:
-        first = model.body_jntadr[body]
-        on_the_way.update(range(first, first + model.body_jntnum[body]))
-        body = model.body_parentid[body]
+    body, home = _flange(mujoco, model, data, ids, named)
+    on_the_way = _joints_before(model, body)
     for j in on_the_way - set(ids):
         name = model.joint(j).name or f"joint_{j}"
         refuse(DefinitionError, f"joint '{name}' moves the tool but is not driven", "drive it, or weld it in the model")
@@ -168,14 +171,45 @@ def _read(mujoco: Any, model: Any, names: list[str]) -> Kinematics:
     return Kinematics(axes, home)
 
 
-def _flange(mujoco: Any, model: Any, data: Any, last: int) -> tuple[int, Pose]:
+def _joints_before(model: Any, body: int) -> set[int]:
+    """The joints that move a body."""
+    found: set[int] = set()
+    while body:
+        first = model.body_jntadr[body]
+        found.update(range(first, first + model.body_jntnum[body]))
+        body = int(model.body_parentid[body])
+    return found
+
+
+def _flange(mujoco: Any, model: Any, data: Any, ids: list[int], named: str | None) -> tuple[int, Pose]:
     """The body of the tool, and the pose of its flange."""
-    sites = {model.site(s).name: s for s in range(model.nsite)}
-    forces = [int(model.sensor_objid[s]) for s in range(model.nsensor) if model.sensor_type[s] == int(mujoco.mjtSensor.mjSENS_FORCE)]
-    site = next((sites[name] for name in _TOOL_SITES if name in sites), forces[0] if forces else None)
-    turn = np.zeros(4)
+    site = _tool_site(mujoco, model, ids, named)
     if site is not None:
+        turn = np.zeros(4)
         mujoco.mju_mat2Quat(turn, data.site_xmat[site])
         return int(model.site_bodyid[site]), Pose(data.site_xpos[site], quaternion=turn)
-    body = int(model.jnt_bodyid[last])
+    body = int(model.jnt_bodyid[ids[-1]])
     return body, Pose(data.xpos[body], quaternion=data.xquat[body])
+
+
+def _tool_site(mujoco: Any, model: Any, ids: list[int], named: str | None) -> int | None:
+    """Of the sites that can be a tool the one that most of these joints move: in a world of several arms each has its own."""
+    forces = [int(model.sensor_objid[s]) for s in range(model.nsensor) if model.sensor_type[s] == int(mujoco.mjtSensor.mjSENS_FORCE)]
+    names = [model.site(s).name for s in range(model.nsite)]
+
+    def rank(site: int) -> int | None:
+        """How surely it is the tool, the smallest first; None if it is none."""
+        if named is not None:
+            return 0 if names[site] == named else None
+        if names[site] in _TOOL_SITES:
+            return _TOOL_SITES.index(names[site])
+        if names[site].endswith(_TOOL_SITES):
+            return len(_TOOL_SITES)
+        return len(_TOOL_SITES) + 1 if site in forces else None
+
+    def moved(site: int) -> int:
+        return len(_joints_before(model, int(model.site_bodyid[site])) & set(ids))
+
+    ranked = [(-moved(site), of, site) for site in range(model.nsite) if (of := rank(site)) is not None]
+    least = min(ranked, default=None)
+    return None if least is None or least[0] == 0 else least[2]

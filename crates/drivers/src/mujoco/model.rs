@@ -161,7 +161,7 @@ fn joints(arm: &Arm, fields: &Fields, home: i32) -> Vec<Joint> {
     let (limited, range, inertia) = (fields.flags("jnt_limited"), fields.reals("jnt_range"), fields.reals("dof_M0"));
     let start = fields.reals("qpos0");
     let keys = fields.reals("key_qpos");
-    let efforts = efforts(fields, kind.len());
+    let (efforts, speeds) = (efforts(fields, kind.len()), speeds(fields, kind.len()));
     let mut joints = Vec::new();
     for j in 0..kind.len() {
         let unit = match kind[j] {
@@ -178,6 +178,7 @@ fn joints(arm: &Arm, fields: &Fields, home: i32) -> Vec<Joint> {
             range_min: if limited[j] { range[2 * j] } else { -UNLIMITED },
             range_max: if limited[j] { range[2 * j + 1] } else { UNLIMITED },
             effort_max,
+            speed_max: speeds[j],
             home,
             servo: Servo { kp: inertia[v] * SERVO_RAD_PER_S * SERVO_RAD_PER_S, kd: 2.0 * inertia[v] * SERVO_RAD_PER_S },
         };
@@ -218,6 +219,26 @@ fn efforts(fields: &Fields, joints: usize) -> Vec<Option<f64>> {
         }
     }
     efforts
+}
+
+/// For each joint: the greatest speed that the input of a velocity actuator can ask for.
+fn speeds(fields: &Fields, joints: usize) -> Vec<f64> {
+    let (kind, target, gear) = (fields.ints("actuator_trntype"), fields.ints("actuator_trnid"), fields.reals("actuator_gear"));
+    let (limited, input) = (fields.flags("actuator_ctrllimited"), fields.reals("actuator_ctrlrange"));
+    let (gain, bias) = (fields.reals("actuator_gainprm"), fields.reals("actuator_biasprm"));
+    let (gain_columns, bias_columns) = (gain.len() / kind.len().max(1), bias.len() / kind.len().max(1));
+    let mut speeds = vec![UNLIMITED; joints];
+    for a in 0..kind.len().min(limited.len()) {
+        let (kv, bias, ratio) = (gain[a * gain_columns], &bias[a * bias_columns..], gear[a * GEAR_COLUMNS].abs());
+        // force = kv (input - speed): no part of it depends on the position.
+        let is_velocity = kv > 0.0 && bias[1] == 0.0 && bias[2] == -kv;
+        if is_velocity && limited[a] && ratio > 0.0 && matches!(kind[a], TRANSMISSION_JOINT | TRANSMISSION_JOINT_IN_PARENT) {
+            let most = input[2 * a].abs().max(input[2 * a + 1].abs()) / ratio;
+            let joint = target[2 * a] as usize;
+            speeds[joint] = speeds[joint].min(most);
+        }
+    }
+    speeds
 }
 
 fn tool(arm: &Arm, fields: &Fields) -> Option<Tool> {
