@@ -102,6 +102,11 @@ class Alarms(Shown, Declared):
         return [_alarm(given) for given in self._described()["history"]]
 
     @property
+    def dropped(self) -> int:
+        """How many left before they were over: there is place for 1,000 at a time. The log names each; they are in the history."""
+        return self._described().get("dropped", 0)
+
+    @property
     def active(self) -> list[Alarm]:
         """Those whose cause is there."""
         return [alarm for alarm in self if alarm.active]
@@ -168,7 +173,10 @@ class Alarms(Shown, Declared):
     def __repr__(self) -> str:
         if self._system.closed:
             return f"alarms of the closed system '{self._system.name}'"
-        lines = [str(alarm) for alarm in self]
+        described = self._described()
+        lines = [str(_alarm(given)) for given in described["current"]]
+        if dropped := described.get("dropped", 0):
+            lines.append(f"{dropped} more left before they were over, because there was no place for them: see .history and the log")
         return "\n".join(lines) if lines else "no alarms"
 
     def _table(self) -> Table | None:

@@ -106,6 +106,9 @@ class Block(Shown, Declared):
 
         `every` is the interval between two invocations, for blocks that measure time.
 
+        What goes wrong in the block is its `fault`, with what came before it: a trial runs under the guard of firings, one invocation
+        for 1 s at most.
+
         >>> from opengpac import library as lib
         >>> lib.lowpass.run(alpha=0.5, u=[1.0, 1.0]).y
         array([0.5 , 0.75])

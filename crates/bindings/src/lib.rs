@@ -10,9 +10,13 @@ mod system;
 use crate::convert::{Refused, from_json, refused, to_json};
 use indexmap::IndexMap;
 use model::definition::{DeviceType, Graph, Verb};
-use model::value::Value;
 use pyo3::prelude::*;
 use std::path::PathBuf;
+use std::time::Duration;
+use supervisor::TrialRequest;
+
+/// How long something runs without a look at signals.
+const SLICE: Duration = Duration::from_millis(50);
 
 #[pyfunction]
 fn version() -> &'static str {
@@ -40,10 +44,13 @@ fn build(py: Python<'_>, sources: Vec<PathBuf>, output: Option<PathBuf>) -> PyRe
 #[pyfunction]
 fn trial(py: Python<'_>, module: &str, block: &str, values_json: &str, inputs_json: &str, times: usize, period_ns: i64) -> PyResult<String> {
     let python = convert::interpreter(py)?;
-    let values: IndexMap<String, Value> = from_json(values_json)?;
-    let inputs: IndexMap<String, Vec<Value>> = from_json(inputs_json)?;
-    let run = py.detach(|| supervisor::trial(module, block, &values, &inputs, times, period_ns, &python)).map_err(refused)?;
-    Ok(run.to_string())
+    let given = TrialRequest { values: from_json(values_json)?, inputs: from_json(inputs_json)?, times, period_ns };
+    let mut trial = py.detach(|| supervisor::trial(module, block, given, &python)).map_err(refused)?;
+    while py.detach(|| trial.go_on(SLICE)).map_err(refused)? {
+        py.check_signals()?;
+    }
+    py.check_signals()?;
+    Ok(trial.json().to_string())
 }
 
 #[pyfunction]

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `_native.replay`: a record that is run again.
+use crate::SLICE;
 use crate::convert::{from_json, interpreter, to_json};
 use ::replay::{Asked, Run};
 use model::refusal::{Class, Refusal};
 use pyo3::prelude::*;
 use std::path::PathBuf;
-use std::time::Duration;
-
-/// How long it goes on without looking at signals.
-const SLICE: Duration = Duration::from_millis(50);
 
 /// Runs a record again: what is asked for and what is found as JSON (`replay::Asked`, `replay::Found`).
 #[pyfunction]

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! `_native.System`: one call of the supervisor each. Calls that wait release the interpreter and look at signals.
 #![allow(clippy::too_many_arguments, reason = "the arguments are those of the Python calls")]
+use crate::SLICE;
 use crate::convert::{from_json, interpreter, refused, to_json};
 use indexmap::IndexMap;
 use model::definition::{Application, DeviceType, Graph, Verb};
@@ -12,9 +13,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 use supervisor::{Alarm, AlarmText, DeviceRequest, InProcess, Limits, Location, Mode, SvvRequest, Waited};
-
-/// How long a wait goes on without looking at signals.
-const SLICE: Duration = Duration::from_millis(50);
 
 /// One real-time system, embedded in this process.
 #[pyclass(frozen, module = "opengpac._native")]

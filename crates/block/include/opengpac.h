@@ -36,7 +36,8 @@
 // value in parentheses: param(double[3], k, (1, 2, 3), "gains"). In C one size name serves one block of a file.
 //
 // The body sees `self`, a copy of its items, and `invocation` (->number from 0, ->time_ns running time since the start,
-// ->now_ns). It returns OK, or FAULT(code): then nothing is stored and the state stays as it was. A report does not return.
+// ->now_ns). It returns OK, or FAULT(code): then nothing is stored and the state stays as it was; a C++ exception that leaves it is
+// such a fault. A report does not return.
 //
 //     TYPE(pose, "Position and heading.", field(double[3], p), field(double, yaw))      a struct type for items
 //
@@ -47,6 +48,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#ifdef __cpp_exceptions
+#include <exception>
+#endif
 
 #ifndef __cplusplus
 #undef bool // so that the text of a type is "bool" in C as in C++
@@ -109,7 +113,7 @@ typedef struct {
     const char *target, *compiler;
 } opengpac_module_table;
 
-enum { OG_DONE = 0, OG_FAULT = 1, OG_NONFINITE = 3 };
+enum { OG_DONE = 0, OG_FAULT = 1, OG_NONFINITE = 3, OG_THREW = 4 };
 enum { OG_INPUT = 1, OG_OUTPUT = 2, OG_DEVICE_READ = 3, OG_DEVICE_WRITE = 4, OG_CONDITION = 5, OG_PARAMETER = 6, OG_STATE = 7, OG_SIZE = 8 };
 enum { OG_SYNCHRONOUS = 0, OG_RATIO = 1, OG_ASYNCHRONOUS = 2 };
 enum { OG_DEFAULT = 1, OG_MAY_BE_NONFINITE = 2, OG_KEEP = 4, OG_SIZED = 8, OG_HISTORY = 16 };
@@ -526,6 +530,24 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
     _Pragma("GCC diagnostic pop")
 #endif
 
+// A C++ exception that leaves a body is a fault of the block: further out nobody could catch it. What it says goes with it.
+#ifdef __cpp_exceptions
+enum { OG_WHAT_MAX = 200 };
+__attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const char *what) {
+    static char text[OG_WHAT_MAX + 1]; // the last byte stays 0
+    size_t length = what ? __builtin_strlen(what) : 0;
+    if (length > OG_WHAT_MAX) length = OG_WHAT_MAX;
+    for (size_t i = 0; i < OG_WHAT_MAX; i++) text[i] = i < length ? what[i] : 0;
+    return OG_THREW | (uint64_t)(uintptr_t)text << 8;
+}
+#define OG_TRY(...) \
+    try { __VA_ARGS__ } \
+    catch (const std::exception &thrown) { return opengpac_threw(thrown.what()); } \
+    catch (...) { return opengpac_threw("it is no std::exception"); }
+#else
+#define OG_TRY(...) __VA_ARGS__
+#endif
+
 // FUNCTION_BLOCK(name, "what it computes", items...) { body }
 #define FUNCTION_BLOCK(NAME, ...) OG_CAT(OG_BLOCK_, OG_ONE_OR_LIST(__VA_ARGS__))(NAME, __VA_ARGS__)
 #define OG_BLOCK_ONE(NAME, ...) \
@@ -562,7 +584,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
         OG_MAP(OG_FIND_SIZE, NAME, __VA_ARGS__) \
         local.opengpac_reports = 0; \
         OG_MAP(OG_LOAD, NAME, __VA_ARGS__) \
-        outcome = opengpac_body_##NAME(&local, &invocation OG_MAP(OG_ACTUAL, NAME, __VA_ARGS__)); \
+        OG_TRY(outcome = opengpac_body_##NAME(&local, &invocation OG_MAP(OG_ACTUAL, NAME, __VA_ARGS__));) \
         if (__builtin_expect(outcome.word != OG_DONE, 0)) return outcome.word; \
         OG_MAP(OG_TOP, NAME, __VA_ARGS__) \
         if (__builtin_expect((int64_t)top < 0, 0)) { OG_MAP(OG_WHICH, NAME, __VA_ARGS__) } \

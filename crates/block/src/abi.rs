@@ -60,6 +60,13 @@ pub mod outcome {
     pub const PANIC: u64 = 2;
     /// An output that is not declared `nonfinite` was not finite. Bits 8 and up: the item's index.
     pub const NONFINITE: u64 = 3;
+    /// An exception left the body (C++). Bits 8 and up: the address of what it says, a text of at most [`WHAT_MAX`] bytes and a 0 in
+    /// memory of the module; read at once, because the next exception takes its place.
+    pub const THREW: u64 = 4;
+    /// The most bytes of what an exception says.
+    pub const WHAT_MAX: usize = 200;
+    /// A signal ended the body: no entry gives it, its guard does. Bits 8 and up: the signal; 0 for time that ran out.
+    pub const SIGNAL: u64 = 0xff;
     /// The bits that hold the outcome.
     pub const MASK: u64 = 0xff;
     /// Where the reported conditions (or, for a fault, its detail) start.

@@ -43,18 +43,22 @@
 
 pub mod abi;
 mod condition;
+mod fault;
 pub mod generated;
 mod panics;
 pub mod read;
 mod step;
 pub mod trial;
 mod types;
+mod what;
 
 pub use abi::Invocation;
 pub use condition::{Condition, ConditionOf};
+pub use fault::signal_text;
 pub use opengpac_derive::{FunctionBlock, Type};
 pub use step::{FunctionBlock, Outcome, Step};
 pub use types::Type;
+pub use what::What;
 
 /// The C face, `opengpac.h`, as text: what a code module in C includes.
 pub const HEADER: &str = include_str!("../include/opengpac.h");

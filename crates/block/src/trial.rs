@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Trying a block with no system: one instance, with cells of its own for its ports and devices.
 
-use crate::abi::{Descriptor, Header, Invocation, outcome};
+use crate::abi::{Descriptor, Header, Invocation, Run, outcome};
+pub use crate::fault::Fault;
 use crate::read::{BlockFace, ItemFace, Kind, Refusal, TypeFace, TypeText};
+use crate::what::What;
+use core::ffi::c_void;
 use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
 
 /// Why something cannot be tried.
@@ -33,29 +36,6 @@ impl core::fmt::Display for TrialError {
 }
 
 impl std::error::Error for TrialError {}
-
-/// Why an invocation failed; it has changed nothing.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Fault {
-    /// The body returned this code.
-    Returned(u32),
-    /// The body panicked.
-    Panicked,
-    /// This output was not finite.
-    NonFinite { item: String },
-}
-
-impl core::fmt::Display for Fault {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Fault::Returned(code) => write!(f, "the block returned fault {code}"),
-            Fault::Panicked => write!(f, "the block panicked"),
-            Fault::NonFinite { item } => write!(f, "output '{item}' is not finite"),
-        }
-    }
-}
-
-impl std::error::Error for Fault {}
 
 /// Memory of a size and alignment.
 struct Memory {
@@ -251,12 +231,21 @@ impl Trial {
     /// # Errors
     /// The invocation faulted: nothing but its number has changed.
     pub fn run(&mut self) -> Result<(), Fault> {
+        // SAFETY: `run_by` gives an instance that is whole.
+        self.run_by(|run, instance, invocation| unsafe { run(instance, invocation) })
+    }
+
+    /// The same where `call` calls the entry, as a guard does: it gives back what that returned, or [`outcome::SIGNAL`] with the
+    /// signal above it, 0 for time that ran out. After a signal the instance is not to be run again.
+    ///
+    /// # Errors
+    /// As [`Trial::run`].
+    pub fn run_by(&mut self, call: impl FnOnce(Run, *mut c_void, &Invocation) -> u64) -> Result<(), Fault> {
         let invocation = Invocation { number: 0, time_ns: self.time_ns, now_ns: self.time_ns };
         self.time_ns += self.period_ns;
         self.reported = 0;
-        // SAFETY: our own instance, every address in it bound to a cell of its item's size, aligned to 64; `&mut self` keeps
-        // everybody else away.
-        let result = unsafe { (self.face.descriptor.run)(self.instance.start.cast(), &invocation) };
+        // Our own instance, every address in it bound to a cell of its item's size, aligned to 64; `&mut self` keeps everybody else away.
+        let result = call(self.face.descriptor.run, self.instance.start.cast(), &invocation);
         let detail = result >> outcome::SHIFT;
         match result & outcome::MASK {
             outcome::DONE => {
@@ -265,6 +254,10 @@ impl Trial {
             }
             outcome::FAULT => Err(Fault::Returned(detail as u32)),
             outcome::NONFINITE => Err(Fault::NonFinite { item: self.face.items.get(detail as usize).map(|item| item.name.clone()).unwrap_or_default() }),
+            outcome::SIGNAL if detail == 0 => Err(Fault::Budget),
+            outcome::SIGNAL => Err(Fault::Signal(detail as i32)),
+            // SAFETY: an entry of this process has returned it.
+            outcome::THREW => Err(Fault::Threw { what: unsafe { What::of(result) }.text() }),
             _ => Err(Fault::Panicked),
         }
     }

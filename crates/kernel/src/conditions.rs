@@ -7,6 +7,7 @@ use crate::source::Source;
 use crate::steps::{SIGNAL, fault};
 use crate::table::{Candidate, Report};
 use crate::{BlockId, Event, Op, Process, Response};
+use opengpac::What;
 use opengpac::abi::outcome;
 use std::cmp::Reverse;
 
@@ -99,7 +100,7 @@ impl Kernel {
         if table.candidates.len() < table.candidates.capacity() {
             table.candidates.push(candidate);
         } else {
-            self.tell(Event::Lost { source: self.source.id, count: 1 }, &[], &[]);
+            self.lose();
         }
     }
 
@@ -121,7 +122,7 @@ impl Kernel {
         let Some((stage, line)) = candidate.watch else {
             let event = Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns, value: Vec::new() };
             self.captured.clear();
-            return self.tell_condition(event, candidate.step, item);
+            return self.tell_condition(event, candidate.step, item, candidate.result);
         };
         let watch = &process.watches(stage)[usize::from(line)];
         let moved = self.act(process, word, stage, watch, candidate.process, now_ns);
@@ -144,7 +145,7 @@ impl Kernel {
             value,
             captured,
         };
-        self.tell_condition(event, candidate.step, item);
+        self.tell_condition(event, candidate.step, item, candidate.result);
         self.serve_entered(now_ns);
     }
 
@@ -201,6 +202,8 @@ impl Kernel {
     pub(crate) fn enter(&mut self, process: &Process) {
         if self.entered.len() < self.entered.capacity() {
             self.entered.push(process);
+        } else {
+            self.lose();
         }
     }
 
@@ -237,14 +240,19 @@ impl Kernel {
             };
             let step = self.table.steps.iter().position(|step| step.block.as_ref().is_some_and(|block| Some(block.id()) == watch.block));
             match step {
-                Some(step) => self.tell_condition(event, step as u32, watch.item),
+                Some(step) => self.tell_condition(event, step as u32, watch.item, outcome::DONE),
                 None => self.tell_captured(event, &[]),
             }
         }
     }
 
-    /// Tells a condition with the value that its block reported and what its reaction captured.
-    fn tell_condition(&mut self, event: Event, step: u32, item: u8) {
+    /// Tells a condition with the value that its block reported, or what its exception says, and what its reaction captured.
+    fn tell_condition(&mut self, event: Event, step: u32, item: u8, result: u64) {
+        if fault(result).is_some() {
+            // SAFETY: a step of this process returned it, or it is no exception.
+            let what = unsafe { What::of(result) };
+            return self.tell_captured(event, what.bytes());
+        }
         let (start, len) = self.table.steps[step as usize].block.as_ref().map_or((std::ptr::null(), 0), |block| block.report_bytes(usize::from(item)));
         // SAFETY: the report lies in the instance, and no step runs.
         let value = if len == 0 { &[][..] } else { unsafe { std::slice::from_raw_parts(start, len) } };

@@ -19,6 +19,8 @@ pub enum Fault {
     Signal(i32),
     /// The time budget ran out inside block code: as for a signal.
     Budget,
+    /// A C++ exception left the body; what it says is the `value` of the event.
+    Threw,
 }
 
 /// One event. Sent through a queue of fixed size that the kernel never waits for; what did not fit is counted and announced.
@@ -91,20 +93,14 @@ pub(crate) struct Teller {
 }
 
 impl Teller {
-    /// Tells an event. `value` and `captured` go into the event's own when the supervisor takes it.
-    pub(crate) fn tell(&mut self, serials: &AtomicU64, event: Event, value: &[u8], captured: &[u8]) {
-        if self.lost > 0 && self.events.slots() > 1 {
-            let lost = Event::Lost { source: self.source, count: self.lost };
-            let told = Told { serial: serials.fetch_add(1, Ordering::AcqRel), event: lost, value_len: 0, captured_len: 0 };
-            if self.events.push(told).is_ok() {
-                self.lost = 0;
-            }
-        }
+    /// Tells an event; false where it is lost. `value` and `captured` go into the event's own when the supervisor takes it.
+    pub(crate) fn tell(&mut self, serials: &AtomicU64, event: Event, value: &[u8], captured: &[u8]) -> bool {
+        self.tell_lost(serials);
         if self.events.slots() == 0 || self.bytes.slots() < value.len() + captured.len() {
-            self.lost += 1;
+            self.lose();
             // The strings of a lost device are the only thing here that could be freed; that device is never served again.
             std::mem::forget(event);
-            return;
+            return false;
         }
         for bytes in [value, captured] {
             self.bytes.push_entire_slice(bytes).expect("the room was counted above, and only this end takes it");
@@ -113,6 +109,27 @@ impl Teller {
         if self.events.push(told).is_err() {
             unreachable!("the room was counted above, and only this end takes it");
         }
+        true
+    }
+
+    /// Something found no place: it is told when there is one.
+    pub(crate) fn lose(&mut self) {
+        self.lost += 1;
+    }
+
+    /// Tells what was lost, where something was and there is room again. True if it did.
+    #[inline]
+    pub(crate) fn tell_lost(&mut self, serials: &AtomicU64) -> bool {
+        if self.lost == 0 || self.events.slots() < 2 {
+            return false;
+        }
+        let lost = Event::Lost { source: self.source, count: self.lost };
+        let told = Told { serial: serials.fetch_add(1, Ordering::AcqRel), event: lost, value_len: 0, captured_len: 0 };
+        let is_told = self.events.push(told).is_ok();
+        if is_told {
+            self.lost = 0;
+        }
+        is_told
     }
 }
 

@@ -162,6 +162,7 @@ impl Kernel {
             self.raised = false;
             self.table.wakes.iter().chain(&self.table.edge_sources).flatten().for_each(|source| source.bell.wake());
         }
+        self.told |= self.teller.tell_lost(&self.shared.serials);
         if self.told {
             self.told = false;
             self.shared.supervisor.ring();
@@ -405,7 +406,17 @@ impl Kernel {
 
     pub(crate) fn tell(&mut self, event: Event, value: &[u8], captured: &[u8]) {
         self.told = true;
-        self.teller.tell(&self.shared.serials, event, value, captured);
+        if !self.teller.tell(&self.shared.serials, event, value, captured) {
+            add(&self.source.counters.lost, 1);
+        }
+    }
+
+    /// A condition found no place: it is counted, and told when there is room.
+    #[cold]
+    pub(crate) fn lose(&mut self) {
+        self.told = true;
+        self.teller.lose();
+        add(&self.source.counters.lost, 1);
     }
 
     /// In an execute firing: whether `slot` is driven by what ran, on this invocation.

@@ -68,7 +68,7 @@ impl BlackBox {
 
 /// The least default time budget of a firing, and the one under the virtual clock.
 const BUDGET_MIN_NS: i64 = 100_000_000;
-const BUDGET_VIRTUAL_NS: i64 = 1_000_000_000;
+pub(crate) const BUDGET_VIRTUAL_NS: i64 = 1_000_000_000;
 
 impl Host {
     /// No sources yet. `carrier`: what carries connections. Installs the fault handlers (once a process; earlier handlers are called for what is not ours).

@@ -65,6 +65,8 @@ pub struct Statistics {
     pub duration_bins: [u64; 32],
     /// Of all firings together: what share of the time it works.
     pub duration_sum_ns: u64,
+    /// Conditions and other events that found no place and were lost.
+    pub lost: u64,
     /// A fault stopped it.
     pub stopped: bool,
     /// What was asked for and not given (priority, memory lock, core), in words; empty if all was.
@@ -151,6 +153,7 @@ impl Source {
             overruns: load(&counters.overruns),
             late: load(&counters.late),
             faults: load(&counters.faults),
+            lost: load(&counters.lost),
             jitter_last_ns: load(&counters.jitter.last_ns),
             jitter_max_ns: load(&counters.jitter.max_ns),
             jitter_bins: std::array::from_fn(|bin| load(&counters.jitter.bins[bin])),
@@ -171,6 +174,7 @@ pub(crate) struct Counters {
     pub(crate) overruns: AtomicU64,
     pub(crate) late: AtomicU64,
     pub(crate) faults: AtomicU64,
+    pub(crate) lost: AtomicU64,
     pub(crate) stopped: AtomicBool,
     pub(crate) jitter: Histogram,
     pub(crate) duration: Histogram,

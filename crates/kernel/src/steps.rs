@@ -24,7 +24,12 @@ impl Ended {
 }
 
 /// Result of a step that a signal ended: the outcome that no entry gives, the signal above; 0 stands for a spent budget.
-pub(crate) const SIGNAL: u64 = 0xff;
+pub(crate) const SIGNAL: u64 = outcome::SIGNAL;
+
+/// That result for a signal.
+pub(crate) fn ended_by(signal: i32) -> u64 {
+    SIGNAL | if signal == budget_signal() { 0 } else { (signal as u64) << outcome::SHIFT }
+}
 
 /// Why `result` is a fault, if it is one.
 pub(crate) fn fault(result: u64) -> Option<Fault> {
@@ -33,6 +38,7 @@ pub(crate) fn fault(result: u64) -> Option<Fault> {
         outcome::DONE => None,
         outcome::PANIC => Some(Fault::Panic),
         outcome::NONFINITE => Some(Fault::NonFinite(detail as u8)),
+        outcome::THREW => Some(Fault::Threw),
         SIGNAL if detail == 0 => Some(Fault::Budget),
         SIGNAL => Some(Fault::Signal(detail as i32)),
         _ => Some(Fault::Returned(detail as u32)),
@@ -55,7 +61,7 @@ pub(crate) fn guarded<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns: 
     let mut frame = Frame { kernel, now_ns, probes, preempt };
     // SAFETY: the guard lives as long as the kernel's source; the body keeps nothing that must be dropped.
     let ended = unsafe { (*guard).run(body::<P>, (&raw mut frame).cast::<c_void>(), started_ns) };
-    ended.map(|(signal, step)| Ended { step, result: SIGNAL | if signal == budget_signal() { 0 } else { (signal as u64) << outcome::SHIFT } })
+    ended.map(|(signal, step)| Ended { step, result: ended_by(signal) })
 }
 
 /// What the guard runs. Everything is reached through raw pointers: a signal may end it inside any call of a block, and what
@@ -125,6 +131,8 @@ pub(crate) fn report(kernel: *mut Kernel, step: u32, result: u64, now_ns: i64) -
     let reports = &mut kernel.table.reports;
     if reports.len() < reports.capacity() {
         reports.push(Report { step, result, now_ns });
+    } else {
+        kernel.lose();
     }
     let fault = result & outcome::MASK != outcome::DONE;
     if fault {

@@ -242,3 +242,21 @@ fn a_panic_ends_inside_its_entry_and_its_firing_goes_on() {
     assert_eq!(host.statistics(source).faults, 3);
     assert!(matches!(events(&host).last(), Some(Event::Unwatched { fault: Some(Fault::Panic), .. })));
 }
+
+#[test]
+fn conditions_that_find_no_place_are_counted_and_told() {
+    const FIRINGS: i64 = 3000;
+    let host = virtual_host(1);
+    let source = host.add_source(timer("fast", MS, 80)).unwrap();
+    let (on, process) = (interval(), Process::new(1, 1));
+    let steps = vec![step(&Arc::new(install(1, panic(), None, None)), &on, &process, &[])];
+    host.submit(source, script(vec![Op::Table(Box::new(table(steps))), Op::On(on, 1)]));
+    // Nobody takes what is told.
+    run_until(&host, FIRINGS * MS as i64);
+    let lost = host.statistics(source).lost;
+    let told = events(&host).iter().filter(|event| matches!(event, Event::Unwatched { .. })).count() as u64;
+    assert!(lost > 0 && told + lost == FIRINGS as u64, "{told} told, {lost} lost");
+    run_until(&host, (FIRINGS + 1) * MS as i64);
+    let said: u64 = events(&host).iter().map(|event| if let Event::Lost { count, .. } = event { *count } else { 0 }).sum();
+    assert_eq!(said, lost);
+}

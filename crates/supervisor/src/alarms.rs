@@ -108,6 +108,8 @@ pub(crate) struct Alarms {
     current: Vec<Alarm>,
     history: VecDeque<Alarm>,
     last: u64,
+    /// Alarms that had to leave before they were over, because there was no place for another.
+    dropped: u64,
     /// The wall clock may be asked.
     pub has_wall: bool,
 }
@@ -118,7 +120,8 @@ impl Alarms {
         if self.has_wall { wall().unwrap_or(now_ns) } else { now_ns }
     }
 
-    fn raise(&mut self, raised: Raised<'_>, now_ns: i64) {
+    /// Gives back the alarm that had to leave for this one, if one did.
+    fn raise(&mut self, raised: Raised<'_>, now_ns: i64) -> Option<Alarm> {
         let wall_ns = self.wall_ns(now_ns);
         let said = self.texts.get(raised.code);
         let text = match said {
@@ -134,14 +137,9 @@ impl Alarms {
             (known.active, known.acknowledged, known.cause) = (true, false, raised.cause);
             (known.time_ns, known.wall_ns, known.returned_ns, known.acknowledged_ns) = (now_ns, wall_ns, None, None);
             (known.text, known.block, known.remedy, known.severity) = (text, block, remedy, severity);
-            return;
+            return None;
         }
-        if self.current.len() == CURRENT_MAX {
-            // The oldest that has returned; else the oldest.
-            let oldest = self.current.iter().position(|a| !a.active).unwrap_or(0);
-            let gone = self.current.remove(oldest);
-            self.archive(gone);
-        }
+        let dropped = (self.current.len() == CURRENT_MAX).then(|| self.drop_one()).flatten();
         self.last += 1;
         self.current.push(Alarm {
             number: self.last,
@@ -160,6 +158,16 @@ impl Alarms {
             acknowledged_ns: None,
             cause: raised.cause,
         });
+        dropped
+    }
+
+    /// The alarm that a person misses least: one that has returned before one that is active, a less severe one before others, the oldest.
+    fn drop_one(&mut self) -> Option<Alarm> {
+        let least = (0..self.current.len()).min_by_key(|&at| (self.current[at].active, self.current[at].severity))?;
+        let gone = self.current.remove(least);
+        self.dropped += 1;
+        self.archive(gone.clone());
+        Some(gone)
     }
 
     /// The cause is gone, of every alarm that `of` picks. How many.
@@ -208,7 +216,18 @@ impl Core {
     pub(crate) fn raise(&mut self, raised: Raised<'_>) {
         let now_ns = self.host.now_ns();
         self.log.add(now_ns, "alarm", raised.source, format!("{}: {}", raised.code, raised.text));
-        self.alarms.raise(raised, now_ns);
+        if let Some(gone) = self.alarms.raise(raised, now_ns) {
+            let text = format!("there is no place for more than {CURRENT_MAX} alarms: '{}' of '{}' left before it was over", gone.code, gone.source);
+            self.log.add(now_ns, "lost", &gone.source, text);
+        }
+    }
+
+    /// Conditions of a source were lost: its kernel had no place for them.
+    pub(crate) fn alarm_events_lost(&mut self, source: &str, count: u64) {
+        let text = format!("{count} conditions or other events of source '{source}' were lost: more came than there is room for");
+        let remedy = "report less often, or spread the verbs over more sources";
+        self.raise(Raised { code: "events_lost", source, block: None, text, remedy, severity: Severity::High, cause: Cause::Event });
+        self.alarm_returns("events_lost", source);
     }
 
     /// An alarm of `code` from `source` has no cause any more.
@@ -337,7 +356,7 @@ impl System {
     /// The present alarms, newest last, those of the past, and the texts (JSON).
     pub fn alarms_json(&self) -> serde_json::Value {
         let core = self.shared.locked();
-        json!({ "current": core.alarms.current, "history": core.alarms.history, "texts": core.alarms.texts })
+        json!({ "current": core.alarms.current, "history": core.alarms.history, "texts": core.alarms.texts, "dropped": core.alarms.dropped })
     }
 
     /// Takes over the history of an earlier life of the system; its numbers are not given again.
@@ -346,7 +365,8 @@ impl System {
             let last = history.iter().map(|a| a.number).max().unwrap_or(0);
             core.alarms.last = core.alarms.last.max(last);
             history.into_iter().rev().for_each(|alarm| core.alarms.history.push_front(alarm));
-            core.alarms.history.truncate(HISTORY_MAX);
+            let over = core.alarms.history.len().saturating_sub(HISTORY_MAX);
+            core.alarms.history.drain(..over);
             Ok(())
         })
     }

@@ -6,6 +6,7 @@ use crate::stages::{Answer, Verbatim};
 use kernel::{BlockId, Event, Fault, SourceId};
 use model::types::Type;
 use model::value::Value;
+use opengpac::signal_text;
 
 /// A condition as the kernel told it.
 struct Told {
@@ -61,7 +62,9 @@ impl Core {
                     captured,
                 });
             }
-            Event::Unwatched { process, block, item, fault, time_ns, .. } => self.unwatched(process, block, item, fault, time_ns),
+            Event::Unwatched { process, block, item, fault, time_ns, value, .. } => {
+                self.unwatched(process, block, item, fault.map(|fault| (fault, value)), time_ns)
+            }
             Event::Stopped { source, block, process, fault, time_ns } => self.stopped(source, block, process, &fault, time_ns),
             Event::DeviceLost { device, message, time_ns, .. } => self.device_lost(&device, &message, time_ns),
             Event::Asked { .. } => self.watch_inputs(),
@@ -86,7 +89,8 @@ impl Core {
             }
             Event::Lost { source, count } => {
                 let name = self.source_name(source).to_owned();
-                self.log.add(self.host.now_ns(), "lost", &name, format!("{count} events did not fit"));
+                self.log.add(self.host.now_ns(), "lost", &name, format!("{count} conditions or other events of the source found no place"));
+                self.alarm_events_lost(&name, count);
             }
         }
     }
@@ -99,7 +103,7 @@ impl Core {
         let name = instance.plan.conditions.get(told.condition).map_or_else(|| "wait".to_owned(), |c| c.name.clone());
         let text = match &told.fault {
             Some(fault) if block.is_none() => self.stopped_text(told.source, told.block, fault),
-            Some(fault) => fault_text(instance, block, fault),
+            Some(fault) => fault_text(instance, block, fault, &told.value),
             None => format!("{name} (reported by '{label}')"),
         };
         let about = instance.name.clone();
@@ -170,11 +174,11 @@ impl Core {
         self.submit(source, vec![kernel::Op::Stage { process, stage, generation }], Purpose::Nothing);
     }
 
-    fn unwatched(&mut self, process: u64, block: BlockId, item: u8, fault: Option<Fault>, time_ns: i64) {
+    fn unwatched(&mut self, process: u64, block: BlockId, item: u8, fault: Option<(Fault, Vec<u8>)>, time_ns: i64) {
         let Some(instance) = self.instances.get(&process) else { return };
         let index = instance.installed.blocks.iter().position(|b| b.id() == block);
         let text = match &fault {
-            Some(fault) => fault_text(instance, index, fault),
+            Some((fault, what)) => fault_text(instance, index, fault, what),
             None => {
                 let item = index.and_then(|b| item_name(instance, b, item));
                 format!(
@@ -203,7 +207,7 @@ impl Core {
         self.log.add(time_ns, "fault", &name, stopped.clone());
         let culprit = self.culprit(block).map(|(instance, index)| {
             let module = instance.plan.blocks[index].block.split('.').next().unwrap_or("").to_owned();
-            (module, fault_text(instance, Some(index), fault))
+            (module, fault_text(instance, Some(index), fault, &[]))
         });
         let text = culprit.as_ref().map_or_else(String::new, |(_, text)| text.clone());
         if let Some((module, text)) = culprit {
@@ -230,7 +234,7 @@ impl Core {
     fn stopped_text(&self, source: SourceId, block: BlockId, fault: &Fault) -> String {
         let why = self
             .culprit(block)
-            .map_or_else(|| "a block that is gone".to_owned(), |(of, index)| format!("{}, of '{}'", fault_text(of, Some(index), fault), of.name));
+            .map_or_else(|| "a block that is gone".to_owned(), |(of, index)| format!("{}, of '{}'", fault_text(of, Some(index), fault, &[]), of.name));
         format!("source '{}' stopped: {why}", self.source_name(source))
     }
 
@@ -264,19 +268,8 @@ fn culprit_label(core: &Core, id: u64, block: BlockId) -> Option<String> {
     Some(instance.plan.blocks[index].label.clone())
 }
 
-/// A signal in words.
-fn signal_text(signal: i32) -> String {
-    match signal {
-        4 => "illegal instruction".to_owned(),
-        7 => "access to memory that is not there (bus error)".to_owned(),
-        8 => "division by zero or another arithmetic fault".to_owned(),
-        11 => "access to memory that is not its own (segmentation fault)".to_owned(),
-        other => format!("signal {other}"),
-    }
-}
-
-/// A fault in words, naming the block and its code.
-fn fault_text(instance: &Instance, block: Option<usize>, fault: &Fault) -> String {
+/// A fault in words, naming the block and its code; `said` is what its exception says.
+fn fault_text(instance: &Instance, block: Option<usize>, fault: &Fault, said: &[u8]) -> String {
     let of = block.map(|b| &instance.plan.blocks[b]);
     let what = of.map_or("a block".to_owned(), |b| format!("block '{}' ({})", b.label, b.block));
     match fault {
@@ -291,6 +284,7 @@ fn fault_text(instance: &Instance, block: Option<usize>, fault: &Fault) -> Strin
         }
         Fault::Signal(signal) => format!("{what}: {}", signal_text(*signal)),
         Fault::Budget => format!("{what} used up its time budget"),
+        Fault::Threw => format!("{what} threw an exception: {}", String::from_utf8_lossy(said)),
     }
 }
 

@@ -152,7 +152,7 @@ const READ_MAX: Duration = Duration::from_secs(5);
 
 fn source_json(of: &Statistics, steps: usize) -> Json {
     json!({
-        "steps": steps, "firings": of.firings, "overruns": of.overruns, "late": of.late, "faults": of.faults, "stopped": of.stopped, "rights_missing": of.rights_missing,
+        "steps": steps, "firings": of.firings, "overruns": of.overruns, "late": of.late, "faults": of.faults, "lost": of.lost, "stopped": of.stopped, "rights_missing": of.rights_missing,
         "jitter_last_ns": of.jitter_last_ns, "jitter_max_ns": of.jitter_max_ns, "jitter_bins": of.jitter_bins, "jitter_median_ns": median(&of.jitter_bins),
         "duration_sum_ns": of.duration_sum_ns,
         "duration_last_ns": of.duration_last_ns, "duration_max_ns": of.duration_max_ns, "duration_bins": of.duration_bins, "duration_median_ns": median(&of.duration_bins),

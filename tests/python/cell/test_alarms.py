@@ -239,3 +239,17 @@ def test_wrong_words_are_refused(cell: gpac.System) -> None:
         cell.alarms.trip(101)  # type: ignore[arg-type]
     with pytest.raises(gpac.DefinitionError):
         gpac.on("a.b", alarm=101)  # type: ignore[arg-type]
+
+
+def test_an_alarm_that_leaves_for_want_of_a_place_is_counted_and_told() -> None:
+    with gpac.System("cell", clock="virtual") as cell:
+        cell.alarms.define("grave", "keep me", severity="critical")
+        cell.alarms.define("slight", "one of many", severity="low")
+        cell.alarms.trip("grave")
+        for number in range(1000):
+            cell.alarms.trip("slight", source=f"s{number}")
+        assert len(cell.alarms) == 1000 and cell.alarms.dropped == 1
+        assert cell.alarms["grave"].active, "a severe one stays"
+        assert [alarm.source for alarm in cell.alarms.history] == ["s0"]
+        assert [(e["about"], "no place" in e["text"]) for e in cell.log() if e["kind"] == "lost"] == [("s0", True)]
+        assert "1 more left before they were over" in repr(cell.alarms)
