@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
+import json
+import os
 from pathlib import Path
 
 import pytest
 
 import opengpac as gpac
-from afar import until
+from afar import resident_kb, until
 from daemons import Daemon
 from opengpac import activate, execute
+from opengpac.applications import application_json
 from rig import Rig
 
 
@@ -222,17 +225,41 @@ def test_r109_the_reason_decides_about_an_exception(rig: Rig) -> None:
 
 def test_r110_delete_frees_everything(rig: Rig) -> None:
     (a,) = rig.svvs("a")
-    counting = rig.counting()
-    before = rig.cell.names["instances"]
+    counting = rig.counting().on(rig.fast)
+    before, steps = rig.cell.names, rig.cell.statistics["sources"]["rtp0.fast"]["steps"]
     for _ in range(200):
-        counting.on(rig.fast)(a, limit=1)
-    assert rig.cell.names["instances"] == before
-    vi = counting.on(rig.fast).new_instance(a)
+        counting(a, limit=1)
+    assert rig.cell.names == {**before, "verbs": ["counting"]}
+    assert rig.cell.statistics["sources"]["rtp0.fast"]["steps"] == steps
+    vi = counting.new_instance(a)
     vi.delete()
     assert vi.state == "deleted"
     with pytest.raises(gpac.InvalidState, match="deleted"):
         vi.start()
     a.delete()
+
+
+def test_r110_a_hundred_thousand_instances_leave_no_memory_behind(memory_rig: Rig) -> None:
+    """The real-time system's own create and delete: the memory of the process ends where it was."""
+    (a,) = memory_rig.svvs("a")
+    counting = memory_rig.counting().on(memory_rig.fast)
+    real_time_system = memory_rig.cell._alive()
+    given = json.dumps(application_json(counting, counting.arguments_signature.bind(a)))
+
+    def cycles(count: int) -> int:
+        for _ in range(count):
+            real_time_system.delete(real_time_system.create(given))
+        return resident_kb(os.getpid())
+
+    counting(a, limit=1)
+    before = cycles(5_000)
+    grown_kb = cycles(100_000) - before
+    assert grown_kb < 256, "not even 3 bytes of an instance"
+    kept = [real_time_system.create(given) for _ in range(2_000)]
+    assert resident_kb(os.getpid()) - before - grown_kb > 256, "what is not deleted is seen"
+    for identity in kept:
+        real_time_system.delete(identity)
+    assert not memory_rig.cell.instances
 
 
 def test_r102_a_second_supervisor_is_refused() -> None:
