@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page that follows the paper: each requirement once, each test and file that it names is there."""
+"""The page that follows the paper: each requirement once, each test that it names is there and runs."""
 
 from __future__ import annotations
 
 import re
 from collections import Counter
+from pathlib import Path
 
 import pytest
 from listings import ROOT
+from named_tests import collected, files_of, not_run, python_tests, rust_tests, ways_out
 
 PAGE = (ROOT / "docs" / "paper.md").read_text()
 _CELLS = [row.split("|") for row in re.findall(r"^\| \d+ \|.*$", PAGE, re.M)]
@@ -19,19 +21,14 @@ def shown_by(number: int) -> list[str]:
     return re.findall(r"`(\w+)`", ROWS[number][2])
 
 
-def names_of_tests() -> set[str]:
-    """The tests of the whole tree: `def test_…` in Python, a function below `#[test]` in Rust, or in a list of checks."""
-    python = {name for file in (ROOT / "tests").rglob("test_*.py") for name in re.findall(r"^def (test_\w+)\(", file.read_text(), re.M)}
-    rust: set[str] = set()
-    for file in (ROOT / "crates").rglob("*.rs"):
-        text = file.read_text()
-        rust |= set(re.findall(r"#\[test\]\s*(?:#\[[^\n]*\]\s*)*(?:///[^\n]*\s*)*fn (\w+)\(", text))
-        for block in re.findall(r"^proptest! \{$.*?^\}$", text, re.M | re.S):
-            rust |= set(re.findall(r"\bfn (\w+)\(", block))
-        # The checks of every carrier: the macro makes a test of each that it lists.
-        for listed in re.findall(r"\$crate::conformance! \{ \$on_each:([\w\s]*)\}", text):
-            rust |= set(listed.split())
-    return python | rust
+PYTHON, RUST = python_tests(), rust_tests()
+NAMED = {test for number in ROWS for test in shown_by(number)}
+
+
+def number_of(test: str) -> int | None:
+    """The requirement that a test names."""
+    named = re.match(r"(?:test_)?r(\d{3})_", test)
+    return int(named[1]) if named else None
 
 
 def test_every_requirement_stands_once() -> None:
@@ -40,15 +37,51 @@ def test_every_requirement_stands_once() -> None:
 
 
 def test_every_test_on_the_page_exists() -> None:
-    known = names_of_tests()
-    missing = {number: [test for test in shown_by(number) if test not in known] for number in ROWS}
-    assert not {number: tests for number, tests in missing.items() if tests}
+    assert not NAMED - PYTHON.keys() - RUST.keys()
 
 
 def test_every_conformance_test_is_on_the_page() -> None:
-    numbered = {name for name in names_of_tests() if re.match(r"(test_)?r\d{3}_", name)}
-    named = {test for number in ROWS for test in shown_by(number)}
-    assert not numbered - named
+    assert not {name for name in {*PYTHON, *RUST} if number_of(name)} - NAMED
+
+
+def test_a_test_stands_where_its_name_says() -> None:
+    elsewhere = {test: number for number in ROWS for test in shown_by(number) if number_of(test) not in (None, number)}
+    assert not elsewhere, "the name of each of them has another number"
+    assert not [number for number in ROWS.keys() - NOT_YET if not any(number_of(test) == number for test in shown_by(number))]
+
+
+def test_every_python_test_on_the_page_runs() -> None:
+    """It is collected with the options of the project, and nothing in its file or above can keep it from showing what it is to show."""
+    files = files_of(NAMED, PYTHON)
+    assert not (NAMED & PYTHON.keys()) - collected(files)
+    assert not {file.name: found for file in files if (found := ways_out(file))}
+
+
+def test_every_rust_test_on_the_page_runs() -> None:
+    """It is compiled by a target of the Makefile, and not ignored."""
+    why_not = {name: [not_run(name, file) for file in RUST[name]] for name in NAMED & RUST.keys()}
+    assert not {name: why for name, why in why_not.items() if all(why)}
+
+
+def test_what_does_not_run_is_told(tmp_path: Path) -> None:
+    """The checks of this page themselves, on tests that do not run."""
+    (tmp_path / "test_it.py").write_text("import pytest\n\n@pytest.mark.skip\ndef test_it(): ...\n")
+    assert ways_out(tmp_path / "test_it.py") == ["test_it.py: mark.skip"]
+    crate = tmp_path / "crate"
+    (crate / "tests").mkdir(parents=True)
+    (crate / "Cargo.toml").touch()
+    for text, why in (
+        ("#[test]\nfn it() {}", ""),
+        ("#[test]\n#[ignore]\nfn it() {}", "it is ignored"),
+        ('#![cfg(feature = "more")]\n#[test]\nfn it() {}', 'it is compiled with cfg(feature = "more") only'),
+        ("#![cfg(loom)]\n#[test]\nfn it() {}", ""),
+    ):
+        (crate / "tests" / "it.rs").write_text(text)
+        assert not_run("it", crate / "tests" / "it.rs") == why
+    (crate / "src").mkdir()
+    (crate / "src" / "lib.rs").write_text("mod other;\n")
+    (crate / "src" / "it.rs").write_text("#[test]\nfn it() {}")
+    assert not_run("it", crate / "src" / "it.rs") == "no file has `mod it;`"
 
 
 @pytest.mark.parametrize("number", ROWS)

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import opengpac as gpac
+from afar import until
 from opengpac import activate, on
 
 
@@ -42,3 +44,31 @@ class Rig:
             "conditions": {"enough": on("count.enough", returns=["last"])},
         }
         return gpac.Verb(name, **{**definition, **changes})
+
+    def until(self, holds: Callable[[], Any], what: str) -> Any:
+        """What `holds` gives as soon as that is true: the virtual clock is advanced for it, real time passes by itself."""
+        if not getattr(self.cell, "is_virtual", True):
+            return until(holds, what)
+        for _ in range(10_000):
+            if found := holds():
+                return found
+            self.cell.advance("1 ms")
+        raise AssertionError(f"not within 10 s of the virtual clock: {what}")
+
+    def sampling(self, name: str = "sampling", every: str = "1 ms") -> gpac.Verb[..., Any]:
+        """A verb that takes the newest value of `u` to `y`."""
+        return gpac.Verb(
+            name,
+            blocks={"s": self.block("copy.sample")},
+            instantiation_parameters={"u": "s.u", "y": "s.y"},
+            command_lists={"start": [activate("s", every=every)]},
+        )
+
+    def copying(self, name: str = "copying") -> gpac.Verb[..., Any]:
+        """A verb that takes each value of `u` to `y`, and counts them in `n`."""
+        return gpac.Verb(
+            name,
+            blocks={"copy": self.block("copy.copy")},
+            instantiation_parameters={"u": "copy.u", "y": "copy.y", "n": "copy.n"},
+            command_lists={"start": [activate("copy")]},
+        )

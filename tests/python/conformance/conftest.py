@@ -10,6 +10,7 @@ import pytest
 import opengpac as gpac
 from mappings.mapping import MAPPINGS
 from mappings.suite import mappings_of
+from rig import Rig
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
@@ -22,3 +23,17 @@ def cell(request: pytest.FixtureRequest) -> Iterator[gpac.System]:
     """A system on each mapping that the test can run on."""
     with MAPPINGS[request.param].open("cell") as made:
         yield made
+
+
+@pytest.fixture
+def threads(built: dict[str, str]) -> Iterator[Rig]:
+    """A small system in real time whose processors are threads: blocks of one module see each other there behind OpenGPAC's back."""
+    with MAPPINGS["threads"].open("cell") as made:
+        yield Rig(made, built)
+
+
+@pytest.fixture(params=["threads", "processes"])
+def real(request: pytest.FixtureRequest, built: dict[str, str]) -> Iterator[Rig]:
+    """A small system in real time, on threads and on processes."""
+    with MAPPINGS[request.param].open("cell") as made:
+        yield Rig(made, built)

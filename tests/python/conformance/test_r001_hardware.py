@@ -6,6 +6,7 @@ from __future__ import annotations
 import pytest
 
 import opengpac as gpac
+from mappings.mapping import MAPPINGS
 from opengpac import activate
 from opengpac import library as lib
 from rig import Rig
@@ -21,12 +22,21 @@ def test_r001_a_processor_runs_several_verbs_of_its_own(rig: Rig) -> None:
 
 
 def test_r002_processors_run_different_programs_at_once(rig: Rig) -> None:
-    other = rig.cell.processor("rtp1").timer("fast", period="1 ms", priority=80)
-    a, b = rig.svvs("a", "b")
-    rig.counting().on(rig.fast).asynch(a)
-    rig.counting("other").on(other).asynch(b)
-    rig.cell.advance("10 ms")
-    assert (a.value, b.value) == (9, 9)
+    other = rig.cell.processor("rtp1").timer("beside", period="1 ms", priority=80)
+    a, up, down = rig.svvs("a", "up", "down")
+    pairing = gpac.Verb(
+        "pairing",
+        blocks={"pair": rig.block("pair.pair")},
+        instantiation_parameters={"up": "pair.a", "down": "pair.b"},
+        command_lists={"start": [activate("pair", every="1 ms")]},
+    )
+    counting = rig.counting().on(rig.fast).asynch(a)
+    pairing.on(other).asynch(up, down)
+    rig.until(lambda: a.value >= 20 and down.value <= -20, "each goes on with its own program")
+    counting.halt()
+    stands, goes = a.number, up.number
+    rig.until(lambda: up.number >= goes + 20, "one goes on without the other")
+    assert a.number == stands
 
 
 def test_r003_a_system_is_its_processors_on_one_interconnect(rig: Rig) -> None:
@@ -73,10 +83,26 @@ def test_r006_a_source_is_a_request_for_work(rig: Rig) -> None:
     assert a.value == 2
 
 
-def test_r007_sources_have_priorities(rig: Rig) -> None:
-    assert rig.fast.priority > rig.slow.priority
-    with pytest.raises(gpac.CallError, match="priority"):
-        rig.rtp.timer("wrong", period="1 ms", priority="high")  # type: ignore[arg-type]
+@pytest.mark.parametrize(("writer", "reader", "seen"), [(80, 60, [0, 1, 2, 3, 4]), (60, 80, [-1, 0, 1, 2, 3])])
+def test_r007_of_two_requests_at_one_instant_the_one_of_higher_priority_is_served_first(
+    built: dict[str, str], writer: int, reader: int, seen: list[int]
+) -> None:
+    with gpac.System("cell", clock="virtual", seed=3) as cell:
+        rig = Rig(cell, built)
+        sources = [rig.rtp.timer(name, period="10 ms", priority=priority) for name, priority in (("w", writer), ("r", reader))]
+        a, b = cell.svv("a", initial=-1.0), cell.svv("b", history=10)
+        rig.counting(every="10 ms").on(sources[0]).asynch(a)
+        rig.sampling(every="10 ms").on(sources[1]).asynch(a, b)
+        cell.advance("50 ms")
+        assert b.history[:]["value"].tolist() == seen, "who is served first has written before the other one reads"
+
+
+def test_r007_a_priority_is_a_number_of_the_range(memory_rig: Rig) -> None:
+    assert [source.priority for source in (memory_rig.fast, memory_rig.slow)] == [80, 60]
+    for wrong in ("high", 0, 100, -1):
+        with pytest.raises(gpac.Error, match="priority"):
+            memory_rig.rtp.timer("wrong", period="1 ms", priority=wrong)  # type: ignore[arg-type]
+    assert "rtp0.wrong" not in memory_rig.cell.sources
 
 
 def test_r008_a_higher_source_preempts_a_lower_one(built: dict[str, str]) -> None:
@@ -148,25 +174,31 @@ def test_r009_what_cannot_raise_a_source_is_refused(memory_rig: Rig) -> None:
         panel["u"].raises("door")  # type: ignore[arg-type]
 
 
-def test_r010_the_same_program_on_other_priorities_gives_the_same_values(built: dict[str, str]) -> None:
-    found = []
-    for fast, slow in ((80, 60), (20, 90)):
-        with gpac.System("cell", clock="virtual") as cell:
-            rtp = cell.processor("rtp0")
-            timers = {"count": rtp.timer("a", period="1 ms", priority=fast), "copy": rtp.timer("b", period="1 ms", priority=slow)}
-            code, copies = cell.download(built["count"], "count"), cell.download(built["copy"], "copy")
-            y = cell.svv("y", history=100)
-            verb = gpac.Verb(
-                "both",
-                blocks={"count": code.count, "copy": copies.copy},
-                instantiation_parameters={"y": "copy.y"},
-                cells={"c": ["count.y", "copy.u"]},
-                command_lists={"start": [activate("count", every="1 ms"), activate("copy")]},
-            )
-            verb.on({"*": timers["count"]}).asynch(y)
-            cell.advance("20 ms")
-            found.append(list(y.history[:]["value"]))
-    assert found[0] == found[1] and len(found[0]) == 20
+REALISATIONS = [(mapping, *priorities) for mapping in ("virtual", "message", "threads") for priorities in ((80, 60), (20, 90))]
+
+
+def test_r010_the_same_program_gives_the_same_values_however_sources_and_priorities_are_realised(built: dict[str, str]) -> None:
+    """A counter drives a copy on another source. Beside it a block reads when it likes: that one may tell how they are realised."""
+    synchronous, asynchronous = [], []
+    for mapping, timer, software in REALISATIONS:
+        with MAPPINGS[mapping].open("cell") as cell:
+            rig = Rig(cell, built)
+            writing = rig.rtp.timer("writing", period="2 ms", priority=timer)
+            reading = rig.rtp.software("reading", priority=software)
+            looking = rig.rtp.timer("looking", period="2 ms", priority=70)
+            c, y, seen = (cell.svv(name, history=100) for name in ("c", "y", "seen"))
+            n = cell.svv("n", "int64_t")
+            counting = rig.counting(every="2 ms").on(writing).new_instance(c)
+            copier = rig.copying().on(reading).asynch(c, y, n)
+            rig.sampling(every="2 ms").on(looking).asynch(c, seen)
+            counting.start()
+            rig.until(lambda of=y: len(of.history) >= 50, "fifty values have come through")
+            for instance in (counting, copier):
+                instance.halt()
+            synchronous.append(y.history[:]["value"].tolist()[:50])
+            asynchronous.append(tuple(seen.history[:]["value"].tolist()[:50]))
+    assert synchronous == len(REALISATIONS) * [[float(k) for k in range(50)]]
+    assert asynchronous[0] != asynchronous[1], "the realisations do differ: who has no relation to its writer sees it"
 
 
 def test_r011_a_device_is_reached_from_its_processor(rig: Rig) -> None:

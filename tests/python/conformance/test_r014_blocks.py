@@ -3,10 +3,15 @@
 
 from __future__ import annotations
 
+import ctypes
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
 import pytest
 
 import opengpac as gpac
-from opengpac import activate, execute
+from opengpac import _native, activate, execute
 from opengpac import library as lib
 from rig import Rig
 
@@ -20,8 +25,55 @@ def test_r014_an_interface_has_five_components(rig: Rig) -> None:
     assert "alpha" in lib.block("lowpass").parameters
 
 
-def test_r015_a_block_is_used_by_its_interface_alone(rig: Rig) -> None:
-    assert "u" in repr(lib.block("gain")) and lib.block("gain").doc
+HALVES = [
+    "FUNCTION_BLOCK(half, {0}, in(double, u, {1}), out(double, y, {2})) {{ self->y = self->u / 2; return OK; }}",
+    "FUNCTION_BLOCK(half, {0}, in(double, u, {1}), out(double, y, {2}), state(double, kept, 0, {1}))\n"
+    "{{ self->kept = self->u; self->y = self->kept - 0.5 * self->kept; return OK; }}",
+]
+
+
+def used(rig: Rig, block: gpac.Block | gpac.Graph, name: str) -> list[float]:
+    """What a program gets that knows no more of a block than its interface tells."""
+    ((u, _),), ((y, _),) = block.inputs.items(), block.outputs.items()
+    verb = gpac.Verb(
+        name,
+        blocks={"count": rig.block("count.count"), "it": block},
+        instantiation_parameters={"y": f"it.{y}"},
+        cells={"u": ["count.y", f"it.{u}"]},
+        command_lists={"start": [activate("count", every="1 ms"), activate("it")]},
+    )
+    found = rig.cell.svv(f"{name}.y", history=10)
+    with verb.on(rig.fast).asynch(found):
+        rig.cell.advance("10 ms")
+    return found.history[:]["value"].tolist()
+
+
+def test_r015_a_block_is_used_by_its_interface_alone(memory_rig: Rig, tmp_path: Path) -> None:
+    """Two codes with one interface, of which nothing but the machine code is there, and a graph: nobody can tell which it is."""
+    blocks = []
+    for number, text in enumerate(HALVES):
+        source = tmp_path / f"half{number}.c"
+        source.write_text("#include <opengpac.h>\n" + text.format('"y = u / 2."', '"value"', '"half of it"'))
+        machine_code = _native.build([str(source)], str(tmp_path / f"half{number}.so"))
+        source.unlink()
+        blocks.append(memory_rig.cell.download(machine_code, f"half{number}").half)
+    one, other = blocks
+    assert [(p.type, p.mode, p.unit) for p in one.inputs.values()] == [(p.type, p.mode, p.unit) for p in other.inputs.values()]
+    graph = gpac.Graph("halving", blocks={"h": other}, inputs={"value": "h.u"}, outputs={"half": "h.y"})
+    for number, block in enumerate((one, other, graph)):
+        assert used(memory_rig, block, f"use{number}") == [k / 2 for k in range(10)]
+
+
+def test_r015_what_is_inside_cannot_be_reached(memory_rig: Rig) -> None:
+    remembers = memory_rig.block("memory.memory")
+    assert {*remembers.outputs} == {"forgets", "keeps"}, "its state is not in its interface"
+    for wrong in (
+        {"input_parameters": {"k": "count.k"}},
+        {"instantiation_parameters": {"y": "count.y", "k": "count.k"}},
+        {"output_values": {"last": "count.k"}},
+    ):
+        with pytest.raises(gpac.Error, match=r"count\.k"):
+            memory_rig.counting("inside", **wrong).on(memory_rig.fast).new_instance(*memory_rig.svvs("y"))
 
 
 def test_r016_a_block_is_assigned_to_several_processors(rig: Rig) -> None:
@@ -40,22 +92,90 @@ def test_r017_a_block_reports_conditions_with_values(rig: Rig) -> None:
     assert (report.condition, report.value, report.last) == ("enough", 4, 4)
 
 
+def scaling(name: str = "scaling", use: object = None, **changes: Any) -> gpac.Verb[..., Any]:
+    """y = k u, with the k of its block."""
+    definition: dict[str, Any] = {
+        "blocks": {"gain": lib.block("gain")(k=3.0) if use is None else use},
+        "instantiation_parameters": {"u": "gain.u", "y": "gain.y"},
+        "modes": {"gain.u": "asynchronous"},
+        "command_lists": {"start": [execute("gain")]},
+    }
+    return gpac.Verb(name, **{**definition, **changes})
+
+
 def test_r018_parameters_have_defaults_and_stay_inside(rig: Rig) -> None:
-    u, y = rig.svvs("u", "y")
-    scaling = gpac.Verb(
-        "scaling",
-        blocks={"gain": lib.block("gain")(k=3.0)},
-        instantiation_parameters={"u": "gain.u", "y": "gain.y"},
-        modes={"gain.u": "asynchronous"},
-        command_lists={"start": [execute("gain")]},
-    )
+    u, y, z = rig.svvs("u", "y", "z")
     u.value = 2.0
-    scaling.on(rig.fast)(u, y)
-    assert y.value == 6.0
+    before = {*rig.cell.names["svvs"]}
+    scaling().on(rig.fast)(u, y)
+    scaling("by_default", lib.block("gain")).on(rig.fast)(u, z)
+    assert (y.value, z.value) == (6.0, 2.0), "the value that is given, and the default; each in its own instance"
+    assert [*scaling().signature.parameters] == ["u", "y"], "who calls the verb does not see it"
+    assert {*rig.cell.names["svvs"]} == before, "it is no SVV"
 
 
-def test_r019_a_subroutine_is_a_c_function(rig: Rig) -> None:
-    assert lib.block("lowpass").run(alpha=0.5, u=[1.0, 1.0, 1.0]).y.tolist() == [0.5, 0.75, 0.875]
+def test_r018_nothing_is_wired_to_a_parameter_and_nobody_sets_it_from_outside(memory_rig: Rig) -> None:
+    u, y, k = memory_rig.svvs("u", "y", "k")
+    with pytest.raises(gpac.CoverError, match=r"parameter 'gain\.k' .* no port or device"):
+        scaling("bound", instantiation_parameters={"u": "gain.u", "y": "gain.y", "k": "gain.k"})
+    with pytest.raises(gpac.CoverError, match=r"parameter 'gain\.k'"):
+        scaling(
+            "wired",
+            blocks={"gain": lib.block("gain"), "count": memory_rig.block("count.count")},
+            cells={"w": ["count.y", "gain.k"]},
+        )
+    with pytest.raises(gpac.CallError, match="'k'"):
+        scaling().on(memory_rig.fast)(u, y, k=4.0)
+    by_psi = scaling("by_psi", lib.block("gain"), input_parameters={"factor": "gain.k"}).on(memory_rig.fast)
+    u.value = 2.0
+    by_psi(u, y, factor=5.0)
+    assert y.value == 10.0, "only where the verb says so, under the verb's own name"
+    with pytest.raises(gpac.ValueRefused, match=r"SVV k .* is not a value"):
+        by_psi(u, y, factor=k)
+
+
+FUNCTION = """#include <opengpac.h>
+__attribute__((visibility("default"))) double smoother(double before, double u) { return before + 0.25 * (u - before); }
+
+FUNCTION_BLOCK(smooth, "y follows u.", in(double, u, "value"), out(double, y, "a smoother one"))
+{
+    self->y = smoother(self->y, self->u);
+    return OK;
+}
+"""
+
+
+def test_r019_a_subroutine_is_a_c_function(rig: Rig, tmp_path: Path) -> None:
+    """What it computes in a running system is what its C code computes when anybody calls it."""
+    source = tmp_path / "smooth.c"
+    source.write_text(FUNCTION)
+    machine_code = _native.build([str(source)], str(tmp_path / "smooth.so"))
+    module = rig.cell.download(machine_code, "smooth")
+    assert [block.name for block in module] == ["smooth.smooth"], "a function is a block where it says so"
+    with pytest.raises(gpac.UnknownName, match="smoother"):
+        module["smoother"]
+    y = rig.cell.svv("y", history=20)
+    verb = gpac.Verb(
+        "smoothing",
+        blocks={"count": rig.block("count.count"), "smooth": module.smooth},
+        instantiation_parameters={"y": "smooth.y"},
+        cells={"u": ["count.y", "smooth.u"]},
+        command_lists={"start": [activate("count", every="1 ms"), activate("smooth")]},
+    )
+    verb.on(rig.fast).asynch(y)
+    rig.cell.advance("20 ms")
+    called = ctypes.CDLL(machine_code).smoother
+    called.restype, called.argtypes = ctypes.c_double, [ctypes.c_double, ctypes.c_double]
+    expected = [*accumulate((float(k) for k in range(20)), called, initial=0.0)][1:]
+    assert y.history[:]["value"].tolist() == expected
+
+
+def test_r019_what_is_no_c_is_refused_where_it_stands(memory_rig: Rig, tmp_path: Path) -> None:
+    source = tmp_path / "wrong.c"
+    source.write_text(FUNCTION.replace("return OK;", "return OKAY;"))
+    with pytest.raises(gpac.Error, match=r"'OKAY' undeclared.* at .*wrong\.c:7"):
+        memory_rig.cell.download(source)
+    assert "wrong" not in memory_rig.cell.names["modules"]
 
 
 def test_r020_the_interface_is_declared_by_macros(memory_rig: Rig, tmp_path) -> None:
@@ -68,8 +188,15 @@ def test_r020_the_interface_is_declared_by_macros(memory_rig: Rig, tmp_path) -> 
     assert (block.inputs["u"].unit, block.inputs["u"].type, block.inputs["u"].mode) == ("rad", "double", "synchronous")
 
 
-def test_r021_a_subroutine_is_sequential(memory_rig: Rig) -> None:
-    assert memory_rig.block("count.count").run(3).y.tolist() == [0, 1, 2]
+def test_r021_a_subroutine_runs_from_its_first_line_to_its_last_wherever_it_is(rig: Rig) -> None:
+    """Alone and in a system in which others run too, one invocation after the other: the same values."""
+    alone = rig.block("count.count").run(20).y.tolist()
+    a, *others = (rig.cell.svv(name, history=100) for name in "abc")
+    for svv in others:
+        rig.counting().on(rig.slow if svv is others[0] else rig.fast, every={"count": "10 ms"}).asynch(svv)
+    rig.counting().on(rig.fast).asynch(a)
+    rig.until(lambda: len(a.history) >= 20, "twenty invocations")
+    assert a.history[:]["value"].tolist()[:20] == alone == [*range(20)]
 
 
 def test_r022_instances_of_one_subroutine_share_nothing(rig: Rig) -> None:

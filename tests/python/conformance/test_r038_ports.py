@@ -106,7 +106,9 @@ def test_r043_an_asynchronous_input_takes_the_newest_value(rig: Rig) -> None:
 
 
 def test_r044_data_driven_blocks_run_on_new_values_only(rig: Rig) -> None:
+    """As often as its writer, however often its source fires; and not at all where nobody writes."""
     y, n = rig.cell.svv("y"), rig.cell.svv("n", "int64_t")
+    beside = rig.cell.svv("beside")
     verb = gpac.Verb(
         "thrice",
         blocks={"count": rig.block("count.count"), "copy": rig.block("copy.copy")},
@@ -114,28 +116,52 @@ def test_r044_data_driven_blocks_run_on_new_values_only(rig: Rig) -> None:
         cells={"c": ["count.y", "copy.u"]},
         command_lists={"start": [activate("copy"), activate("count", every="10 ms")]},
     )
+    rig.counting("beside").on(rig.fast).asynch(beside)
     verb.on(rig.fast).asynch(y, n)
     rig.cell.advance("35 ms")
-    assert n.value == 3
+    assert (n.value, y.value, beside.value) == (3, 2, 34)
+    never, n_never = rig.cell.svv("never"), rig.cell.svv("n_never", "int64_t")
+    follower = rig.copying().on(rig.fast)
+    silent = rig.counting("silent").on(rig.fast).new_instance(never)
+    follower.asynch(never, *rig.svvs("y_never"), n_never)
+    rig.cell.advance("35 ms")
+    assert (n.value, n_never.value, beside.value) == (7, 0, 69), "its writer is there, and has not written"
+    silent.start()
+    rig.cell.advance("5 ms")
+    assert n_never.value == 5
+    with pytest.raises(gpac.SchedulingError, match=r"nobody drives input 'copy\.u'"):
+        follower.new_instance(*rig.svvs("nobodys", "y_nobodys"), rig.cell.svv("n_nobodys", "int64_t"))
 
 
-def test_r045_a_write_from_the_programming_system_fires_nothing(rig: Rig) -> None:
-    u, y = rig.svvs("u", "y")
-    n = rig.cell.svv("n", "int64_t")
-    verb = gpac.Verb(
-        "poked",
-        blocks={"copy": rig.block("copy.copy")},
-        instantiation_parameters={"u": "copy.u", "y": "copy.y", "n": "copy.n"},
-        command_lists={"start": [activate("copy")]},
-    )
-    source = rig.counting().on(rig.fast).new_instance(u)
-    verb.on(rig.fast).asynch(u, y, n)
+def test_r045_neither_a_write_nor_an_old_value_fires_anything(rig: Rig) -> None:
+    """What fires it is a value that is new, and that another instance has written through an output port."""
+    u, y = rig.cell.svv("u"), rig.cell.svv("y", history=50)
+    n, beside = rig.cell.svv("n", "int64_t"), rig.cell.svv("beside")
+    writer = rig.counting("writing").on(rig.fast).new_instance(u)
+    writer.start(limit=5)
+    assert writer.wait().condition == "enough" and u.value >= 5, "there is a value, and it is old"
+    reader = rig.copying().on(rig.fast).asynch(u, y, n)
+    rig.counting("beside").on(rig.fast).asynch(beside)
+
+    def firings(count: int) -> None:
+        before = beside.value
+        rig.until(lambda: beside.value >= before + count, "its source fires")
+
+    firings(20)
+    assert n.value == 0, "an old value"
     u.value = 17.0
-    rig.cell.advance("10 ms")
-    assert n.value == 0
-    source.start()
-    rig.cell.advance("10 ms")
-    assert n.value == 10
+    firings(20)
+    assert n.value == 0, "a write of the programming system"
+    writer.start(limit=3)
+    writer.wait()
+    firings(20)
+    assert (n.value, y.history[:]["value"].tolist()[:4]) == (len(y.history), [0, 1, 2, 3]), "each new value, once"
+    count = n.value
+    reader.suspend()
+    reader.resume()
+    u.value = 18.0
+    firings(20)
+    assert n.value == count, "nor does it have one twice after a pause"
 
 
 def test_r046_an_interval_schedules_a_block(rig: Rig) -> None:
@@ -163,18 +189,6 @@ def test_r048_the_mean_frequency_is_the_one_asked_for(rig: Rig) -> None:
     times = a.history[:]["time"]
     assert len(times) == 1000
     np.testing.assert_allclose(np.diff(times), 1e-3, atol=1e-12)
-
-
-def test_r049_outputs_invisible_until_complete(built: dict[str, str]) -> None:
-    with gpac.System("cell", clock="virtual", seed=5) as cell:
-        rig = Rig(cell, built)
-        long = rig.rtp.timer("long", period="10 ms", priority=10, virtual_cost="4 ms")
-        a = rig.cell.svv("a", history=100)
-        rig.counting(every="10 ms").on(long).asynch(a)
-        rig.cell.advance("9 ms")
-        assert a.number == 0 and len(a.history) == 0
-        rig.cell.advance("20 ms")
-        assert a.history[:]["value"].tolist()[:1] == [0]
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 
 import opengpac as gpac
@@ -28,15 +30,63 @@ def test_r058_a_process_is_a_set_of_block_instances(rig: Rig) -> None:
     assert (a.value, b.value) == (4, 4)
 
 
-def test_r059_a_block_that_is_not_there_cannot_be_executed(rig: Rig) -> None:
-    with pytest.raises(gpac.UnknownName, match="did you mean"):
-        two_counters(rig, [execute("aa")])
+@pytest.mark.parametrize("command", [execute, install, deactivate, lambda label: activate(label, every="1 ms")])
+def test_r059_a_block_that_is_not_installed_cannot_be_executed(rig: Rig, command: Callable[[str], gpac.Command]) -> None:
+    """Neither a name that is nowhere, nor a block of another verb, whose instance is installed and runs."""
+    a, b, y = rig.svvs("a", "b", "y")
+    other = rig.counting().on(rig.fast).asynch(y)
+    for label in ("aa", "count"):
+        with pytest.raises(gpac.UnknownName, match=f"'{label}'"):
+            two_counters(rig, [activate("a", every="1 ms"), command(label)])
+    two_counters(rig, [command("a"), execute("b")]).on(rig.fast).new_instance(a, b)
+    assert other.state == "running"
 
 
-def test_r060_installation_binds_and_attaches(rig: Rig) -> None:
-    a, b = rig.svvs("a", "b")
-    instance = two_counters(rig, [execute("a")]).on({"a": rig.fast, "b": rig.slow}).new_instance(a, b)
-    assert "a: count.count on rtp0.fast" in repr(instance) and "b: count.count on rtp0.slow" in repr(instance)
+def test_r059_what_is_deleted_or_not_started_does_not_run(rig: Rig) -> None:
+    a, b = rig.svvs("a", "b", history=5)
+    instance = two_counters(rig, [activate("a", every="1 ms"), activate("b", every="1 ms")]).on(rig.fast).new_instance(a, b)
+    (beside,) = rig.svvs("beside")
+    other = rig.counting().on(rig.fast).asynch(beside)
+    rig.until(lambda: beside.value >= 10, "its source fires")
+    assert len(a.history) == len(b.history) == 0, "it is installed, and nobody has commanded its execution"
+    instance.delete()
+    with pytest.raises(gpac.InvalidState, match="deleted"):
+        instance.start()
+    with pytest.raises(gpac.UnknownName):
+        rig.cell.instance("two#1").start()
+    assert other.state == "running"
+
+
+def test_r060_installation_binds_ports_and_attaches_to_source_and_processor(rig: Rig) -> None:
+    """Each block writes the SVV that it was given, in the firings of the source that it was given; nothing is bound before or after."""
+    elsewhere = rig.cell.processor("rtp1").timer("slow", period="10 ms", priority=60)
+    a, b = rig.svvs("a", "b", history=20)
+
+    def steps() -> list[int]:
+        return [rig.cell.statistics["sources"][name]["steps"] for name in ("rtp0.fast", "rtp0.slow", "rtp1.slow")]
+
+    verb = two_counters(
+        rig,
+        [activate("a", every="1 ms"), activate("b", every="10 ms")],
+        input_parameters={"at_a": gpac.input("a.enough", default=0)},
+        conditions={"enough": gpac.on("a.enough")},
+    )
+    idle = steps()
+    instance = verb.on({"a": rig.fast, "b": elsewhere}).new_instance(b, a)
+    assert [(block["label"], block["source"]) for block in instance._about()["blocks"]] == [("a", "rtp0.fast"), ("b", "rtp1.slow")]
+    for svv in (a, b):
+        with pytest.raises(gpac.InvalidState, match=f"'{svv.name}': it is bound by 'two#1'"):
+            svv.delete()
+    instance.start()
+    rig.cell.advance("40 ms")
+    assert [round(t * 1000) for t in a.history[:]["time"]] == [10, 20, 30, 40], "given as b: it follows the timer of the other processor"
+    assert b.value == 39
+    running = steps()
+    assert [now - before for now, before in zip(running, idle, strict=True)] == [1, 0, 1]
+    instance.halt()
+    instance.delete()
+    for svv in (a, b):
+        svv.delete()
 
 
 def test_r061_a_second_writer_is_refused(rig: Rig) -> None:

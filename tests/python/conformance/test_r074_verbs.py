@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import opengpac as gpac
-from opengpac import activate, execute, on, wait
+from opengpac import activate, execute, install, on, wait
 from opengpac import library as lib
 from rig import Rig
 
@@ -34,8 +34,29 @@ def test_r074_a_verb_has_all_its_components(rig: Rig) -> None:
 
 
 def test_r075_instantiation_parameters_are_parameters(rig: Rig) -> None:
-    assert [*two_lists(rig).signature.parameters] == ["a", "b", "limit", "end"]
-    assert [*two_lists(rig).arguments_signature.parameters] == ["a", "b"]
+    """They are given once, at creation; the others at each start; all of them in a call."""
+    verb = two_lists(rig)
+    assert [*verb.signature.parameters] == ["a", "b", "limit", "end"]
+    assert [*verb.arguments_signature.parameters] == ["a", "b"]
+    a, b = rig.svvs("a", "b")
+    placed = verb.on(rig.fast)
+    for wrong in ({}, {"a": a}, {"a": a, "b": b, "limit": 3}):
+        with pytest.raises(gpac.CallError, match=r"missing a required argument|unexpected keyword argument 'limit'"):
+            placed.new_instance(**wrong)
+    with placed.new_instance(b=b, a=a) as instance:
+        with pytest.raises(gpac.CallError, match="'a'"):
+            instance.start(a=b, limit=1, end=1)
+        for limit in (2, 5):
+            instance.start(limit=limit, end=1)
+            assert instance.wait().a_last == limit
+    assert placed(a, b, 3, 1).a_last == 3
+
+
+def test_r075_a_parameter_is_of_one_kind(rig: Rig) -> None:
+    with pytest.raises(gpac.DefinitionError, match="'a' is an input parameter and an instantiation parameter"):
+        two_lists(rig, "both", input_parameters={"a": "first.enough", "end": "second.enough"})
+    with pytest.raises(gpac.UnknownName, match=r"'first' .* has no 'yy'"):
+        two_lists(rig, "nothing", instantiation_parameters={"a": "first.yy", "b": "second.y"})
 
 
 def test_r076_chi_maps_parameters_to_data_nodes_and_devices(rig: Rig) -> None:
@@ -187,24 +208,40 @@ def test_r090_a_condition_leads_to_other_lists_from_other_lists(rig: Rig) -> Non
     assert (report.condition, report.command_list) == ("completed", "three")
 
 
-def test_r091_cycles_are_legal(rig: Rig) -> None:
-    a, b = rig.svvs("a", "b")
+def test_r091_a_list_may_lead_to_itself(rig: Rig) -> None:
+    """It is aborted and commences anew, again and again; without the transition it is carried out once."""
+    (y,) = rig.svvs("y", history=100)
+    lists = {"again": [install("count"), activate("count", every="1 ms")]}
+    changes: dict[str, Any] = {"command_lists": lists, "conditions": {"enough": on("count.enough", returns=[])}}
+    restarting = rig.counting("restarting", transitions={("again", "enough"): "again"}, **changes).on(rig.fast)
+    instance = restarting.asynch(y, limit=3)
+    rig.until(lambda: len(y.history) >= 40, "ten rounds")
+    instance.halt()
+    assert y.history[:]["value"].tolist()[:40] == 10 * [0, 1, 2, 3]
+    instance.wait()
+    once = rig.counting("once", **changes).on(rig.fast)(y, limit=3)
+    assert (once.condition, y.value) == ("enough", 3.0)
+
+
+def test_r091_lists_may_lead_to_each_other_in_a_cycle(rig: Rig) -> None:
+    a, b = rig.svvs("a", "b", history=100)
     verb = two_lists(
         rig,
         "cycle",
         command_lists={
-            "one": [activate("first", every="1 ms")],
-            "two": [activate("second", every="1 ms"), wait("2 ms")],
+            "one": [install("first"), activate("first", every="1 ms")],
+            "two": [install("second"), activate("second", every="1 ms")],
         },
         conditions={"enough": on("first.enough"), "again": on("second.enough")},
         output_values={},
         transitions={("one", "enough"): "two", ("two", "again"): "one"},
     )
-    vi = verb.on(rig.fast).asynch(a, b, limit=2, end=2)
-    rig.cell.advance("200 ms")
-    assert vi.state == "running"
-    vi.halt()
-    assert vi.wait().condition == "halted"
+    instance = verb.on(rig.fast).asynch(a, b, limit=2, end=1)
+    rig.until(lambda: len(b.history) >= 20, "ten rounds")
+    instance.halt()
+    assert instance.wait().condition == "halted"
+    rows = sorted([(row["time"], "a", row["value"]) for row in a.history[:]] + [(row["time"], "b", row["value"]) for row in b.history[:]])
+    assert [(who, value) for _, who, value in rows][:50] == 10 * [("a", 0), ("a", 1), ("a", 2), ("b", 0), ("b", 1)]
 
 
 def test_r092_without_a_transition_the_verb_ends(rig: Rig) -> None:
@@ -231,8 +268,33 @@ def test_r094_outputs_outside_nu_are_absent(rig: Rig) -> None:
         _ = report.a_last
 
 
-def test_r095_returns_of_a_condition_that_can_never_end_the_verb(rig: Rig) -> None:
-    assert ("one", "enough", "→ two") in two_lists(rig).table()
+def test_r095_term_is_what_has_no_transition_from_some_list(rig: Rig) -> None:
+    """`enough` leads on from `one` and ends the verb in `two`, where ν says what it returns: as printed, term_V would have none of that."""
+    a, b = rig.svvs("a", "b")
+    from_both = two_lists(
+        rig,
+        command_lists={"one": [activate("first", every="1 ms")], "two": [wait("3 ms"), activate("second", every="1 ms")]},
+        conditions={"enough": on(["first.enough", "second.enough"], returns=["b_last"])},
+    )
+    assert from_both.table() == [("one", "enough", "→ two"), ("two", "enough", "ends, returns b_last")]
+    report = from_both.on(rig.fast)(a, b, limit=2, end=4)
+    assert (report.condition, report.command_list, dict(report.outputs)) == ("enough", "two", {"b_last": 4.0})
+
+
+def test_r095_a_condition_that_leads_on_from_every_list_is_not_in_it(rig: Rig) -> None:
+    a, b = rig.svvs("a", "b")
+    everywhere = two_lists(
+        rig,
+        "everywhere",
+        conditions={"enough": on(["first.enough", "second.enough"])},
+        output_values={},
+        transitions={("one", "enough"): "two", ("two", "enough"): "one"},
+    )
+    assert all(what.startswith("→") for _, _, what in everywhere.table())
+    instance = everywhere.on(rig.fast).asynch(a, b, limit=2, end=2)
+    rig.until(lambda: b.value >= 5, "it goes round")
+    assert instance.state == "running"
+    instance.halt()
 
 
 def test_r096_transitions_name_lists_and_conditions_that_exist(rig: Rig) -> None:

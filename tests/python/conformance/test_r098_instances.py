@@ -3,16 +3,44 @@
 
 from __future__ import annotations
 
+import json
+import os
+from pathlib import Path
+
 import pytest
 
 import opengpac as gpac
+from afar import resident_kb, until
+from daemons import Daemon
+from opengpac import activate, execute
+from opengpac.applications import application_json
 from rig import Rig
 
 
-def test_r098_an_instance_holds_block_instances(rig: Rig) -> None:
-    (a,) = rig.svvs("a")
-    vi = rig.counting().on(rig.fast).new_instance(a)
-    assert vi.state == "created" and "count.count" in repr(vi)
+def test_r098_an_instance_holds_instances_of_all_blocks_of_its_verb(rig: Rig) -> None:
+    """Also of those that its first list does not name; and each instance of the verb has its own."""
+    verb = gpac.Verb(
+        "stages",
+        blocks={"count": rig.block("count.count"), "later": rig.block("memory.memory")},
+        instantiation_parameters={"y": "count.y", "z": "later.keeps"},
+        input_parameters={"limit": gpac.input("count.enough", default=1e9)},
+        command_lists={"one": [activate("count", every="1 ms")], "two": [execute("later")]},
+        initial="one",
+        conditions={"enough": gpac.on("count.enough")},
+        transitions={("one", "enough"): "two"},
+    )
+    svvs = rig.svvs("y1", "z1", "y2", "z2")
+    first, second = (verb.on(rig.fast).new_instance(*svvs[at : at + 2]) for at in (0, 2))
+    for instance in (first, second):
+        held = [(block["label"], block["block"]) for block in instance._about()["blocks"]]
+        assert held == [("count", "count.count"), ("later", "memory.memory")] and instance.state == "created"
+    for round_ in (1, 2, 3):
+        first.start(limit=2 + round_)
+        assert first.wait().condition == "completed"
+    second.start(limit=1)
+    second.wait()
+    y1, z1, y2, z2 = (svv.value for svv in svvs)
+    assert (z1, z2) == (3, 1) and y1 >= 5 and y2 >= 1, "the state that one keeps is not the other's"
 
 
 def test_r099_several_instances_of_one_verb_are_active(rig: Rig) -> None:
@@ -57,9 +85,52 @@ def test_r100_running_time_stands_still_while_suspended(rig: Rig) -> None:
 
 
 def test_r101_commands_go_to_the_real_time_system(rig: Rig) -> None:
-    (a,) = rig.svvs("a")
-    with pytest.raises(gpac.InvalidState):
-        rig.counting().on(rig.fast).new_instance(a).resume()
+    """The supervisor takes each of them down and carries it out; one that it refuses changes nothing."""
+    a, b = rig.svvs("a", "b")
+    vi, other = (rig.counting().on(rig.fast).named(name).new_instance(svv) for name, svv in (("mine", a), ("other", b)))
+
+    def state(name: str) -> str:
+        return next(entry.state for entry in rig.cell.instances if entry.name == name)
+
+    for refused in (other.resume, other.suspend):
+        with pytest.raises(gpac.InvalidState):
+            refused()
+        assert state("other") == "created"
+    expected = []
+    for command, then in ((vi.start, "running"), (vi.suspend, "suspended"), (vi.resume, "running"), (vi.halt, "ended")):
+        command()
+        assert state("mine") == then == vi.state, "as the real-time system has it"
+        expected.append(command.__name__)
+    log = [entry for entry in rig.cell.log() if entry["about"] == "mine"]
+    assert [entry["text"] for entry in log if entry["kind"] == "command"] == expected
+    assert [entry["kind"] for entry in log if entry["kind"] != "command"] == ["start", "end"]
+    vi.delete()
+    assert rig.cell.names["instances"] == ["other"]
+
+
+def test_r101_they_come_from_another_process(tmp_path: Path) -> None:
+    """A real-time system of its own carries on with what it was commanded after the programming system has gone."""
+    daemon = Daemon(tmp_path, "monotonic")
+    try:
+        with gpac.connect(daemon.url, name="first") as far:
+            fast = far.processor("rtp0").timer("fast", period="1 ms", priority=80)
+            wave = gpac.Verb(
+                "wave",
+                blocks={"wave": gpac.library.block("signal_generator")(shape=1, frequency=1.0)},
+                instantiation_parameters={"y": "wave.y"},
+                command_lists={"start": [activate("wave", every="1 ms")]},
+            )
+            y = far.svv("y")
+            wave.on(fast).named("mine").asynch(y)
+            number = until(lambda: y.number, "it runs")
+        with gpac.connect(daemon.url, name="second") as far:
+            vi, y = far.instance("mine"), far.svv("y")
+            assert vi.state == "running"
+            until(lambda: y.number > number, "it has gone on")
+            vi.halt()
+            assert {entry.name: entry.state for entry in far.instances} == {"mine": "ended"}
+    finally:
+        daemon.stop()
 
 
 def test_r102_one_processor_is_the_supervisor(rig: Rig) -> None:
@@ -103,9 +174,32 @@ def test_r106_the_supervisor_installs_everywhere(rig: Rig) -> None:
 
 
 def test_r107_creation_reports_completion(rig: Rig) -> None:
+    """When it has returned, everything is allocated, on other processors too: a start finds it there, and only then does anything run."""
+    there = rig.cell.processor("rtp1").timer("there", period="1 ms", priority=50)
     (a,) = rig.svvs("a")
-    vi = rig.counting().on(rig.fast).named("mine").new_instance(a)
+    vi = rig.counting().on(there).named("mine").new_instance(a)
     assert (vi.name, vi.state) == ("mine", "created")
+    assert [(entry.name, entry.verb, entry.state) for entry in rig.cell.instances] == [("mine", "counting", "created")]
+    assert [block["source"] for block in vi._about()["blocks"]] == ["rtp1.there"]
+    with pytest.raises(gpac.InvalidState, match="bound by 'mine'"):
+        a.delete()
+    assert (a.value, a.number) == (0, 0)
+    vi.start(limit=3)
+    assert vi.wait().last == 3
+
+
+def test_r107_a_creation_that_fails_is_reported_and_has_allocated_nothing(rig: Rig) -> None:
+    (a,) = rig.svvs("a")
+    wrong = rig.cell.svv("wrong", "int32_t")
+    counting = rig.counting().on(rig.fast)
+    with pytest.raises(gpac.TypeMismatch):
+        counting.named("mine").new_instance(wrong)
+    assert not rig.cell.instances
+    wrong.delete()
+    taken = counting.named("mine").new_instance(a)
+    with pytest.raises(gpac.Error, match="mine"):
+        counting.named("mine").new_instance(a)
+    assert [entry.name for entry in rig.cell.instances] == ["mine"] and taken.state == "created"
 
 
 def test_r108_an_instance_runs_until_something_ends_it(rig: Rig) -> None:
@@ -131,17 +225,41 @@ def test_r109_the_reason_decides_about_an_exception(rig: Rig) -> None:
 
 def test_r110_delete_frees_everything(rig: Rig) -> None:
     (a,) = rig.svvs("a")
-    counting = rig.counting()
-    before = rig.cell.names["instances"]
+    counting = rig.counting().on(rig.fast)
+    before, steps = rig.cell.names, rig.cell.statistics["sources"]["rtp0.fast"]["steps"]
     for _ in range(200):
-        counting.on(rig.fast)(a, limit=1)
-    assert rig.cell.names["instances"] == before
-    vi = counting.on(rig.fast).new_instance(a)
+        counting(a, limit=1)
+    assert rig.cell.names == {**before, "verbs": ["counting"]}
+    assert rig.cell.statistics["sources"]["rtp0.fast"]["steps"] == steps
+    vi = counting.new_instance(a)
     vi.delete()
     assert vi.state == "deleted"
     with pytest.raises(gpac.InvalidState, match="deleted"):
         vi.start()
     a.delete()
+
+
+def test_r110_a_hundred_thousand_instances_leave_no_memory_behind(memory_rig: Rig) -> None:
+    """The real-time system's own create and delete: the memory of the process ends where it was."""
+    (a,) = memory_rig.svvs("a")
+    counting = memory_rig.counting().on(memory_rig.fast)
+    real_time_system = memory_rig.cell._alive()
+    given = json.dumps(application_json(counting, counting.arguments_signature.bind(a)))
+
+    def cycles(count: int) -> int:
+        for _ in range(count):
+            real_time_system.delete(real_time_system.create(given))
+        return resident_kb(os.getpid())
+
+    counting(a, limit=1)
+    before = cycles(5_000)
+    grown_kb = cycles(100_000) - before
+    assert grown_kb < 256, "not even 3 bytes of an instance"
+    kept = [real_time_system.create(given) for _ in range(2_000)]
+    assert resident_kb(os.getpid()) - before - grown_kb > 256, "what is not deleted is seen"
+    for identity in kept:
+        real_time_system.delete(identity)
+    assert not memory_rig.cell.instances
 
 
 def test_r102_a_second_supervisor_is_refused() -> None:

@@ -44,21 +44,77 @@ def test_r112_svvs_need_no_shared_memory(rig: Rig) -> None:
     assert b.value >= 90
 
 
+def drums(rig: Rig) -> type[gpac.LogicalDevice]:
+    """A device type with a verb, two SVVs and a parameter."""
+    turning = gpac.Verb(
+        "turning",
+        blocks={"count": rig.block("count.count"), "gain": lib.block("gain")},
+        instantiation_parameters={"turns": ["count.y", "gain.u"], "angle": "gain.y"},
+        input_parameters={"ratio": gpac.input("gain.k", tunable=True)},
+        command_lists={"start": [activate("count", every="1 ms"), activate("gain"), gpac.ready()]},
+    )
+
+    class Drum(gpac.LogicalDevice, verb=turning):
+        """A drum that its verb turns."""
+
+        turns: gpac.SVV[float] = gpac.svv()
+        angle: gpac.SVV[float] = gpac.svv()
+        pose: gpac.SVV[float] = gpac.svv("double[3]")
+        ratio = gpac.parameter(2.0, tunable=True)
+
+    return Drum
+
+
+def entered(rig: Rig) -> tuple[set[str], set[str], set[str]]:
+    """The instances, SVVs and logical devices that there are."""
+    names = rig.cell.names
+    return {*names["instances"]}, {*names["svvs"]}, {*names["logical_devices"]}
+
+
 def test_r113_a_device_type_is_a_verb_svvs_and_parameters(rig: Rig) -> None:
+    """With the device its verb instance, its SVVs and its parameters are there, each device with its own, and go with it."""
+    drum_type = drums(rig)
+    one, two = (drum_type(name, on=rig.fast) for name in ("one", "two"))
+    assert entered(rig) == (
+        {"one.turning", "two.turning"},
+        {f"{drum}.{svv}" for drum in ("one", "two") for svv in ("turns", "angle", "pose")},
+        {"one", "two"},
+    )
+    assert [(entry.state, entry.device) for entry in rig.cell.instances] == [("created", "one"), ("created", "two")]
+    one.ratio = 5.0
+    assert (one.ratio, two.ratio, two.pose.value.tolist()) == (5.0, 2.0, [0, 0, 0])
+    for drum, ratio in ((one, 5.0), (two, 2.0)):
+        drum.enable()
+        rig.until(lambda drum=drum, ratio=ratio: drum.angle.value >= ratio * 10, "its verb has its own parameter")
+        drum.disable()
+        assert drum.angle.value == ratio * drum.turns.value
+    one.delete()
+    assert entered(rig) == ({"two.turning"}, {"two.turns", "two.angle", "two.pose"}, {"two"})
+    with pytest.raises(gpac.CallError, match="did you mean 'angle'"):
+        two.angel = 3.0
+
+
+def test_r113_they_are_created_together_or_not_at_all(rig: Rig) -> None:
+    drum_type = drums(rig)
+    taken = rig.cell.svv("drum.pose", "float")
+    before = entered(rig)
+    with pytest.raises(gpac.InUse, match=r"drum\.pose"):
+        drum_type("drum", on=rig.fast)
+    assert entered(rig) == before
+    taken.delete()
+    assert drum_type("drum", on=rig.fast).state == "disabled"
+
+
+def test_r113_a_device_needs_no_verb(rig: Rig) -> None:
     class Tank(gpac.LogicalDevice):
         """A tank without a verb."""
 
         level: gpac.SVV[float] = gpac.svv(unit="m", initial=0.5)
-        pose: gpac.SVV[float] = gpac.svv("double[3]")
         capacity = gpac.parameter(2.0, unit="m")
 
     tank = Tank("tank", system=rig.cell)
-    assert tank.level.value == 0.5 and tank.level.name == "tank.level"
-    assert tank.pose.value.tolist() == [0, 0, 0]
-    tank.capacity = 3.0
-    assert tank.capacity == 3.0
-    with pytest.raises(gpac.CallError, match="did you mean 'level'"):
-        tank.levle = 3.0
+    assert (tank.level.value, tank.level.name, tank.capacity) == (0.5, "tank.level", 2.0)
+    assert not rig.cell.instances
 
 
 def test_r114_a_joint_type_can_be_written(arm: gpac.Group[gpac.robots.Joint]) -> None:
@@ -91,17 +147,48 @@ def test_r116_a_verb_applies_to_one_or_more_devices(rig: Rig, arm: gpac.Group[gp
         assert report.condition == "arrived" and len(report.position) == len(goal)
 
 
+def test_r117_enabling_a_device_starts_its_verb_instance(rig: Rig) -> None:
+    drum = drums(rig)("drum", on=rig.fast)
+    (beside,) = rig.svvs("beside")
+    rig.counting().on(rig.fast).asynch(beside)
+
+    def verb_instance() -> str:
+        return next(entry.state for entry in rig.cell.instances if entry.device == "drum")
+
+    rig.until(lambda: beside.value >= 10, "its source fires")
+    assert (drum.state, verb_instance(), drum.turns.value, drum.turns.number) == ("disabled", "created", 0, 0)
+    for _ in range(2):
+        drum.enable()
+        assert (drum.state, verb_instance()) == ("standstill", "running")
+        rig.until(lambda: drum.turns.value >= 10, "its verb runs")
+        drum.disable()
+        assert (drum.state, verb_instance()) == ("disabled", "ended")
+        stands, before = drum.turns.value, beside.value
+        rig.until(lambda before=before: beside.value >= before + 10, "its source fires on")
+        assert drum.turns.value == stands
+
+
 def test_r117_a_device_must_be_enabled(rig: Rig, arm: gpac.Group[gpac.robots.Joint]) -> None:
+    """At creation and at each start of a verb that uses it; before it is, nothing of the verb runs and nothing is sent."""
     move = gpac.robots.move.on(rig.fast)
     with pytest.raises(gpac.NotEnabled, match="x"):
         move(arm, [0.0, 0.0])
+    assert not [entry for entry in rig.cell.instances if entry.device is None], "nothing was created"
     arm.enable()
     assert all(joint.state == "standstill" for joint in arm)
-    assert move(arm, {"x": 0.45}, speed=1.0).condition == "arrived"
+    moving = move.new_instance(arm)
+    moving.start({"x": 0.45}, speed=1.0)
+    assert moving.wait().condition == "arrived"
+    arm[1].disable()
+    commanded = arm.values("commanded")
+    with pytest.raises(gpac.NotEnabled, match="y"):
+        moving.start([0.0, 0.0])
+    assert moving.state == "ended" and arm.values("commanded") == commanded
+    arm.enable()
+    moving.start({"x": 0.5}, speed=1.0)
+    assert moving.wait().condition == "arrived"
     arm.disable()
     assert all(joint.state == "disabled" for joint in arm)
-    with pytest.raises(gpac.NotEnabled):
-        move(arm, [0.0, 0.0])
 
 
 def test_r117_disabling_ends_the_verbs_that_use_it(rig: Rig, arm: gpac.Group[gpac.robots.Joint]) -> None:
@@ -129,11 +216,12 @@ def test_r117_a_device_whose_verb_ends_is_lost_to_its_users(rig: Rig) -> None:
     assert caught.value.condition == "device_lost"
 
 
-def test_r117_tunable_parameters_act_at_once(rig: Rig, arm: gpac.Group[gpac.robots.Joint]) -> None:
-    arm.enable()
-    arm[0].kp = 20.0
-    rig.cell.advance("10 ms")
-    assert arm[0].kp == 20.0
+def test_r117_tunable_parameters_act_at_once(rig: Rig) -> None:
+    drum = drums(rig)("drum", on=rig.fast).enable()
+    for ratio in (3.0, 7.0):
+        drum.ratio = ratio
+        rig.cell.advance("2 ms")
+        assert drum.angle.value == ratio * drum.turns.value > 0
 
 
 def test_r117_a_device_whose_verb_does_not_say_when_is_ready_when_it_runs(rig: Rig) -> None:

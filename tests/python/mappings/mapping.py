@@ -49,6 +49,11 @@ class MappedSystem(gpac.System):
             # A busy machine takes long to start it; how long a processor waits for its host begins after that.
             self._joining.first_line()
 
+    @property
+    def is_virtual(self) -> bool:
+        """Whether the program advances time."""
+        return self._mapping.virtual
+
     def close(self) -> None:
         """Closes the system; its host ends with it."""
         super().close()

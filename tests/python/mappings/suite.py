@@ -13,6 +13,12 @@ from mappings.mapping import MAPPINGS
 
 SUITE = Path(__file__).parent.parent / "conformance"
 
+ON_EACH = {"cell", "rig"}
+"""Fixtures that give a system of each mapping."""
+
+IN_REAL_TIME = {"threads", "real"}
+"""Fixtures that give a system of some mappings in real time, and of no other."""
+
 VIRTUAL_ONLY: dict[str, str] = {}
 """Tests that advance no time themselves and yet need the virtual clock, and why."""
 
@@ -43,8 +49,8 @@ def table() -> str:
     for file in sorted(SUITE.glob("test_*.py")):
         counts = [0, 0, 0, 0]
         for test, source in _tests(file):
-            without = not {"cell", "rig"} & {argument.arg for argument in test.args.args}
-            real = not without and any(not MAPPINGS[name].virtual for name in _mappings(test.name, source))
+            real = _runs_in_real_time(test, source)
+            without = not (real or ON_EACH & _arguments(test))
             counts = [count + one for count, one in zip(counts, (1, without, not (without or real), real), strict=True)]
         sums = [a + b for a, b in zip(sums, counts, strict=True)]
         lines.append(f"| `{file.stem}` | {' | '.join(map(str, counts))} |")
@@ -52,13 +58,17 @@ def table() -> str:
 
 
 def in_real_time() -> list[str]:
-    """The names of the tests that run on every mapping."""
+    """The names of the tests that run in real time: those of `cell` and `rig` on every mapping."""
     return [test.name for file in sorted(SUITE.glob("test_*.py")) for test, source in _tests(file) if _runs_in_real_time(test, source)]
 
 
 def _runs_in_real_time(test: ast.FunctionDef, source: str) -> bool:
-    has_system = bool({"cell", "rig"} & {argument.arg for argument in test.args.args})
-    return has_system and any(not MAPPINGS[name].virtual for name in _mappings(test.name, source))
+    on_each = ON_EACH & _arguments(test) and any(not MAPPINGS[name].virtual for name in _mappings(test.name, source))
+    return bool(on_each or IN_REAL_TIME & _arguments(test))
+
+
+def _arguments(test: ast.FunctionDef) -> set[str]:
+    return {argument.arg for argument in test.args.args}
 
 
 def _mappings(name: str, source: str) -> list[str]:
