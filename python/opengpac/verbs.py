@@ -324,7 +324,8 @@ class Verb(Pictured, Declared, Generic[P, R]):
 
     def _outcome(self, name: str, condition: str) -> str:
         if (name, condition) in self.transitions:
-            return f"→ {self.transitions[name, condition]}"
+            to = f"→ {self.transitions[name, condition]}"
+            return f"{to}, where that runs on processors that are left" if condition == "processor_lost" else to
         termination = self.termination(condition, name)
         if termination is not None and termination.raises is None and termination.returns is not None:
             return f"ends, returns {', '.join(map(self.reported, termination.returns)) or 'nothing'}"

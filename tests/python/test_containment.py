@@ -111,6 +111,40 @@ def test_a_fault_may_have_a_transition(rig: Rig) -> None:
     assert (report.condition, report.command_list, report.last) == ("enough", "after", 2)
 
 
+@pytest.mark.parametrize("block", ["null_pointer", "endless"])
+def test_after_a_crash_a_transition_leads_to_what_runs_on_other_sources(memory_rig: Rig, block: str) -> None:
+    rig = memory_rig
+    doomed = rig.rtp.timer("doomed", period="1 ms", priority=50)
+    y, z = rig.svvs("y", "z")
+    verb = failing(
+        rig,
+        block,
+        blocks={"bad": rig.block(f"faults.{block}"), "count": rig.block("count.count")},
+        instantiation_parameters={"y": "bad.y", "z": "count.y"},
+        input_parameters={"limit": "count.enough"},
+        output_values={"last": "count.y"},
+        command_lists={"start": [activate("bad", every="1 ms", budget="20 ms")], "after": [activate("count", every="1 ms")]},
+        initial="start",
+        conditions={"enough": gpac.on("count.enough", returns=["last"])},
+        transitions={("start", "fault"): "after"},
+    )
+    report = verb.on({"bad": doomed, "count": rig.fast})(y, z, limit=3, time_limit="1 s")
+    assert (report.condition, report.command_list, report.last, report.others) == ("enough", "after", 3, ())
+    rig.cell.reset()
+    rig.cell.download(rig.built["faults"], "faults")
+    with pytest.raises(
+        gpac.Terminated, match=r"command list 'after' cannot follow: it runs on 'rtp0\.doomed', which is gone too"
+    ) as caught:
+        verb.on({"bad": doomed, "count": doomed})(y, z, limit=3, time_limit="1 s")
+    assert (caught.value.condition, caught.value.command_list) == ("fault", "start")
+
+
+def test_an_emergency_stop_has_no_transition(memory_rig: Rig) -> None:
+    lists = {"start": [activate("count", every="1 ms")], "after": [activate("count", every="2 ms")]}
+    with pytest.raises(gpac.DefinitionError, match=r"'emergency_stop'.*cannot be made: an emergency stop ends every verb at once"):
+        memory_rig.counting("stopping", command_lists=lists, initial="start", transitions={("start", "emergency_stop"): "after"})
+
+
 @pytest.fixture(scope="session")
 def rust_module() -> Path:
     """The Rust module of the examples, built as its author would."""

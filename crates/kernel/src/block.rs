@@ -87,6 +87,12 @@ impl Block {
         self.memory.part(declared.offset as usize, declared.size as usize)
     }
 
+    /// Where what it published last through output `item` lies: `self.field` of its next invocation. None of any other item.
+    pub fn published(&self, item: usize) -> Option<Cell> {
+        let declared = self.items().get(item)?;
+        (declared.kind == kind::OUTPUT && declared.offset != NONE).then(|| self.memory.part(declared.offset as usize, declared.size as usize))
+    }
+
     /// Where the value that condition `item` reported last lies, if it has one.
     pub fn report(&self, item: usize) -> Option<Cell> {
         let declared = self.items().get(item)?;

@@ -69,6 +69,32 @@ impl Kernel {
         self.told = true;
     }
 
+    /// While a firing of the virtual clock is not over: scripts that only read are answered with what was there before it. Others wait for
+    /// its end, readings behind them too; where a record is made all do.
+    pub(crate) fn answer_readings(&mut self, now_ns: i64) {
+        if self.source.tape.is_some() {
+            return;
+        }
+        let mut waits = false;
+        for mut submission in self.source.mailbox.take() {
+            waits |= !submission.script.ops.iter().all(|op| matches!(op, Op::Capture(_)));
+            if waits {
+                self.source.mailbox.put(submission);
+                continue;
+            }
+            let mut captured = mem::take(&mut submission.captured);
+            for op in &mut submission.script.ops {
+                self.apply(op, now_ns, &mut captured);
+            }
+            submission.captured = captured;
+            (submission.firing, submission.time_ns) = (self.firing, now_ns);
+            submission.serial = self.shared.serials.fetch_add(1, Ordering::AcqRel);
+            self.source.done.put(submission);
+            self.told = true;
+        }
+        self.wake();
+    }
+
     /// The present table goes into `table`, which is in force from now on.
     fn swap(&mut self, table: &mut Box<Table>, now_ns: i64) {
         mem::swap(&mut self.table, table);

@@ -173,6 +173,8 @@ impl Kernel {
                 None
             }
             Response::Tell => is_so(&self.source, process.freeze(word)).then_some(Moved::Frozen),
+            // Nothing that it leads to would run here.
+            Response::React { .. } if self.stopped => is_so(&self.source, process.freeze(word)).then_some(Moved::Frozen),
             Response::React { script, next } => {
                 if !is_so(&self.source, process.react(word, *next)) {
                     return None;

@@ -54,6 +54,16 @@ pub(crate) struct Kernel {
 // SAFETY: the pointers of `entered` live only within one script, whose processes it keeps.
 unsafe impl Send for Kernel {}
 
+/// How the first part of a firing went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Computed {
+    /// The source was stopped before.
+    Nothing,
+    /// A step stopped it.
+    Stopped,
+    All,
+}
+
 /// Bytes that a reaction may capture.
 pub(crate) const CAPTURED_MAX: usize = 128 * 1024;
 
@@ -82,17 +92,34 @@ impl Kernel {
     /// Firing `number`, released at `release_ns` on the host's clock, started at `started_ns` of CLOCK_MONOTONIC (for the budget).
     #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
     pub(crate) fn fire<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) {
+        let computed = self.compute(number, release_ns, started_ns, preempt);
+        self.conclude(computed, release_ns, preempt);
+    }
+
+    /// The first part of a firing: nobody else sees anything of it yet.
+    #[inline]
+    pub(crate) fn compute<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) -> Computed {
         self.firing = number;
         self.begin();
-        if !self.stopped {
-            self.careful = false;
-            self.latch(release_ns, preempt);
-            self.decide(number, release_ns);
-            if self.work(release_ns, started_ns, preempt) {
-                self.stamp(release_ns);
-                self.publish(release_ns, preempt);
-                self.advance();
-            }
+        if self.stopped {
+            return Computed::Nothing;
+        }
+        self.careful = false;
+        self.latch(release_ns, preempt);
+        self.decide(number, release_ns);
+        if self.work(release_ns, started_ns, preempt) { Computed::All } else { Computed::Stopped }
+    }
+
+    /// The second part: devices are written, what was computed is published, conditions are served.
+    #[inline]
+    pub(crate) fn conclude<P: Preempt>(&mut self, computed: Computed, release_ns: i64, preempt: &P) {
+        if computed == Computed::All {
+            self.write_devices(release_ns);
+            self.stamp(release_ns);
+            self.publish(release_ns, preempt);
+            self.advance();
+        }
+        if computed != Computed::Nothing {
             self.serve(release_ns);
         }
         self.settle(release_ns);
@@ -137,6 +164,7 @@ impl Kernel {
         let worked = self.work(now_ns, monotonic_ns(), &Never);
         self.table.chosen.fill(false);
         if worked {
+            self.write_devices(now_ns);
             self.stamp_executed(now_ns);
             self.publish(now_ns, &Never);
             self.advance();
@@ -246,7 +274,7 @@ impl Kernel {
         }
     }
 
-    /// Devices and steps. False if a step stopped the source.
+    /// Devices are read, and the steps run. False if a step stopped the source.
     fn work<P: Preempt>(&mut self, now_ns: i64, started_ns: i64, preempt: &P) -> bool {
         for &time in &self.table.times {
             // SAFETY: running times in this source of processes that the table holds.
@@ -268,11 +296,14 @@ impl Kernel {
             self.stop(ended, now_ns);
             return false;
         }
+        true
+    }
+
+    fn write_devices(&mut self, now_ns: i64) {
         self.devices(now_ns, |device, tape| {
-            // SAFETY: as above.
+            // SAFETY: this is the kernel of the device's source.
             unsafe { device.write(now_ns, tape) }
         });
-        true
     }
 
     fn devices(&mut self, now_ns: i64, serve: impl Fn(&Device, Option<&Tape>) -> Result<(), DeviceError>) {

@@ -191,7 +191,8 @@ impl Host {
     }
 
     /// Hands a script to a source; carried out between two firings, in the order of submission, at once if the source is idle
-    /// (it is woken). Acknowledged by `Event::Done`. Any thread. Under the virtual clock it is carried out before this returns.
+    /// (it is woken). Acknowledged by `Event::Done`. Any thread. Under the virtual clock it is carried out before this returns, but where a
+    /// firing with a cost is not over there: then at its end.
     pub fn submit(&self, source: SourceId, mut script: Box<Script>) {
         self.announce(source, &script);
         if let Some(far) = self.far(source) {
@@ -230,6 +231,11 @@ impl Host {
     /// Virtual: the kernel of a source, between two firings.
     pub(crate) fn with_kernel<T>(&self, source: SourceId, then: impl FnOnce(&mut Kernel) -> T) -> T {
         self.executor().with_kernel(source.0 as usize, then)
+    }
+
+    /// Virtual: true where so much is requested at this instant that one request more is refused. Never under the monotonic clock.
+    pub fn is_full(&self) -> bool {
+        self.executor.as_ref().is_some_and(|executor| executor.lock().expect("nobody panics with the lock held").is_full())
     }
 
     /// Requests a firing of a software source.
@@ -313,7 +319,8 @@ impl Host {
     }
 
     /// Virtual: sets the clock to the time of the next firing, if that is not after `limit_ns`, and runs that one firing (with
-    /// whatever preempts it). False if there is none; the clock is then left as it is. Errs when more than 10,000 firings fall in one instant.
+    /// whatever preempts it). Nobody sees anything of a firing that ends behind `limit_ns` before the clock comes to its end. False if there
+    /// is none; the clock is then left as it is. Errs when more than 10,000 requested firings fall in one instant; the others are refused.
     pub fn fire_next(&self, limit_ns: i64) -> Result<bool, String> {
         guard::prepare_thread();
         let executor = self.executor();
@@ -325,12 +332,17 @@ impl Host {
                 continue;
             }
             let Some((time, index)) = firing.filter(|&(time, _)| time <= limit_ns) else { return Ok(false) };
-            executor.fire(index, time, &self.now_ns)?;
+            executor.fire(index, time, limit_ns, &self.now_ns)?;
             if let Some(trace) = self.trace.get() {
                 trace.gather();
             }
             return Ok(true);
         }
+    }
+
+    /// Virtual: the end of everything that was computed.
+    pub fn busy_until_ns(&self) -> i64 {
+        self.executor().busy_until_ns()
     }
 
     /// Virtual: moves the clock forward where nothing happens.

@@ -147,5 +147,8 @@ fn sources_that_raise_each_other_without_end_are_named() {
     }
     host.request(a);
     let error = std::iter::from_fn(|| Some(host.fire_next(0))).find_map(Result::err).unwrap();
-    assert!(error.contains("more than 10000 firings at 0 ns") && error.contains("'ping'"), "{error}");
+    assert!(error.contains("more than 10000 requested firings at 0 ns") && error.contains("'ping'") && error.contains("1 requests are refused"), "{error}");
+    assert_eq!(host.fire_next(0), Ok(false), "nothing is left of it");
+    host.request(a);
+    assert_eq!(host.fire_next(0), Ok(true), "others may go on");
 }

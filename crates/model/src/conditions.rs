@@ -111,6 +111,11 @@ fn check_transitions(flat: &mut Flat<'_>, verb: &Verb, conditions: &mut [Checked
             flat.refuse(Class::UnknownName, format!("{text} names the condition '{}', which is not in the verb's table", transition.condition), place, &remedy);
             continue;
         }
+        if transition.condition == "emergency_stop" {
+            let message = format!("{text} cannot be made: an emergency stop ends every verb at once and leaves no output to act on");
+            flat.refuse(Class::DefinitionError, message, place, "leave it out, and start what is to follow after reset()");
+            continue;
+        }
         let (Some(from), Some(to)) = (from, to) else { continue };
         match conditions.iter_mut().find(|c| named(c) && c.planned.holds_in(from)) {
             Some(condition) => condition.transitions.push((from, to)),

@@ -125,6 +125,10 @@ impl System {
                 Err(refuse(Class::InvalidState, format!("source '{source}' is a timer"), "only triggers and software sources can be requested"))
             }
             Some(_) => self.shared.command(|core| {
+                if core.host.is_full() {
+                    let message = format!("source '{source}' takes no request: 10,000 requests wait for their firings at this instant");
+                    return Err(refuse(Class::SchedulingError, message, "let time pass between requests: advance() serves them"));
+                }
                 core.host.request(core.sources[source]);
                 Ok(())
             }),

@@ -15,7 +15,7 @@ use indexmap::IndexMap;
 use kernel::{BlockId, SourceId};
 use model::interface::Mode;
 use model::order;
-use model::plan::{CellKind, Plan};
+use model::plan::{CellKind, Plan, PlannedCell};
 use model::refusal::{Class, Refusals};
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
@@ -94,18 +94,22 @@ impl Core {
         )
     }
 
-    /// Edges between the new blocks and those that are there, through SVVs of the same source: synchronous and asynchronous.
+    /// Edges that the new blocks bring into the order of a source, synchronous and asynchronous: those of their own plan as far as its
+    /// order holds them, and those through SVVs with what is there. Whoever writes an SVV runs only while it has claimed it: between two
+    /// instances that both write it there is no edge, for they never run at one time.
     fn edges(&self, plan: &Plan, installed: &Installed, source: SourceId) -> (Vec<Edge>, Vec<Edge>) {
-        let (mut hard, mut soft) = (Vec::new(), Vec::new());
+        let (mut hard, mut soft) = own_edges(plan, installed, source);
         for cell in &plan.cells {
             let CellKind::Svv { name, .. } = &cell.kind else { continue };
-            let writers = self.svvs[name].writers.iter().filter(|w| w.source == source);
-            for (writer, (reader, item)) in writers.flat_map(|w| cell.readers.iter().map(move |r| (w, r))) {
-                if installed.block_source[*reader] == source {
-                    let edge = (writer.block, installed.blocks[*reader].id());
-                    match mode_of(plan, *reader, *item) {
-                        Mode::Asynchronous => soft.push(edge),
-                        _ => hard.push(edge),
+            if cell.writers.is_empty() {
+                let writers = self.svvs[name].writers.iter().filter(|w| w.source == source);
+                for (writer, (reader, item)) in writers.flat_map(|w| cell.readers.iter().map(move |r| (w, r))) {
+                    if installed.block_source[*reader] == source {
+                        let edge = (writer.block, installed.blocks[*reader].id());
+                        match mode_of(plan, *reader, *item) {
+                            Mode::Asynchronous => soft.push(edge),
+                            _ => hard.push(edge),
+                        }
                     }
                 }
             }
@@ -119,11 +123,12 @@ impl Core {
         (hard, soft)
     }
 
-    /// Installed blocks of a source that read an SVV, and whether synchronously.
+    /// Installed blocks of a source that read an SVV that others write, and whether synchronously.
     fn readers_of(&self, svv: &str, source: SourceId) -> Vec<(BlockId, bool)> {
         let mut found = Vec::new();
         for instance in self.instances.values().filter(|i| i.installed.sources.contains(&source)) {
-            for cell in instance.plan.cells.iter().filter(|c| matches!(&c.kind, CellKind::Svv { name, .. } if name == svv)) {
+            let is_it = |c: &&PlannedCell| c.writers.is_empty() && matches!(&c.kind, CellKind::Svv { name, .. } if name == svv);
+            for cell in instance.plan.cells.iter().filter(is_it) {
                 let here = cell.readers.iter().filter(|(block, _)| instance.installed.block_source[*block] == source);
                 found.extend(here.map(|(block, item)| (instance.installed.blocks[*block].id(), mode_of(&instance.plan, *block, *item) == Mode::Synchronous)));
             }
@@ -252,6 +257,31 @@ impl Core {
         sources.dedup();
         self.renew_tables(sources);
     }
+}
+
+/// Edges within a plan, but for those that its own order could not hold.
+fn own_edges(plan: &Plan, installed: &Installed, source: SourceId) -> (Vec<Edge>, Vec<Edge>) {
+    let mut position = vec![None; plan.blocks.len()];
+    let planned = plan.order.iter().flat_map(|(_, blocks)| blocks).filter(|block| installed.block_source[**block] == source);
+    for (at, block) in planned.enumerate() {
+        position[*block] = Some(at);
+    }
+    let (mut hard, mut soft) = (Vec::new(), Vec::new());
+    for (cell, (reader, item)) in plan.cells.iter().flat_map(|cell| cell.readers.iter().map(move |reader| (cell, reader))) {
+        for (writer, _) in &cell.writers {
+            // `None`, of another source, is before everything.
+            if position[*writer].is_none() || position[*writer] >= position[*reader] {
+                continue;
+            }
+            let edge = (installed.blocks[*writer].id(), installed.blocks[*reader].id());
+            match mode_of(plan, *reader, *item) {
+                Mode::Synchronous => hard.push(edge),
+                Mode::Asynchronous => soft.push(edge),
+                Mode::Ratio(_) => {}
+            }
+        }
+    }
+    (hard, soft)
 }
 
 /// What a kernel can remember for waits has room for every condition.

@@ -271,6 +271,11 @@ impl Core {
         self.elsewhere.iter().filter(|(_, own)| Arc::ptr_eq(own, far)).map(|(name, _)| name.clone()).collect()
     }
 
+    /// False where a source belongs to a process or host that is gone, whether or not that was told of this source yet.
+    pub fn is_reached(&self, source: SourceId) -> bool {
+        self.runs_at(source).is_none_or(|far| far.is_up())
+    }
+
     /// True where a source belongs to a processor of this process.
     fn runs_in(&self, source: SourceId, far: &Arc<Processor>) -> bool {
         self.runs_at(source).is_some_and(|own| Arc::ptr_eq(own, far))

@@ -92,9 +92,45 @@ impl Core {
     fn ending_list(&self, id: u64, cause: &Cause) -> Option<usize> {
         let instance = &self.instances[&id];
         let is_immediate = IMMEDIATE.contains(&instance.plan.conditions[cause.condition].name.as_str());
-        let stands = |source: &SourceId| !self.lost.contains(source) && !self.host.statistics(*source).stopped;
-        let may_run = !is_immediate && !instance.is_in_ending() && instance.installed.sources.iter().all(stands);
+        let may_run = !is_immediate && !instance.is_in_ending() && instance.installed.sources.iter().all(|source| self.stands(*source));
         instance.plan.ending.list.filter(|_| may_run)
+    }
+
+    /// True where a source runs what it is given: it is neither lost nor stopped by a fault.
+    fn stands(&self, source: SourceId) -> bool {
+        !self.lost.contains(&source) && self.is_reached(source) && !self.host.statistics(source).stopped
+    }
+
+    /// Sources of a verb instance are gone, lost or stopped by a fault, and its process was taken: τ, where the list that it leads to runs on
+    /// sources that are left, else the end.
+    pub fn lose(&mut self, id: u64, mut cause: Cause) {
+        if !self.instances.contains_key(&id) {
+            return;
+        }
+        self.alarm_of_condition(id, cause.condition, cause.block.as_deref(), &cause.message);
+        let instance = &self.instances[&id];
+        let transition = instance.plan.lists[instance.list].transitions.iter().find(|(condition, _)| *condition == cause.condition);
+        let Some(list) = transition.map(|(_, to)| *to).filter(|_| instance.ending.is_none() && !instance.is_in_ending()) else {
+            return self.end_of_loss(id, cause);
+        };
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
+        match of.needed_by(list).into_iter().find(|source| !self.stands(*source)) {
+            None => {
+                let (about, name) = (instance.name.clone(), instance.plan.conditions[cause.condition].name.clone());
+                self.log.add(cause.time_ns, "condition", &about, format!("{name}: {}", cause.message));
+                self.go(id, list, 0);
+            }
+            Some(source) => {
+                let (list, source) = (&instance.plan.lists[list].name, self.source_name(source));
+                cause.message = format!("{}; command list '{list}' cannot follow: it runs on '{source}', which is gone too", cause.message);
+                self.end_of_loss(id, cause);
+            }
+        }
+    }
+
+    fn end_of_loss(&mut self, id: u64, cause: Cause) {
+        let name = &self.instances[&id].plan.conditions[cause.condition].name;
+        if IMMEDIATE.contains(&name.as_str()) { self.end_at_once(id, cause) } else { self.end(id, cause) }
     }
 
     /// The ending list begins: in each source ω is read at the boundary at which the present list goes off.

@@ -120,6 +120,8 @@ impl Core {
                 self.concluded_by_kernel(id, told.source, cause, &told.captured);
             } else if runs && self.instances[&id].rests_at(block, told.item) {
                 self.rest(id);
+            } else if matches!(told.fault, Some(Fault::Signal(_) | Fault::Budget)) {
+                // What became of it was decided when the source stopped.
             } else if runs && told.condition < self.instances[&id].plan.conditions.len() {
                 self.other(id, name, label, told.time_ns);
             }
@@ -200,7 +202,8 @@ impl Core {
         (!bytes.is_empty() && bytes.len() == of.size()).then(|| of.decode(bytes))
     }
 
-    /// A source was stopped by a signal or a spent budget in a block: verbs with blocks there end; the module takes no new instance.
+    /// A source was stopped by a signal or a spent budget in a block: for verbs with blocks there `fault` comes, which τ may lead on to what
+    /// runs on other sources; the module takes no new instance.
     fn stopped(&mut self, source: SourceId, block: BlockId, process: u64, fault: &Fault, time_ns: i64) {
         let name = self.source_name(source).to_owned();
         let stopped = self.stopped_text(source, block, fault);
@@ -221,7 +224,7 @@ impl Core {
             }
             let Some(condition) = self.instances[&id].condition("fault") else { continue };
             let message = if id == process && label.is_some() { text.clone() } else { stopped.clone() };
-            self.end(id, Cause { condition, block: label, value: None, message, time_ns, asked_for: false });
+            self.lose(id, Cause { condition, block: label, value: None, message, time_ns, asked_for: false });
         }
     }
 
@@ -244,6 +247,10 @@ impl Core {
             physical.lost = Some(message.to_owned());
         }
         self.alarm_lost(device, message);
+        if self.physical.get(device).is_some_and(|physical| self.lost.contains(&physical.source)) {
+            // Who uses its channels runs there: to them `processor_lost` has come.
+            return;
+        }
         let uses = |i: &Instance| i.plan.cells.iter().any(|c| matches!(&c.kind, model::plan::CellKind::Channel { device: d, .. } if d == device));
         let users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && uses(i)).map(|i| i.id).collect();
         for user in users {

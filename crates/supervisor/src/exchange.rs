@@ -12,10 +12,11 @@ use crate::sequence::{Builder, Movement};
 use crate::stages::Verbatim;
 use crate::system::System;
 use indexmap::IndexMap;
-use kernel::{Op, SourceId};
+use kernel::{Cell, Op, SourceId};
 use model::configuration::Configuration;
 use model::definition::Application;
-use model::plan::CellKind;
+use model::interface::Kind;
+use model::plan::{Binding, CellKind, PlannedBlock};
 use model::refusal::{Class, Place, Refusals};
 
 impl System {
@@ -83,7 +84,8 @@ impl Core {
         self.instances.get_mut(&new).expect("it was made for this").renew();
         let mut movements = self.prepare(&request);
         movements.extend(self.turn_over(old, &request));
-        self.log.add(self.host.now_ns(), "exchange", device, format!("its verb is '{}'", plan.verb));
+        let untold = untold(&self.instances[&old], &self.instances[&new]);
+        self.log.add(self.host.now_ns(), "exchange", device, format!("its verb is '{}'{untold}", plan.verb));
         self.is_kept_by(device, new);
         self.append_sequence(new, movements);
         self.is_over(old, &plan.verb);
@@ -133,10 +135,9 @@ impl Core {
         self.refresh(&mut builder, to, &request.stores);
         builder.add(source, Op::KeepClock(to.installed.process.clone(), from.installed.process.clone()));
         builder.add(source, Op::StopClock(from.installed.process.clone()));
-        for (block, planned) in to.installed.blocks.iter().zip(&to.plan.blocks) {
-            let kept = from.plan.blocks.iter().position(|b| b.label == planned.label && b.size == planned.size).map(|at| &from.installed.blocks[at]);
-            if let Some(kept) = kept.filter(|kept| kept.is_same_code(block)) {
-                builder.add(source, Op::Keep(block.clone(), kept.clone()));
+        for (block, kept) in to.installed.blocks.iter().zip(kept_blocks(from, to)) {
+            if let Some(kept) = kept {
+                builder.add(source, Op::Keep(block.clone(), from.installed.blocks[kept].clone()));
             }
         }
         for (index, cell) in to.plan.cells.iter().enumerate() {
@@ -145,6 +146,9 @@ impl Core {
             if let (Some(kept), Some(cell)) = (kept.and_then(|at| from.installed.cell(at, source)), to.installed.cell(index, source)) {
                 builder.add(source, Op::Copy(kept.clone(), cell.clone()));
             }
+        }
+        for (_, flows, begins) in beginnings(from, to, source) {
+            builder.add(source, Op::Copy(flows, begins));
         }
         let of = Verbatim { plan: &to.plan, installed: &to.installed, devices: &self.physical };
         let before = Verbatim { plan: &from.plan, installed: &from.installed, devices: &self.physical };
@@ -167,4 +171,66 @@ impl Core {
         instance.ending = Some(Cause { condition, block: None, value: None, message: format!("exchanged for '{verb}'"), time_ns, asked_for: false });
         self.ended(old);
     }
+}
+
+/// For each block of the new verb that of the old one which it goes on from: of the same label, size and code.
+fn kept_blocks(from: &Instance, to: &Instance) -> Vec<Option<usize>> {
+    let same_label = |planned: &PlannedBlock| from.plan.blocks.iter().position(|b| b.label == planned.label && b.size == planned.size);
+    let kept = |(at, planned): (usize, &PlannedBlock)| same_label(planned).filter(|of| from.installed.blocks[*of].is_same_code(&to.installed.blocks[at]));
+    to.plan.blocks.iter().enumerate().map(kept).collect()
+}
+
+/// Where the outputs of blocks that only the new verb has begin: at what flows, in the firing of the exchange, into whom they lead to. So
+/// what is put into a wire goes on from what was on it, and its reader sees no jump. (The block, what flows, what begins there.)
+fn beginnings(from: &Instance, to: &Instance, source: SourceId) -> Vec<(usize, Cell, Cell)> {
+    let kept = kept_blocks(from, to);
+    let mut flowing: Vec<Option<Cell>> = vec![None; to.plan.cells.len()];
+    let mut found = Vec::new();
+    // Backwards, so that what a new block leads to is known before it.
+    for &block in to.plan.order.iter().flat_map(|(_, order)| order).rev() {
+        let new = kept[block].is_none();
+        let outputs = to.plan.blocks[block].bindings.iter().filter_map(|bound| {
+            let Binding::Cell(cell) = bound.binding else { return None };
+            let own = to.installed.blocks[block].published(bound.item).filter(|_| new)?;
+            Some((cell, own, flowing[cell].clone()?))
+        });
+        let outputs: Vec<(usize, Cell, Cell)> = outputs.filter(|(_, own, flows)| own.len() == flows.len()).collect();
+        for (cell, own, flows) in &outputs {
+            found.push((block, flows.clone(), own.clone()));
+            if let (CellKind::Private { .. }, Some(at)) = (&to.plan.cells[*cell].kind, to.installed.cell(*cell, source)) {
+                found.push((block, flows.clone(), at.clone()));
+            }
+        }
+        for bound in &to.plan.blocks[block].bindings {
+            let Binding::Cell(cell) = bound.binding else { continue };
+            let is_input = to.plan.cells[cell].readers.contains(&(block, bound.item));
+            if flowing[cell].is_some() || !is_input {
+                continue;
+            }
+            let type_text = &to.plan.cells[cell].type_text;
+            flowing[cell] = match kept[block] {
+                Some(of) => flows_into(from, of, bound.item, source).filter(|(_, of_type)| *of_type == type_text).map(|(flows, _)| flows.clone()),
+                // Through a new block, where it hands on what it takes.
+                None => outputs.iter().find(|(to_cell, ..)| to.plan.cells[*to_cell].type_text == *type_text).map(|(_, _, flows)| flows.clone()),
+            };
+        }
+    }
+    found
+}
+
+/// Blocks that are put into a wire and have states of their own, in words: nobody has told these where to begin.
+fn untold(from: &Instance, to: &Instance) -> String {
+    let has_states = |block: &usize| to.installed.interfaces[*block].items.iter().any(|item| item.kind == Kind::State);
+    let mut blocks: Vec<usize> = beginnings(from, to, to.installed.sources[0]).into_iter().map(|(block, ..)| block).filter(has_states).collect();
+    blocks.sort_unstable();
+    blocks.dedup();
+    let labels: Vec<String> = blocks.iter().map(|block| format!("'{}'", to.plan.blocks[*block].label)).collect();
+    if labels.is_empty() { String::new() } else { format!("; the states of {} are initial", labels.join(", ")) }
+}
+
+/// What a block of the old verb takes through an input, and its type.
+fn flows_into(from: &Instance, block: usize, item: usize, source: SourceId) -> Option<(&Cell, &String)> {
+    let bound = from.plan.blocks[block].bindings.iter().find(|bound| bound.item == item)?;
+    let Binding::Cell(cell) = bound.binding else { return None };
+    Some((from.installed.cell(cell, source)?, &from.plan.cells[cell].type_text))
 }

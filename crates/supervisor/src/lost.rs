@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lost processors: a source that does not acknowledge a script within its bound. The verbs with blocks there end with
-//! `processor_lost`; nobody waits for it any more, until a reset.
+//! Lost processors: a source that does not acknowledge a script within its bound. For verbs with blocks there `processor_lost` comes: τ
+//! leads on to a list that runs on what is left, else they end; nobody waits for the source any more, until a reset.
 use crate::core::Core;
 use crate::instance::Cause;
 use crate::refuse::{refuse, unknown};
@@ -47,9 +47,12 @@ impl Core {
         self.log.add(time_ns, "processor_lost", &name, message.clone());
         let there: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.installed.sources.contains(&source)).map(|i| i.id).collect();
         for id in there {
-            let Some(condition) = self.instances.get(&id).and_then(|i| i.condition("processor_lost")) else { continue };
-            if self.take_process(id, true) {
-                self.end_at_once(id, Cause { condition, block: None, value: None, message: message.clone(), time_ns, asked_for: false });
+            if !self.take_process(id, true) {
+                continue;
+            }
+            // Only now is it certain in which list the process is.
+            if let Some(condition) = self.instances.get(&id).and_then(|i| i.condition("processor_lost")) {
+                self.lose(id, Cause { condition, block: None, value: None, message: message.clone(), time_ns, asked_for: false });
             }
         }
         let waiting: Vec<u64> = self.instances.values().filter(|i| i.awaited.contains(&source)).map(|i| i.id).collect();

@@ -269,6 +269,21 @@ impl Verbatim<'_> {
         first.unwrap_or(self.installed.sources[0])
     }
 
+    /// Sources without which a command list cannot run: those of what it switches on or executes, and those that enter its stages.
+    pub fn needed_by(&self, list: usize) -> Vec<SourceId> {
+        let mut needed = Vec::new();
+        for (index, stage) in self.plan.lists[list].stages.iter().enumerate() {
+            needed.push(self.stage_source(list, index));
+            needed.extend(stage.active.iter().map(|(activation, _)| self.installed.activation_source[*activation]));
+            for command in &stage.commands {
+                if let PlannedCommand::Execute(blocks) | PlannedCommand::Install(blocks) = command {
+                    needed.extend(blocks.iter().map(|block| self.installed.block_source[*block]));
+                }
+            }
+        }
+        needed
+    }
+
     /// One command. What follows an `execute` acts only if that did not end the process.
     fn command(&self, builder: &mut Builder, command: &PlannedCommand, generation: Option<u32>) {
         match command {

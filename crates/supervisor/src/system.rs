@@ -198,14 +198,14 @@ impl System {
     pub fn advance(&self, duration_ns: i64) -> Result<(), Refusals> {
         self.require_virtual("advance")?;
         let limit_ns = self.now_ns().saturating_add(duration_ns.max(0));
-        while self.shared.step(limit_ns)? {}
+        while self.shared.happen(limit_ns)? {}
         self.shared.host.set_now(limit_ns);
         self.shared.locked().serve_deadlines(limit_ns);
         self.shared.settle();
         Ok(())
     }
 
-    /// Virtual clock: the next thing that happens; false if nothing ever will.
+    /// Virtual clock: everything that happens at the next instant; false if nothing ever will.
     pub fn step(&self) -> Result<bool, Refusals> {
         self.require_virtual("step")?;
         self.shared.step(i64::MAX)
@@ -409,8 +409,21 @@ impl Shared {
         }
     }
 
-    /// Virtual clock: the next firing or deadline, not after `limit_ns`. False if there is none.
+    /// Virtual clock: everything that happens at the next instant, not after `limit_ns`, so that whoever acts then acts between two
+    /// instants. False if nothing does.
     pub fn step(&self, limit_ns: i64) -> Result<bool, Refusals> {
+        if !self.happen(limit_ns)? {
+            return Ok(false);
+        }
+        // Of firings with a cost all that happens until they are over.
+        let end_ns = self.host.now_ns().max(self.host.busy_until_ns());
+        while self.happen(end_ns)? {}
+        self.host.set_now(end_ns);
+        Ok(true)
+    }
+
+    /// Virtual clock: the next firing or deadline, not after `limit_ns`. False if there is none.
+    fn happen(&self, limit_ns: i64) -> Result<bool, Refusals> {
         self.wait_for_taps();
         let deadline = {
             let mut core = self.locked();
@@ -426,7 +439,10 @@ impl Shared {
             self.host.set_now(deadline_ns.max(self.host.now_ns()));
             true
         } else {
-            self.host.fire_next(limit_ns).map_err(|why| refuse(Class::SchedulingError, why, "let one of them wait for a timer"))?
+            // What is not over at a deadline is not to be seen then.
+            self.host
+                .fire_next(limit_ns.min(deadline.unwrap_or(i64::MAX)))
+                .map_err(|why| refuse(Class::SchedulingError, why, "let one of them wait for a timer"))?
         };
         let mut core = self.locked();
         core.drain();

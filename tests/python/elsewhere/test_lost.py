@@ -9,6 +9,7 @@ import pytest
 
 import opengpac as gpac
 from afar import Afar, children, processor_time_s, until
+from opengpac import activate, on
 
 
 def test_a_killed_process_is_lost_and_comes_back_with_a_reset(afar: Afar) -> None:
@@ -32,6 +33,35 @@ def test_a_killed_process_is_lost_and_comes_back_with_a_reset(afar: Afar) -> Non
     assert afar.counting().on(afar.there)(far, limit=5, time_limit="20 s").last == 5 == far.value
     assert going_on.state == "running", "the reset is nothing to those that were not lost"
     afar.goes_on(near)
+
+
+def test_a_transition_leads_to_a_list_on_the_processors_that_are_left(afar: Afar) -> None:
+    lists = {"start": [activate("count", every="2 ms")], "after": [activate("retreat", every="2 ms")]}
+    counting = afar.counting(
+        "guarded",
+        blocks={"count": afar.block("count.count"), "retreat": afar.block("count.count")},
+        instantiation_parameters={"y": "count.y", "z": "retreat.y"},
+        input_parameters={"limit": "retreat.enough"},
+        output_values={"last": "retreat.y"},
+        command_lists=lists,
+        initial="start",
+        conditions={"enough": on("retreat.enough", returns=["last"])},
+        transitions={("start", "processor_lost"): "after"},
+    )
+    assert ("start", "processor_lost", "→ after, where that runs on processors that are left") in counting.table()
+    y, z, far = (afar.cell.svv(name) for name in ("y", "z", "far"))
+    going_on = counting.on({"count": afar.there, "retreat": afar.here}).asynch(y, z, limit=3)
+    lost = counting.on(afar.there).asynch(far, afar.cell.svv("w"), limit=3)
+    until(lambda: y.value > 3 and far.value > 3, "both run there")
+    afar.end()
+    report = going_on.wait(timeout="20 s")
+    assert (report.condition, report.command_list, report.last, z.value) == ("enough", "after", 3, 3)
+    with pytest.raises(gpac.Terminated, match=r"command list 'after' cannot follow: it runs on 'rtp1\.fast', which is gone too") as caught:
+        lost.wait(timeout="20 s")
+    assert (caught.value.condition, caught.value.command_list) == ("processor_lost", "start")
+    afar.cell.reset()
+    again = counting.on({"count": afar.there, "retreat": afar.here}).asynch(afar.cell.svv("again"), afar.cell.svv("anew"), limit=3)
+    again.halt()
 
 
 def test_an_idle_instance_there_is_started_again_after_a_reset(afar: Afar) -> None:
