@@ -6,6 +6,7 @@ use crate::stages::{Answer, Verbatim};
 use kernel::{BlockId, Event, Fault, SourceId};
 use model::types::Type;
 use model::value::Value;
+use std::sync::atomic::Ordering;
 
 /// A condition as the kernel told it.
 struct Told {
@@ -41,6 +42,7 @@ impl Core {
                 Purpose::Read { ticket } => {
                     self.reads.insert(ticket, (time_ns, captured));
                 }
+                Purpose::Carried { done } => done.store(true, Ordering::Release),
                 Purpose::Nothing => {}
             },
             Event::Condition { source, process, generation, condition, block, item, fault, time_ns, alone, acted, ended, stage, value, captured, .. } => {
@@ -240,6 +242,20 @@ impl Core {
             physical.lost = Some(message.to_owned());
         }
         self.alarm_lost(device, message);
+        self.end_bound(device, message);
+    }
+
+    /// The same with its processor, whose loss has the alarm.
+    pub fn device_lost_with(&mut self, device: &str, message: &str, time_ns: i64) {
+        self.log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
+        if let Some(physical) = self.physical.get_mut(device) {
+            physical.lost = Some(message.to_owned());
+        }
+        self.end_bound(device, message);
+    }
+
+    /// Ends the verbs that are bound to a channel of a lost device.
+    fn end_bound(&mut self, device: &str, message: &str) {
         let uses = |i: &Instance| i.plan.cells.iter().any(|c| matches!(&c.kind, model::plan::CellKind::Channel { device: d, .. } if d == device));
         let users: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && uses(i)).map(|i| i.id).collect();
         for user in users {
