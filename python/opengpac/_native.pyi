@@ -115,7 +115,10 @@ class System:
     def take_over(self) -> str:
         """What runs in processes that lost their system goes on. {"processors": [{"name", "processors": [name], "is_adopted", "carried": [label], "anew": [{"block", "why"}], "ended": [label], "gap_ns": int | None}]}. Refused: InvalidState."""
 
-    def processor(self, name: str, core: int | None, supervisor: bool, process: bool | str, host: str | None) -> None:
+    def processor(
+        self, name: str, core: int | None, supervisor: bool, process: bool | str, host: str | None,
+        lost_after_ns: int | None = None, patience_ns: int | None = None,
+    ) -> None:
         """process: False, True (one of its own) or the name of one that several processors share. Refused: PlacementError, DefinitionError, InUse, InvalidState."""
     def source(self, processor: str, name: str, kind: str, period_ns: int, priority: int, virtual_cost_ns: int) -> None:
         """kind: "timer", "trigger" or "software"."""
@@ -126,6 +129,9 @@ class System:
 
     def physical_device(self, processor: str, name: str, kind: str, options_json: str, source: str, place_json: str) -> str:
         """Opens a driver ("mujoco", "loopback", …). Returns {"channels": [{name, write, type_text, unit}], "parts": [driver's own description]}."""
+
+    def reopen_physical_device(self, name: str) -> None:
+        """Opens a lost physical device again, with everything that is bound to it; nothing where it is not lost."""
 
     def delete_physical_device(self, name: str) -> None:
         """Closes a physical device that nothing is bound to."""

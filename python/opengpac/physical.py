@@ -150,6 +150,14 @@ class PhysicalDevice(_Channels):
         """The names of its parts, in the machine's order."""
         return [*self._parts]
 
+    def reopen(self) -> None:
+        """Opens it again after it was lost, as it was opened first: what is bound to it stays. Nothing where it is not lost.
+
+        `cell.reset()` does so for every lost device. Where its driver still finds no machine, `DeviceFailed` says why, and it stays lost.
+        """
+        with refusals:
+            self.system._alive().reopen_physical_device(self.name)
+
     def delete(self) -> None:
         """Closes it, its outputs in their safe state; refused while a device or verb instance is bound to it."""
         with refusals:

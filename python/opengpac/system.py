@@ -25,7 +25,7 @@ from .observing import Observed
 from .physical import Channel, PhysicalDevice
 from .places import here
 from .processes import processes_json
-from .quantities import Quantity, duration_ns
+from .quantities import Quantity, duration_ns, optional_ns
 from .realtime import RealTimeSystem
 from .remote import connecting
 from .remote.calls import Remote
@@ -130,7 +130,15 @@ class System(Observed, Declared):
     # ---- configuration ----
 
     def processor(
-        self, name: str, core: int | None = None, *, supervisor: bool = False, process: bool | str = False, host: str | None = None
+        self,
+        name: str,
+        core: int | None = None,
+        *,
+        supervisor: bool = False,
+        process: bool | str = False,
+        host: str | None = None,
+        lost_after: Quantity | None = None,
+        patience: Quantity | None = None,
     ) -> Processor:
         """A real-time processor, on a core of its own where one is named. The first is the supervisor, unless another says so.
 
@@ -139,12 +147,23 @@ class System(Observed, Declared):
         between them a value is on its way as between threads. `host` names a host that has joined the system. Under the virtual clock
         all processors run in one thread, wherever they are to run.
 
+        `lost_after` (0.5 s): a process that stands still for so long is ended by its guard, its outputs safe. `patience` (10 s): a
+        supervisor that says nothing for so long is lost to the process, and what goes on without one waits so long for the next.
+
         Raises PlacementError for a named process and a host together, DefinitionError for a process whose name is none (letters, digits,
         `-`, `_`, `.`, at most 64), InUse where that is another processor's own process, InvalidState where the process cannot be
         started or is lost.
         """
         with refusals:
-            self._alive().processor(name, core, supervisor, process, host)
+            self._alive().processor(
+                name,
+                core,
+                supervisor,
+                process,
+                host,
+                optional_ns(lost_after, "lost_after"),
+                optional_ns(patience, "patience"),
+            )
         return self.processors.setdefault(name, Processor(self, name))
 
     def listen(

@@ -12,7 +12,7 @@ use pyo3::types::PyBytes;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
-use supervisor::{Alarm, AlarmText, DeviceRequest, InProcess, Limits, Location, Mode, SvvRequest, Waited};
+use supervisor::{Alarm, AlarmText, DeviceRequest, InProcess, Limits, Location, Mode, Patience, SvvRequest, Waited};
 
 /// One real-time system, embedded in this process.
 #[pyclass(frozen, module = "opengpac._native")]
@@ -53,12 +53,24 @@ impl System {
         Ok(System { inner: Arc::new(inner) })
     }
 
-    fn processor(&self, py: Python<'_>, name: &str, core: Option<usize>, supervisor: bool, process: OwnOrNamed, host: Option<String>) -> PyResult<()> {
+    #[pyo3(signature = (name, core, supervisor, process, host, lost_after_ns=None, patience_ns=None))]
+    fn processor(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        core: Option<usize>,
+        supervisor: bool,
+        process: OwnOrNamed,
+        host: Option<String>,
+        lost_after_ns: Option<u64>,
+        patience_ns: Option<u64>,
+    ) -> PyResult<()> {
+        let patience = Patience { lost_after_ns, patience_ns };
         let process = match process {
             OwnOrNamed::Own(own) => InProcess::Own(own),
             OwnOrNamed::Named(process) => InProcess::Named(process),
         };
-        py.detach(|| self.inner.processor_in(name, core, supervisor, Location::of(name, process, host)?)).map_err(refused)
+        py.detach(|| self.inner.processor_within(name, core, supervisor, Location::of(name, process, host)?, patience)).map_err(refused)
     }
 
     fn source(&self, py: Python<'_>, processor: &str, name: &str, kind: &str, period_ns: u64, priority: u8, virtual_cost_ns: u64) -> PyResult<()> {
@@ -90,6 +102,11 @@ impl System {
         let place: Option<Place> = from_json(place_json)?;
         let opened = py.detach(|| self.inner.physical_device(processor, name, kind, &options, source, place)).map_err(refused)?;
         to_json(&opened)
+    }
+
+    fn reopen_physical_device(&self, py: Python<'_>, name: &str) -> PyResult<()> {
+        self.inner.log_program("reopen_physical_device", name, 0);
+        py.detach(|| self.inner.reopen(name)).map_err(refused)
     }
 
     fn delete_physical_device(&self, py: Python<'_>, name: &str) -> PyResult<()> {

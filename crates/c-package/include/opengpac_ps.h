@@ -49,12 +49,14 @@ void opengpac_close(opengpac_system *system);
 /* The calls. Names of sources are "processor.source", times are ns; what stands in [brackets] may be left out.
  *
  * configuration
- *   processor              name, [core], [supervisor], [process] (true: one of its own; text: the one of that name), [host] (one that has joined)
+ *   processor              name, [core], [supervisor], [process] (true: one of its own; text: the one of that name), [host] (one that has joined),
+ *                          [lost_after_ns] (of a process: how long it may stand still), [patience_ns] (of its supervisor: the same)
  *   listen                 endpoint ("tcp/HOST:PORT", "tls/HOST:PORT"), name, [authority], [certificate], [key], [token], [clock_limit_ns]
  *   take_over              -> what runs in processes that lost a system of this name goes on; the system is opened with "adopt": true
  *   source                 processor, name, kind ("timer", "trigger", "software"), [period_ns], priority, [virtual_cost_ns]
  *   request                source
  *   physical_device        processor, name, kind ("mujoco", "loopback", "scripted"), [options], source     -> its channels and parts
+ *   reopen_physical_device name: one that was lost, with everything that is bound to it
  *   delete_physical_device name
  *   place                  {pattern: source, ...}
  * software

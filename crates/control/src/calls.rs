@@ -92,7 +92,20 @@ const WAIT: &[Argument] = &[must("instance", Int), may("timeout_ns", Int), may("
 
 /// The calls, in the order of `opengpac_ps.h`. `download` is not among them: code comes by `PUT /v1/modules`.
 pub const CALLS: &[Call] = &[
-    call("processor", Configure, &[must("name", Text), may("core", Int), may("supervisor", Bool), may("process", InProcess), may("host", Text)], Of::Nothing),
+    call(
+        "processor",
+        Configure,
+        &[
+            must("name", Text),
+            may("core", Int),
+            may("supervisor", Bool),
+            may("process", InProcess),
+            may("host", Text),
+            may("lost_after_ns", Int),
+            may("patience_ns", Int),
+        ],
+        Of::Nothing,
+    ),
     call(
         "listen",
         Download,
@@ -121,6 +134,7 @@ pub const CALLS: &[Call] = &[
         &[must("processor", Text), must("name", Text), must("kind", Text), may("options", Any), must("source", Text), may("place", Place)],
         Any,
     ),
+    call("reopen_physical_device", Operate, NAME, Of::Nothing),
     call("delete_physical_device", Configure, NAME, Of::Nothing),
     whole("place", Configure, Placement, NONE, Of::Nothing),
     whole("define_verb", Configure, Verb, NONE, Of::Nothing),

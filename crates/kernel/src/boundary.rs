@@ -109,6 +109,7 @@ impl Kernel {
             let known = |inbound: &Arc<crate::Inbound>| table.inbound.iter().any(|old| Arc::ptr_eq(old, inbound));
             self.table.inbound.iter().filter(|inbound| !known(inbound)).for_each(|inbound| inbound.latch_at_once(now_ns));
         }
+        self.table.look_for_blind();
         self.write_row(now_ns);
         let (declared, some_without) = self.table.budget_ns;
         let default = if some_without { self.budget_ns } else { 0 };
@@ -139,6 +140,17 @@ impl Kernel {
                 // SAFETY: both cells are held by the script; this source's own image.
                 unsafe { std::ptr::copy(from.start(), to.start(), from.len().min(to.len())) };
                 self.stored = true;
+            }
+            Op::Look(device) => {
+                // SAFETY: this is the kernel of the device's source.
+                if unsafe { device.look(device.is_lost()) } {
+                    self.tell_asked(now_ns);
+                }
+            }
+            Op::Renew(renewal) => {
+                // SAFETY: this is the kernel of the device's source.
+                unsafe { renewal.carry_out() };
+                self.table.look_for_blind();
             }
             Op::Reset(block) => block.reset(),
             Op::Keep(to, from) => to.keep(from),

@@ -3,10 +3,12 @@
 mod driver;
 mod elsewhere;
 mod heir;
+mod renewal;
 
 pub use driver::{Channel, DeviceError, Direction, Driver, SafeHandle};
 pub use elsewhere::{DeviceCall, DeviceState};
 pub(crate) use heir::Looks;
+pub use renewal::{Renewal, Retired};
 
 use crate::tape::Tape;
 use crate::{Cell, Extent};
@@ -15,7 +17,7 @@ use heir::Seen;
 use interconnect::Sender;
 use std::cell::UnsafeCell;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 
 /// A device in the image of its source.
 pub struct Device {
@@ -38,7 +40,7 @@ pub struct Device {
     forgotten: AtomicU64,
     /// Of one that lies elsewhere: whom to ask.
     calls: OnceLock<Box<dyn Fn(DeviceCall) + Send + Sync>>,
-    safe_handles: Vec<SafeHandle>,
+    safe_handles: Mutex<Arc<Vec<SafeHandle>>>,
     /// For an heir.
     seen: Seen,
     service: UnsafeCell<Service>,
@@ -115,7 +117,7 @@ impl Device {
     /// Opens it. Commands hold their safe values.
     pub fn open(name: &str, mut driver: Box<dyn Driver>, now_ns: i64) -> Result<Arc<Device>, DeviceError> {
         driver.open(now_ns)?;
-        let safe_handles = driver.safe_handles();
+        let safe_handles = Mutex::new(Arc::new(driver.safe_handles()));
         let channels = driver.channels().to_vec();
         let end = |direction| channels.iter().filter(|channel| channel.direction == direction).map(|channel| channel.offset + channel.len).max().unwrap_or(0);
         let (readings_len, commands_len) = (end(Direction::Read), end(Direction::Write));
@@ -178,8 +180,8 @@ impl Device {
     }
 
     /// What brings its outputs to their safe state without this process; nothing where the driver has no such way.
-    pub fn safe_handles(&self) -> &[SafeHandle] {
-        &self.safe_handles
+    pub fn safe_handles(&self) -> Arc<Vec<SafeHandle>> {
+        self.safe_handles.lock().expect("nobody panics with the lock held").clone()
     }
 
     /// The cell of a channel: blocks with a device item bind to it.

@@ -322,19 +322,25 @@ impl Kernel {
             changed |= unsafe { device.look(is_blind || device.is_lost()) };
         }
         if changed {
-            self.tell(Event::Asked { source: self.source.id, time_ns: now_ns }, &[], &[]);
+            self.tell_asked(now_ns);
         }
+    }
+
+    pub(crate) fn tell_asked(&mut self, now_ns: i64) {
+        self.tell(Event::Asked { source: self.source.id, time_ns: now_ns }, &[], &[]);
     }
 
     #[cold]
     fn device_lost(&mut self, index: usize, error: DeviceError, time_ns: i64) {
         let device = self.table.devices[index].name().to_owned();
         self.tell(Event::DeviceLost { source: self.source.id, device, message: error.message, time_ns }, &[], &[]);
+        self.table.look_for_blind();
     }
 
+    /// What was read before a device was lost keeps its number and its age.
     fn stamp(&mut self, now_ns: i64) {
         for slot in 0..self.table.due.len() {
-            if self.table.due[slot] && (!self.careful || self.table.steps_of(slot).any(|step| self.table.ran[step as usize])) {
+            if self.table.due[slot] && !self.table.is_blind_at(slot) && (!self.careful || self.table.steps_of(slot).any(|step| self.table.ran[step as usize])) {
                 let activation = &self.table.activations[slot];
                 // SAFETY: an activation of this source.
                 activation.stamp(unsafe { (*activation.state()).number }, now_ns);
@@ -359,7 +365,9 @@ impl Kernel {
             unsafe {
                 let state = &mut *activation.state();
                 state.number = (*header).number - 1;
-                activation.stamp(state.number, now_ns);
+                if !self.table.is_blind_at(slot) {
+                    activation.stamp(state.number, now_ns);
+                }
                 state.due = true;
                 self.table.due[slot] = true;
             }

@@ -49,7 +49,7 @@ pub mod wire;
 pub use block::{Block, BlockId};
 pub use clock::ClockKind;
 pub use connection::{End, Inbound, Outbound, QueueMember, RowsEnd, row_prefix};
-pub use device::{Ask, Channel, Device, DeviceCall, DeviceError, DeviceState, Direction, Driver, SafeHandle};
+pub use device::{Ask, Channel, Device, DeviceCall, DeviceError, DeviceState, Direction, Driver, Renewal, Retired, SafeHandle};
 pub use edge::{Edge, Number};
 pub use event::{Event, Fault};
 pub use far::{Far, Reach, Way};

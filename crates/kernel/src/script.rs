@@ -64,6 +64,10 @@ pub enum Op {
     Safe { device: Arc<crate::Device>, channels: Vec<u16> },
     /// Goes on where sources that have ended stopped. Stays where it was made: no parcel carries it. Not in a reaction.
     Inherit(Box<crate::Heritage>),
+    /// What the device read last is looked at for what its channels ask: what was asked since is known without a firing.
+    Look(Arc<crate::Device>),
+    /// A lost device is opened again. What it had goes back with the acknowledgement.
+    Renew(Box<crate::Renewal>),
 }
 
 impl Op {

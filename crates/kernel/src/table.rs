@@ -77,6 +77,9 @@ pub struct Table {
     pub(crate) ran: Vec<bool>,
     /// By step: chosen by `Op::Execute`. Scratch of the careful mode.
     pub(crate) chosen: Vec<bool>,
+    /// By activation: it reads a lost device; and whether any does.
+    pub(crate) blind: Vec<bool>,
+    pub(crate) is_blind: bool,
     /// What reported in this firing. Scratch with room for one a step.
     pub(crate) reports: Vec<Report>,
     /// Scratch for serving them in order.
@@ -204,6 +207,7 @@ impl Table {
         table.index_visits();
         table.ran = vec![false; table.steps.len()];
         table.chosen = vec![false; table.steps.len()];
+        table.blind = vec![false; activations.len()];
         table.reports = Vec::with_capacity(2 * table.steps.len() + 1);
         table.candidates = Vec::with_capacity(CANDIDATES_A_STEP * table.steps.len() + table.processes.len() + 1);
         table.times = vec![ptr::null_mut(); table.processes.len()];
@@ -245,6 +249,8 @@ impl Table {
             steps: Vec::new(),
             ran: Vec::new(),
             chosen: Vec::new(),
+            blind: Vec::new(),
+            is_blind: false,
             reports: Vec::new(),
             candidates: Vec::new(),
             processes: Vec::new(),
@@ -311,6 +317,24 @@ impl Table {
     pub(crate) fn steps_of(&self, slot: usize) -> impl Iterator<Item = u32> {
         let (start, end) = self.strip_ranges[slot];
         self.strips_of[start as usize..end as usize].iter().flat_map(|&strip| self.strips[strip as usize].start..self.strips[strip as usize].end)
+    }
+
+    /// Looks up which activations read a lost device: after a loss, a swap, and when one was opened again. Allocates nothing.
+    pub(crate) fn look_for_blind(&mut self) {
+        self.is_blind = self.devices.iter().any(|device| device.is_lost());
+        if !self.is_blind {
+            return;
+        }
+        let reads_lost = |block: &Block| self.devices.iter().any(|device| device.is_lost() && device.is_read_by(block));
+        for slot in 0..self.activations.len() {
+            let blind = self.steps_of(slot).any(|step| self.steps[step as usize].block.as_deref().is_some_and(reads_lost));
+            self.blind[slot] = blind;
+        }
+    }
+
+    /// Whether the activation at `slot` reads a lost device: what it stores is as old as the last reading.
+    pub(crate) fn is_blind_at(&self, slot: usize) -> bool {
+        self.is_blind && self.blind[slot]
     }
 
     /// Where `activation` is in this table.

@@ -214,6 +214,8 @@ enum OpAs {
     Capture(Vec<CellAt>),
     Engage { device: u64, channels: Vec<u16> },
     Safe { device: u64, channels: Vec<u16> },
+    Renew { device: u64, is_open: bool },
+    Look { device: u64 },
 }
 
 /// A script on its way, with everything that it names for the first time.

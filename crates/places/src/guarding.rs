@@ -4,15 +4,19 @@ use crate::adopting;
 use crate::telling::Telling;
 use guard::{Guard, GuardCommand, GuardEvent, Heartbeat, UnixLink, receive_handles};
 use interconnect::Link;
+use std::collections::HashMap;
 use std::ffi::OsString;
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
-/// How long the heart of a process may stand still: a machine with other work may hold it up for long.
-const FROZEN: Duration = Duration::from_secs(2);
+/// How long the heart of a process may stand still where nobody says otherwise: it beats every 20 ms.
+const FROZEN: Duration = Duration::from_millis(500);
+
+/// How long the guard may take to say what it saw of a process that has ended.
+const SAID: Duration = Duration::from_secs(1);
 
 /// Between two looks at whether a process is still there.
 const LOOK: Duration = Duration::from_secs(1);
@@ -25,8 +29,16 @@ pub(crate) struct Guarding {
     /// Guards of systems that were lost, whose processes are taken over.
     adopted: Mutex<Vec<Adopted>>,
     last_ward: AtomicU64,
+    seen: Arc<Seen>,
     /// Where the guard that is started here is found by a later supervisor.
     path: Option<PathBuf>,
+}
+
+/// What guards have seen of processes that were lost, by their wards.
+#[derive(Default)]
+struct Seen {
+    losses: Mutex<HashMap<u64, guard::Cause>>,
+    changed: Condvar,
 }
 
 struct Adopted {
@@ -36,10 +48,20 @@ struct Adopted {
     wards: Vec<(u64, i32)>,
 }
 
+/// A process that is to be guarded.
+pub(crate) struct Watched {
+    pub process: OwnedFd,
+    pub heart: Heartbeat,
+    /// How long its heart may stand still, where somebody said so.
+    pub lost_after: Option<Duration>,
+}
+
 /// A process that is guarded.
 pub(crate) struct Guarded {
     guard: Arc<Guard>,
     ward: u64,
+    bound: Duration,
+    seen: Arc<Seen>,
     /// It is guarded for this system; one that has not been taken over stays guarded without it.
     is_ours: AtomicBool,
 }
@@ -50,6 +72,16 @@ impl Guarded {
         self.is_ours.store(is_ours, Ordering::Release);
     }
 
+    /// That it stood still for its bound and was ended for that, in words, where the guard saw so. May wait a moment for its word.
+    pub fn stood_still(&self) -> Option<String> {
+        let losses = self.seen.losses.lock().expect("nobody panics with the lock held");
+        let said = self.seen.changed.wait_timeout_while(losses, SAID, |losses| !losses.contains_key(&self.ward));
+        let (losses, _) = said.expect("nobody panics with the lock held");
+        let stood_still = matches!(losses.get(&self.ward), Some(guard::Cause::Frozen));
+        let words = || format!("stood still for {} s (its heart did not beat), so the guard ended it", self.bound.as_secs_f64());
+        stood_still.then(words)
+    }
+
     /// It is about to end in good order.
     pub fn forget(&self) {
         if !self.is_ours.load(Ordering::Acquire) {
@@ -57,6 +89,7 @@ impl Guarded {
         }
         // Where the guard is gone there is nothing to forget.
         let _forgotten = self.guard.forget(self.ward);
+        self.seen.losses.lock().expect("nobody panics with the lock held").remove(&self.ward);
     }
 }
 
@@ -79,16 +112,25 @@ impl Guarding {
     }
 
     /// Guards a process from now on; `handles` brings what makes its devices safe. Errors: there is no guard, in words.
-    pub fn watch(&self, command: &[OsString], name: &str, process: OwnedFd, heart: Heartbeat, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
+    pub fn watch(&self, command: &[OsString], name: &str, watched: Watched, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
         let guard = self.guard(command)?;
         let ward = self.last_ward.fetch_add(1, Ordering::Relaxed) + 1;
-        guard.watch(ward, name, process, Some((heart, FROZEN))).map_err(|why| why.to_string())?;
-        self.hear(guard, ward, name, handles)
+        let bound = watched.lost_after.unwrap_or(FROZEN);
+        guard.watch(ward, name, watched.process, Some((watched.heart, bound))).map_err(|why| why.to_string())?;
+        self.hear(guard, ward, name, bound, handles)
     }
 
     /// The process `pid` as the guard at `path` guards it, for a system that was lost; `handles` brings what makes further devices safe.
     /// None where that guard is gone, or does not know it.
-    pub fn adopt(&self, command: &[OsString], path: &Path, name: &str, pid: i32, handles: &Arc<UnixLink>) -> Result<Option<Guarded>, String> {
+    pub fn adopt(
+        &self,
+        command: &[OsString],
+        path: &Path,
+        (name, pid): (&str, i32),
+        bound: Option<Duration>,
+        handles: &Arc<UnixLink>,
+    ) -> Result<Option<Guarded>, String> {
+        let bound = bound.unwrap_or(FROZEN);
         let found = {
             let mut adopted = self.adopted.lock().expect("nobody panics with the lock held");
             if !adopted.iter().any(|one| one.path == path) {
@@ -103,11 +145,12 @@ impl Guarding {
             let of = adopted.iter().find(|one| one.path == path).expect("it was put there above");
             of.wards.iter().find(|(_, of)| *of == pid).map(|(ward, _)| (of.guard.clone(), *ward))
         };
-        found.map(|(guard, ward)| self.hear(guard, ward, name, handles)).transpose()
+        // Its bound is what it was registered with.
+        found.map(|(guard, ward)| self.hear(guard, ward, name, bound, handles)).transpose()
     }
 
     /// Passes on what makes devices safe.
-    fn hear(&self, guard: Arc<Guard>, ward: u64, name: &str, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
+    fn hear(&self, guard: Arc<Guard>, ward: u64, name: &str, bound: Duration, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
         let (held, handles, telling, name) = (Arc::downgrade(&guard), handles.clone(), self.telling.clone(), name.to_owned());
         let body = move || {
             loop {
@@ -126,7 +169,7 @@ impl Guarding {
             }
         };
         std::thread::Builder::new().name("safe-handles".into()).spawn(body).map_err(|why| why.to_string())?;
-        Ok(Guarded { guard, ward, is_ours: AtomicBool::new(true) })
+        Ok(Guarded { guard, ward, bound, seen: self.seen.clone(), is_ours: AtomicBool::new(true) })
     }
 
     fn guard(&self, command: &[OsString]) -> Result<Arc<Guard>, String> {
@@ -142,8 +185,12 @@ impl Guarding {
     }
 
     fn telling(&self) -> impl Fn(GuardEvent) + Send + Sync + 'static {
-        let telling = self.telling.clone();
+        let (telling, seen) = (self.telling.clone(), self.seen.clone());
         move |event: GuardEvent| {
+            if let GuardEvent::Lost(loss) = &event {
+                seen.losses.lock().expect("nobody panics with the lock held").insert(loss.ward, loss.cause);
+                seen.changed.notify_all();
+            }
             let (about, text) = words(event);
             telling.tell("guard", &about, text);
         }
@@ -173,7 +220,7 @@ fn words(event: GuardEvent) -> (String, String) {
         GuardEvent::Lost(loss) => {
             let how = match loss.cause {
                 guard::Cause::Died => "has ended",
-                guard::Cause::Frozen => "stopped answering and was ended",
+                guard::Cause::Frozen => "stood still (its heart did not beat) and was ended",
             };
             let failed = if loss.failed.is_empty() { String::new() } else { format!("; not written: {}", loss.failed.join(", ")) };
             let us = (loss.safe_ns - loss.seen_ns) as f64 * 1e-3;

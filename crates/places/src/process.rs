@@ -46,8 +46,8 @@ pub fn processor() -> Result<(), String> {
 
 /// Gives the guard what makes a device safe, and waits until it has it. Where there is no guard, that was told when it went.
 fn hand_over(handles: &UnixLink, device: &Device, is_open: bool) {
-    let given = if is_open { device.safe_handles() } else { &[] };
-    if (is_open && given.is_empty()) || send_handles(handles, device.name(), given).is_err() {
+    let given = if is_open { device.safe_handles() } else { Arc::default() };
+    if (is_open && given.is_empty()) || send_handles(handles, device.name(), &given).is_err() {
         return;
     }
     let _held = handles.receive(HELD);

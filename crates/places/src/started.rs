@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Starting processes for processors.
 use crate::adopting::{self, Enter, Waiting};
-use crate::guarding::{Guarded, Guarding};
+use crate::guarding::{Guarded, Guarding, Watched};
 use crate::telling::Telling;
 use crate::{BLACK_BOX, BLACK_BOX_SOURCES, GUARD, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SYSTEM, text};
-use guard::{Child, Heartbeat, Launch, UnixLink};
+use guard::{Child, Heartbeat, Launch, Status, UnixLink};
 use interconnect::{Ends, Link};
 use kernel::{BLACK_BOX_LEN, NO_STEP};
-use rtp::{Running, Started, Tell};
+use rtp::{Bounds, Running, Started, Tell};
 use shared_memory::SharedMemory;
 use std::collections::HashSet;
 use std::ffi::OsString;
@@ -47,6 +47,9 @@ const SILENCE: Duration = Duration::from_secs(5);
 /// Processor time that a real-time thread may take without sleeping.
 const REAL_TIME_MAX: Duration = Duration::from_secs(5);
 
+/// What the guard ends a process with.
+const SIGKILL: i32 = 9;
+
 /// How long a process may take to end by itself.
 const GRACE: Duration = Duration::from_secs(3);
 
@@ -68,7 +71,7 @@ impl Places {
     }
 
     /// The process of this name that has lost a system of this name; looked for once. Errors: it must not be taken over, in words.
-    fn adopted(&self, name: &str) -> Result<Option<Started>, String> {
+    fn adopted(&self, name: &str, bounds: &Bounds) -> Result<Option<Started>, String> {
         if !self.adopts || !self.sought.lock().expect("nobody panics with the lock held").insert(name.to_owned()) {
             return Ok(None);
         }
@@ -83,13 +86,16 @@ impl Places {
         let black_box = guard::SharedMemory::new(BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?;
         let handles = Arc::new(handles);
         let known = match &guard {
-            Some(path) => self.guarding.adopt(&self.commands.guard, path, name, child.pid(), &handles)?,
+            Some(path) => self.guarding.adopt(&self.commands.guard, path, (name, child.pid()), bounds.lost_after, &handles)?,
             None => None,
         };
         let is_unguarded = known.is_none();
         let guarded = match known {
             Some(guarded) => guarded,
-            None => self.guarding.watch(&self.commands.guard, name, process, heart, &handles)?,
+            None => {
+                let watched = Watched { process, heart, lost_after: bounds.lost_after };
+                self.guarding.watch(&self.commands.guard, name, watched, &handles)?
+            }
         };
         guarded.own(false);
         let guard = if is_unguarded { self.guarding.path().cloned() } else { guard };
@@ -112,8 +118,8 @@ impl rtp::Places for Places {
         self.joined.close();
     }
 
-    fn process(&self, name: &str) -> Result<Started, String> {
-        if let Some(adopted) = self.adopted(name)? {
+    fn process(&self, name: &str, bounds: &Bounds) -> Result<Started, String> {
+        if let Some(adopted) = self.adopted(name, bounds)? {
             return Ok(adopted);
         }
         let (link, other) = UnixLink::pair().map_err(text)?;
@@ -136,8 +142,8 @@ impl rtp::Places for Places {
             launch = launch.variable(GUARD, path);
         }
         let child = launch.start().map_err(text)?;
-        let descriptor = child.descriptor().map_err(text)?;
-        let guarded = self.guarding.watch(&self.commands.guard, name, descriptor, heart, &Arc::new(handles))?;
+        let watched = Watched { process: child.descriptor().map_err(text)?, heart, lost_after: bounds.lost_after };
+        let guarded = self.guarding.watch(&self.commands.guard, name, watched, &Arc::new(handles))?;
         let socket = adopting::place(&self.system, name, child.pid().cast_unsigned());
         let running = Arc::new(Process { child, guarded, black_box, socket });
         Ok(Started { link: Arc::new(link) as Arc<dyn Link>, near, running, silence: SILENCE, is_adopted: false })
@@ -182,7 +188,10 @@ impl Drop for Process {
 
 impl Running for Process {
     fn cause(&self) -> String {
-        self.child.wait(Duration::from_secs(1)).map_or_else(|| "does not answer".to_owned(), |status| status.to_string())
+        let ended = self.child.wait(Duration::from_secs(1));
+        let killed = matches!(ended, Some(Status::Killed { signal: SIGKILL, .. } | Status::Ended));
+        let stood_still = if killed { self.guarded.stood_still() } else { None };
+        stood_still.or(ended.map(|status| status.to_string())).unwrap_or_else(|| "does not answer".to_owned())
     }
 
     fn step(&self, place: usize) -> Option<u32> {

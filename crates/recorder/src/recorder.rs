@@ -49,7 +49,7 @@ pub struct Summary {
     pub lost: IndexMap<String, u64>,
     /// Bytes of the file.
     pub bytes: u64,
-    /// Why nothing more could be written.
+    /// Why nothing more could be written, which ended it.
     pub failure: Option<String>,
 }
 
@@ -116,7 +116,8 @@ impl Recorder {
             threads: Mutex::default(),
         };
         let (room, state, observer) = (recorder.room.clone(), recorder.state.clone(), system.observer());
-        let writer = spawn("recorder-disk", move || write(&room, book, &state, &observer)).map_err(cannot)?;
+        let stops = recorder.stops.clone();
+        let writer = spawn("recorder-disk", move || write(&room, book, &state, &observer, &stops)).map_err(cannot)?;
         let drain = Drain { room: recorder.room.clone(), stops: recorder.stops.clone(), is_virtual: system.is_virtual(), values, log, ends, timing, inputs };
         let drained = spawn("recorder", move || drain.run()).map_err(|why| {
             recorder.room.close();
@@ -229,7 +230,8 @@ impl Drain {
     }
 }
 
-fn write(room: &Room, mut book: Book, state: &State, system: &System) {
+/// Writes until nothing more comes. A file that cannot be written any more ends the recording.
+fn write(room: &Room, mut book: Book, state: &State, system: &System, stops: &AtomicBool) {
     let told = |book: &Book, running: bool| {
         let mut summary = state.locked();
         summary.running = running;
@@ -249,8 +251,9 @@ fn write(room: &Room, mut book: Book, state: &State, system: &System) {
         book.write(&page);
         let loses = !has_lost && !page.lost.is_empty();
         room.written(page);
-        if let Some(failure) = told(&book, true) {
-            system.note("recorder", "system", &failure);
+        if let Some(failure) = told(&book, book.failure.is_none()) {
+            system.recording_failed(&failure);
+            stops.store(true, Ordering::Release);
         } else if loses {
             has_lost = true;
             system.note("recorder", "system", "values are lost: the disk is too slow, or they come too fast");
@@ -258,7 +261,7 @@ fn write(room: &Room, mut book: Book, state: &State, system: &System) {
     }
     book.finish();
     if let Some(failure) = told(&book, false) {
-        system.note("recorder", "system", &failure);
+        system.recording_failed(&failure);
     }
     state.ended.notify_all();
 }

@@ -173,7 +173,7 @@ fn total(summary: &Summary, name: &str) -> u64 {
 }
 
 #[test]
-fn a_full_disk_ends_the_file_with_its_last_chunk_and_every_message_is_counted() {
+fn a_full_disk_ends_the_recording_with_its_last_chunk_and_says_so() {
     let (system, file) = (system(), Scratch::new("full"));
     svv(&system, "y", json!({"type_text": "double"}));
     // Room for the first chunk, and not for all.
@@ -181,10 +181,14 @@ fn a_full_disk_ends_the_file_with_its_last_chunk_and_every_message_is_counted() 
     let recorder = Recorder::start_in(&system, Box::new(disk.clone()), &file.0, &Options::default(), 1 << 20).unwrap();
     wave(&system, "y");
     system.advance(60_000 * MS).unwrap();
-    let summary = recorder.stop();
-    assert!(summary.failure.as_deref().is_some_and(|why| why.contains("no space left")), "{summary:?}");
-    assert_eq!(total(&summary, "y"), 60_001);
+    // Nobody has stopped it.
+    let ended = recorder.summary();
+    assert!(!ended.running, "{ended:?}");
+    assert!(ended.failure.as_deref().is_some_and(|why| why.contains("no space left")), "{ended:?}");
     assert!(system.log_since(0).iter().any(|entry| entry.kind == "recorder"));
+    assert_eq!(system.alarms_json()["current"][0]["code"], "recording_failed");
+    let summary = recorder.stop();
+    assert!(summary.lost["y"] > 0 && total(&summary, "y") <= 60_001, "{summary:?}");
     std::fs::write(&file.0, &disk.0.0.lock().unwrap().0).unwrap();
     let recording = file.read();
     assert!(!recording.complete);

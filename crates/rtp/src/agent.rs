@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The processor's own side: it does what it is told.
 use crate::ground::Grounds;
+use crate::heart;
 use crate::protocol::{Answer, News, Order, VERSION, frame, opened};
 use crate::service::{Admitted, BlackBox, Caller, Door, OnDevice};
+use crate::silence::Silence;
 use crate::tells;
 use interconnect::{Link, Memory};
 use kernel::wire::{Parcel, Reader};
@@ -41,7 +43,8 @@ pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 /// What serves one who commands.
 pub(crate) struct Agent {
     pub shared: Arc<Shared>,
-    pub teller: Option<JoinHandle<()>>,
+    /// What tells, and the heart.
+    pub threads: Vec<JoinHandle<()>>,
     pub ground: Grounds,
     /// While it is set, every write of a device is the safe one.
     pub stop: Arc<AtomicBool>,
@@ -114,15 +117,20 @@ impl Agent {
             leads: AtomicBool::new(before.is_none()),
             ends: AtomicBool::new(false),
         });
-        let (told, beat) = (shared.clone(), trade.beat.clone());
-        let teller = match std::thread::Builder::new().name("tells".into()).spawn(move || tells::run(&told, &*beat)) {
-            Ok(teller) => Some(teller),
-            Err(why) => return Err((format!("processor '{name}' cannot start a thread: {why}"), before)),
+        let (told, beating, beat) = (shared.clone(), shared.clone(), trade.beat.clone());
+        let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| std::thread::Builder::new().name(name.into()).spawn(body);
+        let teller = spawn("tells", Box::new(move || tells::run(&told)));
+        let threads = match teller.and_then(|teller| Ok(vec![teller, spawn("heart", Box::new(move || heart::run(&beating, &*beat)))?])) {
+            Ok(threads) => threads,
+            Err(why) => {
+                shared.ends.store(true, Ordering::Release);
+                return Err((format!("processor '{name}' cannot start a thread: {why}"), before));
+            }
         };
         Ok(Agent {
             ground: Grounds::new(host, shared.devices.clone(), reaches, trade.probe.clone()),
             shared,
-            teller,
+            threads,
             stop: Arc::default(),
             farewells: HashMap::new(),
             goes_on: false,
@@ -137,12 +145,16 @@ impl Agent {
         })
     }
 
-    /// Serves until the other side closes it, or is gone; turns away whoever knocks meanwhile.
+    /// Serves until the other side closes it, is gone or says nothing for too long; turns away whoever knocks meanwhile.
     pub fn run(&mut self, door: &mut Option<Box<dyn Door>>) -> Ended {
+        let mut silence = Silence::begins();
         loop {
             // Who knocks just when the link breaks is not turned away.
             let limit = if self.caller.is_some() { Duration::ZERO } else { LOOK };
-            match self.shared.link.receive(limit) {
+            let received = self.shared.link.receive(limit);
+            silence.looked(matches!(received, Ok(Some(_))));
+            match received {
+                Ok(None) if !self.patience.is_zero() && silence.lasted() > self.patience => return Ended::Gone,
                 Ok(None) => match self.caller.take() {
                     Some(caller) => caller.refuse(self.turning_away()),
                     None => self.caller = door.as_mut().and_then(|door| door.wait(Duration::ZERO)),
@@ -229,6 +241,7 @@ impl Agent {
                 self.farewells.insert((process, self.mine(source)?), parcel);
             }
             Order::NoFarewell { process, source } => drop(self.farewells.remove(&(process, source))),
+            Order::Alive => {}
             Order::Patience { ms } => self.patience = Duration::from_millis(ms),
             Order::TakeOver { ticket } => {
                 let answer = self.take_over().map_or_else(Answer::Refused, Answer::TakenOver);
@@ -290,6 +303,10 @@ impl Agent {
 
     fn open(&mut self, name: &str, kind: &str, options: &str) -> Result<Answer, String> {
         let options: serde_json::Value = serde_json::from_str(options).map_err(|why| format!("the options of device '{name}' are no JSON: {why}"))?;
+        let known = locked(&self.shared.devices).get(name).filter(|device| device.is_lost()).cloned();
+        if let Some(lost) = known {
+            return self.reopen(&lost, kind, &options);
+        }
         let (device, description) = match self.open_heir(name, kind, &options)? {
             Some(heir) => heir,
             None => {

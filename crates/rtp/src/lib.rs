@@ -9,24 +9,28 @@
 //! |---|---|
 //! | the one that calls `serve` | takes what comes: scripts, questions, modules, devices |
 //! | `tells` | sends events as they are made, and every 20 ms how sources, connections and devices stand |
+//! | `heart` | beats for the guard while the sources serve; it waits for nobody |
 //! | one a source | its kernel |
 //!
 //! It knows no verb, no supervisor and no Python.
 mod agent;
 mod code;
 mod ground;
+mod heart;
 mod module;
 mod places;
 mod processor;
 pub mod protocol;
+mod reopening;
 mod serve;
 mod service;
+mod silence;
 mod take_over;
 mod tells;
 
 pub use code::Code;
 pub use module::{Module, name_of};
-pub use places::{Places, Running, Started, Tell};
+pub use places::{Bounds, Places, Running, Started, Tell};
 pub use processor::{Near, Opened, Processor};
 pub use serve::serve;
 pub use service::{Admitted, BlackBox, Caller, Door, OnDevice, Reaches, Service};

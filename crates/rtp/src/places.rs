@@ -14,7 +14,7 @@ pub trait Places: Send + Sync {
     ///
     /// # Errors
     /// What keeps it from starting, in words.
-    fn process(&self, name: &str) -> Result<Started, String>;
+    fn process(&self, name: &str, bounds: &Bounds) -> Result<Started, String>;
 
     /// Lets other hosts join; `options`: JSON. `epoch_ns`: of the system, on CLOCK_MONOTONIC.
     ///
@@ -32,6 +32,21 @@ pub trait Places: Send + Sync {
     /// # Errors
     /// None of that name has joined, in words.
     fn host(&self, host: &str, processor: &str) -> Result<Started, String>;
+}
+
+/// How long each side of a processor elsewhere may say nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bounds {
+    /// Of the processor, in a process of this host: it is ended where its heart stands still for so long; none: as long as its guard finds right.
+    pub lost_after: Option<Duration>,
+    /// Of who commands it: it counts as lost then, and what goes on without it waits so long for somebody who takes it over.
+    pub patience: Duration,
+}
+
+impl Default for Bounds {
+    fn default() -> Bounds {
+        Bounds { lost_after: None, patience: Duration::from_secs(10) }
+    }
 }
 
 /// Tells people: kind, about what, text.

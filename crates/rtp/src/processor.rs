@@ -4,15 +4,15 @@ mod hears;
 
 use crate::agent::locked;
 use crate::module::{self, Module};
-use crate::places::{Running, Started};
+use crate::places::{Bounds, Running, Started};
 use crate::protocol::{Answer, News, Order, TakenOver, VERSION, frame, opened};
-use interconnect::{ConnectionSpec, EndError, Ends, Receiver, Sender};
+use interconnect::{ConnectionSpec, EndError, Ends, Link, Receiver, Sender};
 use kernel::wire::Writer;
 use kernel::{BlockId, BlockTimes, Channel, Device, Event, Far, Host, Op, Script, SourceId, SourceSpec, Statistics, Taken};
 use opengpac::abi::ABI as ABI_VERSION;
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Sender as Outbox, channel};
+use std::sync::mpsc::{Receiver as Frames, RecvTimeoutError, Sender as Outbox, channel};
 use std::sync::{Arc, Condvar, Mutex, Weak};
 use std::time::{Duration, Instant};
 
@@ -31,6 +31,7 @@ pub struct Opened {
 /// A process with the sources of a processor, or of several. It outlives that process: after a loss another one may take its place.
 pub struct Processor {
     name: String,
+    bounds: Bounds,
     host_name: Option<String>,
     near: Mutex<Option<Near>>,
     wire: Mutex<Wire>,
@@ -66,17 +67,18 @@ struct Wire {
 const ANSWER: Duration = Duration::from_secs(30);
 const TAKE: Duration = Duration::from_secs(2);
 
-/// How long what keeps devices going goes on without anybody who commands: then they are made safe.
-const PATIENCE: Duration = Duration::from_secs(10);
+/// Where nothing else is said for so long, that this side is there is said.
+const ALIVE: Duration = Duration::from_millis(500);
 
 /// Between two looks at whether it is silent.
 const LOOK: Duration = Duration::from_millis(50);
 
 impl Processor {
     /// One that is not there yet, by the name of the process, on another host that of the processor. `host_name`: where it runs, none on this host.
-    pub fn new(name: &str, host_name: Option<&str>) -> Arc<Processor> {
+    pub fn new(name: &str, host_name: Option<&str>, bounds: Bounds) -> Arc<Processor> {
         Arc::new(Processor {
             name: name.to_owned(),
+            bounds,
             host_name: host_name.map(str::to_owned),
             near: Mutex::new(None),
             wire: Mutex::default(),
@@ -99,6 +101,11 @@ impl Processor {
     /// Its name.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// How long each side may say nothing.
+    pub fn bounds(&self) -> &Bounds {
+        &self.bounds
     }
 
     /// False before the first greeting, and after a loss.
@@ -129,6 +136,8 @@ impl Processor {
         }
         (*locked(&self.near), *locked(&self.running)) = (Some(near), Some(running));
         self.is_adopted.store(is_adopted, Ordering::Release);
+        // A process that only stands still is its guard's to judge.
+        let silence = silence.max(self.bounds.lost_after.unwrap_or_default());
         self.silence_ms.store(silence.as_millis() as u64, Ordering::Relaxed);
         *locked(&self.host) = Arc::downgrade(host);
         self.is_up.store(true, Ordering::Release);
@@ -136,10 +145,10 @@ impl Processor {
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| {
             std::thread::Builder::new().name(name.into()).spawn(body).map(drop).map_err(|why| format!("a thread for it cannot be started: {why}"))
         };
-        spawn("rtp-sends", Box::new(move || frames.into_iter().take_while(|bytes| sender.send(bytes).is_ok()).for_each(drop)))?;
+        spawn("rtp-sends", Box::new(move || send_all(&frames, &*sender)))?;
         let (this, host) = (self.clone(), Arc::downgrade(host));
         spawn("rtp-hears", Box::new(move || this.hear(&host, &link)))?;
-        self.patience(PATIENCE);
+        self.patience(self.bounds.patience);
         let sources = locked(&self.sources).clone();
         sources.into_iter().try_for_each(|(_, spec, here)| self.tell_source(spec, here))
     }
@@ -259,7 +268,7 @@ impl Processor {
         wire.send(&order);
     }
 
-    /// How long it goes on without anybody who commands.
+    /// How long this side may say nothing, and how long it goes on without it.
     fn patience(&self, limit: Duration) {
         self.send(&Order::Patience { ms: u64::try_from(limit.as_millis()).unwrap_or(u64::MAX) });
     }
@@ -388,6 +397,20 @@ impl Far for Processor {
         }
         // Scripts that were submitted after a loss wait for ever, and hold processes that hold this.
         (*locked(&self.wire), *locked(&self.near)) = (Wire::default(), None);
+    }
+}
+
+/// Sends what there is, and a sign of life where there is nothing, until this side or the other one ends it.
+fn send_all(frames: &Frames<Vec<u8>>, link: &dyn Link) {
+    loop {
+        let next = match frames.recv_timeout(ALIVE) {
+            Ok(bytes) => bytes,
+            Err(RecvTimeoutError::Timeout) => frame(&Order::Alive),
+            Err(RecvTimeoutError::Disconnected) => return,
+        };
+        if link.send(&next).is_err() {
+            return;
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// Both sides speak the same version, or they part with words.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// To the processor.
 #[derive(Debug, Serialize, Deserialize)]
@@ -40,7 +40,10 @@ pub enum Order {
     Farewell { process: u64, source: SourceId, parcel: Option<Parcel> },
     /// Its end.
     NoFarewell { process: u64, source: SourceId },
-    /// How long it waits for somebody who commands anew after the link was lost, ms.
+    /// Who commands is there: sent where nothing else is.
+    Alive,
+    /// How long who commands may say nothing before it counts as lost, and how long what goes on then waits for somebody who commands anew,
+    /// ms.
     Patience { ms: u64 },
     /// The end: devices safe, everything closed; of one that has taken nothing over, what runs goes on.
     Close,

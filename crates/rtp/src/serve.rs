@@ -33,6 +33,8 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
             agent.dismiss();
             return Ok(());
         }
+        // Who commands and only stands still is to see that it has lost what it commanded.
+        agent.shared.link.close();
         agent.bid();
         match succeeded(agent, &mut door) {
             Ok(heir) => agent = heir,
@@ -121,9 +123,9 @@ impl Agent {
     pub fn hush(&mut self) {
         self.shared.ends.store(true, Ordering::Release);
         self.shared.host.unpark();
-        if let Some(teller) = self.teller.take() {
-            // A teller that panicked has said so.
-            let _joined = teller.join();
+        for thread in self.threads.drain(..) {
+            // One that panicked has said so.
+            let _joined = thread.join();
         }
     }
 }

@@ -80,7 +80,7 @@ impl Agent {
 }
 
 /// Whether it holds before the limit has passed.
-fn holds_within(limit: Duration, holds: impl Fn() -> bool) -> bool {
+pub(crate) fn holds_within(limit: Duration, holds: impl Fn() -> bool) -> bool {
     let until = Instant::now() + limit;
     loop {
         if holds() {

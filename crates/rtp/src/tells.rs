@@ -4,7 +4,7 @@ use crate::agent::{Shared, locked};
 use crate::protocol::{Beat, News, RowAs, frame};
 use interconnect::{Row, RowsReader};
 use kernel::wire::EventAs;
-use kernel::{BlockId, BlockTimes, DeviceState, Event, SourceId};
+use kernel::{BlockId, BlockTimes, DeviceState, Event};
 use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 
@@ -14,16 +14,12 @@ pub(crate) const BEAT_NS: i64 = 20_000_000;
 /// Beats from one that tells counters and histograms to the next.
 const STATISTICS_EVERY: u64 = 5;
 
-/// A timer that has not fired for so long, and for so many of its periods, does not serve: a machine may be held up for half a second.
-const STUCK_NS: i64 = 1_000_000_000;
-const STUCK_PERIODS: i64 = 10;
-
 /// Events and rows in one frame: what is more goes with the next.
 const EVENTS_MAX: usize = 256;
 const ROWS_MAX: usize = 4096;
 
-/// Until the processor ends.
-pub(crate) fn run(shared: &Shared, heart: &dyn Fn()) {
+/// Until the processor ends. A side that does not read holds this up, and nothing else.
+pub(crate) fn run(shared: &Shared) {
     let mut beats = Beats::default();
     let mut next_ns = shared.host.now_ns();
     loop {
@@ -32,9 +28,6 @@ pub(crate) fn run(shared: &Shared, heart: &dyn Fn()) {
         while tell_events(shared, &mut beats) {}
         let now_ns = shared.host.now_ns();
         if now_ns >= next_ns || ends {
-            if beats.serve(shared, now_ns) && shared.leads.load(Ordering::Acquire) {
-                heart();
-            }
             let beat = beats.take(shared, now_ns);
             let _heard = shared.link.send(&frame(&News::Beat(beat)));
             next_ns = (now_ns / BEAT_NS + 1) * BEAT_NS;
@@ -84,27 +77,9 @@ struct Beats {
     blocks: HashMap<BlockId, u64>,
     /// Rows taken of each ring.
     taken: HashMap<u64, u64>,
-    /// Of each timer: its firings, and when there was a new one last.
-    firings: HashMap<SourceId, (u64, i64)>,
 }
 
 impl Beats {
-    /// True while every timer here fires: one that a fault stopped has said so, and counts as serving.
-    fn serve(&mut self, shared: &Shared, now_ns: i64) -> bool {
-        let sources = locked(&shared.sources).clone();
-        let mut serves = true;
-        for source in sources {
-            let Some(period_ns) = shared.host.period_ns(source) else { continue };
-            let statistics = shared.host.statistics(source);
-            let seen = self.firings.entry(source).or_insert((statistics.firings, now_ns));
-            if seen.0 != statistics.firings || statistics.stopped {
-                *seen = (statistics.firings, now_ns);
-            }
-            serves &= now_ns - seen.1 <= STUCK_NS.max(STUCK_PERIODS * period_ns);
-        }
-        serves
-    }
-
     fn take(&mut self, shared: &Shared, now_ns: i64) -> Beat {
         self.count += 1;
         let mut beat = Beat { now_ns, ..Beat::default() };

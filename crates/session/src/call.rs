@@ -14,7 +14,7 @@ use model::{Drawing, PortName};
 use serde_json::{Value as Json, json};
 use std::path::PathBuf;
 use std::time::Duration;
-use supervisor::{DeviceRequest, Limits, Location, SvvRequest, System};
+use supervisor::{DeviceRequest, Limits, Location, Patience, SvvRequest, System};
 
 /// The interpreter that tries a code module in a process of its own, where no `opengpac-probe` lies beside the program.
 const PYTHON: &str = "python3";
@@ -56,8 +56,9 @@ fn configuration(system: &System, name: &str, a: &mut Arguments) -> Answer {
         "processor" => {
             let (processor, core, supervisor) = (a.take::<String>("name")?, a.or("core")?, a.or("supervisor")?);
             let location = Location::of(&processor, a.or("process")?, a.or("host")?)?;
+            let patience = Patience { lost_after_ns: a.or("lost_after_ns")?, patience_ns: a.or("patience_ns")? };
             a.none_left()?;
-            done(system.processor_in(&processor, core, supervisor, location))
+            done(system.processor_within(&processor, core, supervisor, location, patience))
         }
         "listen" => {
             let (endpoint, name) = (a.take::<String>("endpoint")?, a.take::<String>("name")?);
@@ -88,6 +89,11 @@ fn configuration(system: &System, name: &str, a: &mut Arguments) -> Answer {
             a.none_left()?;
             let options = if options.is_null() { json!({}) } else { options };
             told(system.physical_device(&processor, &device, &kind, &options, &source, place)?)
+        }
+        "reopen_physical_device" => {
+            let device = a.take::<String>("name")?;
+            a.none_left()?;
+            done(system.reopen(&device))
         }
         "delete_physical_device" => {
             let device = a.take::<String>("name")?;

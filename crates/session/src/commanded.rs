@@ -12,6 +12,7 @@ const COMMANDS: &[(&str, &str)] = &[
     ("source", "name"),
     ("request", "source"),
     ("physical_device", "name"),
+    ("reopen_physical_device", "name"),
     ("delete_physical_device", "name"),
     ("place", ""),
     ("download", "name"),

@@ -13,6 +13,7 @@ const CALLS: &[&str] = &[
     "source",
     "request",
     "physical_device",
+    "reopen_physical_device",
     "delete_physical_device",
     "place",
     "download",

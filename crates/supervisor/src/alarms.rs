@@ -6,7 +6,7 @@
 //! history. The same alarm (code and source) that comes again is counted, and is unacknowledged again.
 //!
 //! What raises one: the end of a device's own verb that nobody asked for (active until the device is enabled or reset), a lost
-//! physical device (active as long as it is lost), the emergency stop (until the reset), an end of another verb that is not
+//! physical device (active as long as it is lost), a lost processor (until the reset), the emergency stop (until the reset), an end of another verb that is not
 //! normal (returned at once: the end is the event), a condition that names an alarm, and the programming system. Ends that
 //! follow from one of these have no alarm of their own, so that one cause is one line.
 use crate::core::Core;
@@ -81,8 +81,10 @@ pub(crate) enum Cause {
     Fault,
     /// The emergency stop.
     Latch,
-    /// A physical device that is lost, for good.
+    /// A physical device that is lost, until it is open again.
     Loss,
+    /// A processor that is lost, until a reset.
+    Processor,
 }
 
 /// What is raised, before the texts are looked up.
@@ -210,7 +212,10 @@ impl Alarms {
 }
 
 /// Ends that follow from something that has an alarm, or that somebody asked for.
-const FOLLOWS: [&str; 5] = ["emergency_stop", "device_lost", "device_disabled", "halted", "aborted"];
+const FOLLOWS: [&str; 6] = ["emergency_stop", "device_lost", "processor_lost", "device_disabled", "halted", "aborted"];
+
+/// Of those, what has an alarm of its own, which the fault of a logical device only repeats.
+const TOLD: [&str; 2] = ["device_lost", "processor_lost"];
 
 impl Core {
     pub(crate) fn raise(&mut self, raised: Raised<'_>) {
@@ -242,10 +247,10 @@ impl Core {
         self.raise(Raised { code: "emergency_stop", source, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Latch });
     }
 
-    /// The reset: neither the emergency stop nor a logical device's fault is there any more.
+    /// The reset: neither the emergency stop, a logical device's fault nor a lost processor is there any more.
     pub(crate) fn alarm_reset(&mut self) {
         let now_ns = self.host.now_ns();
-        self.alarms.clear(now_ns, |a| matches!(a.cause, Cause::Latch | Cause::Fault));
+        self.alarms.clear(now_ns, |a| matches!(a.cause, Cause::Latch | Cause::Fault | Cause::Processor));
     }
 
     /// A physical device was lost.
@@ -254,7 +259,23 @@ impl Core {
         self.raise(Raised { code: "device_lost", source: device, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Loss });
     }
 
-    /// A lost physical device was closed.
+    /// A processor was lost: one alarm, however many sources, verbs and devices go with it. `place`: the process where several share one.
+    pub(crate) fn alarm_processor(&mut self, place: &str, message: &str) {
+        if self.alarms.current.iter().any(|a| a.active && a.cause == Cause::Processor && a.source == place) {
+            return;
+        }
+        let (text, remedy) = (message.to_owned(), "see the log for why, then call reset()");
+        self.raise(Raised { code: "processor_lost", source: place, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Processor });
+    }
+
+    /// A recording has ended before its time: an event, which a person is to see.
+    pub(crate) fn alarm_recording(&mut self, why: &str) {
+        let (code, source, remedy) = ("recording_failed", "system", "make room on the disk, and record into a new file");
+        self.raise(Raised { code, source, block: None, text: why.to_owned(), remedy, severity: Severity::Medium, cause: Cause::Event });
+        self.alarm_returns(code, source);
+    }
+
+    /// A lost physical device was closed, or is open again.
     pub(crate) fn alarm_closed(&mut self, device: &str) {
         let now_ns = self.host.now_ns();
         self.alarms.clear(now_ns, |a| a.cause == Cause::Loss && a.source == device);
@@ -286,7 +307,7 @@ impl Core {
         };
         let block = report.block.as_deref();
         if let Some(device) = owner {
-            if report.condition != "device_lost" {
+            if !TOLD.contains(&report.condition.as_str()) {
                 let remedy = "remove the cause, then enable the device again";
                 self.raise(Raised { code: &report.condition, source: device, block, text, remedy, severity: Severity::High, cause: Cause::Fault });
             }

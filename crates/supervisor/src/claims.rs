@@ -125,7 +125,7 @@ impl Core {
             if held.iter().all(|h| h.arbitration == Arbitration::Abort && running(h)) {
                 let holders: BTreeSet<u64> = held.iter().map(|h| h.holder).collect();
                 let length = self.queue.len();
-                holders.into_iter().for_each(|holder| self.abort(holder, &name));
+                holders.into_iter().for_each(|holder| self.abort(holder, &name, &plan));
                 if self.queue.len() != length {
                     // A holder has ended at once, and the queue was served.
                     return;
@@ -143,7 +143,8 @@ impl Core {
             .refuse_emergency("start", &name)
             .and_then(|()| self.check_mode(instance))
             .and_then(|()| self.check_enabled(instance))
-            .and_then(|()| self.check_sources(instance));
+            .and_then(|()| self.check_sources(instance))
+            .and_then(|()| self.check_devices(instance));
         match refused {
             Ok(()) => {
                 self.log.add(self.host.now_ns(), "admission", &name, "");
@@ -162,11 +163,15 @@ impl Core {
         instances.sort_by_key(|id| self.instances.get(id).is_none_or(|i| i.state != State::Queued));
     }
 
-    /// Ends an instance because a later start takes what it holds; once.
-    fn abort(&mut self, id: u64, by: &str) {
+    /// Ends an instance because a later start takes what it holds; once. Where that acts on all its devices it goes on with them at once;
+    /// what would be left behind in its motion comes to rest first.
+    fn abort(&mut self, id: u64, by: &str, plan: &Plan) {
         let message = format!("'{by}' was started");
         match self.instances.get_mut(&id) {
-            Some(instance) if !instance.aborted => instance.aborted = true,
+            Some(instance) if !instance.aborted => {
+                instance.aborted = true;
+                instance.is_overtaken = instance.plan.devices.iter().all(|device| plan.devices.contains(device));
+            }
             _ => return,
         }
         self.end_by_name(id, "aborted", message);

@@ -52,6 +52,14 @@ impl System {
         System::of(&self.name, self.shared.clone())
     }
 
+    /// A recording has ended because its file cannot be written any more: a person is to know.
+    pub fn recording_failed(&self, why: &str) {
+        let mut core = self.shared.locked();
+        let now_ns = core.host.now_ns();
+        core.log.add(now_ns, "recorder", "system", why);
+        core.alarm_recording(why);
+    }
+
     /// Enters something into the log that somebody beside the supervisor has to tell.
     pub fn note(&self, kind: &'static str, about: &str, text: &str) {
         let mut core = self.shared.locked();

@@ -2,7 +2,7 @@
 //! Configuration: hardware, code, definitions, SVVs. It can change at any time, as long as nothing that runs is affected.
 use crate::catalog::Code;
 use crate::core::PhysicalRecord;
-use crate::location::{Location, Processor};
+use crate::location::{Location, Patience, Processor};
 use crate::refuse::{invalid_state, refuse, refuse_at, unknown};
 use crate::svvs::SvvRecord;
 use crate::system::System;
@@ -36,6 +36,12 @@ impl System {
 
     /// The same, in a process of its own, in one with others, or on another host. Under the virtual clock all are threads of one.
     pub fn processor_in(&self, name: &str, core: Option<usize>, supervisor: bool, location: Location) -> Result<(), Refusals> {
+        self.processor_within(name, core, supervisor, location, Patience::default())
+    }
+
+    /// The same, with how long its process and its supervisor may stand still.
+    pub fn processor_within(&self, name: &str, core: Option<usize>, supervisor: bool, location: Location, patience: Patience) -> Result<(), Refusals> {
+        let bounds = patience.bounds(name, &location)?;
         let mut definitions = self.shared.definitions();
         if definitions.configuration.processors.iter().any(|p| p == name) {
             return Err(refuse(Class::InUse, format!("there is a processor '{name}' already"), "give it another name"));
@@ -54,7 +60,7 @@ impl System {
                 "a system has one supervisor; leave supervisor= out",
             ));
         }
-        self.settle(&definitions, name, supervisor, &location)?;
+        self.settle(&definitions, name, supervisor, &location, bounds)?;
         let first = definitions.processors.is_empty();
         if supervisor {
             definitions.processors.values_mut().for_each(|p| p.supervisor = false);

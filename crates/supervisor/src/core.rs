@@ -21,6 +21,7 @@ use model::plan::Claim;
 use rtp::Processor;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// A logical device, as it runs.
 pub(crate) struct LogicalRecord {
@@ -60,6 +61,8 @@ pub(crate) enum Purpose {
     Sequence { instance: u64, epoch: u64 },
     /// A snapshot: the caller waits under this ticket.
     Read { ticket: u64 },
+    /// Somebody waits for nothing but that.
+    Carried { done: Arc<AtomicBool> },
     /// Nobody waits.
     Nothing,
 }

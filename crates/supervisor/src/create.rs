@@ -363,6 +363,7 @@ fn instance(
         departure: None,
         disabled: false,
         aborted: false,
+        is_overtaken: false,
         suspending: false,
         resting_until_ns: None,
         held: Vec::new(),

@@ -16,7 +16,7 @@ use kernel::{Device, Script, SourceId, SourceSpec};
 use model::definition::IfCutOff;
 use model::plan::Plan;
 use model::refusal::{Class, Place, Refusals};
-use rtp::{Module, Processor, Started};
+use rtp::{Bounds, Module, Processor, Started};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -49,9 +49,9 @@ impl System {
     }
 
     /// Brings a processor to where it is to run.
-    pub(crate) fn settle(&self, definitions: &Definitions, name: &str, supervisor: bool, location: &Location) -> Result<(), Refusals> {
+    pub(crate) fn settle(&self, definitions: &Definitions, name: &str, supervisor: bool, location: &Location, bounds: Bounds) -> Result<(), Refusals> {
         let beside = definitions.beside(name, location)?;
-        self.settle_elsewhere(name, supervisor, location, beside)?;
+        self.settle_elsewhere(name, supervisor, location, beside, bounds)?;
         if let Some(process) = location.process(name) {
             self.shared.locked().processes.entry(process.to_owned()).or_default().push(name.to_owned());
         }
@@ -60,7 +60,7 @@ impl System {
 
     /// Starts a processor that is not a thread, and tells it what the system has so far; one that shares a process with `beside` goes there.
     /// Nothing under the virtual clock.
-    fn settle_elsewhere(&self, name: &str, supervisor: bool, location: &Location, beside: Option<&str>) -> Result<(), Refusals> {
+    fn settle_elsewhere(&self, name: &str, supervisor: bool, location: &Location, beside: Option<&str>, bounds: Bounds) -> Result<(), Refusals> {
         if *location == Location::Thread || self.shared.is_virtual {
             return Ok(());
         }
@@ -69,10 +69,10 @@ impl System {
             return Err(refuse(Class::PlacementError, format!("processor '{name}' runs elsewhere, so it cannot be the supervisor"), remedy));
         }
         if let Some(beside) = beside {
-            return self.settle_beside(name, beside);
+            return self.settle_beside(name, beside, bounds);
         }
         let host = if let Location::Host(host) = location { Some(host.as_str()) } else { None };
-        let processor = Processor::new(location.process(name).unwrap_or(name), host);
+        let processor = Processor::new(location.process(name).unwrap_or(name), host, bounds);
         let specs = self.shared.locked().specs.clone();
         for (number, spec) in specs.iter().enumerate() {
             processor.expect_source(SourceId(number as u32), spec, false);
@@ -83,12 +83,16 @@ impl System {
     }
 
     /// The process that `beside` is in takes one processor more.
-    fn settle_beside(&self, name: &str, beside: &str) -> Result<(), Refusals> {
+    fn settle_beside(&self, name: &str, beside: &str, bounds: Bounds) -> Result<(), Refusals> {
         let mut core = self.shared.locked();
         let there = core.elsewhere[beside].clone();
         if !there.is_up() {
             let message = format!("cannot start processor '{name}': its process '{}', of processor '{beside}' too, is lost", there.name());
             return Err(refuse(Class::InvalidState, message, "see the log for why, then call reset()"));
+        }
+        if bounds != Bounds::default() && bounds != *there.bounds() {
+            let message = format!("processor '{name}' shares process '{}', which was made with another lost_after= or patience=", there.name());
+            return Err(refuse(Class::InUse, message, format!("say it where processor '{beside}' is made: a process has one of each")));
         }
         core.elsewhere.insert(name.to_owned(), there);
         Ok(())
@@ -99,7 +103,7 @@ impl System {
         let name = processor.name();
         let started: Started = match kernel::Far::host(&**processor) {
             Some(host) => places.host(host, name)?,
-            None => places.process(name)?,
+            None => places.process(name, processor.bounds())?,
         };
         processor.attach(&self.shared.host, &self.name, started)
     }
@@ -266,6 +270,12 @@ impl Core {
         format!("{what} '{}'", far.name())
     }
 
+    /// What goes with a source when its processor is lost: the process where several share one, else the processor.
+    pub fn lost_place(&self, source: SourceId) -> String {
+        let processor = processor_of(self.source_name(source));
+        self.elsewhere.get(processor).map_or(processor, |far| far.name()).to_owned()
+    }
+
     /// The processors of a process, in the order in which they were made.
     pub fn processors_in(&self, far: &Arc<Processor>) -> Vec<String> {
         self.elsewhere.iter().filter(|(_, own)| Arc::ptr_eq(own, far)).map(|(name, _)| name.clone()).collect()
@@ -327,6 +337,11 @@ impl Core {
         }
     }
 
+    /// Where a source runs, if not in this process.
+    pub fn far_of(&self, source: SourceId) -> Option<Arc<Processor>> {
+        self.runs_at(source).cloned()
+    }
+
     fn runs_at(&self, source: SourceId) -> Option<&Arc<Processor>> {
         self.elsewhere.get(processor_of(self.source_name(source)))
     }
@@ -341,8 +356,10 @@ impl Core {
             ops.extend(known);
             self.submit(*source, ops, Purpose::Nothing);
         }
-        for physical in self.physical.values_mut().filter(|physical| sources.contains(&physical.source)) {
-            physical.lost = None;
+        let open: Vec<String> = self.physical.iter().filter(|(_, physical)| sources.contains(&physical.source)).map(|(device, _)| device.clone()).collect();
+        for device in open {
+            self.physical[&device].lost = None;
+            self.alarm_closed(&device);
         }
         let now_ns = self.host.now_ns();
         self.log.add(now_ns, "processor", processor, "has a new process".to_owned());

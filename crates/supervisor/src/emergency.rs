@@ -99,6 +99,10 @@ impl Core {
         self.host.stop_abroad(false);
         self.alarm_reset();
         self.poisoned.clear();
+        // What was lost with a source that only was silent is there again with it.
+        for physical in self.physical.values_mut().filter(|physical| self.lost.contains(&physical.source) && !physical.device.is_lost()) {
+            physical.lost = None;
+        }
         self.lost.clear();
         let stopped: Vec<_> = self.sources.values().copied().filter(|s| self.host.statistics(*s).stopped).collect();
         for source in stopped {
@@ -162,9 +166,10 @@ impl System {
         self.shared.locked().emergency.reason.clone()
     }
 
-    /// Lifts the latch; processors that were lost get a new process.
+    /// Lifts the latch; processors that were lost get a new process, devices that were lost are opened again.
     pub fn reset(&self) -> Result<(), Refusals> {
         self.revive()?;
+        self.reopen_lost()?;
         self.shared.command(Core::reset)
     }
 }

@@ -32,7 +32,8 @@ impl Core {
         }
         let is_second = asked_for && instance.halting;
         let name = instance.plan.conditions[condition].name.clone();
-        if instance.is_in_ending() && !is_second && name != "completed" {
+        let is_under_way = instance.is_in_ending() || (name == "aborted" && instance.departure.is_some() && !instance.is_overtaken);
+        if is_under_way && !is_second && name != "completed" {
             // The end is on its way already; a halt after this one is immediate.
             instance.halting |= asked_for;
             if !asked_for {
@@ -52,7 +53,7 @@ impl Core {
         let condition = instance.condition(&instance.plan.conditions[condition].name).unwrap_or(condition);
         instance.halting |= asked_for;
         let cause = Cause { condition, block: None, value: None, message, time_ns: now_ns, asked_for };
-        let to = instance.plan.lists[instance.list].transitions.iter().find(|(c, _)| *c == condition).map(|(_, to)| *to);
+        let to = instance.led_to(condition);
         match to {
             _ if is_second => self.end_at_once(id, cause),
             Some(list) => {

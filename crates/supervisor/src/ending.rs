@@ -31,6 +31,15 @@ impl Instance {
         self.departure.as_ref().is_some_and(|d| d.ending_from.is_some())
     }
 
+    /// The list that τ leads to from the present one. An abort that τ does not name is as orderly as a halt, for what slows a motion down is
+    /// there for both; but where another verb goes on with all of its devices from where they are.
+    pub fn led_to(&self, condition: usize) -> Option<usize> {
+        let transitions = &self.plan.lists[self.list].transitions;
+        let to = |condition: usize| transitions.iter().find(|(c, _)| *c == condition).map(|(_, to)| *to);
+        let is_abort = self.plan.conditions[condition].name == "aborted" && !self.is_overtaken;
+        to(condition).or_else(|| self.condition("halted").filter(|_| is_abort).and_then(to))
+    }
+
     /// True where the condition begins an orderly end, which the report remembers.
     pub fn is_orderly(&self, condition: usize) -> bool {
         ORDERLY.contains(&self.plan.conditions[condition].name.as_str())

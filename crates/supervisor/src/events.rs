@@ -7,6 +7,7 @@ use kernel::{BlockId, Event, Fault, SourceId};
 use model::types::Type;
 use model::value::Value;
 use opengpac::signal_text;
+use std::sync::atomic::Ordering;
 
 /// A condition as the kernel told it.
 struct Told {
@@ -42,6 +43,7 @@ impl Core {
                 Purpose::Read { ticket } => {
                     self.reads.insert(ticket, (time_ns, captured));
                 }
+                Purpose::Carried { done } => done.store(true, Ordering::Release),
                 Purpose::Nothing => {}
             },
             Event::Condition { source, process, generation, condition, block, item, fault, time_ns, alone, acted, ended, stage, value, captured, .. } => {
@@ -247,6 +249,20 @@ impl Core {
             physical.lost = Some(message.to_owned());
         }
         self.alarm_lost(device, message);
+        self.end_bound(device, message);
+    }
+
+    /// The same with its processor, whose loss has the alarm.
+    pub fn device_lost_with(&mut self, device: &str, message: &str, time_ns: i64) {
+        self.log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
+        if let Some(physical) = self.physical.get_mut(device) {
+            physical.lost = Some(message.to_owned());
+        }
+        self.end_bound(device, message);
+    }
+
+    /// Ends the verbs that are bound to a channel of a lost device.
+    fn end_bound(&mut self, device: &str, message: &str) {
         if self.physical.get(device).is_some_and(|physical| self.lost.contains(&physical.source)) {
             // Who uses its channels runs there: to them `processor_lost` has come.
             return;

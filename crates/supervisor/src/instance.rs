@@ -164,6 +164,8 @@ pub(crate) struct Instance {
     pub disabled: bool,
     /// A later start has aborted it: once.
     pub aborted: bool,
+    /// That one acts on all of its devices.
+    pub is_overtaken: bool,
     /// To be suspended when the sequence under way is through.
     pub suspending: bool,
     /// It comes to rest before it is suspended: the running time at which that has had its time.
@@ -197,7 +199,8 @@ impl Instance {
         self.outputs.clear();
         self.captured.clear();
         self.capturing.clear();
-        (self.halting, self.suspending, self.disabled, self.aborted, self.has_entered) = (false, false, false, false, false);
+        (self.halting, self.suspending, self.disabled, self.has_entered) = (false, false, false, false);
+        (self.aborted, self.is_overtaken) = (false, false);
         self.departure = None;
         (self.wait_until_ns, self.resting_until_ns) = (None, None);
     }

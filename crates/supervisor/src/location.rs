@@ -3,7 +3,9 @@
 use crate::refuse::refuse;
 use crate::system::Definitions;
 use model::refusal::{Class, Refusals};
+use rtp::Bounds;
 use serde::Deserialize;
+use std::time::Duration;
 
 /// Where a processor runs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -42,6 +44,56 @@ pub enum InProcess {
 impl Default for InProcess {
     fn default() -> Self {
         InProcess::Own(false)
+    }
+}
+
+/// How long a processor elsewhere and its supervisor may stand still, ns, as far as it is said.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Patience {
+    /// The process is ended, and lost, where its heart stands still for so long.
+    pub lost_after_ns: Option<u64>,
+    /// A supervisor that says nothing for so long is lost, and what goes on without one waits so long for the next.
+    pub patience_ns: Option<u64>,
+}
+
+/// A heart beats every 20 ms, and what is shorter than some beats would judge the scheduler.
+const LOST_AFTER_MIN: Duration = Duration::from_millis(100);
+/// A supervisor says every half second that it is there.
+const PATIENCE_MIN: Duration = Duration::from_secs(2);
+const BOUND_MAX: Duration = Duration::from_secs(24 * 3600);
+
+impl Patience {
+    /// As bounds of processor `name`.
+    ///
+    /// # Errors
+    /// `PlacementError`: it runs where there is nothing to bound. `OutOfRange`: too short or too long.
+    pub(crate) fn bounds(&self, name: &str, location: &Location) -> Result<Bounds, Refusals> {
+        let misplaced = |word: &str, why: &str, remedy: &str| refuse(Class::PlacementError, format!("processor '{name}' has {word}=, and {why}"), remedy);
+        match location {
+            Location::Thread if *self != Patience::default() => {
+                let word = if self.lost_after_ns.is_some() { "lost_after" } else { "patience" };
+                return Err(misplaced(word, "runs in threads of the supervisor's own process", "add process=True, or leave it out"));
+            }
+            Location::Host(_) if self.lost_after_ns.is_some() => {
+                return Err(misplaced(
+                    "lost_after",
+                    "runs on another host, where no guard watches it",
+                    "leave it out: a link to a host that is silent is closed",
+                ));
+            }
+            _ => {}
+        }
+        let within = |word: &str, given: Option<u64>, min: Duration| match given.map(Duration::from_nanos) {
+            Some(given) if given < min || given > BOUND_MAX => Err(refuse(
+                Class::OutOfRange,
+                format!("{word} {} s of processor '{name}' is not in {} s to {} s", given.as_secs_f64(), min.as_secs_f64(), BOUND_MAX.as_secs()),
+                "",
+            )),
+            given => Ok(given),
+        };
+        let lost_after = within("lost_after", self.lost_after_ns, LOST_AFTER_MIN)?;
+        let patience = within("patience", self.patience_ns, PATIENCE_MIN)?;
+        Ok(Bounds { lost_after, patience: patience.unwrap_or(Bounds::default().patience) })
     }
 }
 

@@ -45,6 +45,7 @@ impl Core {
         let name = self.source_name(source).to_owned();
         let message = message.to_owned();
         self.log.add(time_ns, "processor_lost", &name, message.clone());
+        self.alarm_processor(&self.lost_place(source), &message);
         let there: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.installed.sources.contains(&source)).map(|i| i.id).collect();
         for id in there {
             if !self.take_process(id, true) {
@@ -64,7 +65,7 @@ impl Core {
             self.proceed(id);
         }
         let gone: Vec<String> = self.physical.iter().filter(|(_, physical)| physical.source == source).map(|(name, _)| name.clone()).collect();
-        gone.iter().for_each(|device| self.device_lost(device, &message, time_ns));
+        gone.iter().for_each(|device| self.device_lost_with(device, &message, time_ns));
     }
 
     /// Refuses a plan that would run where nobody is.

@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Manual and automatic mode. In manual mode only those actions on devices start that were declared for it, and only while the
 //! enabling switch, where there is one, is held; they end with `aborted` when it is let go. The mode changes at rest only.
-use crate::core::Core;
+use crate::core::{Core, Purpose};
 use crate::instance::Instance;
 use crate::refuse::refuse;
 use crate::system::System;
-use kernel::Ask;
+use kernel::{Ask, Op};
 use model::refusal::{Class, Refusals};
 use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// How long a kernel may take to look at what it read: something that it does between two firings.
+const LOOKED_MAX: Duration = Duration::from_secs(1);
 
 /// What may be started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,7 +84,8 @@ impl Core {
             return;
         }
         let Some((false, name)) = self.enabling_switch() else { return };
-        let actions: Vec<u64> = self.instances.values().filter(|i| i.is_busy() && i.ending.is_none() && i.is_action()).map(|i| i.id).collect();
+        let actions: Vec<u64> =
+            self.instances.values().filter(|i| i.is_busy() && i.ending.is_none() && i.departure.is_none() && i.is_action()).map(|i| i.id).collect();
         for id in actions {
             self.end_by_name(id, "aborted", format!("enabling switch '{name}' was let go"));
         }
@@ -105,14 +112,25 @@ impl System {
 
     /// A read channel that is not 0 while a person holds the enabling switch. There is one; a later call takes its place.
     pub fn enabling_switch(&self, device: &str, channel: &str) -> Result<(), Refusals> {
+        let done = Arc::new(AtomicBool::new(false));
         self.shared.command(|core| {
             let index = core.read_channel(device, channel)?;
             if core.emergency.inputs.iter().any(|i| i.device == device && i.channel == index) {
                 return Err(refuse(Class::InUse, format!("channel '{device}.{channel}' is an emergency stop input"), "give the switch a channel of its own"));
             }
-            core.physical[device].device.ask(index, Ask::Tell, true);
+            let physical = &core.physical[device];
+            let (source, of) = (physical.source, physical.device.clone());
+            of.ask(index, Ask::Tell, true);
             core.modes.enabling = Some((device.to_owned(), index));
+            // One that is held already reads so at once, not from the next firing on.
+            core.submit(source, vec![Op::Look(of)], Purpose::Carried { done: done.clone() });
             Ok(())
-        })
+        })?;
+        // A source that does not answer has a switch that is not held: nothing more to wait for.
+        let _looked = self.shared.wait_for(None, LOOKED_MAX, |core| {
+            let gone = core.physical.get(device).is_none_or(|physical| core.lost.contains(&physical.source));
+            Ok((gone || done.load(Ordering::Acquire)).then_some(()))
+        })?;
+        Ok(())
     }
 }

@@ -28,6 +28,7 @@ impl Core {
         self.check_mode(instance)?;
         self.check_enabled(instance)?;
         self.check_sources(instance)?;
+        self.check_devices(instance)?;
         self.check_age(instance, limits.age_max_ns)?;
         let request = Request { id, stores: psi(&instance.plan, values, configuration)?, limits };
         let admission = self.arbitrate(&request)?;

@@ -10,8 +10,8 @@ from ..decorated import verb
 from ..parameters import input
 from ..robots.joints import Joint
 from ..svvs import SVV
-from .parts import PERIOD, brake, limited, share
-from .velocity import Stopped
+from .parts import PERIOD, STOP, brake, limited, share
+from .velocity import LimitReached, Stopped
 
 
 @verb(
@@ -27,20 +27,31 @@ from .velocity import Stopped
         "ratio": input("generator.ratio", tunable=True),
         "acceleration": share("generator.acceleration", "max_acceleration"),
         "arm.max_speed": "generator.speed",
-        "arm.max_acceleration": "brake.acceleration",
-        **limited("brake"),
+        "arm.max_acceleration": ["brake.acceleration", "generator.deceleration"],
+        **limited("generator", "brake"),
     },
     output_values={"position": "brake.setpoint"},
-    command_lists={"start": [activate("generator", every=PERIOD)], "stop": [activate("brake", every=PERIOD)]},
+    command_lists={"start": [activate("generator", every=PERIOD)], "stop": STOP, "limit": STOP},
     initial="start",
-    conditions={"stopped": on("brake.stopped", returns=["position"], during="stop")},
-    transitions={("start", "halted"): "stop", ("start", "time_limit"): "stop"},
+    conditions={
+        "at_limit": on("generator.at_limit", during="start"),
+        "too_fast": on("generator.too_fast", during="start"),
+        "limit_reached": on("brake.stopped", returns=["position"], raises=LimitReached, during="limit"),
+        "stopped": on("brake.stopped", returns=["position"], during="stop"),
+    },
+    transitions={
+        ("start", "halted"): "stop",
+        ("start", "time_limit"): "stop",
+        ("start", "at_limit"): "limit",
+        ("start", "too_fast"): "limit",
+    },
 )
 def gear(arm: Joint, master: SVV[float], /, ratio: float = 1.0, acceleration: float | str = "100 %") -> Stopped:
     """Couples a joint to a position: it moves `ratio` times as fast as `master`, until it is halted or its time limit is over.
 
     arm: the joint that follows; master: an SVV, for example `arm[0].commanded`; ratio: negative for the other way, may be set while
     it runs; acceleration: rad/s² (m/s²) at which it comes into gear, or a share of `max_acceleration`. It couples speeds: the
-    positions keep the relation that they have when the joint has come into gear.
+    positions keep the relation that they have when the joint has come into gear. A joint that comes to the end of its range, or would
+    have to be faster than `max_speed`, is stopped: `LimitReached`.
     """
     ...

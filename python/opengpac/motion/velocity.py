@@ -21,7 +21,7 @@ from .parts import PERIOD, STOP, SUSPENDED, Values, bound, brake, limited, share
 
 
 class LimitReached(Terminated):
-    """A joint that moved at a velocity has come to rest at the end of its range."""
+    """A joint that moved at a velocity, or in gear, has come to rest: it was at the end of its range, or its master was too fast for it."""
 
 
 class Stopped(Report):

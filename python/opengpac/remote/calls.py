@@ -55,9 +55,27 @@ class Remote(RealTimeSystem):
 
     # ---- configuration ----
 
-    def processor(self, name: str, core: int | None, supervisor: bool, process: bool | str, host: str | None) -> None:
+    def processor(
+        self,
+        name: str,
+        core: int | None,
+        supervisor: bool,
+        process: bool | str,
+        host: str | None,
+        lost_after_ns: int | None = None,
+        patience_ns: int | None = None,
+    ) -> None:
         try:
-            self._call("processor", name=name, core=core, supervisor=supervisor, process=process, host=host)
+            self._call(
+                "processor",
+                name=name,
+                core=core,
+                supervisor=supervisor,
+                process=process,
+                host=host,
+                lost_after_ns=lost_after_ns,
+                patience_ns=patience_ns,
+            )
         except _native.Refused:
             there = self._left("processors", name)
             if there is None or there["core"] != core or (supervisor and not there["supervisor"]):
@@ -92,6 +110,9 @@ class Remote(RealTimeSystem):
         options = files.carried(self.session, kind, json.loads(options_json))
         place = json.loads(place_json)
         return self._text("physical_device", processor=processor, name=name, kind=kind, options=options, source=source, place=place)
+
+    def reopen_physical_device(self, name: str) -> None:
+        self._call("reopen_physical_device", name=name)
 
     def delete_physical_device(self, name: str) -> None:
         self._call("delete_physical_device", name=name)

@@ -82,6 +82,19 @@ def test_the_enabling_switch_is_held_while_something_moves(cell: gpac.System, nu
     assert move(bench.arm, goal=[0.1, 0.1]).condition == "arrived", "in automatic mode nobody need hold it"
 
 
+def test_a_switch_that_is_held_already_reads_so_at_once(cell: gpac.System, nudge: gpac.Verb[..., Any]) -> None:
+    bench = Bench(cell, [(0, {"enabling": True})])
+    bench.arm.enable()
+    cell.advance("5 ms")
+    cell.mode = "manual"
+    now = cell.now
+    cell.enabling_switch(bench.io["enabling"])
+    nudging = nudge.asynch(bench.arm.x, to=0.05)
+    assert cell.now == now
+    cell.advance("20 ms")
+    assert nudging.state == "running"
+
+
 def test_a_composition_is_manual_where_all_its_parts_are(cell: gpac.System, nudge: gpac.Verb[..., Any]) -> None:
     bench = Bench(cell)
     bench.arm.enable()

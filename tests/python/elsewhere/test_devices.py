@@ -46,9 +46,32 @@ def test_outputs_are_safe_when_the_process_ends(afar: Afar, by: signal.Signals) 
     assert caught.value.condition == "processor_lost"
     until(lambda: plant.state()["is_safe"], "the plant is safe")
     until(lambda: afar.log("guard"), "the log says what the guard did")
-    assert "device_lost" in afar.cell.alarms
+    alarms = [(alarm.code, alarm.source, alarm.count) for alarm in afar.cell.alarms]
+    assert alarms == [("processor_lost", "rtp1", 1)], "one cause, one alarm"
     where = position(plant)
     afar.cell.reset()
+    assert [alarm.state for alarm in afar.cell.alarms] == ["returned"]
     again = pushing.on(afar.there).asynch(plant.device["x"].effort, u=2.0)
     until(lambda: position(plant) > where + 0.02, "the plant is pushed again")
     again.halt()
+
+
+@pytest.mark.parametrize("by", ["reopen", "reset"])
+def test_a_device_that_is_lost_there_is_opened_again(afar: Afar, by: str) -> None:
+    drives = afar.rtp1.physical_device("drives", gpac.drivers.loopback("x", initial=[0.25], fail_at="300 ms"), exchange=afar.there)
+    process = afar.process()
+    q = afar.cell.svv("q")
+    with pytest.raises(gpac.Terminated) as caught:
+        looking.on(afar.there)(channel=drives["x"].position, q=q, time_limit="20 s")
+    assert caught.value.condition == "device_lost"
+    with pytest.raises(gpac.DeviceFailed, match=r"cannot start 'looking#.*physical device 'drives' is lost"):
+        looking.on(afar.there).asynch(channel=drives["x"].position, q=afar.cell.svv("refused"))
+    if by == "reset":
+        afar.cell.reset()
+    else:
+        drives.reopen()
+    again = afar.cell.svv("again")
+    with pytest.raises(gpac.Terminated, match="device_lost"):
+        looking.on(afar.there)(channel=drives["x"].position, q=again, time_limit="20 s")
+    assert again.value == 0.25
+    assert afar.process() == process

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 
 import pytest
@@ -130,7 +131,9 @@ def test_a_process_that_is_stopped_is_ended_by_the_guard(afar: Afar) -> None:
     instance = afar.counting().on(afar.there).asynch(far)
     until(lambda: far.value > 3, "it runs there")
     afar.end(signal.SIGSTOP)
-    with pytest.raises(gpac.Terminated) as caught:
+    with pytest.raises(
+        gpac.Terminated, match=r"its process stood still for 0\.5 s \(its heart did not beat\), so the guard ended it"
+    ) as caught:
         instance.wait()
     assert caught.value.condition == "processor_lost"
     until(lambda: not children("run_processor"), "the stopped process is gone")
@@ -150,3 +153,35 @@ def test_a_processor_may_be_lost_several_times(afar: Afar) -> None:
             instance.wait()
         afar.cell.reset()
     assert len({*processes, afar.process()}) == 4
+
+
+def test_how_long_a_process_may_stand_still_is_said_where_it_is_made() -> None:
+    with gpac.System("patience", progress=False) as cell:
+        is_ended_after_its_bound(cell)
+        wrong_bounds_are_refused(cell)
+
+
+def is_ended_after_its_bound(cell: gpac.System) -> None:
+    quick = cell.processor("quick", process=True, lost_after="0.2 s", patience="5 s").timer("fast", period="2 ms", priority=80)
+    sine = gpac.Verb("sine", blocks={"wave": gpac.library.signal_generator}, instantiation_parameters={"y": "wave.y"},
+                     command_lists={"start": [gpac.activate("wave", every="2 ms")]}).on(quick).asynch(cell.svv("y"))  # fmt: skip
+    (process,) = children("run_processor")
+    os.kill(process, signal.SIGSTOP)
+    with pytest.raises(gpac.Terminated, match=r"stood still for 0\.2 s"):
+        sine.wait()
+    assert [(alarm.code, alarm.source) for alarm in cell.alarms] == [("processor_lost", "quick")]
+
+
+def wrong_bounds_are_refused(cell: gpac.System) -> None:
+    for wrong, what in (
+        ({"lost_after": "1 ms"}, r"lost_after 0\.001 s of processor 'p' is not in 0\.1 s to"),
+        ({"patience": "1 s"}, "patience 1 s"),
+    ):
+        with pytest.raises(gpac.OutOfRange, match=what):
+            cell.processor("p", process=True, **wrong)
+    with pytest.raises(gpac.PlacementError, match="processor 'p' has lost_after=, and runs in threads"):
+        cell.processor("p", lost_after="1 s")
+    cell.processor("left", process="both", lost_after="1 s")
+    with pytest.raises(gpac.InUse, match=r"processor 'right' shares process 'both', which was made with another lost_after="):
+        cell.processor("right", process="both", lost_after="2 s")
+    cell.processor("right", process="both")

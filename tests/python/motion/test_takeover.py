@@ -30,6 +30,21 @@ def test_a_stop_takes_over_a_running_move_within_the_limits() -> None:
         assert (np.abs(np.diff(speed, axis=0) / 1e-3) <= limits * (1 + 1e-6)).all()
 
 
+def test_what_a_takeover_leaves_behind_comes_to_rest_within_the_limits() -> None:
+    arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort")
+    with arm.system as cell, arm.enabled():
+        moving = motion.move_absolute.asynch(arm, goal(arm, 0.8, 0.0, -0.4, 0.5), speed="60 %")
+        cell.advance("500 ms")
+        assert abs(arm["shoulder_pan"].commanded_velocity.value) > 0.5
+        assert motion.move_relative(arm["wrist_3"], 0.2).condition == "arrived"
+        assert moving.report.condition == "aborted"
+        assert arm["shoulder_pan"].commanded_velocity.value == 0.0
+        reference = np.array([joint.reference.history[:]["value"][-900:] for joint in arm]).T
+        change = np.abs(np.diff(reference, 2, axis=0) / 1e-6)
+        limits = np.array([joint.max_acceleration for joint in arm])
+        assert (change <= limits * (1 + 1e-6)).all(), f"{change.max()} rad/s²"
+
+
 def test_moves_of_a_queue_run_one_after_the_other() -> None:
     arm = gpac.robots.load("ur5e", clock="virtual", arbitration="queue")
     with arm.system, arm.enabled():

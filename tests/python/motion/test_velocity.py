@@ -121,3 +121,29 @@ def test_gear_couples_an_axis_to_another(axes: gpac.Group[Joint]) -> None:
     assert axes[1].commanded_velocity.value == 0.0
     moving.halt()
     watch.run(400).smooth()
+
+
+@pytest.mark.parametrize("ratio", [1.0, -1.0])
+def test_a_gear_stops_before_the_end_of_the_range_and_says_so(axes: gpac.Group[Joint], ratio: float) -> None:
+    watch = Watch(axes)
+    geared = motion.gear.asynch(axes[1], axes[0].commanded, ratio=2.0 * ratio)
+    driving = motion.move_velocity.asynch(axes[0], 0.45)
+    with pytest.raises(motion.LimitReached):
+        watch.wait(geared)
+    assert 1.8 < ratio * axes[1].commanded.value <= 2.0
+    assert axes[1].commanded_velocity.value == 0.0
+    assert axes[1].limited.value == 0
+    driving.halt()
+    watch.run(400).smooth()
+
+
+def test_a_gear_that_would_be_too_fast_stops_and_says_so(axes: gpac.Group[Joint]) -> None:
+    watch = Watch(axes)
+    geared = motion.gear.asynch(axes[1], axes[0].commanded, ratio=2.0)
+    driving = motion.move_velocity.asynch(axes[0], 0.6)
+    with pytest.raises(motion.LimitReached):
+        watch.wait(geared)
+    assert abs(axes[1].commanded.value) < 1.0
+    assert axes[1].commanded_velocity.value == 0.0
+    driving.halt()
+    watch.run(400).smooth()

@@ -88,10 +88,10 @@ impl Device {
         looks.read(0, &mut readings)?;
         device.readings.store(&readings);
         let copied = |handle: &SafeHandle| Ok(SafeHandle { descriptor: handle.descriptor.try_clone()?, writes: handle.writes.clone() });
-        let handles: std::io::Result<Vec<SafeHandle>> = of.safe_handles.iter().map(copied).collect();
+        let handles: std::io::Result<Vec<SafeHandle>> = of.safe_handles().iter().map(copied).collect();
         let heir = Arc::get_mut(&mut device).expect("nobody else has it yet");
         heir.show();
-        heir.safe_handles = handles.map_err(|why| refuse(&why.to_string()))?;
+        heir.safe_handles = Mutex::new(Arc::new(handles.map_err(|why| refuse(&why.to_string()))?));
         heir.service.get_mut().looks = Some(looks);
         Ok(device)
     }

@@ -4,8 +4,8 @@ use super::{AppendAs, CellAt, CodeName, DueAs, Made, MemberAs, OpAs, Parcel, Res
 use crate::connection::{QueueMember, RowsEnd};
 use crate::firing::CAPTURED_MAX;
 use crate::{
-    Activation, Append, Block, Cell, Device, Due, Edge, Extent, Inbound, Op, Outbound, Process, Response, Rows, Script, SourceId, Stage, Step, StepKind, Table,
-    Watch, Way, Window,
+    Activation, Append, Block, Cell, Device, Due, Edge, Extent, Inbound, Op, Outbound, Process, Renewal, Response, Rows, Script, SourceId, Stage, Step,
+    StepKind, Table, Watch, Way, Window,
 };
 use interconnect::{Receiver, RowsReader, Sender};
 use opengpac::abi::Descriptor;
@@ -350,6 +350,8 @@ impl Reader {
             OpAs::Capture(cells) => Op::Capture(self.cells(cells)?),
             OpAs::Engage { device, channels } => Op::Engage { device: self.channels(device, &channels)?, channels },
             OpAs::Safe { device, channels } => Op::Safe { device: self.channels(device, &channels)?, channels },
+            OpAs::Look { device } => Op::Look(self.device(device)?.clone()),
+            OpAs::Renew { device, is_open } => Op::Renew(Box::new(Renewal::recorded(self.device(device)?.clone(), is_open))),
         })
     }
 

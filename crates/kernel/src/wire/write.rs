@@ -328,6 +328,8 @@ impl Writer {
             Op::Capture(cells) => OpAs::Capture(self.cells(cells)),
             Op::Engage { device, channels } => OpAs::Engage { device: self.device(device), channels: channels.clone() },
             Op::Inherit(_) => return Err("what is taken over is where it is taken over".to_owned()),
+            Op::Look(device) => OpAs::Look { device: self.device(device) },
+            Op::Renew(renewal) => OpAs::Renew { device: self.device(&renewal.device), is_open: renewal.is_open },
             Op::Safe { device, channels } => OpAs::Safe { device: self.device(device), channels: channels.clone() },
         }))
     }

@@ -3,29 +3,30 @@
 use super::{LOOK, Processor, Wire};
 use crate::agent::locked;
 use crate::protocol::{Beat, News, opened};
+use crate::silence::Silence;
 use interconnect::Link;
 use kernel::wire::EventAs;
 use kernel::{BlockId, Event, Host, SourceId};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Weak};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 impl Processor {
     /// Hears what it says, until it is gone.
     pub(super) fn hear(&self, host: &Weak<Host>, link: &Arc<dyn Link>) {
-        let mut heard = Instant::now();
-        let silence = Duration::from_millis(self.silence_ms.load(Ordering::Relaxed));
+        let (silence_max, mut silence) = (Duration::from_millis(self.silence_ms.load(Ordering::Relaxed)), Silence::begins());
         let why = loop {
-            match link.receive(LOOK) {
+            let received = link.receive(LOOK);
+            silence.looked(matches!(received, Ok(Some(_))));
+            match received {
                 Ok(Some(bytes)) => {
-                    heard = Instant::now();
                     let Some(host) = host.upgrade() else { return };
                     match opened::<News>(&bytes).and_then(|news| self.take_in(&host, news)) {
                         Ok(()) => {}
                         Err(why) => break format!("what it says cannot be understood: {why}"),
                     }
                 }
-                Ok(None) if heard.elapsed() > silence => break format!("nothing has come from it for {} s", silence.as_secs_f64()),
+                Ok(None) if silence.lasted() > silence_max => break format!("nothing has come from it for {} s", silence_max.as_secs_f64()),
                 Ok(None) => {}
                 Err(_) => break self.reason(),
             }

@@ -6,12 +6,18 @@ const NOT_FINITE: u32 = 1;
 /// The speed or acceleration is not above 0.
 const BAD_LIMIT: u32 = 2;
 
+/// Wanted speeds of the limit itself are no faster than it.
+const ROUNDING: f64 = 1e-9;
+/// Invocations until what follows `at_limit` slows it down.
+const REACTION: f64 = 2.0;
+
 /// Gear: setpoint' = ratio × master', once the speed of the slave has come to it at its greatest acceleration.
 ///
 /// It begins from a start that may move. From the invocation that reports `in_gear` on, each step of the slave is the ratio times the step
-/// of the master, so the relation of their positions stays; where the slave would have to be faster than `speed` or to change its speed by
-/// more than `acceleration` allows, it falls back, and comes into gear again by the same rule (a gear couples speeds, not positions).
-/// It ends at the end of the slave's range: there the servo holds it. Faults: 1 a number is not finite; 2 a limit is not above 0.
+/// of the master, so the relation of their positions stays; where the slave would have to change its speed by more than `acceleration`
+/// allows, it falls back, and comes into gear again by the same rule (a gear couples speeds, not positions). `too_fast` is reported where
+/// it moves at `speed` and would have to be faster; `at_limit` where it has just room to stop before the end of its range, within
+/// `deceleration` and `jerk`. Faults: 1 a number is not finite; 2 a limit is not above 0.
 #[derive(FunctionBlock)]
 pub struct GearGenerator {
     /// position of the master
@@ -32,6 +38,18 @@ pub struct GearGenerator {
     /// greatest acceleration of the slave
     #[input(asynchronous, default = 5.0, unit = "rad/s^2|m/s^2")]
     acceleration: f64,
+    /// acceleration at which it can be stopped before the end of its range
+    #[input(asynchronous, default = [5.0; 1], unit = "rad/s^2|m/s^2")]
+    deceleration: [f64; 1],
+    /// jerk at which it can be stopped
+    #[input(asynchronous, default = [50.0; 1], unit = "rad/s^3|m/s^3")]
+    jerk: [f64; 1],
+    /// least position of the slave
+    #[input(asynchronous, default = [-1e6; 1], unit = "rad|m")]
+    position_min: [f64; 1],
+    /// greatest position of the slave
+    #[input(asynchronous, default = [1e6; 1], unit = "rad|m")]
+    position_max: [f64; 1],
     /// where the slave is to be
     #[output(unit = "rad|m")]
     setpoint: f64,
@@ -47,6 +65,12 @@ pub struct GearGenerator {
     /// the slave moves as the ratio says
     #[condition]
     in_gear: Condition,
+    /// the slave moves towards the end of its range, and has just room to stop
+    #[condition]
+    at_limit: Condition,
+    /// the slave moves as fast as it may, and would have to be faster
+    #[condition]
+    too_fast: Condition,
     /// position of the master in the invocation before
     #[state]
     before: f64,
@@ -60,7 +84,7 @@ impl Step for GearGenerator {
         if ![self.master, self.start, self.start_velocity, self.ratio].iter().all(|x| x.is_finite()) {
             return Outcome::Fault(NOT_FINITE);
         }
-        if ![self.speed, self.acceleration].iter().all(|limit| limit.is_finite() && *limit > 0.0) {
+        if ![self.speed, self.acceleration, self.deceleration[0], self.jerk[0]].iter().all(|limit| limit.is_finite() && *limit > 0.0) {
             return Outcome::Fault(BAD_LIMIT);
         }
         let first = self.before_ns < 0;
@@ -73,13 +97,34 @@ impl Step for GearGenerator {
         // In the first invocation the master's speed is not known: the slave keeps its own.
         let next = if first { self.velocity } else { wanted.clamp(-self.speed, self.speed).clamp(self.velocity - most, self.velocity + most) };
         self.engaged = !first && next == wanted;
-        self.setpoint += next * span_s;
+        let (least, most) = (self.position_min[0].min(self.setpoint), self.position_max[0].max(self.setpoint));
+        self.setpoint = (self.setpoint + next * span_s).clamp(least, most);
         self.velocity = next;
         (self.before, self.before_ns) = (self.master, invocation.time_ns);
         if self.engaged {
             self.in_gear.report();
         }
+        if wanted.abs() > self.speed * (1.0 + ROUNDING) && next.abs() >= self.speed {
+            self.too_fast.report();
+        }
+        if self.is_near_the_end(span_s) {
+            self.at_limit.report();
+        }
         Outcome::Done
+    }
+}
+
+impl GearGenerator {
+    /// Whether the way to the end of its range is not longer than the way to rest, with what it moves until somebody slows it down.
+    fn is_near_the_end(&self, span_s: f64) -> bool {
+        let ([deceleration], [jerk], speed) = (self.deceleration, self.jerk, self.velocity.abs());
+        let left = if self.velocity > 0.0 { self.position_max[0] - self.setpoint } else { self.setpoint - self.position_min[0] };
+        let way = if speed * jerk >= deceleration * deceleration {
+            0.5 * speed * (speed / deceleration + deceleration / jerk)
+        } else {
+            speed * (speed / jerk).sqrt()
+        };
+        speed > 0.0 && left <= way + REACTION * speed * span_s
     }
 }
 
@@ -89,8 +134,9 @@ mod tests {
 
     fn gear(ratio: f64) -> GearGenerator {
         GearGenerator {
-            master: 1.0, start: 0.25, start_velocity: 0.0, ratio, speed: 1.0, acceleration: 2.0, setpoint: 0.0, velocity: 0.0, engaged: false, lead: 0.02,
-            in_gear: Condition::new(), before: 0.0, before_ns: -1,
+            master: 1.0, start: 0.25, start_velocity: 0.0, ratio, speed: 1.0, acceleration: 2.0, deceleration: [5.0], jerk: [50.0],
+            position_min: [-1e6], position_max: [1e6], setpoint: 0.0, velocity: 0.0, engaged: false, lead: 0.02,
+            in_gear: Condition::new(), at_limit: Condition::new(), too_fast: Condition::new(), before: 0.0, before_ns: -1,
         }
     }
 

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How long a side has said nothing, as one that looks now and then can know it.
+use std::time::{Duration, Instant};
+
+/// Between two looks there is at most so much: what is more is time in which this side, or the whole machine, stood still, and for which it
+/// blames nobody.
+const LOOK_MAX: Duration = Duration::from_millis(250);
+
+/// How long the other side has said nothing.
+pub(crate) struct Silence {
+    looked: Instant,
+    lasted: Duration,
+}
+
+impl Silence {
+    pub fn begins() -> Silence {
+        Silence { looked: Instant::now(), lasted: Duration::ZERO }
+    }
+
+    /// One look: whether something was heard.
+    pub fn looked(&mut self, heard: bool) {
+        self.looked_at(heard, Instant::now());
+    }
+
+    fn looked_at(&mut self, heard: bool, now: Instant) {
+        let since = now.saturating_duration_since(self.looked).min(LOOK_MAX);
+        self.looked = now;
+        self.lasted = if heard { Duration::ZERO } else { self.lasted + since };
+    }
+
+    pub fn lasted(&self) -> Duration {
+        self.lasted
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn looks_without_a_word_add_up_and_a_word_ends_them() {
+        let (mut silence, begun) = (Silence::begins(), Instant::now());
+        (1..=20u32).for_each(|look| silence.looked_at(false, begun + look * Duration::from_millis(100)));
+        assert!(silence.lasted() > Duration::from_millis(1800), "{:?}", silence.lasted());
+        silence.looked_at(true, begun + Duration::from_millis(2100));
+        assert_eq!(silence.lasted(), Duration::ZERO);
+    }
+
+    #[test]
+    fn a_side_that_stood_still_itself_blames_nobody() {
+        let (mut silence, begun) = (Silence::begins(), Instant::now());
+        silence.looked_at(false, begun + Duration::from_secs(60));
+        assert!(silence.lasted() <= LOOK_MAX, "{:?}", silence.lasted());
+    }
+}
