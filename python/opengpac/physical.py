@@ -12,6 +12,7 @@ from .places import here
 from .tables import Shown, Table, identifiers
 
 if TYPE_CHECKING:
+    from .realtime import RealTimeSystem
     from .sources import Source
     from .system import System
 
@@ -36,8 +37,9 @@ class Channel:
 
         if not isinstance(source, Source):
             refuse(CallError, f"channel '{self.device.name}.{self.name}' is to raise {source!r}", "give a source: rtp.trigger('door')")
+        native = self.device._here()
         with refusals:
-            self.system._alive().raise_source(self.device.name, self.name, source.name, json.dumps(here().json()))
+            native.raise_source(self.device.name, self.name, source.name, json.dumps(here().json()))
 
     def __repr__(self) -> str:
         way = "written" if self.write else "read"
@@ -127,9 +129,20 @@ class PhysicalDevice(_Channels):
 
     def delete(self) -> None:
         """Closes it, its outputs in their safe state; refused while a device or verb instance is bound to it."""
+        native = self._here()
         with refusals:
-            self.system._alive().delete_physical_device(self.name)
+            native.delete_physical_device(self.name)
         self.system.physical_devices.pop(self.name, None)
+
+    def _here(self) -> RealTimeSystem:
+        """The system that it is in. Refused where it was deleted and another has its name: that one's channels may be others."""
+        if self.system.physical_devices.get(self.name, self) is not self:
+            refuse(
+                UnknownName,
+                f"the physical device '{self.name}' that this stands for is gone: it was deleted, and another has its name",
+                "take its parts and channels from the one that was made last",
+            )
+        return self.system._alive()
 
     def __iter__(self) -> Iterator[Part]:
         return iter(self._parts.values())

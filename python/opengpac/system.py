@@ -220,7 +220,9 @@ class System(Observed):
         with refusals:
             self._alive().svv(name, json.dumps(specification), json.dumps(here().json()))
         self._svvs.pop(name, None)
-        return self._svv(name)
+        made = self._svv(name)
+        _ = made._asked  # From here on it stands for this one.
+        return made
 
     # ---- what is there ----
 
@@ -435,7 +437,11 @@ class System(Observed):
         return name in self.names[kind]
 
     def _svv(self, name: str) -> SVV[Any]:
-        return self._svvs.setdefault(name, SVV(self, name))
+        """The SVV that has this name now."""
+        known = self._svvs.get(name)
+        if known is None or not known._is_there():
+            known = self._svvs[name] = SVV(self, name)
+        return known
 
     def _enter_verb(self, verb: Any) -> None:
         self._definitions.enter_verb(verb)
