@@ -107,7 +107,8 @@ impl Recorder {
         let cannot =
             |why: String| vec![Refusal::new(Class::ValueRefused, format!("cannot record into '{}': {why}", path.display())).remedy("is the disk full?")];
         let chunk_max = if options.replay { CHUNK_MAX_REPLAY } else { CHUNK_MAX };
-        let book = Book::new(sink, (ABOUT, &about(system)), chunk_max).map_err(|why| cannot(why.to_string()))?;
+        let said = about(system);
+        let book = Book::new(sink, (ABOUT, &said), chunk_max).map_err(|why| cannot(why.to_string()))?;
         let inputs = options.replay.then(|| Inputs::begin(system)).transpose()?;
         let recorder = Recorder {
             room: Arc::new(Room::new(room)),
@@ -116,7 +117,7 @@ impl Recorder {
             threads: Mutex::default(),
         };
         let (room, state, observer) = (recorder.room.clone(), recorder.state.clone(), system.observer());
-        let writer = spawn("recorder-disk", move || write(&room, book, &state, &observer)).map_err(cannot)?;
+        let writer = spawn("recorder-disk", move || write(&room, book, &state, &observer, said)).map_err(cannot)?;
         let drain = Drain { room: recorder.room.clone(), stops: recorder.stops.clone(), is_virtual: system.is_virtual(), values, log, ends, timing, inputs };
         let drained = spawn("recorder", move || drain.run()).map_err(|why| {
             recorder.room.close();
@@ -193,6 +194,19 @@ fn about(system: &System) -> BTreeMap<String, String> {
     .into()
 }
 
+/// Puts the present configuration into what is said of a recording; whether it has become another. A recording for a replay begins
+/// before there is any hardware. One that is taken apart at the end is told as it was.
+fn tell_more(system: &System, said: &mut BTreeMap<String, String>) -> bool {
+    let now = about(system);
+    let tells = |about: &BTreeMap<String, String>| about.get("configuration").map_or(0, String::len);
+    let more = tells(&now) > tells(said);
+    if more {
+        let changed = now.into_iter().filter(|(name, _)| name == "configuration" || name == "names");
+        said.extend(changed);
+    }
+    more
+}
+
 struct Drain {
     room: Arc<Room>,
     stops: Arc<AtomicBool>,
@@ -229,7 +243,7 @@ impl Drain {
     }
 }
 
-fn write(room: &Room, mut book: Book, state: &State, system: &System) {
+fn write(room: &Room, mut book: Book, state: &State, system: &System, mut said: BTreeMap<String, String>) {
     let told = |book: &Book, running: bool| {
         let mut summary = state.locked();
         summary.running = running;
@@ -247,6 +261,9 @@ fn write(room: &Room, mut book: Book, state: &State, system: &System) {
     let mut has_lost = false;
     while let Some(page) = room.take() {
         book.write(&page);
+        if !page.definitions.is_empty() && tell_more(system, &mut said) {
+            book.say((ABOUT, &said));
+        }
         let loses = !has_lost && !page.lost.is_empty();
         room.written(page);
         if let Some(failure) = told(&book, true) {
@@ -255,6 +272,9 @@ fn write(room: &Room, mut book: Book, state: &State, system: &System) {
             has_lost = true;
             system.note("recorder", "system", "values are lost: the disk is too slow, or they come too fast");
         }
+    }
+    if tell_more(system, &mut said) {
+        book.say((ABOUT, &said));
     }
     book.finish();
     if let Some(failure) = told(&book, false) {
