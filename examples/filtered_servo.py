@@ -7,6 +7,7 @@ between encoder and controller is another graph; nothing else changes. The exit 
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,8 @@ class Figures:
 
     def __init__(self, rows: np.ndarray) -> None:
         setpoint, angle, torque = rows
+        if len(torque) < 4:
+            sys.exit("nothing was recorded")
         later = slice(len(torque) // 2, None)
         self.shaking = float(np.std(np.diff(torque[later])))
         self.error = float(np.sqrt(np.mean((setpoint - angle)[later] ** 2)))

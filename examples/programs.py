@@ -72,7 +72,9 @@ class Trace:
                 self._rows.setdefault(svv.name, []).append(new)
 
     def of(self, svv: gpac.SVV[Any]) -> tuple[np.ndarray, np.ndarray]:
-        """Times (s) and values."""
+        """Times (s) and values. Where the program is only checked nothing has run, and there is nothing to be looked at."""
+        if svv.name not in self._rows:
+            sys.exit(f"nothing was recorded of '{svv.name}'")
         rows = np.concatenate(self._rows[svv.name])
         return rows["time"], rows["value"]
 

@@ -23,18 +23,23 @@ if TYPE_CHECKING:
 def argument_json(given: Any, what: str) -> dict[str, Any]:
     """What an instantiation parameter or object is given, as the model takes it."""
     if isinstance(given, SVV):
-        return {"svv": given.name}
+        return {"svv": given._named()}
     if isinstance(given, Channel):
+        given.device._here()
         return {"channel": {"device": given.device.name, "channel": given.name}}
     if isinstance(given, Part):
+        given.device._here()
         return {"part": {"device": given.device.name, "part": given.name}}
+    for device in given if isinstance(given, Group | list | tuple) else [given]:
+        if isinstance(device, LogicalDevice):
+            device._here()
     if isinstance(given, LogicalDevice):
         return {"device": given.name}
     if isinstance(given, Group):
         return {"devices": [device.name for device in given]}
     if isinstance(given, list | tuple) and given:
         if all(isinstance(g, SVV) for g in given):
-            return {"svvs": [g.name for g in given]}
+            return {"svvs": [g._named() for g in given]}
         if all(isinstance(g, LogicalDevice) for g in given):
             return {"devices": [g.name for g in given]}
     refuse(CallError, f"{what} is {given!r}", "give an SVV, a channel or part of a physical device, or a logical device")

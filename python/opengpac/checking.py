@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import sys
-import traceback
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
@@ -16,7 +15,8 @@ import numpy as np
 
 from . import _native
 from .errors import Error, refusals
-from .following import ABSENT, follow
+from .following import ABSENT, Missing, follow
+from .mistakes import Broken
 from .reports import Report
 from .values import dtype_of, plain
 
@@ -31,8 +31,8 @@ class Findings:
     planned: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
-    stopped: str = ""
-    """Why the program was not followed to its end, if it was not: it needed a value that only a run gives."""
+    broken: list[Broken] = field(default_factory=list)
+    """Statements that ended by an exception of Python's own: nothing is known of them and of what needs them."""
     names: dict[str, Any] = field(default_factory=dict)
     """What the program binds."""
 
@@ -107,15 +107,22 @@ def check(path: str, arguments: list[str]) -> Findings:
     _findings, before = Findings(), sys.argv
     sys.argv = [path, *arguments]
     try:
-        follow(path, note, _findings.names)
+        follow(path, note, _findings.names, lambda error, first, last: _break(path, error, (first, last)))
     except SystemExit:
         pass
     except Exception as error:
-        line = next((f.lineno for f in reversed(traceback.extract_tb(error.__traceback__)) if f.filename == path), None)
-        _findings.stopped = f"{type(error).__name__}: {error} at {path}:{line}"
+        # It left what is around it too: nothing that follows was done.
+        with open(path, "rb") as file:
+            _break(path, error, (0, len(file.read().splitlines())))
     finally:
         findings, _findings, sys.argv = _findings, None, before
     return findings
+
+
+def _break(path: str, error: Exception, lines: tuple[int, int]) -> None:
+    """Records an exception of Python's own that ended the statement on these lines."""
+    if _findings is not None and not isinstance(error, Missing):
+        _findings.broken.append(Broken(error, path, _findings.names or vars(sys.modules["__main__"]), lines))
 
 
 def note(error: Error) -> None:

@@ -4,13 +4,20 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
+import select
+import signal
 import sys
 from collections.abc import Sequence, Sized
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from . import _native, daemon, doctor, hosts, library, plotting, programs, replaying, studio, top
 from .errors import Error, refusals
+
+if TYPE_CHECKING:
+    from .checking import Findings
 
 _TEMPLATE = """// SPDX-License-Identifier: Apache-2.0
 #include <opengpac.h>
@@ -30,7 +37,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command; 0 where all went well, 1 where something was refused or is wrong."""
     given = _parser().parse_args(arguments)
     try:
-        return given.run(given)
+        done = given.run(given)
+        sys.stdout.flush()
+        return done
+    except BrokenPipeError:
+        if not _is_cut():
+            raise
+        # Whoever reads has had enough: `opengpac blocks | head`.
+        return 128 + signal.SIGPIPE
     except Error as error:
         if error.place is not None and error.place.file.startswith("<frozen"):
             # There is no program: what was asked for is on the command line.
@@ -39,6 +53,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except FileNotFoundError as error:
         print(f"there is no file '{error.filename}'", file=sys.stderr)
     return 1
+
+
+def _is_cut() -> bool:
+    """Whether nobody reads what is printed; then it goes nowhere from here on."""
+    poll = select.poll()
+    poll.register(sys.stdout.fileno(), select.POLLOUT)
+    cut = any(event & select.POLLERR for _, event in poll.poll(0))
+    if cut:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return cut
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -97,12 +121,26 @@ def _check(given: argparse.Namespace) -> int:
         for remark in findings.remarks:
             print(remark)
     # Two uses of one wrong name are one mistake where they are shown at the same place.
-    errors = list(dict.fromkeys(shown(error) for error in findings.errors))
+    errors = list(dict.fromkeys([*_broken(findings, True), *(shown(error) for error in findings.errors)]))
     print("\n".join(errors), file=sys.stderr, end="\n" if errors else "")
-    if findings.stopped:
-        print(f"followed as far as a value that only a run gives: {findings.stopped}")
+    for text in dict.fromkeys(_broken(findings, False)):
+        print(f"{text}\n  help: a run may give other values there than a check, which gives zeros")
     print(f"{_count(findings.planned, 'verb application')} planned, {_count(errors, 'error')}")
-    return 1 if errors else 0
+    if findings.broken:
+        print(f"not followed to its end: nothing is known of {_left_out(findings)}, and of what needs them")
+    return 1 if errors or findings.broken else 0
+
+
+def _broken(findings: Findings, certain: bool) -> list[str]:
+    """What is said of exceptions of Python's own: of those that a run would raise too, or of the others."""
+    from .carets import shown
+
+    return [shown(error, error.kind) for error in findings.broken if error.certain == certain]
+
+
+def _left_out(findings: Findings) -> str:
+    """The lines that were not followed."""
+    return " and ".join(dict.fromkeys(error.left_out() for error in findings.broken))
 
 
 def _stubs(given: argparse.Namespace) -> int:
@@ -114,14 +152,14 @@ def _stubs(given: argparse.Namespace) -> int:
     program = Path(given.program)
     programs.beside(given.program)
     findings = check(given.program, [])
-    for error in findings.errors:
-        print(shown(error), file=sys.stderr)
+    for text in [*_broken(findings, True), *_broken(findings, False), *(shown(error) for error in findings.errors)]:
+        print(text, file=sys.stderr)
     output = Path(given.output) if given.output else program.with_suffix(".pyi")
     files.write(output, stub(program, findings.names), "the stub")
-    if findings.stopped:
-        print(f"followed as far as a value that only a run gives: {findings.stopped}")
+    if findings.broken:
+        print(f"not followed to its end: nothing is known of {_left_out(findings)}, and of what needs them")
     print(output)
-    return 1 if findings.errors else 0
+    return 1 if findings.errors or findings.broken else 0
 
 
 def _check_file(path: str) -> int:

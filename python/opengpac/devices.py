@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_origin
 
 from .declared import Declared
-from .errors import CallError, DefinitionError, did_you_mean, refusals, refuse
+from .errors import CallError, DefinitionError, UnknownName, did_you_mean, refusals, refuse
 from .modules import StructType
 from .places import Place, here
 from .quantities import Quantity, duration_ns, optional_ns
@@ -20,6 +20,7 @@ from .tables import Shown, Table
 from .values import lively, plain, to_json
 
 if TYPE_CHECKING:
+    from .realtime import RealTimeSystem
     from .sources import Source
     from .system import System
     from .verbs import Verb
@@ -69,7 +70,7 @@ class SvvMember:
         self._of(device).value = value
 
     def _of(self, device: LogicalDevice) -> SVV[Any]:
-        return device.system._svv(self.shared or f"{device.name}.{self.name}")
+        return device._member_svvs[self.name]
 
     def json(self, owner: type[LogicalDevice]) -> dict[str, Any]:
         """The form that the model takes."""
@@ -131,11 +132,11 @@ class ParameterMember:
         if device is None:
             return self
         with refusals:
-            return lively(json.loads(device.system._alive().device_parameter(device.name, self.name)))
+            return lively(json.loads(device._here().device_parameter(device.name, self.name)))
 
     def __set__(self, device: LogicalDevice, value: Any) -> None:
         with refusals:
-            device.system._alive().set_device_parameter(device.name, self.name, to_json(value))
+            device._here().set_device_parameter(device.name, self.name, to_json(value))
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
@@ -238,9 +239,29 @@ class LogicalDevice(Shown, Declared):
         self.system._definitions.enter_device_type(type(self))
         with refusals:
             native.device(name, json.dumps(described))
-        self.system.devices[name] = self
+        self._enter()
         if self.system._restored is not None:
             self.system._restored.apply(self)
+
+    def _enter(self) -> None:
+        """Makes it the device of its name in its system. Its SVVs are those that the name has now, and stay so."""
+        self._member_svvs = {
+            name: SVV(self.system, member.shared or f"{self.name}.{name}") for name, member in self.svv_members().items()
+        }  # fmt: skip
+        self._numbers = [svv._asked for svv in self._member_svvs.values()]
+        self.system.devices[self.name] = self
+
+    def _here(self) -> RealTimeSystem:
+        """The system that it is in. Refused where the device was deleted and another has its name."""
+        other = self.system.devices.get(self.name)
+        if other is not None and other is not self and (other.definition_name(), other._numbers) != (self.definition_name(), self._numbers):
+            refuse(
+                UnknownName,
+                f"the {self.definition_name()} '{self.name}' that this stands for is gone: it was deleted, and a "
+                f"{other.definition_name()} has its name",
+                "use the one that was made last",
+            )
+        return self.system._alive()
 
     @classmethod
     def definition_name(cls) -> str:
@@ -286,19 +307,20 @@ class LogicalDevice(Shown, Declared):
     def state(self) -> str:
         """`disabled`, `enabling`, `standstill`, `moving`, `stopping` or `fault`."""
         with refusals:
-            return self.system._alive().device_state(self.name)
+            return self._here().device_state(self.name)
 
     def enable(self, timeout: Quantity | None = "10 s") -> Self:
         """Starts its verb instance and returns when that has come to `gpac.ready()`. Enabling an enabled device is nothing."""
         from .groups import enable
 
+        self._here()
         enable([self], optional_ns(timeout, "the timeout"))
         return self
 
     def disable(self) -> None:
         """Ends the verbs that use it with `device_disabled`, then its own."""
         with refusals:
-            self.system._alive().disable(self.name)
+            self._here().disable(self.name)
 
     def exchange_verb(self, verb: Verb[..., Any]) -> None:
         """Replaces the verb that keeps it going, within one firing where it is enabled; verbs that use the device run on.
@@ -308,7 +330,7 @@ class LogicalDevice(Shown, Declared):
         """
         self.system._enter_verb(verb)
         with refusals:
-            self.system._alive().exchange_verb(self.name, verb.name, json.dumps(here().json()))
+            self._here().exchange_verb(self.name, verb.name, json.dumps(here().json()))
 
     @contextmanager
     def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
@@ -323,7 +345,7 @@ class LogicalDevice(Shown, Declared):
     def delete(self) -> None:
         """Takes it away, with its SVVs and its verb instance; refused while it is enabled or in use."""
         with refusals:
-            self.system._alive().delete_device(self.name)
+            self._here().delete_device(self.name)
         self.system.devices.pop(self.name, None)
 
     def _table(self) -> Table | None:

@@ -84,7 +84,7 @@ def device(system: System, name: str, kind: type[D]) -> D:
         made = kind
     found = made.__new__(made)
     found.name, found.system, found._whole = name, system, True
-    system.devices[name] = found
+    found._enter()
     return found
 
 

@@ -3,6 +3,9 @@
 
 What a refused statement would have bound is `Absent`. A statement that needs an absent value is left out without a word: its error
 would only repeat the first one. A statement inside a `try` with handlers is the program's own affair and stays as it is.
+
+An exception of Python's own ends a statement of the module itself, with all that it has inside, and is told with what was left out by
+it. Inside functions and loops it takes the way that it would take in a run: somebody may catch it there.
 """
 
 from __future__ import annotations
@@ -16,7 +19,11 @@ from typing import Any, NoReturn
 from .errors import Error
 
 _ERROR, _NOTE, _ABSENT = "__gpac_errors__", "__gpac_note__", "__gpac_absent__"
+_CAUGHT, _LOST, _BROKEN = "__gpac_error__", "__gpac_lost__", "__gpac_exception__"
 _SIMPLE = (ast.Assign, ast.AnnAssign, ast.AugAssign, ast.Expr, ast.Return, ast.Delete, ast.Assert)
+_IMPORT = (ast.Import, ast.ImportFrom)
+_OWN = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.For, ast.AsyncFor, ast.While)
+"""Inside these an exception is not told at once."""
 _COMPOUND = (ast.With, ast.AsyncWith, ast.For, ast.AsyncFor, ast.If, ast.While, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
@@ -44,10 +51,16 @@ class Absent:
 ABSENT = Absent()
 
 
-def follow(path: str, note: Callable[[Error], None], names: dict[str, Any] | None = None) -> None:
-    """Executes the program in that file as `__main__`; `note` is called for each refused statement. What it binds is put into `names`.
+def follow(
+    path: str,
+    note: Callable[[Error], None],
+    names: dict[str, Any] | None = None,
+    broken: Callable[[Exception, int, int], None] | None = None,
+) -> None:
+    """Executes the program in that file as `__main__`; `note` is called for each refused statement, `broken` for each that ended by
+    an exception of another kind, with the first and last line of that. What it binds is put into `names`.
 
-    Errors of other kinds, `SystemExit` among them, leave as they do when it is run.
+    `SystemExit`, and what cannot be read as Python, leave as they do when it is run.
     """
     with open(path, "rb") as file:
         source = file.read()
@@ -58,7 +71,12 @@ def follow(path: str, note: Callable[[Error], None], names: dict[str, Any] | Non
         if isinstance(error, Error):
             note(error)
 
-    module.__dict__.update({"__file__": path, _ERROR: (Error, Missing), _NOTE: noted, _ABSENT: ABSENT})
+    def lost(error: Exception, first: int, last: int) -> None:
+        if broken is None:
+            raise error
+        broken(error, first, last)
+
+    module.__dict__.update({"__file__": path, _ERROR: (Error, Missing), _NOTE: noted, _ABSENT: ABSENT, _LOST: lost, _BROKEN: Exception})
     before = sys.modules.get("__main__")
     sys.modules["__main__"] = module
     try:
@@ -73,38 +91,49 @@ def follow(path: str, note: Callable[[Error], None], names: dict[str, Any] | Non
 class _Guarded(ast.NodeTransformer):
     """Puts each statement into a `try` of its own."""
 
+    def __init__(self) -> None:
+        self._inside = 0
+        """How many of `_OWN` are around the present statement."""
+
     def visit_Try(self, node: ast.Try) -> ast.AST:
         if node.handlers:
-            return node
+            return node if self._inside else _guard(node, broken=True)
         self.generic_visit(node)
         return node
 
     def visit(self, node: ast.AST) -> Any:
-        if isinstance(node, _SIMPLE):
-            return _guard(node)
+        own = isinstance(node, _OWN)
+        top = self._inside == 0
         if isinstance(node, _COMPOUND):
+            self._inside += own
             self.generic_visit(node)
-            return _guard(node)
+            self._inside -= own
+            return _guard(node, broken=top)
+        if isinstance(node, _SIMPLE) or (isinstance(node, _IMPORT) and getattr(node, "module", "") != "__future__"):
+            return _guard(node, broken=top)
         return super().visit(node)
 
 
-def _guard(statement: ast.stmt) -> ast.stmt:
-    """`try: statement`; where that is refused its error is noted, and its targets are absent."""
+def _guard(statement: ast.stmt, broken: bool) -> ast.stmt:
+    """`try: statement`; where that is refused its error is noted, and its targets are absent. `broken`: other exceptions are told."""
     if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
         return statement
-    body: list[ast.stmt] = [ast.Expr(_call(_NOTE, "error"))]
-    body += [ast.Assign([ast.Name(name, ast.Store())], ast.Name(_ABSENT, ast.Load())) for name in _names(statement)]
-    if isinstance(statement, ast.Return):
-        body.append(ast.Return(ast.Name(_ABSENT, ast.Load())))
-    handler = ast.ExceptHandler(ast.Name(_ERROR, ast.Load()), "error", body)
-    guarded = ast.Try([statement], [handler], [], [])
-    for new in ast.walk(handler):
-        ast.copy_location(new, statement)
+    absent = [ast.Assign([ast.Name(name, ast.Store())], ast.Name(_ABSENT, ast.Load())) for name in _names(statement)]
+    leaves = [ast.Return(ast.Name(_ABSENT, ast.Load()))] if isinstance(statement, ast.Return) else []
+    handlers = [ast.ExceptHandler(ast.Name(_ERROR, ast.Load()), _CAUGHT, [ast.Expr(_call(_NOTE)), *absent, *leaves])]
+    if broken:
+        lines = (statement.lineno, statement.end_lineno or statement.lineno)
+        told = ast.Expr(_call(_LOST, *(ast.Constant(line) for line in lines)))
+        handlers.append(ast.ExceptHandler(ast.Name(_BROKEN, ast.Load()), _CAUGHT, [told, *absent]))
+    guarded = ast.Try([statement], handlers, [], [])
+    for handler in handlers:
+        for new in ast.walk(handler):
+            ast.copy_location(new, statement)
     return ast.copy_location(guarded, statement)
 
 
-def _call(name: str, argument: str) -> ast.Call:
-    return ast.Call(ast.Name(name, ast.Load()), [ast.Name(argument, ast.Load())], [])
+def _call(name: str, *more: ast.expr) -> ast.Call:
+    return ast.Call(ast.Name(name, ast.Load()), [ast.Name(_CAUGHT, ast.Load()), *more], [])
 
 
 def _names(statement: ast.stmt) -> list[str]:
@@ -112,6 +141,8 @@ def _names(statement: ast.stmt) -> list[str]:
     match statement:
         case ast.ClassDef() | ast.FunctionDef() | ast.AsyncFunctionDef():
             return [statement.name]
+        case ast.Import() | ast.ImportFrom():
+            return [(alias.asname or alias.name).split(".")[0] for alias in statement.names if alias.name != "*"]
         case ast.Assign():
             targets: list[ast.expr] = statement.targets
         case ast.AnnAssign() if statement.value is not None:

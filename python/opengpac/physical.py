@@ -17,6 +17,7 @@ from .tables import Shown, Table, identifiers
 from .values import dtype_of
 
 if TYPE_CHECKING:
+    from .realtime import RealTimeSystem
     from .sources import Source
     from .system import System
 
@@ -52,8 +53,9 @@ class Channel(Declared):
 
         if not isinstance(source, Source):
             refuse(CallError, f"channel '{self.device.name}.{self.name}' is to raise {source!r}", "give a source: rtp.trigger('door')")
+        native = self.device._here()
         with refusals:
-            self.system._alive().raise_source(self.device.name, self.name, source.name, json.dumps(here().json()))
+            native.raise_source(self.device.name, self.name, source.name, json.dumps(here().json()))
 
     def _instead(self, name: str) -> str:
         return "what is written to a channel comes from a block: write_channel" if name == "value" else ""
@@ -160,9 +162,20 @@ class PhysicalDevice(_Channels):
 
     def delete(self) -> None:
         """Closes it, its outputs in their safe state; refused while a device or verb instance is bound to it."""
+        native = self._here()
         with refusals:
-            self.system._alive().delete_physical_device(self.name)
+            native.delete_physical_device(self.name)
         self.system.physical_devices.pop(self.name, None)
+
+    def _here(self) -> RealTimeSystem:
+        """The system that it is in. Refused where it was deleted and another has its name: that one's channels may be others."""
+        if self.system.physical_devices.get(self.name, self) is not self:
+            refuse(
+                UnknownName,
+                f"the physical device '{self.name}' that this stands for is gone: it was deleted, and another has its name",
+                "take its parts and channels from the one that was made last",
+            )
+        return self.system._alive()
 
     def __iter__(self) -> Iterator[Part]:
         return iter(self._parts.values())

@@ -54,7 +54,7 @@ class Processor(Shown, Declared):
         self.name = name
 
     def timer(self, name: str, period: Quantity, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """A timer: releases at the multiples of `period` from the epoch. A larger priority (1 to 99) preempts a smaller one."""
+        """A timer: releases at the multiples of `period` from the epoch. A larger priority (1 to 98) preempts a smaller one."""
         return self._source(name, "timer", duration_ns(period, f"the period of timer '{name}'"), priority, virtual_cost)
 
     def trigger(self, name: str, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
@@ -81,11 +81,11 @@ class Processor(Shown, Declared):
 
     def _source(self, name: str, kind: str, period_ns: int, priority: int, cost: Quantity) -> Source:
         if isinstance(priority, bool) or not isinstance(priority, int):
-            refuse(CallError, f"the priority of source '{name}' is {priority!r}", "give a whole number, 1 to 99; a larger one preempts")
+            refuse(CallError, f"the priority of source '{name}' is {priority!r}", "give a whole number, 1 to 98; a larger one preempts")
         if period_ns < 0:
             refuse(CallError, f"the period of timer '{name}' is negative")
         if not 0 <= priority <= 255:
-            refuse(CallError, f"the priority of source '{name}' is {priority}", "give a whole number, 1 to 99; a larger one preempts")
+            refuse(CallError, f"the priority of source '{name}' is {priority}", "give a whole number, 1 to 98; a larger one preempts")
         with refusals:
             self.system._alive().source(self.name, name, kind, period_ns, priority, duration_ns(cost, "the virtual cost"))
         source = Source(self.system, self, name, kind, period_ns, priority)

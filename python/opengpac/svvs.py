@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 
 from .declared import Declared
-from .errors import ValueRefused, refusals, refuse
+from .errors import UnknownName, ValueRefused, refusals, refuse
 from .tables import Shown, Table
 from .values import dtype_of, from_bytes, to_json
 
@@ -53,7 +53,8 @@ class SVV(Shown, Declared, Generic[T]):
     """A state vector variable. `value`, `number` and `time` are its newest publication; setting `value` writes it.
 
     `history[-100:]` is a structured array of the last values with `number`, `time` (s) and `value`. A comparison, `svv > 1.0`,
-    is a predicate for `cell.advance(until=...)`.
+    is a predicate for `cell.advance(until=...)`. It stands for the SVV that it was made for: one that is made again under the name
+    of a deleted one is another, and has to be taken anew.
     """
 
     def __init__(self, system: System, name: str) -> None:
@@ -64,6 +65,28 @@ class SVV(Shown, Declared, Generic[T]):
     def _about(self) -> dict[str, Any]:
         with refusals:
             return json.loads(self.system._alive().svv_json(self.name))
+
+    @property
+    def _asked(self) -> str:
+        """Its name with its number, by which the system knows whether it is still the one that this stands for."""
+        number = self._about.get("id")
+        return self.name if number is None else f"{self.name}@{number}"
+
+    def _named(self) -> str:
+        """Its name, to bind a verb to it. Refused where another of its name was made since."""
+        known = self.system._svvs.get(self.name, self)
+        if known is not self and known._asked != self._asked:
+            refuse(UnknownName, f"the SVV '{self.name}' that this stands for is gone: it was deleted, and another has its name", "use that")
+        return self.name
+
+    def _is_there(self) -> bool:
+        """Whether it has not been deleted; another of its name does not count."""
+        try:
+            with refusals:
+                self.system._alive().svv_json(self._asked)
+        except UnknownName:
+            return False
+        return True
 
     @functools.cached_property
     def dtype(self) -> np.dtype[Any]:
@@ -82,7 +105,7 @@ class SVV(Shown, Declared, Generic[T]):
 
     def _read(self) -> tuple[Any, int, float]:
         with refusals:
-            _, [(data, number, time_ns)] = self.system._alive().read([self.name])
+            _, [(data, number, time_ns)] = self.system._alive().read([self._asked])
         return from_bytes(data, self.dtype), number, time_ns * 1e-9
 
     @property
@@ -93,7 +116,7 @@ class SVV(Shown, Declared, Generic[T]):
     @value.setter
     def value(self, value: T) -> None:
         with refusals:
-            self.system._alive().write(self.name, to_json(value))
+            self.system._alive().write(self._asked, to_json(value))
 
     @property
     def number(self) -> int:
@@ -113,7 +136,7 @@ class SVV(Shown, Declared, Generic[T]):
     def delete(self) -> None:
         """Takes it away; refused while something is bound to it."""
         with refusals:
-            self.system._alive().delete_svv(self.name)
+            self.system._alive().delete_svv(self._asked)
 
     def _called(self) -> str:
         return f"SVV '{self.name}'"
@@ -169,7 +192,7 @@ class History:
         if not kept:
             refuse(ValueRefused, f"SVV '{self._svv.name}' keeps no history", "make it with history=1000")
         with refusals:
-            return self._svv.system._alive().history(self._svv.name, kept)
+            return self._svv.system._alive().history(self._svv._asked, kept)
 
     def __getitem__(self, which: int | slice) -> Any:
         dtype = self._svv.dtype
@@ -193,7 +216,7 @@ class Snapshot(tuple[Any, ...]):
 def snapshot(system: System, svvs: tuple[SVV[Any] | Channel, ...]) -> Snapshot:
     """One consistent reading of these SVVs and channels."""
     with refusals:
-        time_ns, rows = system._alive().read([svv.name if isinstance(svv, SVV) else svv.full_name for svv in svvs])
+        time_ns, rows = system._alive().read([svv._asked if isinstance(svv, SVV) else svv.full_name for svv in svvs])
     values = Snapshot(from_bytes(data, svv.dtype) for svv, (data, _, _) in zip(svvs, rows, strict=True))
     values.time = time_ns * 1e-9
     values.numbers = tuple(number for _, number, _ in rows)

@@ -242,7 +242,9 @@ class System(Observed, Declared):
         with refusals:
             self._alive().svv(name, json.dumps(specification), json.dumps(here().json()))
         self._svvs.pop(name, None)
-        return self._svv(name)
+        made = self._svv(name)
+        _ = made._asked  # From here on it stands for this one.
+        return made
 
     # ---- what is there ----
 
@@ -459,8 +461,11 @@ class System(Observed, Declared):
         return name in self.names[kind]
 
     def _svv(self, name: str) -> SVV[Any]:
-        found = self._svvs.get(name)
-        return self._svvs.setdefault(name, SVV(self, name)) if found is None else found
+        """The SVV that has this name now."""
+        known = self._svvs.get(name)
+        if known is None or not known._is_there():
+            known = self._svvs[name] = SVV(self, name)
+        return known
 
     def _enter_verb(self, verb: Any) -> None:
         self._definitions.enter_verb(verb)

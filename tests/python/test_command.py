@@ -96,3 +96,58 @@ def test_the_coordinated_motion_ends_as_it_should(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     assert "All verbs ended as they should" in done.stdout
     assert (tmp_path / "coordinated_motion.png").stat().st_size > 10_000
+
+
+def test_who_has_read_enough_ends_a_listing_quietly() -> None:
+    """`opengpac blocks | head`, with a reader that is gone before anything is printed."""
+    words = [sys.executable, "-m", "opengpac", "blocks"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as command:
+        assert command.stdout is not None and command.stderr is not None
+        command.stdout.close()
+        assert command.stderr.read() == b""
+    assert command.returncode == 128 + 13
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ("x = (", ": SyntaxError: '(' was never closed"),
+        ("import nowhere", ":3:1: ModuleNotFoundError: No module named 'nowhere'"),
+        ("1 / cell.svv('level').value", ":3:1: ZeroDivisionError"),
+        ("{}['key']", ":3:4: KeyError: 'key'"),
+        ("raise ValueError('of its own')", ":3:1: ValueError: of its own"),
+        ("match 1:\n    case 1:\n        raise ValueError", ":5:9: ValueError: no more is said of it"),
+    ],
+)
+def test_a_program_that_cannot_be_followed_to_its_end_is_no_success(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], wrong: str, said: str
+) -> None:
+    program = tmp_path / "program.py"
+    program.write_text(f"import opengpac as gpac\ncell = gpac.System('checked', clock='virtual')\n{wrong}\n")
+    assert main(["check", str(program)]) == 1
+    told = "".join(capsys.readouterr())
+    assert said in told and "program.py:" in told
+    assert "not followed to its end: nothing is known of line" in told
+
+
+def test_what_a_function_catches_is_no_mistake(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    program = tmp_path / "program.py"
+    program.write_text("""
+def number(text):
+    return int(text)
+
+error = "kept"
+try:
+    number("no number")
+except ValueError:
+    print("caught")
+for text in ("1", "x"):
+    try:
+        print(number(text))
+    except ValueError:
+        break
+print(error)
+raise SystemExit(3)
+""")
+    assert main(["check", str(program)]) == 0
+    assert capsys.readouterr().out.splitlines() == ["caught", "1", "kept", "0 verb applications planned, 0 errors"]

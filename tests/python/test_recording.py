@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -182,3 +183,16 @@ def test_a_daemon_records_in_its_folder_or_refuses(tmp_path: Path) -> None:
         served.stop()
     assert gpac.replay(folder / "run.mcap").same
     assert len(gpac.open_recording(folder / "run.mcap")["q"]) == 1001
+
+
+def test_the_metadata_of_a_recording_for_a_replay_has_the_hardware(tmp_path: Path) -> None:
+    """It begins before there is any."""
+    with gpac.System("cell", clock="virtual") as cell:
+        recording = cell.record(tmp_path / "run.mcap", replay=True)
+        fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        fast.processor.physical_device("drives", gpac.drivers.loopback("elbow"), exchange=fast)
+        cell.svv("level").value = 2.0
+        cell.advance("10 ms")
+        recording.stop()
+    said = json.loads(gpac.open_recording(tmp_path / "run.mcap").metadata["opengpac"]["configuration"])
+    assert (list(said["processors"]), list(said["sources"]), list(said["physical_devices"])) == (["rtp0"], ["rtp0.fast"], ["drives"])

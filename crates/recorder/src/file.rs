@@ -59,6 +59,16 @@ impl Book {
         Ok(Book { writer: Some(writer), counts: Vec::new(), bytes, since: Instant::now(), chunk_max, failure: None, losses: None })
     }
 
+    /// Says anew what the file is about: who reads it takes what was said last.
+    pub fn say(&mut self, about: (&str, &BTreeMap<String, String>)) {
+        self.finish_chunk();
+        let Some(writer) = &mut self.writer else { return };
+        match writer.metadata(about.0, about.1) {
+            Ok(()) => self.bytes = writer.position(),
+            Err(why) => self.fail(&why),
+        }
+    }
+
     /// Writes a page. What cannot be written is counted.
     pub fn write(&mut self, page: &Page) {
         for definition in &page.definitions {

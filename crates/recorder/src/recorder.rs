@@ -107,7 +107,8 @@ impl Recorder {
         let cannot =
             |why: String| vec![Refusal::new(Class::ValueRefused, format!("cannot record into '{}': {why}", path.display())).remedy("is the disk full?")];
         let chunk_max = if options.replay { CHUNK_MAX_REPLAY } else { CHUNK_MAX };
-        let book = Book::new(sink, (ABOUT, &about(system)), chunk_max).map_err(|why| cannot(why.to_string()))?;
+        let said = about(system);
+        let book = Book::new(sink, (ABOUT, &said), chunk_max).map_err(|why| cannot(why.to_string()))?;
         let inputs = options.replay.then(|| Inputs::begin(system)).transpose()?;
         let recorder = Recorder {
             room: Arc::new(Room::new(room)),
@@ -117,7 +118,7 @@ impl Recorder {
         };
         let (room, state, observer) = (recorder.room.clone(), recorder.state.clone(), system.observer());
         let stops = recorder.stops.clone();
-        let writer = spawn("recorder-disk", move || write(&room, book, &state, &observer, &stops)).map_err(cannot)?;
+        let writer = spawn("recorder-disk", move || write(&room, book, &state, &observer, &stops, said)).map_err(cannot)?;
         let drain = Drain { room: recorder.room.clone(), stops: recorder.stops.clone(), is_virtual: system.is_virtual(), values, log, ends, timing, inputs };
         let drained = spawn("recorder", move || drain.run()).map_err(|why| {
             recorder.room.close();
@@ -194,6 +195,19 @@ fn about(system: &System) -> BTreeMap<String, String> {
     .into()
 }
 
+/// Puts the present configuration into what is said of a recording; whether it has become another. A recording for a replay begins
+/// before there is any hardware. One that is taken apart at the end is told as it was.
+fn tell_more(system: &System, said: &mut BTreeMap<String, String>) -> bool {
+    let now = about(system);
+    let tells = |about: &BTreeMap<String, String>| about.get("configuration").map_or(0, String::len);
+    let more = tells(&now) > tells(said);
+    if more {
+        let changed = now.into_iter().filter(|(name, _)| name == "configuration" || name == "names");
+        said.extend(changed);
+    }
+    more
+}
+
 struct Drain {
     room: Arc<Room>,
     stops: Arc<AtomicBool>,
@@ -231,7 +245,7 @@ impl Drain {
 }
 
 /// Writes until nothing more comes. A file that cannot be written any more ends the recording.
-fn write(room: &Room, mut book: Book, state: &State, system: &System, stops: &AtomicBool) {
+fn write(room: &Room, mut book: Book, state: &State, system: &System, stops: &AtomicBool, mut said: BTreeMap<String, String>) {
     let told = |book: &Book, running: bool| {
         let mut summary = state.locked();
         summary.running = running;
@@ -249,6 +263,9 @@ fn write(room: &Room, mut book: Book, state: &State, system: &System, stops: &At
     let mut has_lost = false;
     while let Some(page) = room.take() {
         book.write(&page);
+        if !page.definitions.is_empty() && tell_more(system, &mut said) {
+            book.say((ABOUT, &said));
+        }
         let loses = !has_lost && !page.lost.is_empty();
         room.written(page);
         if let Some(failure) = told(&book, book.failure.is_none()) {
@@ -258,6 +275,9 @@ fn write(room: &Room, mut book: Book, state: &State, system: &System, stops: &At
             has_lost = true;
             system.note("recorder", "system", "values are lost: the disk is too slow, or they come too fast");
         }
+    }
+    if tell_more(system, &mut said) {
+        book.say((ABOUT, &said));
     }
     book.finish();
     if let Some(failure) = told(&book, false) {

@@ -366,7 +366,8 @@ impl System {
         };
         let (type_text, now_ns) = (of.normalised(), self.shared.host.now_ns());
         let id = self.shared.command(|core| {
-            let id = SvvId(u32::try_from(core.fresh()).expect("fewer than 2^32 SVVs in the life of a system"));
+            core.svvs_made += 1;
+            let id = SvvId(core.svvs_made);
             core.svvs.insert(
                 name.to_owned(),
                 SvvRecord {
@@ -412,6 +413,7 @@ impl System {
     /// Deletes an SVV that nothing is bound to.
     pub fn delete_svv(&self, name: &str) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
+        let name = self.shared.locked().name_of(name)?;
         let Some(svv) = definitions.configuration.svvs.get(name) else {
             return Err(unknown("SVV", name, definitions.configuration.svvs.keys().map(String::as_str)));
         };

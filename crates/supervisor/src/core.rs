@@ -115,6 +115,8 @@ pub(crate) struct Core {
     pub recorded: HashMap<(String, SourceId), Cell>,
     scripts: HashMap<u64, Purpose>,
     last_id: u64,
+    /// How many SVVs were made so far: each has its number for the life of the system.
+    pub svvs_made: u32,
 }
 
 impl Core {
@@ -152,6 +154,7 @@ impl Core {
             recorded: HashMap::new(),
             scripts: HashMap::new(),
             last_id: 0,
+            svvs_made: 0,
         }
     }
 

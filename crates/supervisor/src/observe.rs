@@ -35,6 +35,7 @@ impl System {
     pub fn svv_json(&self, name: &str) -> Result<Json, Refusals> {
         let definitions = self.shared.definitions();
         let core = self.shared.locked();
+        let name = core.name_of(name)?;
         let (Some(svv), Some(record)) = (definitions.configuration.svvs.get(name), core.svvs.get(name)) else {
             return core.other_cell(name).map(|named| named.about).ok_or_else(|| unknown("SVV", name, core.svvs.keys().map(String::as_str)));
         };
@@ -42,7 +43,7 @@ impl System {
         let writers: Vec<String> = (definitions.configuration.writers.get(name).into_iter().flatten()).map(|w| format!("{}.{}", w.instance, w.port)).collect();
         let [_, readers] = core.ends_of(name);
         Ok(json!({
-            "name": name, "kind": "svv", "type_text": svv.type_text, "types": svv.types, "type": type_tree(&of), "unit": svv.unit, "history": record.history,
+            "name": name, "id": svv.id, "kind": "svv", "type_text": svv.type_text, "types": svv.types, "type": type_tree(&of), "unit": svv.unit, "history": record.history,
             "device": svv.device, "writers": writers, "readers": readers, "bound": record.bound, "within": record.within,
             "source": record.home.map(|home| core.source_name(home)),
         }))

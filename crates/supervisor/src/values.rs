@@ -45,6 +45,7 @@ impl Core {
         let mut by_source: BTreeMap<SourceId, Vec<Wanted>> = BTreeMap::new();
         let mut known = Vec::new();
         for (index, name) in names.iter().enumerate() {
+            let name = self.name_of(name)?;
             let Some(svv) = self.svvs.get(name) else {
                 let named = self.other_cell(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;
                 if self.lost.contains(&named.source) {
@@ -104,6 +105,7 @@ impl Core {
 
     /// Stores a value from the PS: refused where an instance has claimed the SVV.
     pub fn write(&mut self, name: &str, value: &Value) -> Result<(), Refusals> {
+        let name = self.name_of(name)?;
         let svv = self.svvs.get(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;
         let claim = model::plan::Claim::Svv { id: svv.id, name: name.to_owned() };
         if let Some(holder) = self.claims.get(&claim).and_then(|h| self.instances.get(h)) {
@@ -192,6 +194,7 @@ impl Core {
 
     /// Up to `count` last values of an SVV with history, oldest first: (number, time, bytes).
     pub fn history(&self, name: &str, count: usize) -> Result<Vec<(u64, i64, Vec<u8>)>, Refusals> {
+        let name = self.name_of(name)?;
         let svv = self.svvs.get(name).ok_or_else(|| unknown("SVV", name, self.svvs.keys().map(String::as_str)))?;
         if svv.history == 0 {
             return Err(refuse(Class::ValueRefused, format!("SVV '{name}' has no history"), "declare one: cell.svv(…, history=100)"));

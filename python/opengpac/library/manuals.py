@@ -3,22 +3,20 @@
 
 from __future__ import annotations
 
-import json
 import re
 import textwrap
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 
-from .. import _native
 from ..blocks import Block, Item
-from ..errors import refusals
 from ..parameters import InputParameter
-from ..values import dtype_of, from_bytes
 from .components import Component, items_of
+from .examples import default_of, example
 
 _WIDTH = 110
+_DEFAULT_MAX = 32
+"""How much is shown of a default, a struct above all."""
 
 
 class Manual(str):
@@ -53,7 +51,7 @@ def _block(component: Component) -> list[str]:
         lines += _table(title, rows)
     if faults:
         lines += ["", "faults: the invocation stores nothing, and the verb gets the condition fault", *(f"  {f}" for f in faults)]
-    return [*lines, "", "to try it", f"  {example(component)}", *_use(component)]
+    return [*lines, "", "to try it", *(f"  {line}" for line in example(component)), *_use(component)]
 
 
 def _parts(doc: str) -> tuple[str, str, list[str]]:
@@ -78,46 +76,10 @@ def _default(block: Block, item: Item) -> str:
         return "-"
     value = default_of(block, item)
     if np.ndim(value):
-        return re.sub(r"\s+", " ", np.array2string(np.asarray(value), separator=", ", threshold=8))
-    return f"{value:.12g}" if isinstance(value, float) else str(value)
-
-
-def default_of(block: Block, item: Item) -> Any:
-    """The default of a parameter or input, or the preset of a condition; of a sized one as many elements as the least size."""
-    text = item.type
-    if item.sized:
-        size = next(i for i in block.items.values() if i.kind == "size")
-        text = text.replace(f"[{size.name}]", f"[{max(size.least, 2) if size.most > 1 else 1}]")
-    with refusals:
-        dtype = dtype_of(json.loads(_native.type_json(text, json.dumps(block.types))))
-    return from_bytes(item.initial[: dtype.itemsize], dtype)
-
-
-def example(component: Component) -> str:
-    """A call that tries a block: one value for each input that must be bound, two of its parameters."""
-    block: Block = component.value
-    given: dict[str, Any] = {}
-    for item in items_of(block).values():
-        # A struct is what another block has made, too long to be written.
-        if item.kind in ("input", "device_read") and not item.has_default and item.type not in block.types:
-            given[item.name] = _one(block, item)
-    parameters = [i for i in items_of(block).values() if i.kind == "parameter"]
-    for item in parameters if any(i.sized for i in parameters) else parameters[:2]:
-        value = default_of(block, item)
-        if item.type not in block.types and np.all(np.isfinite(np.asarray(value, dtype=float))):
-            given[item.name] = value.tolist() if isinstance(value, np.ndarray) else value
-    arguments = ", ".join(f"{name}={value!r}" for name, value in given.items())
-    return f"lib.{component.short_name}.run({arguments})"
-
-
-def _one(block: Block, item: Item) -> Any:
-    """A value for an input: ones, in the shape of its type."""
-    value = default_of(block, item)
-    if isinstance(value, np.ndarray) and value.dtype.names is None:
-        return np.ones_like(value).tolist()
-    if isinstance(value, bool | int | float):
-        return type(value)(1)
-    return {name: np.ones_like(value[name]).tolist() for name in value.dtype.names}
+        text = re.sub(r"\s+", " ", np.array2string(np.asarray(value), separator=", ", threshold=8))
+    else:
+        text = f"{value:.12g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= _DEFAULT_MAX else f"{text[: _DEFAULT_MAX - 2]} …"
 
 
 def _use(component: Component) -> list[str]:

@@ -299,6 +299,8 @@ export interface GeometryGeom {
 
 export interface SvvAbout {
   name: string;
+  /** Of an SVV: which one it is of those that have had its name. */
+  id?: number;
   kind: CellKind;
   type_text: string;
   unit: string;

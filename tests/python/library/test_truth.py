@@ -6,13 +6,14 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import opengpac as gpac
 from opengpac import library as lib
 from opengpac.library.catalogue import Catalogue
 from opengpac.library.components import Component
-from opengpac.library.manuals import example
+from opengpac.library.examples import example
 
 ROOT = Path(__file__).parent.parent.parent.parent
 FILES = {file.stem: file for file in (ROOT / "crates" / "library" / "src" / "blocks").rglob("*.rs")}
@@ -20,7 +21,6 @@ BLOCKS = sorted(lib.blocks())
 SHARED_FAULTS = dict(
     re.findall(r"^pub const (\w+): u32 = (\d+);$", (ROOT / "crates/library/src/kinematics/mod.rs").read_text(), re.MULTILINE)
 )
-NEED_A_PLAN = ("setpoint_generator", "path_generator")
 
 
 def test_every_file_is_a_block_and_every_block_a_file() -> None:
@@ -35,7 +35,7 @@ def test_the_folder_of_a_block_is_its_category(database: Catalogue) -> None:
 
 
 def test_no_name_of_a_block_is_taken_by_the_library_itself(database: Catalogue) -> None:
-    assert not {*BLOCKS} & {*lib.__all__, "components", "catalogue", "origins", "manuals", "searching", "padding"}
+    assert not {*BLOCKS} & {*lib.__all__, "components", "catalogue", "origins", "examples", "manuals", "searching", "padding"}
 
 
 @pytest.mark.parametrize("name", BLOCKS)
@@ -77,8 +77,15 @@ def test_a_manual_names_everything_and_its_example_runs(name: str) -> None:
     for item in block.items.values():
         assert (f"\n  {item.name} " in manual) == (item.kind != "state"), item
     component = Component(name, "block", "", "library", block.doc, block)
-    call = example(component)
-    assert call in manual
-    trial = eval(call, {"lib": lib})
-    # What another block must have made first, or the geometry of an arm, cannot be given in one line.
-    assert trial.fault is None or name in NEED_A_PLAN or "chain" in block.items, trial
+    lines = example(component)
+    assert "\n".join(["to try it", *(f"  {line}" for line in lines)]) in manual
+    names = {"gpac": gpac, "lib": lib, "np": np}
+    for line in lines[:-1]:
+        exec(line, names)
+    trial = eval(lines[-1], names)
+    assert trial.fault is None and trial.outputs, trial
+
+
+def test_a_long_default_is_cut() -> None:
+    chain = next(line for line in lib.show("jacobian").splitlines() if line.lstrip().startswith("chain"))
+    assert "…" in chain and len(chain) <= 140

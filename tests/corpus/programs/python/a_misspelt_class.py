@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A misspelt class."""
+
+import opengpac as gpac
+
+cell = gpac.Sytem("cell", clock="virtual")
+fast = cell.processor("rtp0").timer("fast", period="1 ms")
+other = gpac.System("other").svv("other", "flaot")

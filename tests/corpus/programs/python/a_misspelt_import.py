@@ -1,0 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A misspelt import."""
+
+import opengpac as gpac
+from opengpac import activate, excute
+
+cell = gpac.System("cell", clock="virtual")
+fast = cell.processor("rtp0").timer("fast", period="1 ms")
+lists = {"start": [excute("wave"), activate("wave", every="1 ms")]}
+other = cell.svv("other", "flaot")
