@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import _native, daemon, doctor, hosts, library, plotting, programs, replaying, studio, top
-from .errors import Error, refusals
+from .errors import Error, InstallationErrors, refusals, several
+from .places import Place, here
 
 if TYPE_CHECKING:
     from .checking import Findings
@@ -36,6 +37,7 @@ FUNCTION_BLOCK({name}, "Gain: y = k u.",
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command; 0 where all went well, 1 where something was refused or is wrong."""
     given = _parser().parse_args(arguments)
+    called = here()
     try:
         done = given.run(given)
         sys.stdout.flush()
@@ -46,10 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # Whoever reads has had enough: `opengpac blocks | head`.
         return 128 + signal.SIGPIPE
     except Error as error:
-        if error.place is not None and error.place.file.startswith("<frozen"):
-            # There is no program: what was asked for is on the command line.
-            error.place = None
-        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        print(f"{type(error).__name__}: {_about(error, given, called)}", file=sys.stderr)
     except FileNotFoundError as error:
         print(f"there is no file '{error.filename}'", file=sys.stderr)
     return 1
@@ -63,6 +62,17 @@ def _is_cut() -> bool:
     if cut:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return cut
+
+
+def _about(error: Error, given: argparse.Namespace, called: Place) -> str:
+    """An error of a command: its place is in a file of the user, never the line of the program `opengpac` that called."""
+    for inner in getattr(error, "errors", [error]):
+        if inner.place is not None and (inner.place.file == called.file or inner.place.file.startswith("<frozen")):
+            inner.place = None
+    text = str(several(error.errors) if isinstance(error, InstallationErrors) else error)
+    asked = next((getattr(given, name) for name in ("program", "recording", "record", "files") if getattr(given, name, None)), None)
+    file = asked[0] if isinstance(asked, list) else asked
+    return f"{text} at {file}" if file and error.place is None and str(file) not in text else text
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -21,6 +21,11 @@ class _Whole(type):
             made._whole = True
             return made
 
+        @property
+        def __signature__(cls):
+            own = inspect.signature(cls.__init__)
+            return own.replace(parameters=[*own.parameters.values()][1:])
+
 
 class Declared(metaclass=_Whole):
     """Base of what refuses an assignment that nobody declared, and says what was probably meant.

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -89,6 +90,11 @@ def test_where_one_device_refuses_a_value_none_has_it(arm: gpac.robots.Arm) -> N
     with pytest.raises(gpac.CallError, match="'kd' of group 'ur5e' is given 2 values for 6 devices; give one for all"):
         settable.kd = [1, 2]
     assert arm.values("kd") == [7.0] * 6
+
+
+def test_a_constructor_keeps_its_signature() -> None:
+    assert [*inspect.signature(gpac.Group).parameters] == ["name", "devices"]
+    assert [*inspect.signature(gpac.System).parameters][:2] == ["name", "clock"]
 
 
 def test_a_class_of_ones_own_declares_what_it_sets(arm: gpac.robots.Arm) -> None:

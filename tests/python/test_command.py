@@ -44,6 +44,19 @@ def test_a_new_block_builds_and_runs(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert main(["build", "nowhere.c"]) == 1
 
 
+@pytest.mark.parametrize("words", [["blocks", "show", "lowpas"], ["build", "wrong.txt"], ["plot", "wrong.txt", "q"], ["build", "two.c"]])
+def test_an_error_of_a_command_names_the_users_file_and_never_its_own(
+    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wrong.txt").write_text("none of ours")
+    (tmp_path / "two.c").write_text("#include <opengpac.h>\nFUNCTION_BLOCK(a, 5) { return OK; }\nFUNCTION_BLOCK(b, 6) { return OK; }\n")
+    assert main(words) == 1
+    said = capsys.readouterr().err
+    assert Path(__file__).name not in said and "cli.py" not in said
+    assert words[0] == "blocks" or words[1] in said
+
+
 PROGRAM = """
 import opengpac as gpac
 from opengpac import activate, library as lib

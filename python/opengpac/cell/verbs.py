@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 from .. import library as lib
@@ -15,6 +16,7 @@ from ..parameters import input
 from ..physical import Channel
 from ..quantities import Quantity
 from ..reports import Report
+from ..sources import Source
 from ..svvs import SVV
 from ..verbs import Verb
 from .signals import AnalogInput, AnalogOutput, DigitalInput, DigitalOutput
@@ -80,10 +82,27 @@ def _wait_for_channel(name: str, read: str, block: str, inputs: Mapping[str, Any
     )
 
 
+_LOOK = 0.01
+"""How often an SVV is looked at that somebody else writes, s; the next multiple of the timer's period where it does not divide that."""
+
+
+def _looked_at(verb: Verb[..., Any] | None, timers: Sequence[Source]) -> Verb[..., Any] | None:
+    """A verb of `_wait_for_value` whose interval one of these timers can serve."""
+    periods = [timer.period for timer in timers]
+    if verb is None or not periods or any(_divides(period, _LOOK) for period in periods):
+        return verb
+    fastest = min(periods)
+    return verb.on(every={"watch": math.ceil(_LOOK / fastest - 1e-9) * fastest})
+
+
+def _divides(period: float, interval: float) -> bool:
+    return abs(interval / period - round(interval / period)) < 1e-9 <= round(interval / period)
+
+
 def _wait_for_value(name: str, block: str, inputs: Mapping[str, Any]) -> Verb[..., Any]:
     return Verb(
         name,
-        doc="Waits for an SVV, whoever writes it; it is looked at every 10 ms.",
+        doc="Waits for an SVV, whoever writes it; it is looked at every 10 ms, or as its timer can.",
         blocks={"watch": lib.block(block)},
         instantiation_parameters={"svv": "watch.u"},
         modes={"watch.u": "asynchronous"},
@@ -137,6 +156,8 @@ class SignalVerb(Generic[R]):
 
         def choose(signal: Any) -> Verb[..., R] | None:
             chosen = self._choose(signal)
+            if chosen is not None and isinstance(signal, SVV) and isinstance(where, Source) and where.kind == "timer":
+                chosen = _looked_at(chosen, [where])
             return chosen and chosen.on(where, every=every)
 
         return SignalVerb(self.name, self.__doc__ or "", choose, self._wants)
@@ -181,7 +202,8 @@ def _waiting(signal: Any) -> Verb[..., Any] | None:
         source = signal.device.source
         return verb and verb.on(source, every={"read": source.period})
     if isinstance(signal, SVV):
-        return {"bool": _value_digital, "double": _value_analog}.get(signal.type)
+        timers = [source for source in signal.system.sources.values() if source.kind == "timer"]
+        return _looked_at({"bool": _value_digital, "double": _value_analog}.get(signal.type), timers)
     return _by_type(signal, {DigitalInput: _wait_digital, AnalogInput: _wait_analog})
 
 

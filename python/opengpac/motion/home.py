@@ -48,6 +48,7 @@ _POSITION = input("set.position", within=("arm.position_min", "arm.position_max"
     output_values={"shift": "set.shift"},
     command_lists={"start": [execute("set")]},
     conditions={"completed": on(returns=["shift"])},
+    manual=True,
 )
 def home_here(arm: Group[Joint] | Joint, /, position: Values = 0.0) -> Homed:
     """Says that the joints are at `position` now: rad (m), one for all or one for each. Nothing moves, and they are `homed`."""
@@ -117,6 +118,7 @@ _MOVES = ("seek", "back", "creep", "brake")
         ("back", "time_limit"): "give_up",
         ("creep", "time_limit"): "give_up",
     },
+    manual=True,
 )
 def home(arm: Joint, switch: SVV[bool], /, speed: float | str = "10 %", creep: float | str = "1 %", position: float | str = 0.0) -> Homed:
     """Homes a joint on a switch: moves until it is on, back until it is off, slowly on again; that place is called `position`.

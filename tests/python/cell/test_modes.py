@@ -131,3 +131,15 @@ def test_wrong_modes_and_switches_are_refused(cell: gpac.System) -> None:
     cell.enabling_switch(bench.io["enabling"])
     with pytest.raises(gpac.InvalidState, match="enabling switch"):
         bench.io.delete()
+
+
+def test_homing_is_for_manual_mode(cell: gpac.System) -> None:
+    arm = Bench(cell).arm.enable()
+    cell.mode = "manual"
+    assert gpac.motion.home_here(arm, 0.5).condition == "completed"
+    cell.advance("5 ms")
+    assert arm.values("sensed") == pytest.approx([0.5, 0.5], abs=1e-3)
+    homing = gpac.motion.home.asynch(arm[0], cell.svv("at_the_switch", bool))
+    cell.advance("0.1 s")
+    assert homing.state == "running"
+    homing.halt()

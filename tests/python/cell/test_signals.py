@@ -106,6 +106,31 @@ def test_an_svv_is_awaited_whoever_writes_it(cell: gpac.System) -> None:
         wait_for_input.on(bench.fast)(cell.svv("count", int))
 
 
+@pytest.mark.parametrize("period", ["3 ms", "20 ms"])
+def test_an_svv_is_looked_at_as_its_timer_can(period: str) -> None:
+    with gpac.System("slow", clock="virtual") as cell:
+        timer = cell.processor("rtp0").timer("timer", period=period, priority=60)
+        number = cell.svv("number")
+        for wait in (wait_for_input, wait_for_input.on(timer)):
+            number.value = 0.0
+            waiting = wait.asynch(number, above=1.0)
+            cell.advance("50 ms")
+            assert waiting.state == "running"
+            number.value = 2.0
+            assert waiting.wait().reading == 2.0
+
+
+def test_a_snapshot_has_svvs_and_channels(cell: gpac.System) -> None:
+    bench = Bench(cell, [(0, {"pressure": 0.25, "gate": True})])
+    number = cell.svv("number", initial=3.0)
+    bench.arm.enable()
+    cell.advance("2 ms")
+    snapshot = cell.read(number, bench.io["pressure"], bench.io["gate"])
+    assert snapshot == (3.0, 0.25, True) and snapshot.time == cell.now
+    with pytest.raises(gpac.CallError, match="give SVVs and channels of this system"):
+        cell.read("io.pressure")  # type: ignore[arg-type]
+
+
 def test_several_verbs_read_one_input(cell: gpac.System) -> None:
     bench = Bench(cell, [(30, {"gate": True}), (40, {"gate": False})])
     gate = DigitalInput("gate", bench.io["gate"]).enable()
