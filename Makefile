@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # make run     the main job: a simulated UR5e moves, in real time; report and plot in out/
 # make test    every test: Rust, Python, and the studio's page in a browser (Debian's chromium)
-# make faults  the whole fault campaign, the fuzzers and the cell of 16 processors: two hours; reports in out/
+# make faults  the whole fault campaign, the fuzzers, 10^5 sequences of commands to an arm and the cell of 16 processors: hours; reports in out/
 # make bench   ratios against hand-written loops and peers, taken in one run
 # `make test` builds everything once, in the profile `checked`: the package that pytest imports, the Rust tests and the lints.
 # The package in the source tree is of one profile at a time; `make setup` puts the release build back.
@@ -90,6 +90,7 @@ test-browser: setup-checked studio/node_modules/ready
 faults: setup
 	$(BIN)/python tests/faults/campaign.py
 	$(BIN)/python tests/faults/fuzz.py
+	$(BIN)/python tests/faults/no_jump.py
 	$(BIN)/python tests/faults/sixteen.py
 	cargo build --profile checked -p bindings --features hosts
 	$(BIN)/python tests/faults/replays.py --also target/checked/lib_native.so

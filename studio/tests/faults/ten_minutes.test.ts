@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// 64 SVVs at 1 kHz for ten minutes on the scope: what was stored, what came, what was lost, channel by channel. Part of `make faults`.
+// 64 SVVs at 1 kHz for ten minutes on the scope: what was stored came, and nothing was lost. Part of `make faults`.
 import { join } from "node:path";
 import { expect, test } from "vitest";
 import { Commander } from "../commander";
@@ -49,6 +49,6 @@ test(`64 channels at 1 kHz for ${DURATION_S} s`, { timeout: (DURATION_S + 300) *
   await commander.close();
   await browser.close();
   await running.stop();
-  expect(received + lost).toBe(stored);
+  expect({ received, lost }).toEqual({ received: stored, lost: 0 });
   expect(errors).toEqual([]);
 });
