@@ -197,3 +197,27 @@ def test_what_runs_in_another_process_cannot_be_replayed_and_the_log_says_so(tmp
         until(lambda: any("'rtp1.far' runs in another process" in entry["text"] for entry in cell.log()), "the log says it")
     again = gpac.replay(path)
     assert again.stopped == "unplayable" and "runs in another process" in again.message
+
+
+def test_a_device_that_was_lost_and_opened_again_is_so_in_the_replay(tmp_path: Path) -> None:
+    path = tmp_path / "lost.mcap"
+    with gpac.System("reopened", clock="virtual") as cell:
+        cell.record(path, replay=True)
+        rtp = cell.processor("rtp0")
+        fast = rtp.timer("fast", period="1 ms", priority=80)
+        drives = rtp.physical_device("drives", gpac.drivers.loopback("x", initial=[0.25], fail_at="30 ms"), exchange=fast)
+        reading = gpac.Verb(
+            "reading",
+            blocks={"push": lib.write_channel(u=1.0), "read": lib.read_channel},
+            instantiation_parameters={"effort": "push.channel", "channel": "read.channel", "q": "read.y"},
+            modes={"push.u": "asynchronous"},
+            command_lists={"start": [activate("push", every="1 ms"), activate("read", every="1 ms")]},
+        ).on(fast)
+        q = cell.svv("q", unit="rad")
+        for _ in range(2):
+            with pytest.raises(gpac.Terminated, match="device_lost"):
+                reading(drives["x"].effort, drives["x"].position, q)
+            assert 0.27 < q.value < 0.29
+            drives.reopen()
+    again = gpac.replay(path, show=["q"])
+    assert (again.stopped, again.same, again.difference) == ("end", True, None)
