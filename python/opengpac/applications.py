@@ -94,7 +94,7 @@ def values_json(verb: Verb[..., Any], bound: BoundArguments, objects: Mapping[st
             continue
         if isinstance(given, Mapping) and len(groups) == 1:
             given = _over_present(name, given, groups[0])
-        values[name] = verb.input_parameters[name].value(given, objects)
+        values[name] = verb.input_parameters[name].value(given, objects, f"'{name}'")
     for name, parameter in verb.input_parameters.items():
         if parameter.member and name not in values:
             values[name] = parameter.of_object(name, objects)

@@ -155,7 +155,7 @@ class BlockUse(Declared):
         """The form that the model takes."""
         return {
             "block": self.block.source_json(),
-            "constants": {name: plain(value) for name, value in self.constants.items()},
+            "constants": {name: plain(value, f"the constant for '{name}'") for name, value in self.constants.items()},
             "place": self.place.json(),
         }
 

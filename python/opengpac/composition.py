@@ -65,7 +65,7 @@ class Composition:
         return {
             "name": self.name, "doc": self.doc, "parts": {label: verb.json() for label, verb in self.parts.items()},
             "transitions": [step.json() for step in self.steps], "initial": self.initial, "rename": dict(self.rename),
-            "preset": {name: plain(value) for name, value in self.preset.items()}, "share": list(self.share),
+            "preset": {name: plain(value, f"the preset of '{name}'") for name, value in self.preset.items()}, "share": list(self.share),
             "together": self.together, "place": self.place.json(),
         }  # fmt: skip
 

@@ -79,7 +79,7 @@ class SvvMember:
         if isinstance(self.initial, str) and self.initial.isidentifier():
             initial = {"copy_of": self.initial}
         elif self.initial is not None:
-            initial = {"value": plain(self.initial)}
+            initial = {"value": plain(self.initial, f"the initial value of '{self.name}'")}
         return {
             "type_text": text, "unit": self.unit, "initial": initial, "history": self.history,
             "within": None if self.within is None else list(self.within), "shared": self.shared,
@@ -136,11 +136,13 @@ class ParameterMember:
 
     def __set__(self, device: LogicalDevice, value: Any) -> None:
         with refusals:
-            device._here().set_device_parameter(device.name, self.name, to_json(value))
+            device._here().set_device_parameter(
+                device.name, self.name, to_json(value, f"parameter '{self.name}' of device '{device.name}'")
+            )
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
-        return {"default": plain(self.default), "unit": self.unit, "tunable": self.tunable}
+        return {"default": plain(self.default, f"the default of parameter '{self.name}'"), "unit": self.unit, "tunable": self.tunable}
 
 
 def parameter(default: Any, *, unit: str = "", tunable: bool = False, keep: bool | None = None) -> Any:
@@ -205,7 +207,7 @@ class LogicalDevice(Shown, Declared):
 
         self.name = name
         parameters = self.parameter_members()
-        overrides = {n: plain(v) for n, v in arguments.items() if n in parameters}
+        overrides = {n: plain(v, f"parameter '{n}' of device '{name}'") for n, v in arguments.items() if n in parameters}
         given = {n: v for n, v in arguments.items() if n not in parameters}
         verb = self.definition_verb()
         known = {p.split(".", 1)[0] for p in verb.instantiation_parameters} if verb else set()

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
 
 from . import _native
-from .places import Place, here
+from .places import Place, here, packaged
 
 
 class End(NamedTuple):
@@ -221,11 +221,20 @@ def _place(given: Mapping[str, Any] | None) -> Place | None:
 def from_refusals(text: str) -> Error:
     """The exception for the refusals of one call: its own class for one, `InstallationErrors` for several."""
     errors = [_from_refusal(refusal) for refusal in json.loads(text)]
-    if len(errors) == 1:
-        if errors[0].place is None:
-            errors[0].place = here()
-        return errors[0]
-    return several(errors)
+    for error in errors:
+        _locate(error)
+    return errors[0] if len(errors) == 1 else several(errors)
+
+
+def _locate(error: Error) -> None:
+    """Gives an error the line of the user's program. Where a definition of this package is refused that is the line which uses it, and
+    where the definition stands is one of the ends.
+    """
+    if error.place is None:
+        error.place = here()
+    elif packaged(error.place) and not packaged(line := here()):
+        error.ends = (*error.ends, End("the definition", error.place))
+        error.place = line
 
 
 def _from_refusal(r: Mapping[str, Any]) -> Error:

@@ -133,7 +133,9 @@ class VerbInstance(Shown, Declared, Generic[R]):
             refuse(CallError, f"every is {every!r}", "write vi.set(every={'generator': '10 ms'})")
         intervals = {str(label): duration_ns(time, f"the interval of '{label}'") for label, time in every.items()}
         with refusals:
-            self._alive().set(self.identity, json.dumps({name: plain(value) for name, value in values.items()}), json.dumps(intervals))
+            self._alive().set(
+                self.identity, json.dumps({name: plain(value, f"'{name}'") for name, value in values.items()}), json.dumps(intervals)
+            )
 
     def _instead(self, name: str) -> str:
         return f"write vi.set({name}=…)" if name in self.verb.input_parameters else ""

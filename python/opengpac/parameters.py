@@ -50,9 +50,9 @@ class InputParameter:
             "place": self.place.json(),
         }  # fmt: skip
 
-    def value(self, given: Any, objects: Mapping[str, Any]) -> Any:
-        """What a call gives, as the model takes it."""
-        return plain(self.form(given, objects) if self.form is not None else given)
+    def value(self, given: Any, objects: Mapping[str, Any], what: str = "the value") -> Any:
+        """What a call gives, as the model takes it. `what` it is the value of, for a refusal."""
+        return plain(self.form(given, objects) if self.form is not None else given, what)
 
     def of_object(self, name: str, objects: Mapping[str, Any]) -> Any:
         """The value of the object's attribute that stands for one that a call leaves out."""

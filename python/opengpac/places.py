@@ -4,11 +4,16 @@
 from __future__ import annotations
 
 import os
+import site
 import sys
+import sysconfig
 from types import FrameType
 from typing import Any, NamedTuple
 
 _PACKAGE = os.path.dirname(os.path.abspath(__file__)) + os.sep
+_PYTHON = tuple({sysconfig.get_path(name) + os.sep for name in ("stdlib", "platstdlib")})
+_INSTALLED = tuple({folder + os.sep for folder in [*site.getsitepackages(), sysconfig.get_path("purelib"), sysconfig.get_path("platlib")]})
+"""Where other packages lie, within Python's own folder."""
 
 
 class Place(NamedTuple):
@@ -32,11 +37,16 @@ def _inside(frame: FrameType) -> bool:
     if code.co_filename.startswith(_PACKAGE):
         # What a module of this package defines is a program of its own: an error in a definition is found there.
         return code.co_name != "<module>"
-    return code.co_filename.startswith("<frozen")
+    return code.co_filename.startswith("<frozen") or _is_of_python(code.co_filename)
+
+
+def _is_of_python(file: str) -> bool:
+    """Whether a file is one of Python's own: `contextlib` and `functools` stand between a program and what it calls."""
+    return file.startswith(_PYTHON) and not file.startswith(_INSTALLED)
 
 
 def here() -> Place:
-    """The nearest line outside this package, or of a definition in it, that led to the call."""
+    """The nearest line outside this package and Python's own, or of a definition in it, that led to the call."""
     frame = sys._getframe(1)
     while frame.f_back is not None and _inside(frame):
         frame = frame.f_back

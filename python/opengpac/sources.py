@@ -83,7 +83,7 @@ class Processor(Shown, Declared):
         if isinstance(priority, bool) or not isinstance(priority, int):
             refuse(CallError, f"the priority of source '{name}' is {priority!r}", "give a whole number, 1 to 98; a larger one preempts")
         if period_ns < 0:
-            refuse(CallError, f"the period of timer '{name}' is negative")
+            refuse(CallError, f"the period of timer '{name}' is {period_ns / 1e9:g} s", "time does not run backwards")
         if not 0 <= priority <= 255:
             refuse(CallError, f"the priority of source '{name}' is {priority}", "give a whole number, 1 to 98; a larger one preempts")
         with refusals:

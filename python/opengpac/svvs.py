@@ -116,7 +116,7 @@ class SVV(Shown, Declared, Generic[T]):
     @value.setter
     def value(self, value: T) -> None:
         with refusals:
-            self.system._alive().write(self._asked, to_json(value))
+            self.system._alive().write(self._asked, to_json(value, f"the value for SVV '{self.name}'"))
 
     @property
     def number(self) -> int:

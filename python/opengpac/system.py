@@ -237,7 +237,7 @@ class System(Observed, Declared):
         if self.session is not None and type is None and initial is None and not (unit or history or within) and self._there("svvs", name):
             return self._svv(name)
         text, types = type_json("double" if type is None else type, f"SVV '{name}'")
-        value = None if initial is None else {"value": plain(initial)}
+        value = None if initial is None else {"value": plain(initial, f"the initial value of SVV '{name}'")}
         specification = {"type_text": text, "unit": unit, "initial": value, "history": history, "within": within, "types": types}
         with refusals:
             self._alive().svv(name, json.dumps(specification), json.dumps(here().json()))

@@ -59,8 +59,8 @@ def _series(item: Item, value: Any) -> tuple[Any, int]:
     """The value of an input as JSON, and how many invocations it covers: 0 for a constant."""
     shape = _shape(value)
     if len(shape) > _depth(item):
-        return plain(value), shape[0]
-    return plain(value), 0
+        return plain(value, f"input '{item.name}'"), shape[0]
+    return plain(value, f"input '{item.name}'"), 0
 
 
 def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
@@ -78,7 +78,7 @@ def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, An
             if length:
                 lengths[name] = length
         else:
-            values[name] = plain(value)
+            values[name] = plain(value, f"'{name}'")
     times = steps if steps is not None else min(lengths.values(), default=1)
     short = next((name for name, length in lengths.items() if length != times), None)
     if short is not None:

@@ -56,8 +56,8 @@ def from_bytes(data: bytes, dtype: np.dtype[Any]) -> Any:
     return array[()] if base.names else array.item()
 
 
-def plain(value: Any) -> Any:
-    """The JSON form of a value: numbers, text, lists and dictionaries.
+def plain(value: Any, what: str = "the value") -> Any:
+    """The JSON form of a value: numbers, text, lists and dictionaries. `what` it is the value of, for a refusal.
 
     >>> plain(np.array([1.0, 2.0])), plain((1, True)), plain("20 ms")
     ([1.0, 2.0], [1, True], '20 ms')
@@ -66,22 +66,22 @@ def plain(value: Any) -> Any:
         return value
     if isinstance(value, float):
         if not math.isfinite(value):
-            refuse(ValueRefused, f"the value {value} is not a finite number")
+            refuse(ValueRefused, f"{what} {value} is not a finite number")
         return value
     if isinstance(value, np.void) and value.dtype.names:
-        return {name: plain(value[name]) for name in value.dtype.names}
+        return {name: plain(value[name], f"{what}: '{name}'") for name in value.dtype.names}
     if isinstance(value, np.generic | np.ndarray) and value.dtype.names is None:
-        return plain(value.tolist())
+        return plain(value.tolist(), what)
     if isinstance(value, Mapping):
-        return {str(name): plain(v) for name, v in value.items()}
+        return {str(name): plain(v, f"{what}: '{name}'") for name, v in value.items()}
     if isinstance(value, Iterable):
-        return [plain(v) for v in value]
-    refuse(ValueRefused, f"{value!r} is not a value", "give numbers, text with a unit, sequences, dictionaries or NumPy arrays")
+        return [plain(v, what) for v in value]
+    refuse(ValueRefused, f"{what} is {value!r}, which is none", "give numbers, text with a unit, sequences, dictionaries or NumPy arrays")
 
 
-def to_json(value: Any) -> str:
-    """The JSON text of a value."""
-    return json.dumps(plain(value))
+def to_json(value: Any, what: str = "the value") -> str:
+    """The JSON text of a value. `what` it is the value of, for a refusal."""
+    return json.dumps(plain(value, what))
 
 
 def lively(value: Any) -> Any:

@@ -185,7 +185,8 @@ pub fn check_intervals(flat: &mut Flat<'_>, lists: &[CheckedList], driven: &[boo
             let CheckedCommand::Activate { label, blocks, every_ns: Some(_), .. } = command else { continue };
             if blocks.clone().all(|block| driven[block]) && !blocks.is_empty() {
                 let message = format!("command list '{}' gives '{label}' an execution interval, and a synchronous input drives it", list.name);
-                let remedy = format!("write activate('{label}'), or relax the input with modes={{…: 'asynchronous'}}");
+                let modes = blocks.clone().next().map_or_else(String::new, |block| crate::checked::modes_of_all(&flat.blocks[block]));
+                let remedy = format!("write activate('{label}'), or relax what drives it with {modes}");
                 flat.subject = Some(Where::List { list: list.name.clone() });
                 flat.refuse(Class::SchedulingError, message, &list.place, &remedy);
             }

@@ -83,8 +83,14 @@ impl System {
         if !(1..=98).contains(&priority) {
             return Err(refuse(Class::ValueRefused, format!("priority {priority} of source '{full}' is not in 1 to 98"), "1 is the lowest"));
         }
-        if matches!(kind, SourceKind::Timer { period_ns } if period_ns < PERIOD_NS_MIN) {
-            return Err(refuse(Class::ValueRefused, format!("the period of source '{full}' is shorter than 10 us"), "give at least \"10 us\""));
+        if let SourceKind::Timer { period_ns } = kind
+            && period_ns < PERIOD_NS_MIN
+        {
+            return Err(refuse(
+                Class::ValueRefused,
+                format!("the period of source '{full}' is {} ms, shorter than 10 us", period_ns as f64 * 1e-6),
+                "give at least \"10 us\"",
+            ));
         }
         let spec = SourceSpec {
             rtp: u16::try_from(rtp).expect("fewer than 65,536 processors"),

@@ -5,7 +5,7 @@
 use crate::apply::leave_writers;
 use crate::claims::Request;
 use crate::core::{Core, DeviceState};
-use crate::instance::{Cause, Instance, Limits, State};
+use crate::instance::{Cause, Limits, State};
 use crate::psi::psi;
 use crate::refuse::{invalid_state, refuse, unknown};
 use crate::sequence::{Builder, Movement};
@@ -113,12 +113,13 @@ impl Core {
             ));
         }
         let writes = |svv: &str| from.plan.cells.iter().any(|c| !c.writers.is_empty() && matches!(&c.kind, CellKind::Svv { name, .. } if name == svv));
-        let waits = |i: &&Instance| i.id != old && i.id != new && i.plan.blocks.iter().flat_map(|b| &b.external_drivers).any(|(_, svv)| writes(svv));
-        match self.instances.values().find(waits) {
-            Some(reader) => Err(refuse(
+        let others = self.instances.values().filter(|i| i.id != old && i.id != new);
+        let mut drivers = others.flat_map(|i| i.plan.blocks.iter().flat_map(move |b| b.external_drivers.iter().map(move |(_, svv)| (i, &b.label, svv))));
+        match drivers.find(|(_, _, svv)| writes(svv)) {
+            Some((reader, block, svv)) => Err(refuse(
                 Class::InvalidState,
-                format!("cannot exchange '{}': '{}' takes one of its SVVs synchronously", from.name, reader.name),
-                "relax that input with modes={…: 'asynchronous'}, or delete that instance first",
+                format!("cannot exchange '{}': block '{block}' of '{}' takes SVV '{svv}' of it synchronously", from.name, reader.name),
+                format!("relax that input of verb '{}' with modes=, or delete '{}' first", reader.plan.verb, reader.name),
             )),
             None => Ok(()),
         }

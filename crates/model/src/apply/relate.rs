@@ -3,7 +3,7 @@
 use super::Draft;
 use super::activity::Activity;
 use super::bind::cells_of;
-use crate::checked::cycle_refusal;
+use crate::checked::{cycle_refusal, modes_of_first};
 use crate::configuration::{Rate, Writer};
 use crate::flatten::Port;
 use crate::interface::{Kind, Mode};
@@ -98,7 +98,7 @@ impl<'a> Draft<'a> {
             Ok(sorted) => Ok(Relations { of, order: sorted.order }),
             Err(cycle) => {
                 let labels: Vec<&str> = cycle.iter().map(|&block| self.blocks[block].label.as_str()).collect();
-                Err(vec![cycle_refusal(&labels, &self.checked.place)])
+                Err(vec![cycle_refusal(&labels, &modes_of_first(&self.checked.blocks, &labels), &self.checked.place)])
             }
         }
     }

@@ -49,7 +49,11 @@ impl Draft<'_> {
                 Ok(sorted) => sorted,
                 Err(cycle) => {
                     let labels: Vec<&str> = cycle.iter().map(|b| self.blocks[blocks[*b]].label.as_str()).collect();
-                    return Err(vec![crate::checked::cycle_refusal(&labels, &self.checked.place)]);
+                    return Err(vec![crate::checked::cycle_refusal(
+                        &labels,
+                        &crate::checked::modes_of_first(&self.checked.blocks, &labels),
+                        &self.checked.place,
+                    )]);
                 }
             };
             for (from, to) in sorted.against {

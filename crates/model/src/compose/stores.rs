@@ -64,11 +64,13 @@ impl Composing<'_> {
                     of.label,
                     self.parts[writer].label
                 );
-                starved.push((message, (writer, part)));
+                let relaxed = crate::checked::modes_of(&of.checked.blocks[reader.0], &[reader.1]);
+                let remedy = format!("relax the input in verb '{}' with {relaxed}, or share the block that writes", of.verb.name);
+                starved.push((message, remedy, (writer, part)));
             }
         }
-        for (message, pair) in starved {
-            self.conflict(Class::SchedulingError, message, "relax the input with modes={…: 'asynchronous'}, or share the block that writes", pair);
+        for (message, remedy, pair) in starved {
+            self.conflict(Class::SchedulingError, message, &remedy, pair);
         }
     }
 

@@ -227,7 +227,7 @@ fn a_part_finds_what_it_needs_when_it_begins() {
     let reader = |every: &str, modes: Value| one("second", "lib.gain", every, json!({"instantiation_parameters": {"y": ["b.u"]}, "modes": modes}));
     assert_eq!(
         refused_of(part("first", plain()), reader("", json!({})), plain()),
-        "SchedulingError: input 'b.b.u' (double) of part 'b' waits for values of 'y', which output 'a.s.y' (double) writes, but only while part 'a' runs; relax the input with modes={…: 'asynchronous'}, or share the block that writes at c.py:9"
+        "SchedulingError: input 'b.b.u' (double) of part 'b' waits for values of 'y', which output 'a.s.y' (double) writes, but only while part 'a' runs; relax the input in verb 'second' with modes={'b.u': 'asynchronous'}, or share the block that writes at c.py:9"
     );
     assert_eq!(refused_of(part("first", plain()), reader("1ms", json!({"b.u": "asynchronous"})), plain()), "");
 }

@@ -176,7 +176,7 @@ fn graphs() {
     graph_check(graph(json!({"divide": {"s": 0}})), "SchedulingError: divide of 's' is 0; give 1 or more");
     graph_check(
         graph(json!({"inputs": {"u": []}, "cells": {"c": ["g.y", "h.u"], "d": ["h.y", "g.u"]}})),
-        "SynchronousCycle: synchronous ports make a cycle: 'g' → 'h' → 'g'; relax one of the inputs with modes={…: 'asynchronous'}",
+        "SynchronousCycle: synchronous ports make a cycle: 'g' → 'h' → 'g'; relax one of the inputs, for example with modes={'g.u': 'asynchronous'}",
     );
     graph_check(
         json!({"name": "g", "blocks": {"i": {"block": {"graph": graph(json!({}))}}}, "inputs": {"x": ["i.uu"]}}),
@@ -338,7 +338,7 @@ fn scheduling() {
     check(two(json!({"modes": {"g.k": "asynchronous"}})), "SchedulingError: modes gives a mode to parameter 'g.k' (double), which is no port");
     check(
         two(json!({"command_lists": start(&["+s 1ms", "+g 1ms"])})),
-        "SchedulingError: command list 'start' gives 'g' an execution interval, and a synchronous input drives it; write activate('g'), or relax the input with modes={…: 'asynchronous'}",
+        "SchedulingError: command list 'start' gives 'g' an execution interval, and a synchronous input drives it; write activate('g'), or relax what drives it with modes={'g.u': 'asynchronous'}",
     );
     check(
         two(json!({"command_lists": start(&["+s 0s"])})),
@@ -368,7 +368,7 @@ fn scheduling() {
     );
     check(
         v(&[("a", "lib.gain"), ("b", "lib.gain")], json!({"cells": {"c": ["a.y", "b.u"], "d": ["b.y", "a.u"]}})),
-        "SynchronousCycle: synchronous ports make a cycle: 'a' → 'b' → 'a'; relax one of the inputs with modes={…: 'asynchronous'}",
+        "SynchronousCycle: synchronous ports make a cycle: 'a' → 'b' → 'a'; relax one of the inputs, for example with modes={'a.u': 'asynchronous'}",
     );
     check(
         v(&[("s", "lib.signal"), ("r", "lib.signal")], json!({"cells": {"c": ["s.y", "r.y"]}, "command_lists": start(&["+s 1ms", "+r 1ms"])})),
