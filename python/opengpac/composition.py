@@ -56,6 +56,7 @@ class Composition:
     preset: Mapping[str, Any] = field(default_factory=dict)
     share: tuple[str, ...] = ()
     together: bool = False
+    until: str = "any"
     doc: str = ""
     open: bool = False
     """Whether `then` goes on with it, rather than taking it as one part."""
@@ -66,7 +67,7 @@ class Composition:
             "name": self.name, "doc": self.doc, "parts": {label: verb.json() for label, verb in self.parts.items()},
             "transitions": [step.json() for step in self.steps], "initial": self.initial, "rename": dict(self.rename),
             "preset": {name: plain(value, f"the preset of '{name}'") for name, value in self.preset.items()}, "share": list(self.share),
-            "together": self.together, "place": self.place.json(),
+            "together": self.together, "until": self.until, "place": self.place.json(),
         }  # fmt: skip
 
 
@@ -141,7 +142,7 @@ class ComposedVerb(Verb[..., Report]):
 
     def _termination(self, key: str, line: Mapping[str, Any]) -> Termination:
         """A line of the table, with the exception classes that its parts give it."""
-        classes: dict[type[Terminated], None] = {}
+        classes: dict[type[Terminated], None] = dict.fromkeys(self._awaited(line) if line["raises"] else ())
         for label, part in self._parts.items():
             for own, given in part.conditions.items():
                 name = part.reported(own)
@@ -158,6 +159,14 @@ class ComposedVerb(Verb[..., Report]):
             alarm=line["alarm"],
             place=Place(place["file"], place["line"]) if place else self.place,
         )
+
+    def _awaited(self, line: Mapping[str, Any]) -> Iterable[type[Terminated]]:
+        """What parts raise that end a list together: those whose own list a system condition leads to with it."""
+        for condition in (c for (begins, c), to in self.transitions.items() if begins == "start" and [to] == line["during"]):
+            for part in self._parts.values():
+                begins = part.initial or next(iter(part.command_lists), "")
+                own = part.transitions.get((begins, condition))
+                yield from (t.raises for t in part.conditions.values() if t.raises is not None and own in t.during)
 
     def _placed(self) -> tuple[dict[str, str], dict[str, int]]:
         """Where its parts were placed with `on`, and the intervals that were changed there."""
@@ -242,16 +251,22 @@ def together(
     rename: Mapping[str, str] | None = None,
     preset: Mapping[str, Any] | None = None,
     share: Sequence[str] = (),
+    until: str = "any",
     doc: str = "",
 ) -> ComposedVerb:
     """One verb that does several at once: the union, with one initial list, `start`, that has the leading commands of all, in order.
 
-    The first condition that ends one of them ends all, and returns what each of them says; a transition leaves that list as a
-    whole. Parts must not write one SVV; a wait may stand in one of the initial lists only.
+    `until="any"`: the first condition that ends one of them ends all, and returns what each of them says. `until="all"`: it ends,
+    `completed`, when each of them has come to a normal end, and returns what all say; a part that has arrived keeps running until
+    then, and one that fails ends all. A transition leaves that list as a whole; where a system condition (`halted`, `time_limit`)
+    leads several parts on, each into a list of its own, those are one list too, which ends when all have ended it. Parts must not
+    write one SVV; a wait may stand in one of the initial lists only.
     """
+    if until not in ("any", "all"):
+        refuse(DefinitionError, f"until is {until!r}", "say 'any' or 'all'")
     parts = verbs[0] if len(verbs) == 1 and isinstance(verbs[0], Mapping) else [v for v in verbs if not isinstance(v, Mapping)]
     labelled = _labelled(parts, name or "together")
-    composition = Composition(name or "_and_".join(labelled), labelled, here(), together=True, doc=doc)
+    composition = Composition(name or "_and_".join(labelled), labelled, here(), together=True, until=until, doc=doc)
     return ComposedVerb(
         dataclasses.replace(composition, rename=dict(rename or {}), preset=dict(preset or {}), share=tuple(names_of(share)))
     )

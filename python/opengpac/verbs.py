@@ -329,7 +329,7 @@ class Verb(Pictured, Declared, Generic[P, R]):
         termination = self.termination(condition, name)
         if termination is not None and termination.raises is None and termination.returns is not None:
             return f"ends, returns {', '.join(map(self.reported, termination.returns)) or 'nothing'}"
-        if condition == "completed":
+        if condition == "completed" and (termination is None or termination.raises is None):
             return "ends"
         kind = (termination.raises if termination else None) or Terminated
         return f"ends, raises {kind.__name__}"

@@ -6,6 +6,7 @@
 mod conditions;
 mod endings;
 mod form;
+mod joint;
 mod lists;
 mod part;
 mod references;
@@ -20,6 +21,7 @@ use crate::definition::{Part, Suspend, Verb};
 use crate::refusal::{Class, Place, Refusal, Refusals};
 use crate::value::Value;
 use indexmap::IndexMap;
+use joint::Joint;
 use part::PartOf;
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +40,19 @@ pub struct Step {
     pub to: String,
     #[serde(default)]
     pub place: Option<Place>,
+}
+
+/// When parts that run together have ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "TogetherUntil"))]
+#[serde(rename_all = "snake_case")]
+pub enum Until {
+    /// When the first of them has.
+    #[default]
+    Any,
+    /// When all of them have come to a normal end.
+    All,
 }
 
 /// What a composed verb is made of.
@@ -66,6 +81,9 @@ pub struct Composition {
     /// The initial lists of all parts are one list.
     #[serde(default)]
     pub together: bool,
+    /// When parts that run together have ended.
+    #[serde(default)]
+    pub until: Until,
     #[serde(default)]
     pub place: Option<Place>,
 }
@@ -79,6 +97,8 @@ pub fn compose(composition: &Composition, configuration: &Configuration) -> Resu
     composing.read_references();
     composing.stop()?;
     composing.read_shared();
+    composing.join();
+    composing.stop()?;
     composing.unite();
     composing.lists();
     composing.endings();
@@ -94,6 +114,7 @@ pub fn compose(composition: &Composition, configuration: &Configuration) -> Resu
 struct Composing<'a> {
     of: &'a Composition,
     parts: Vec<PartOf<'a>>,
+    joints: Vec<Joint>,
     verb: Verb,
     refusals: Refusals,
 }
@@ -121,7 +142,7 @@ impl<'a> Composing<'a> {
             let refusal = Refusal::new(Class::DefinitionError, format!("the composition '{}' has no parts", of.name));
             refusals.push(refusal.remedy("give it verbs by label: {'approach': approach, 'grasp': grasp}").at(&of.place));
         }
-        if refusals.is_empty() { Ok(Composing { of, verb: empty(of, &parts), parts, refusals }) } else { Err(refusals) }
+        if refusals.is_empty() { Ok(Composing { of, verb: empty(of, &parts), parts, joints: Vec::new(), refusals }) } else { Err(refusals) }
     }
 
     fn stop(&mut self) -> Result<(), Refusals> {

@@ -91,6 +91,8 @@ pub struct WrittenComposition {
     #[serde(default)]
     pub together: bool,
     #[serde(default)]
+    pub until: crate::compose::Until,
+    #[serde(default)]
     pub layout: Layout,
 }
 

@@ -436,7 +436,7 @@ class _Reading:
         parts = {label: self._named(name, (*origin.path, "parts", label)) for label, name in tree["parts"].items()}
         common: dict[str, Any] = {key: tree[key] for key in ("rename", "preset", "share", "doc")}
         if tree["together"]:
-            return together(parts, name=tree["name"], **common)
+            return together(parts, name=tree["name"], until=tree["until"], **common)
         steps = {(_origins(step["from"]), step["condition"]): step["to"] for step in tree["transitions"]}
         return compose(tree["name"], parts, transitions=steps, initial=tree["initial"], **common)
 

@@ -28,7 +28,7 @@ def long(kind: str, key: str, tree: Tree) -> Tree:
     tree = {"name": key} | tree
     if kind == "compositions":
         steps = [{"condition": None} | step | {"from": _names(step["from"])} for step in tree.get("transitions", [])]
-        empty = {"doc": "", "initial": None, "rename": {}, "preset": {}, "share": [], "together": False}
+        empty = {"doc": "", "initial": None, "rename": {}, "preset": {}, "share": [], "together": False, "until": "any"}
         return empty | tree | {"transitions": steps}
     if "ending_limit" in tree:
         tree["ending_limit_ns"] = duration_ns(tree.pop("ending_limit"))
@@ -214,6 +214,7 @@ def _composition(tree: Tree) -> Tree:
     steps = [{"from": _one(s["from"])} | _filled(condition=s["condition"]) | {"to": s["to"]} for s in tree["transitions"]]
     return (
         _filled(doc=tree["doc"], initial=tree["initial"], together=tree["together"], share=tree["share"], transitions=steps)
+        | ({"until": tree["until"]} if tree["until"] != "any" else {})
         | {"parts": tree["parts"]}
         | _filled(rename=tree["rename"], preset=tree["preset"], layout=tree.get("layout"))
     )

@@ -237,6 +237,20 @@ def test_composed_verbs_are_saved_as_they_were_composed(tmp_path: Path) -> None:
         assert set(loaded) == {"first", "first_2", "both", "all"}
 
 
+def test_a_union_that_awaits_all_is_saved_as_such(tmp_path: Path) -> None:
+    parts = {}
+    for label in "ab":
+        parts[label] = gpac.Verb(
+            f"wait_{label}", blocks={"clock": lib.time_limit}, input_parameters={"limit": "clock.limit"},
+            command_lists={"start": [activate("clock", every="1 ms")]}, conditions={"over": gpac.on("clock.expired", returns=[])},
+        )  # fmt: skip
+    both = gpac.together(parts, name="both", until="all")
+    for ending in ("toml", "json"):
+        both.save(tmp_path / f"both.{ending}")
+        assert said(gpac.load(tmp_path / f"both.{ending}").both) == said(both)
+    assert 'until = "all"' in (tmp_path / "both.toml").read_text()
+
+
 def test_device_types_are_saved_with_their_verbs(tmp_path: Path) -> None:
     keep = gpac.Verb(
         "keep_lamp",

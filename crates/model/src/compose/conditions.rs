@@ -2,6 +2,7 @@
 //! Termination conditions of a composed verb: one line for each part that has one, each for the lists of that part; ν of a list
 //! that several parts share is the union of what they say.
 use super::Composing;
+use super::joint::Joint;
 use super::part::{MERGED, PartOf};
 use crate::definition::Termination;
 use crate::refusal::Class;
@@ -10,13 +11,13 @@ use indexmap::IndexMap;
 impl Composing<'_> {
     /// Takes over the tables of all parts.
     pub fn conditions(&mut self) {
-        if self.of.together {
-            self.merge_conditions();
+        for joint in self.joints.clone() {
+            self.merge_conditions(&joint);
         }
         for part in &self.parts {
             for (at, (key, _)) in part.verb.conditions.iter().enumerate() {
                 let mut line = part.termination(at);
-                line.during.retain(|list| list != MERGED);
+                line.during.retain(|list| self.joints.iter().all(|joint| joint.name != *list));
                 if !line.during.is_empty() {
                     self.verb.conditions.insert(part.line(key), line);
                 }
@@ -24,34 +25,42 @@ impl Composing<'_> {
         }
     }
 
-    /// The lines of the list that several parts share.
-    fn merge_conditions(&mut self) {
+    /// The lines of a list that several parts share. Where all are awaited, what ends them is `completed`.
+    fn merge_conditions(&mut self, joint: &Joint) {
         let mut lines: IndexMap<String, (usize, Termination)> = IndexMap::new();
-        for part in 0..self.parts.len() {
+        for &(part, list) in &joint.lists {
             let verb = self.parts[part].verb;
+            let awaited = if joint.all { self.parts[part].awaited(list) } else { Vec::new() };
             for (at, key) in verb.conditions.keys().enumerate() {
-                let line = self.parts[part].termination(at);
-                if !line.during.iter().any(|list| list == MERGED) {
+                let mut line = self.parts[part].termination(at);
+                if !line.during.iter().any(|list| *list == joint.name) {
                     continue;
                 }
-                let name = self.parts[part].own(verb.reported(key)).to_owned();
+                let mut name = self.parts[part].own(verb.reported(key)).to_owned();
+                if awaited.contains(&at) {
+                    line.on.clear();
+                    (name, line.priority) = ("completed".to_owned(), 0);
+                }
                 match lines.get(&name).cloned() {
                     Some((first, known)) => {
                         let united = self.unite_lines(&name, (first, known), (part, line));
                         lines.insert(name, (first, united));
                     }
-                    None => drop(lines.insert(name, (part, Termination { during: vec![MERGED.to_owned()], ..line }))),
+                    None => drop(lines.insert(name, (part, Termination { during: vec![joint.name.clone()], ..line }))),
                 }
             }
         }
-        self.verb.conditions.extend(lines.into_iter().map(|(name, (_, line))| (name, line)));
+        let key = |name: String| if joint.name == MERGED { name } else { format!("{}.{name}", joint.name) };
+        self.verb.conditions.extend(lines.into_iter().map(|(name, (_, line))| (key(name), line)));
     }
 
     fn unite_lines(&mut self, name: &str, (first, known): (usize, Termination), (second, line): (usize, Termination)) -> Termination {
         let both = self.both(first, second);
         let is_normal = |line: &Termination| !line.raises && (name == "completed" || line.returns.is_some());
         let remedy = format!("rename one: rename={{'{}.{name}': '…'}}, or make them alike", self.parts[second].label);
-        if is_normal(&known) != is_normal(&line) {
+        // Parts of which one has come to rest and the other has failed have failed.
+        let both_ended = name == "completed" && known.on.is_empty();
+        if is_normal(&known) != is_normal(&line) && !both_ended {
             let message = format!("the condition '{name}' of {both} is a normal end in one and not in the other, and both run together");
             self.conflict(Class::CompositionConflict, message, &remedy, (first, second));
         }
@@ -67,6 +76,7 @@ impl Composing<'_> {
         }
         let mut united = known;
         united.alarm = united.alarm.or(line.alarm);
+        united.raises |= line.raises;
         united.on.extend(line.on.into_iter().filter(|on| !united.on.contains(on)).collect::<Vec<_>>());
         for key in line.returns.iter().flatten() {
             let output = self.verb.reported(key);

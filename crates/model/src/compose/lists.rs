@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Command lists of a composed verb; `together` makes one of the initial ones.
+//! Command lists of a composed verb; `together` makes joint ones.
 use super::Composing;
-use super::part::{MERGED, PartOf};
+use super::joint::Joint;
+use super::part::PartOf;
 use crate::definition::{Command, CommandList};
 use crate::interface::Kind;
 use crate::lists::CheckedCommand;
@@ -11,12 +12,12 @@ use std::collections::HashSet;
 impl Composing<'_> {
     /// Takes over all lists.
     pub fn lists(&mut self) {
-        if self.of.together {
-            self.merge();
+        for joint in self.joints.clone() {
+            self.merge(&joint);
         }
         for part in &self.parts {
             for (at, (_, list)) in part.verb.command_lists.iter().enumerate() {
-                if self.of.together && at == part.checked.initial {
+                if part.joint.contains_key(&at) {
                     continue;
                 }
                 let commands = list.commands.iter().map(|command| part.command(command)).collect();
@@ -26,14 +27,14 @@ impl Composing<'_> {
         }
     }
 
-    /// One list of all initial ones: what each begins with, up to its first wait, in the order of the parts; then what the one
-    /// that waits goes on with.
-    fn merge(&mut self) {
+    /// One list of several: what each begins with, up to its first wait, in the order of the parts; then what the one
+    /// that waits goes on with; then the waits for all.
+    fn merge(&mut self, joint: &Joint) {
         let mut commands: Vec<(usize, Command)> = Vec::new();
         let mut waiting: Option<(usize, Vec<Command>)> = None;
-        for part in 0..self.parts.len() {
+        for &(part, list) in &joint.lists {
             let of = &self.parts[part];
-            let all: Vec<Command> = of.verb.command_lists[of.checked.initial].commands.iter().map(|command| of.command(command)).collect();
+            let all: Vec<Command> = of.verb.command_lists[list].commands.iter().map(|command| of.command(command)).collect();
             let lead = all.iter().position(|command| matches!(command, Command::Wait { .. })).unwrap_or(all.len());
             for command in &all[..lead] {
                 self.merge_command(part, command, &mut commands);
@@ -42,15 +43,16 @@ impl Composing<'_> {
                 _ if lead == all.len() => {}
                 Some((first, _)) => {
                     let message =
-                        format!("the initial lists of {} cannot be one: both wait, and one list waits for one thing at a time", self.both(*first, part));
+                        format!("the {} of {} cannot be one: both wait, and one list waits for one thing at a time", joint.what(), self.both(*first, part));
                     self.conflict(Class::CompositionConflict, message, "let τ of one of them do what its wait does", (*first, part));
                 }
                 None => waiting = Some((part, all[lead..].to_vec())),
             }
         }
-        self.check_writers();
-        let commands = commands.into_iter().map(|(_, command)| command).chain(waiting.into_iter().flat_map(|(_, rest)| rest)).collect();
-        self.verb.command_lists.insert(MERGED.to_owned(), CommandList { commands, place: self.of.place.clone() });
+        self.check_writers(joint);
+        let commands =
+            commands.into_iter().map(|(_, command)| command).chain(waiting.into_iter().flat_map(|(_, rest)| rest)).chain(self.await_all(joint)).collect();
+        self.verb.command_lists.insert(joint.name.clone(), CommandList { commands, place: self.of.place.clone() });
     }
 
     /// A command of a shared block that is there already is one; another of the same kind is a conflict.
@@ -72,11 +74,11 @@ impl Composing<'_> {
         }
     }
 
-    /// No two parts write one parameter from their initial lists.
-    fn check_writers(&mut self) {
+    /// No two parts write one parameter from lists that are one.
+    fn check_writers(&mut self, joint: &Joint) {
         let mut conflicts = Vec::new();
         for name in self.verb.instantiation_parameters.keys() {
-            let writers: Vec<(usize, String)> = (0..self.parts.len()).filter_map(|part| Some((part, self.parts[part].writer_of(name)?))).collect();
+            let writers: Vec<(usize, String)> = joint.lists.iter().filter_map(|&(part, list)| Some((part, self.parts[part].writer_of(name, list)?))).collect();
             for pair in writers.windows(2) {
                 let [(first, a), (second, b)] = pair else { continue };
                 let remedy = format!("{}, or let one follow the other", self.rename_remedy(*second, name));
@@ -111,14 +113,14 @@ impl PartOf<'_> {
     }
 
     /// A label of a block, or of one inside a graph (`loop.estimator`).
-    fn label(&self, label: &str) -> String {
+    pub fn label(&self, label: &str) -> String {
         if self.verb.blocks.contains_key(label) { self.block(label) } else { self.port(label) }
     }
 
-    /// The port of its own that writes an instantiation parameter of the composed verb while its initial list runs.
-    fn writer_of(&self, name: &str) -> Option<String> {
+    /// The port of its own that writes an instantiation parameter of the composed verb while a list of it runs.
+    fn writer_of(&self, name: &str, list: usize) -> Option<String> {
         let own = self.verb.instantiation_parameters.keys().find(|own| self.parameter(own) == name)?;
-        let active: HashSet<usize> = self.checked.lists[self.checked.initial]
+        let active: HashSet<usize> = self.checked.lists[list]
             .stages
             .iter()
             .flat_map(|stage| &stage.commands)

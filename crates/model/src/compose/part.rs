@@ -24,21 +24,14 @@ pub(super) struct PartOf<'a> {
     pub shared: HashSet<&'a str>,
     /// Cells that are bound to such blocks.
     pub shared_cells: HashSet<&'a str>,
-    merged: bool,
+    /// Its lists that are one with lists of other parts, by the name of that one.
+    pub joint: HashMap<usize, String>,
 }
 
 impl<'a> PartOf<'a> {
     pub fn new(label: &'a str, verb: &'a Verb, checked: CheckedVerb, of: &Composition) -> PartOf<'a> {
-        PartOf {
-            label,
-            verb,
-            checked,
-            renamed: HashMap::new(),
-            preset: HashMap::new(),
-            shared: HashSet::new(),
-            shared_cells: HashSet::new(),
-            merged: of.together,
-        }
+        let joint = if of.together { HashMap::from([(checked.initial, MERGED.to_owned())]) } else { HashMap::new() };
+        PartOf { label, verb, checked, renamed: HashMap::new(), preset: HashMap::new(), shared: HashSet::new(), shared_cells: HashSet::new(), joint }
     }
 
     /// `part 'approach' (verb 'reach')`.
@@ -93,8 +86,8 @@ impl<'a> PartOf<'a> {
 
     /// The name of its list in the composed verb.
     pub fn list(&self, index: usize) -> String {
-        if self.merged && index == self.checked.initial {
-            return MERGED.to_owned();
+        if let Some(joint) = self.joint.get(&index) {
+            return joint.clone();
         }
         let name = self.verb.command_lists.get_index(index).map_or("", |(name, _)| name.as_str());
         format!("{}.{name}", self.label)

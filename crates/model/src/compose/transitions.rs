@@ -76,9 +76,17 @@ impl Composing<'_> {
                 let (from, to) = (part.list_named(&line.from), part.list_named(&line.to));
                 let condition = part.own(&line.condition).to_owned();
                 let place = if line.place.is_some() { &line.place } else { &part.verb.place };
-                if let Some((first, _)) = known.insert((from.clone(), condition.clone()), (at, to.clone())) {
+                if let Some((first, before)) = known.insert((from.clone(), condition.clone()), (at, to.clone())) {
+                    if before == to {
+                        continue;
+                    }
                     let message = format!("the condition '{condition}' leads {} elsewhere in each, and their initial lists are one", self.both(first, at));
-                    let remedy = format!("rename one: rename={{'{}.{condition}': '{}_{condition}'}}", part.label, part.label);
+                    let is_system = SYSTEM.contains(&condition.as_str()) || LIMITS.contains(&condition.as_str());
+                    let remedy = if is_system {
+                        "let it lead both to lists of their own, to which nothing else leads, or both back".to_owned()
+                    } else {
+                        format!("rename one: rename={{'{}.{condition}': '{}_{condition}'}}", part.label, part.label)
+                    };
                     conflicts.push((message, remedy, (first, at)));
                     continue;
                 }

@@ -169,21 +169,56 @@ fn a_shared_block_is_one_instance_with_its_cells() {
     assert!(on(0).contains(&shared) && on(1).contains(&shared), "it is on in both lists, as one activation");
 }
 
+/// A list in short: `+` activates, `-` deactivates, `?` waits.
+fn commands(verb: &Verb, list: &str) -> Vec<String> {
+    let short = |command: &Command| match command {
+        Command::Activate { block, .. } => format!("+{block}"),
+        Command::Deactivate { block } => format!("-{block}"),
+        Command::Wait { conditions, .. } => format!("?{}", conditions.join(" ")),
+        other => format!("{other:?}"),
+    };
+    verb.command_lists[list].commands.iter().map(short).collect()
+}
+
+#[test]
+fn until_all_waits_for_each_part_and_is_completed_then() {
+    let full = json!({"conditions": {"full": {"on": ["s.above"], "returns": ["last"]}, "burst": {"on": ["s.above"], "raises": true, "priority": 1}}});
+    let whole = made(
+        json!({"parts": {"b": counting("second", full)}, "transitions": [], "together": true, "until": "all", "rename": {"b.y": "z", "b.last": "last_b"}}),
+    );
+    assert_eq!(commands(&whole, "start"), ["+a.s", "+b.s", "?a.s.above", "?b.s.above", "-a.s", "-b.s"]);
+    assert_eq!(keys(&whole.conditions), ["completed", "burst"], "what raises ends the whole, as before");
+    let completed = &whole.conditions["completed"];
+    assert!(completed.on.is_empty() && !completed.raises && completed.during == ["start"]);
+    assert_eq!(completed.returns, Some(vec!["a.last".into(), "b.last_b".into()]));
+}
+
+#[test]
+fn a_system_condition_leads_parts_that_run_together_into_one_list() {
+    let stopping = |name: &str| {
+        let lists = json!({"start": list(&["+s 1ms"]), "stop": list(&["+s 2ms"]), "give_up": list(&["+s 2ms"])});
+        let transitions = json!([{"from": "start", "condition": "halted", "to": "stop"}, {"from": "start", "condition": "time_limit", "to": "give_up"}]);
+        let conditions = json!({"enough": {"on": ["s.above"], "returns": ["last"], "during": ["start"]},
+            "stopped": {"on": ["s.above"], "returns": ["last"], "during": ["stop"]}, "late": {"on": ["s.above"], "raises": true, "during": ["give_up"]}});
+        counting(name, json!({"command_lists": lists, "initial": "start", "transitions": transitions, "conditions": conditions}))
+    };
+    let parts = json!({"a": stopping("first"), "b": stopping("second")});
+    let whole = made(json!({"parts": parts, "transitions": [], "together": true, "rename": {"b.y": "z", "b.last": "last_b"}}));
+    assert_eq!(keys(&whole.command_lists), ["start", "stop", "give_up"]);
+    assert_eq!(tau(&whole), ["start halted stop", "start time_limit give_up"]);
+    assert_eq!(commands(&whole, "start"), ["+a.s", "+b.s"], "the first that has arrived ends both");
+    assert_eq!(commands(&whole, "stop"), ["+a.s", "+b.s", "?a.s.above", "?b.s.above", "-a.s", "-b.s"]);
+    assert_eq!(keys(&whole.conditions), ["enough", "stop.completed", "give_up.completed"]);
+    assert!(!whole.conditions["stop.completed"].raises && whole.conditions["give_up.completed"].raises);
+}
+
 #[test]
 fn together_makes_one_list_of_the_initial_ones() {
     let waiting = start(&["+s 1ms", "?s.above", "-s"]);
     let b = counting("second", json!({"command_lists": waiting}));
     let whole = made(json!({"parts": {"b": b}, "transitions": [], "together": true, "rename": {"b.y": "z", "b.last": "last_b"}}));
     assert_eq!(keys(&whole.command_lists), ["start"]);
-    let commands: Vec<String> = (whole.command_lists["start"].commands.iter())
-        .map(|command| match command {
-            Command::Activate { block, .. } => format!("+{block}"),
-            Command::Deactivate { block } => format!("-{block}"),
-            Command::Wait { conditions, .. } => format!("?{}", conditions.join(" ")),
-            other => format!("{other:?}"),
-        })
-        .collect();
-    assert_eq!(commands, ["+a.s", "+b.s", "?b.s.above", "-b.s"]);
+    assert_eq!(commands(&whole, "start"), ["+a.s", "+b.s", "?b.s.above", "-b.s"]);
     let enough = &whole.conditions["enough"];
     assert_eq!((&enough.on[..], enough.returns.clone()), (&["a.s.above", "b.s.above"].map(str::to_owned)[..], Some(vec!["a.last".into(), "b.last_b".into()])));
 }

@@ -49,7 +49,7 @@ fn a_composition_has_parts_that_are_verbs_with_plain_labels() {
     let none = texts(&model::compose(&none, &cell()).err().unwrap_or_default());
     assert_eq!(none, "DefinitionError: the composition 'whole' has no parts; give it verbs by label: {'approach': approach, 'grasp': grasp}");
     let wrong = refused(json!({"output_values": {"last": "s.x"}}), plain(), plain());
-    assert_eq!(wrong, "UnknownName: part 'a' of 'whole': 's' (lib.signal) has no 'x'; did you mean 'y'? at p.py:3");
+    assert_eq!(wrong, "UnknownName: part 'a' of 'whole': 's' (lib.signal) has no 'x'; there are y, frequency, above at p.py:3");
     let dotted = refused(json!({"output_values": {"last.y": "s.y"}}), plain(), plain());
     assert_eq!(
         dotted,
@@ -65,7 +65,7 @@ fn rename_and_preset_name_something_of_a_part() {
     assert_eq!(
         refused(plain(), plain(), json!({"rename": given})),
         "UnknownName: rename names 'a.limt', and part 'a' (verb 'first') has no parameter, object, output or condition 'limt'; did you mean 'limit'? at c.py:9\n\
-         UnknownName: rename names 'c.limit', and no part of 'whole' is 'c'; did you mean 'a'? at c.py:9\n\
+         UnknownName: rename names 'c.limit', and no part of 'whole' is 'c'; there are a, b at c.py:9\n\
          UnknownName: rename names 'limit', and no part of 'whole' is 'limit'; write part.name at c.py:9\n\
          DefinitionError: rename gives 'b.limit' the name 'x.y', which is empty or has a dot; give it a plain name at c.py:9\n\
          DefinitionError: rename makes the condition 'b.enough' 'completed', and a system condition keeps its name and stands for itself; give it another name at c.py:9"
@@ -148,7 +148,7 @@ fn shared_blocks_are_the_same_use_with_the_same_bindings() {
     assert_eq!(
         refused(plain(), plain(), json!({"share": ["a", "t"]})),
         "CompositionConflict: share names the block 'a', and a part of 'whole' has that label; give the part another label at c.py:9\n\
-         UnknownName: share names the block 't', which no part has; did you mean 's'? at c.py:9"
+         UnknownName: share names the block 't', which no part has; there is only s at c.py:9"
     );
     assert_eq!(
         refused(json!({"blocks": {"s": {"constants": {"frequency": 2.0}}}}), plain(), share.clone()),
@@ -178,7 +178,7 @@ fn transitions_lead_from_what_ends_a_part_to_a_part() {
     let line = |from: &str, condition: &str, to: &str| refused(plain(), plain(), json!({"transitions": [{"from": from, "condition": condition, "to": to}]}));
     assert_eq!(
         line("c", "enough", "b"),
-        "UnknownName: the transition ('c', 'enough') → 'b' begins at 'c', which is no part or list of 'whole'; did you mean 'a'? at c.py:9"
+        "UnknownName: the transition ('c', 'enough') → 'b' begins at 'c', which is no part or list of 'whole'; there are a, b, a.start, b.start at c.py:9"
     );
     assert_eq!(
         line("a", "enogh", "b"),
@@ -190,7 +190,7 @@ fn transitions_lead_from_what_ends_a_part_to_a_part() {
     );
     assert_eq!(
         refused(plain(), plain(), json!({"initial": "c"})),
-        "UnknownName: initial names 'c', which is no part or list of 'whole'; did you mean 'a'? at c.py:9"
+        "UnknownName: initial names 'c', which is no part or list of 'whole'; there are a, b, a.start, b.start at c.py:9"
     );
     let own = json!({"command_lists": {"start": list(&["+s 1ms"]), "back": list(&["+s 2ms"])}, "initial": "start", "transitions": [{"from": "start", "condition": "enough", "to": "back"}]});
     assert_eq!(
@@ -263,4 +263,37 @@ fn parts_that_run_together_do_not_write_wait_or_end_against_each_other() {
         refused(plain(), json!({"command_lists": start(&["+s 2ms"])}), json!({"together": true, "transitions": [], "share": ["s"]})),
         "SchedulingError: part 'a' and part 'b' activate the shared block 's' differently; give it one interval and budget at c.py:9"
     );
+}
+
+#[test]
+fn parts_that_are_all_awaited_come_to_an_end_in_one_list() {
+    let all = |a: Value| refused(a, plain(), json!({"together": true, "until": "all", "transitions": [], "rename": {"b.y": "z", "b.last": "z_last"}}));
+    let lists = json!({"start": list(&["+s 1ms"]), "back": list(&["+s 2ms"])});
+    let goes_on = json!([{"from": "start", "condition": "enough", "to": "back"}]);
+    assert_eq!(
+        all(json!({"command_lists": lists, "initial": "start", "transitions": goes_on})),
+        "CompositionConflict: all parts are awaited in 'start', and part 'a' (verb 'first') goes on to its list 'back' by 'enough'; compose it so that it needs one list, or leave until='all' out at c.py:9"
+    );
+    assert_eq!(
+        all(json!({"conditions": {"enough": {"raises": true}}})),
+        "CompositionConflict: all parts are awaited, and part 'a' (verb 'first') has no condition with returns= that ends its list 'start'; give it one: conditions={'arrived': on('near.done', returns=[])} at c.py:9"
+    );
+}
+
+#[test]
+fn a_system_condition_that_parts_answer_across_is_refused_with_a_remedy_that_holds() {
+    let stopping = |limit: &str| {
+        let mut lists = json!({"start": list(&["+s 1ms"]), "stop": list(&["+s 2ms"])});
+        lists[limit] = list(&["+s 2ms"]);
+        let mut transitions = vec![json!({"from": "start", "condition": "halted", "to": "stop"})];
+        transitions.push(json!({"from": "start", "condition": "time_limit", "to": limit}));
+        json!({"command_lists": lists, "initial": "start", "transitions": transitions})
+    };
+    let together = |a: &str, b: &str| {
+        refused(stopping(a), stopping(b), json!({"together": true, "transitions": [], "rename": {"b.y": "z", "b.last": "z_last", "b.enough": "z_enough"}}))
+    };
+    let said = together("stop", "give_up");
+    assert!(said.contains("the condition 'time_limit' leads part 'a' and part 'b' elsewhere in each"), "{said}");
+    assert!(said.contains("let it lead both to lists of their own, to which nothing else leads, or both back") && !said.contains("rename"), "{said}");
+    assert_eq!((together("stop", "stop"), together("give_up", "give_up")), (String::new(), String::new()), "the remedy holds");
 }

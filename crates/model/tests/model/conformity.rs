@@ -67,6 +67,7 @@ fn a_value_outside_its_range_is_refused_with_device_range_and_what_was_meant() {
          OutOfRange: 'goal' for 'j2' is 0.7 m and its range is -0.5 to 0.5 m (position_min to position_max); give a value within the range"
     );
     assert!(refused(json!([500, 0])).contains("give a value within the range"), "500 degrees are outside too");
+    assert!(refused(json!([4, 0])).ends_with("give a value within the range"), "4 rad are a little too far, and hardly 4 degrees");
     assert!(refused(json!([0, "10 deg"])).starts_with("UnitMismatch: 'goal' for 'j2': cannot take '10 deg' where the unit is m"));
     assert!(refused(json!([0, true])).starts_with("ValueRefused"));
     assert!(settled(&plan, "speed", json!(2.0), json!({})).expect_err("j2 is slower").contains("'speed' for 'j2' is 2 m/s and its range is 0 to 1 m/s"));

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Two arms at once: `together` ends with the first that has arrived, or when all have; a halt brings all of them to rest."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+import opengpac as gpac
+from opengpac import motion
+
+NAMES = ("arm", "goal", "speed", "acceleration", "tolerance", "position", "error", "duration")
+APART = {f"right.{name}": f"right_{name}" for name in NAMES}
+NEAR, FAR = [0.2, -0.2], [1.2, -1.2]
+
+
+class Arms:
+    """Two arms in one system, each on a processor of its own or both on one."""
+
+    def __init__(self, processors: int) -> None:
+        self.cell = gpac.System("two_arms", clock="virtual")
+        rtps = [self.cell.processor(f"rtp{n}") for n in range(processors)]
+        timers = [rtp.timer("fast", period="1 ms", priority=80) for rtp in rtps]
+        self.slow = [rtp.timer("slow", period="20 ms", priority=60) for rtp in rtps]
+        self.left = gpac.robots.load("two_joint", on=timers[0], name="left").enable()
+        self.right = gpac.robots.load("two_joint", on=timers[-1], name="right").enable()
+
+    def verb(self, **options: Any) -> gpac.ComposedVerb:
+        """A motion of both."""
+        parts = {"left": motion.move_absolute.on(self.slow[0]), "right": motion.move_absolute.on(self.slow[-1])}
+        return gpac.together(parts, name="move_both", rename=APART, **options)
+
+    def speeds(self) -> np.ndarray:
+        """How fast the joints are commanded to move."""
+        return np.array([*self.left.values("commanded_velocity"), *self.right.values("commanded_velocity")])
+
+
+@pytest.fixture(params=[1, 2])
+def arms(request: pytest.FixtureRequest) -> Iterator[Arms]:
+    """Arms on one processor, and on two."""
+    made = Arms(request.param)
+    with made.cell:
+        yield made
+
+
+def test_it_goes_on_when_all_have_arrived(arms: Arms) -> None:
+    report: Any = arms.verb(until="all")(arms.left, right_arm=arms.right, goal=NEAR, right_goal=FAR)
+    assert report.condition == "completed" and report.command_list == "start"
+    assert np.allclose(report.position, NEAR, atol=0.01) and np.allclose(report.right_position, FAR, atol=0.01)
+    assert report.time > report.duration and report.time > report.right_duration > report.duration
+    assert np.abs(arms.speeds()).max() < 1e-3
+
+
+def test_which_part_arrives_first_does_not_matter(arms: Arms) -> None:
+    report: Any = arms.verb(until="all")(arms.left, right_arm=arms.right, goal=FAR, right_goal=NEAR)
+    assert np.allclose(report.position, FAR, atol=0.01) and np.allclose(report.right_position, NEAR, atol=0.01)
+    at_once: Any = arms.verb(until="all")(arms.left, right_arm=arms.right, goal=FAR, right_goal=NEAR)
+    assert at_once.condition == "completed" and at_once.time < 0.2
+
+
+def test_without_it_the_first_ends_both(arms: Arms) -> None:
+    report: Any = arms.verb()(arms.left, right_arm=arms.right, goal=NEAR, right_goal=FAR)
+    assert report.condition == "arrived"
+    assert np.allclose(report.position, NEAR, atol=0.01) and not np.allclose(report.right_position, FAR, atol=0.1)
+
+
+@pytest.mark.parametrize("until", ["any", "all"])
+def test_a_halt_brings_both_to_rest(arms: Arms, until: str) -> None:
+    vi = arms.verb(until=until).asynch(arms.left, right_arm=arms.right, goal=[0.5, -0.5], right_goal=FAR, right_speed="100 %")
+    arms.cell.advance("0.5 s")
+    assert np.abs(arms.speeds()).min() > 0.05, "both move"
+    vi.halt()
+    report: Any = vi.wait()
+    assert (report.condition, report.command_list) == ("halted", "stop")
+    assert np.abs(arms.speeds()).max() < 1e-6 and not np.allclose(arms.right.values("sensed"), FAR, atol=0.1)
+
+
+def test_a_time_limit_raises_the_class_of_the_parts_when_both_are_at_rest(arms: Arms) -> None:
+    with pytest.raises(motion.MoveTimeout) as caught:
+        arms.verb(until="all")(arms.left, right_arm=arms.right, goal=NEAR, right_goal=FAR, time_limit="0.5 s")
+    assert caught.value.command_list == "give_up"
+    assert np.abs(arms.speeds()).max() < 1e-6
+
+
+def test_a_part_that_fails_ends_all(arms: Arms) -> None:
+    vi = arms.verb(until="all").asynch(arms.left, right_arm=arms.right, goal=NEAR, right_goal=FAR)
+    arms.cell.advance("0.2 s")
+    arms.right[0].disable()
+    with pytest.raises(gpac.Terminated) as caught:
+        vi.wait()
+    assert caught.value.condition == "device_disabled"
+
+
+def test_it_leads_on(arms: Arms) -> None:
+    both = arms.verb(until="all")
+    done = both >> motion.move_absolute.on(arms.slow[0])
+    report: Any = gpac.compose("there_and_back", done, rename={"move_absolute.goal": "back"})(
+        arms.left, right_arm=arms.right, goal=FAR, right_goal=NEAR, back=[0.0, 0.0]
+    )
+    assert report.condition == "arrived" and np.allclose(report.position, [0.0, 0.0], atol=0.01)
+    assert np.allclose(arms.right.values("sensed"), NEAR, atol=0.01)
+
+
+@pytest.mark.parametrize("until", ["any", "all"])
+def test_who_follows_the_remedies_gets_a_verb(until: str) -> None:
+    rename: dict[str, str] = {}
+    for _ in range(5):
+        try:
+            made = gpac.together({"left": motion.move_absolute, "right": motion.move_absolute}, name="both", rename=rename, until=until)
+            break
+        except gpac.Error as error:
+            remedies = [one.remedy for one in getattr(error, "errors", [error])]
+            found = {name: new for remedy in remedies for name, new in re.findall(r"'([\w.]+)': '(\w+)'", remedy)}
+            assert found and not {*found} & {*rename}, f"what was renamed is to be renamed again: {error}"
+            rename.update(found)
+    else:
+        pytest.fail(f"five rounds of remedies were not enough: {rename}")
+    assert "right_arm" in made.objects and made.initial == "start"
+
+
+def test_what_cannot_be_awaited_is_refused() -> None:
+    with pytest.raises(gpac.DefinitionError, match="until is 'both'; say 'any' or 'all'"):
+        gpac.together(motion.move_absolute, name="one", until="both")
+    with pytest.raises(gpac.CompositionConflict, match=r"all parts are awaited in 'start', and part 'home' .* goes on to its list 'back'"):
+        rename = {"home.arm": "other", "home.speed": "other_speed"}
+        gpac.together({"move": motion.move_absolute, "home": motion.home}, name="both", rename=rename, until="all")
