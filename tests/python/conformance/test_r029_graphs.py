@@ -3,10 +3,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import pytest
 
 import opengpac as gpac
-from opengpac import activate
+from opengpac import activate, execute, wait
 from opengpac import library as lib
 from rig import Rig
 
@@ -57,22 +60,66 @@ def test_r031_an_uncovered_data_node_is_refused() -> None:
     assert "filter.u" in str(caught.value) or "gain.y" in str(caught.value)
 
 
-def test_r032_a_graph_stands_where_a_subroutine_does(rig: Rig) -> None:
-    alone = gpac.Graph("alone", blocks={"gain": lib.block("gain")(k=4.0)}, inputs={"u": "gain.u"}, outputs={"y": "gain.y"})
-    a, b = rig.svvs("a", "b")
-    feeding(lib.block("gain")(k=4.0)).on(rig.fast).asynch(a)
-    rig.cell.advance("5 ms")
-    feeding(alone).named("graph").on(rig.fast)
-    graph = gpac.Verb(
-        "feeding_a_graph",
-        blocks={"one": lib.block("signal_generator")(shape=0, offset=1.0), "it": alone},
-        instantiation_parameters={"y": "it.y"},
-        cells={"u": ["one.y", "it.u"]},
-        command_lists={"start": [activate("one", every="1 ms"), activate("it")]},
-    )
-    graph.on(rig.fast).asynch(b)
-    rig.cell.advance("5 ms")
-    assert a.value == b.value == 4.0
+@pytest.mark.parametrize("how", ["interval", "trigger", "execute", "driven"])
+def test_r032_a_graph_stands_where_a_subroutine_does(rig: Rig, how: str) -> None:
+    """Whatever makes it run: the same values at the same times, whether it is a subroutine, a graph of it, or a graph of that."""
+    button = rig.rtp.trigger("button", priority=50)
+    code, port = (lib.block("lowpass")(alpha=0.5), "u") if how == "driven" else (rig.block("count.count"), None)
+    inner = gpac.Graph("inner", blocks={"b": code}, inputs={"u": "b.u"} if port else {}, outputs={"y": "b.y"})
+    outer = gpac.Graph("outer", blocks={"i": inner}, inputs={"u": "i.u"} if port else {}, outputs={"y": "i.y"})
+    found = []
+    for name, block in {"subroutine": code, "graph": inner, "nested": outer}.items():
+        y = rig.cell.svv(f"y_{name}", history=100)
+        if how == "driven":
+            verb = feeding(block).named(f"verb_{name}")
+        else:
+            command = {"interval": activate("it", every="2 ms"), "trigger": activate("it"), "execute": execute("it")}[how]
+            verb = gpac.Verb(
+                f"verb_{name}",
+                blocks={"it": block},
+                instantiation_parameters={"y": "it.y"},
+                command_lists={"start": [command, *([wait("3 ms"), command] if how == "execute" else [])]},
+            )
+        rig.cell.advance("2 ms")
+        begun = rig.cell.now
+        instance = verb.on(button if how == "trigger" else rig.fast).asynch(y)
+        for _ in range(10):
+            if how == "trigger":
+                button.request()
+            rig.cell.advance("2 ms")
+        if instance.state == "running":
+            instance.halt()
+        instance.wait()
+        rows = y.history[:]
+        found.append((rows["number"].tolist(), rows["value"].tolist(), [round((t - begun) * 1e6) for t in rows["time"]]))
+    assert found[0] == found[1] == found[2]
+    assert len(found[0][1]) == {"interval": 10, "trigger": 10, "execute": 2, "driven": 20}[how]
+
+
+def test_r032_what_is_refused_of_a_subroutine_is_refused_of_a_graph(memory_rig: Rig) -> None:
+    rig = memory_rig
+    code = lib.block("lowpass")
+    graph = gpac.Graph("graph", blocks={"b": code}, inputs={"u": "b.u"}, outputs={"y": "b.y"})
+    wrong, y = rig.cell.svv("wrong", "float"), rig.cell.svv("y")
+    attempts: list[Callable[[Any], object]] = [
+        lambda block: feeding(block).on(rig.fast).new_instance(wrong),
+        lambda block: feeding(block, cells={}),
+        lambda block: feeding(block, instantiation_parameters={"y": ["it.y", "one.y"]}).on(rig.fast).new_instance(y),
+        lambda block: feeding(block, cells={"u": ["one.y", "it.w"]}),
+        lambda block: feeding(block, command_lists={"start": [activate("it")]}).on(rig.fast).new_instance(y),
+        lambda block: (
+            feeding(block, command_lists={"start": [activate("one", every="1 ms"), activate("it", every="1 ms")]})
+            .on(rig.fast)
+            .new_instance(y)
+        ),
+    ]
+    for attempt in attempts:
+        kinds = []
+        for block in (code, graph):
+            with pytest.raises(gpac.Error) as caught:
+                attempt(block)
+            kinds.append(type(caught.value))
+        assert kinds[0] is kinds[1], kinds
 
 
 def test_r033_graphs_nest(rig: Rig) -> None:

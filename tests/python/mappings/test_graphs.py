@@ -13,6 +13,7 @@ from afar import until
 from mappings.graph import LENGTH, Stage, run
 from mappings.graphs import GRAPHS
 from mappings.mapping import MAPPINGS, Realization
+from mappings.oracles import ORACLES
 
 REFERENCE = MAPPINGS["virtual"]
 ATTEMPTS = 5
@@ -149,6 +150,21 @@ def test_a_graph_gives_what_its_model_computes(name: str, built: dict[str, str])
     found = reference(name, built)
     for key, values in model().items():
         assert bits(found[key]) == bits(list(values) if isinstance(found[key], list) else np.asarray(values, dtype=found[key].dtype)), key
+
+
+@pytest.mark.parametrize("name", ORACLES)
+def test_a_graph_gives_what_something_else_computes(name: str, built: dict[str, str]) -> None:
+    found = reference(name, built)
+    oracle = ORACLES[name]
+    for key, values in oracle.of(found).items():
+        if oracle.is_exact:
+            np.testing.assert_array_equal(found[key], values, err_msg=key)
+        else:
+            np.testing.assert_allclose(found[key], values, rtol=1e-9, atol=1e-9, err_msg=key)
+
+
+def test_no_graph_is_compared_with_itself_alone() -> None:
+    assert {name for name, entry in GRAPHS.items() if entry.model is None or name in ORACLES} == {*ORACLES}
 
 
 @pytest.mark.parametrize("name", [name for name, entry in GRAPHS.items() if entry.skipping])
