@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
+from .given import all_taking
 from .tables import Shown, Table
 
 if TYPE_CHECKING:
@@ -69,6 +70,7 @@ def _alarm(given: Mapping[str, Any]) -> Alarm:
 _TIMES = {"returned_ns": "returned", "acknowledged_ns": "acknowledged_at"}
 
 
+@all_taking
 class Alarms(Shown):
     """The alarms of a system, `cell.alarms`: those that are active or not acknowledged, in the order in which they came first.
 

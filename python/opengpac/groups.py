@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
 from . import checking
 from .devices import LogicalDevice
 from .errors import CallError, InvalidState, UnknownName, did_you_mean, refusals, refuse
+from .given import all_taking
 from .quantities import Quantity, optional_ns
 from .tables import Shown, Table, identifiers
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 D = TypeVar("D", bound=LogicalDevice)
 
 
+@all_taking
 class Group(Shown, Generic[D]):
     """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each."""
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from . import _native, checking
 from .errors import CallError, UnknownName, refusals, refuse
+from .given import taking
 from .values import dtype_of
 
 if TYPE_CHECKING:
@@ -188,6 +189,7 @@ class Recorded(Mapping[str, np.ndarray]):
         return f"recording '{self.path}'{state}: {len(self)} SVVs and cells, {values} values, {sum(self.lost.values()) or 'nothing'} lost"
 
 
+@taking
 def open_recording(path: str | os.PathLike[str]) -> Recorded:
     """Reads a recording that `cell.record()` or `opengpac record` has made.
 
