@@ -108,4 +108,12 @@ def scripted(channels: Sequence[Mapping[str, Any]], table: Sequence[Mapping[str,
 
     A channel is `{name, direction, type, unit, safe, slew, loop_of}`, a row of the table `{at_ns, values: {name: value}}`.
     """
+    for what, given in (("channels", channels), ("table", table)):
+        for entry in given:
+            if not isinstance(entry, Mapping):
+                refuse(
+                    CallError,
+                    f"{what} of gpac.drivers.scripted() holds {entry!r}",
+                    "give dictionaries: {'name': 'a.b', 'direction': 'read'}",
+                )
     return Driver("scripted", {"channels": [dict(c) for c in channels], "table": [dict(row) for row in table]})

@@ -23,6 +23,14 @@ def path_of(given: Any, what: str) -> Path:
         refuse(CallError, f"{what} is given {str(given)[:80]!r}: {error}", "give the path of a file")
 
 
+def there(path: Path) -> bool:
+    """Whether there is such a file; of a path that no file could have there is none."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
 def read(path: Path, what: str) -> str | None:
     """The text of a file; None where there is none."""
     try:

@@ -105,8 +105,10 @@ class Group(Shown, Generic[D]):
     @overload
     def __getitem__(self, which: slice) -> Sequence[D]: ...
     def __getitem__(self, which: int | str | slice) -> D | Sequence[D]:
-        if not isinstance(which, str):
+        if isinstance(which, int | slice):
             return self._devices[which]
+        if not isinstance(which, str):
+            refuse(CallError, f"group '{self.name}' is asked for {which!r}", "give a number, a slice or a name")
         found = next((d for d in self._devices if which in (d.short_name, d.name)), None)
         if found is None:
             refuse(UnknownName, f"group '{self.name}' has no device '{which}'", did_you_mean(which, [d.short_name for d in self._devices]))

@@ -37,6 +37,7 @@ impl System {
     /// The same, in a process of its own, in one with others, or on another host. Under the virtual clock all are threads of one.
     pub fn processor_in(&self, name: &str, core: Option<usize>, supervisor: bool, location: Location) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
+        crate::sane::name("a processor", name)?;
         if definitions.configuration.processors.iter().any(|p| p == name) {
             return Err(refuse(Class::InUse, format!("there is a processor '{name}' already"), "give it another name"));
         }
@@ -70,6 +71,7 @@ impl System {
         let Some(rtp) = definitions.processors.get_index_of(processor) else {
             return Err(unknown("processor", processor, definitions.processors.keys().map(String::as_str)));
         };
+        crate::sane::name("a source", name)?;
         let full = format!("{processor}.{name}");
         if definitions.configuration.sources.contains_key(&full) {
             return Err(refuse(Class::InUse, format!("there is a source '{full}' already"), "give it another name"));
@@ -180,6 +182,7 @@ impl System {
         place: Option<Place>,
     ) -> Result<serde_json::Value, Refusals> {
         let mut definitions = self.shared.definitions();
+        crate::sane::name("a physical device", name)?;
         let configuration = &definitions.configuration;
         if configuration.devices.contains_key(name) {
             return Err(refuse_at(Class::InUse, format!("there is a physical device '{name}' already"), "give it another name", place));
@@ -199,7 +202,7 @@ impl System {
         // Under the virtual clock nothing can run at a pace of its own.
         let (kind, options) = if self.shared.is_virtual { drivers::plant_process::in_place(kind, options) } else { (kind.to_owned(), options.clone()) };
         let (device, description, opened) = (self.open_device(processor, name, &kind, &options))
-            .map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {why}"), "", place.clone()))?;
+            .map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {}", model::wording::plain_within(&why)), "", place.clone()))?;
         let channels: Vec<Channel> = (device.channels().iter())
             .map(|c| Channel { name: c.name.clone(), write: c.direction == Direction::Write, type_text: c.type_text.clone(), unit: c.unit.clone() })
             .collect();
@@ -350,6 +353,7 @@ impl System {
         }
         let asked = &request.specification;
         let of = Type::parse(&asked.type_text, &request.types).map_err(|r| vec![crate::life::named(r, name)])?;
+        crate::sane::svv(name, asked, of.size())?;
         let stored = match &asked.initial {
             Some(Initial::Value(value)) => of.encode(value, &asked.unit).map_err(|r| vec![crate::life::named(r, name)])?,
             _ => vec![0; of.size()],

@@ -52,6 +52,7 @@ mod refuse;
 mod report;
 mod requirements;
 mod retune;
+mod sane;
 mod sequence;
 mod stages;
 mod start;

@@ -8,8 +8,9 @@ import os
 import tempfile
 from pathlib import Path
 
-from .. import drivers
+from .. import drivers, files
 from ..errors import PlacementError, UnknownName, did_you_mean, refuse
+from ..given import taking
 from ..physical import Part, PhysicalDevice
 from ..sources import Processor, Source
 from ..system import System
@@ -23,6 +24,7 @@ _ARMS = Path(__file__).parent
 _Model = str | os.PathLike[str] | None
 
 
+@taking
 def load(
     path: str | os.PathLike[str],
     rtp: Processor | None = None,
@@ -107,7 +109,7 @@ def _file(path: str | os.PathLike[str]) -> Path:
     if str(path) in known:
         return known[str(path)]
     file = Path(path).expanduser()
-    if not file.suffix and not file.exists():
+    if not file.suffix and not files.there(file):
         refuse(UnknownName, f"there is no arm '{path}'", did_you_mean(str(path), known) or "give the path of an MJCF file")
     return file.absolute()
 
