@@ -15,7 +15,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from .errors import CallError, ValueRefused, refuse
+from .errors import CallError, DefinitionError, Error, ValueRefused, refuse
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -51,6 +51,10 @@ _KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "Callable": (callable, "a function"),
 }
 """The parts of annotations that are looked at: what fits, and what it is called. One with any other part takes everything here."""
+
+
+_DEFINING = ("commands", "composition", "conditions", "graphs", "parameters", "suspension")
+"""Modules whose calls make parts of definitions: what is wrong there is wrong in the definition."""
 
 
 def _parts(annotation: str) -> list[str]:
@@ -102,7 +106,7 @@ def _short(value: Any) -> str:
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 
-def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str], None] | None:
+def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[Error]], None] | None:
     """What a parameter takes, or nothing where its annotation does not say it."""
     annotation = parameter.annotation if isinstance(parameter.annotation, str) else "Any"
     kinds = _parts(annotation)
@@ -111,9 +115,9 @@ def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str], None]
     tests = [_KINDS[kind][0] for kind in kinds]
     wanted = " or ".join(dict.fromkeys(_KINDS[kind][1] for kind in kinds))
 
-    def check(value: Any, call: str) -> None:
+    def check(value: Any, call: str, kind: type[Error]) -> None:
         if not any(test(value) for test in tests):
-            refuse(CallError, f"argument '{name}' of {call}() is {_short(value)}", f"give {wanted}")
+            refuse(kind, f"argument '{name}' of {call}() is {_short(value)}", f"give {wanted}")
         if isinstance(value, str) and any(sign == "\0" or "\ud800" <= sign <= "\udfff" for sign in value):
             refuse(
                 CallError, f"argument '{name}' of {call}() holds a NUL or half of a surrogate pair", "give a text that can be written down"
@@ -129,6 +133,8 @@ def taking(call: Callable[P, R]) -> Callable[P, R]:
     signature = inspect.signature(call)
     rules = {name: rule for name, parameter in signature.parameters.items() if (rule := _rule(name, parameter)) is not None}
     fixed = {name for name, p in signature.parameters.items() if p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)}
+    module = call.__module__.rpartition(".")[2]
+    kind = DefinitionError if module in _DEFINING or call.__qualname__ == "Verb.__init__" else CallError
     title = call.__qualname__.removesuffix(".__init__")
 
     @functools.wraps(call)
@@ -139,7 +145,7 @@ def taking(call: Callable[P, R]) -> Callable[P, R]:
             refuse(CallError, f"{title}(): {error}", f"call it as {title}{signature}")
         for name, rule in rules.items():
             if name in bound and name in fixed:
-                rule(bound[name], title)
+                rule(bound[name], title, kind)
         return call(*args, **kwargs)
 
     return checked
