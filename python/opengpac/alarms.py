@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from .declared import Declared
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
+from .given import all_taking
 from .tables import Shown, Table
 
 if TYPE_CHECKING:
@@ -70,6 +71,7 @@ def _alarm(given: Mapping[str, Any]) -> Alarm:
 _TIMES = {"returned_ns": "returned", "acknowledged_ns": "acknowledged_at"}
 
 
+@all_taking
 class Alarms(Shown, Declared):
     """The alarms of a system, `cell.alarms`: those that are active or not acknowledged, in the order in which they came first.
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .declared import Declared
 from .errors import CallError, DefinitionError, UnknownName, did_you_mean, refuse
+from .given import all_taking
 from .places import Place, here
 from .tables import CallSignature, Shown, Table
 from .values import plain
@@ -47,6 +48,7 @@ class Item:
         return f"{self.kind.replace('_', ' ')}{mode} {self.name} ({self.type or 'no value'}{unit}{last}): {self.doc}"
 
 
+@all_taking
 class Block(Shown, Declared):
     """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`."""
 
@@ -139,6 +141,7 @@ class Block(Shown, Declared):
         return Table(f"{self.name}: {self.doc}", ["kind", "name", "type", "unit", "mode", "what it is"], rows)
 
 
+@all_taking
 class BlockUse(Declared):
     """A block or graph with constants, not yet labelled."""
 
@@ -232,6 +235,8 @@ def uses_of(blocks: Any) -> dict[str, BlockUse]:
     """`blocks=` as a dictionary of uses: label → block, or occurrences in a sequence."""
     if isinstance(blocks, Mapping):
         return {str(label): use_of(block, str(label)) for label, block in blocks.items()}
+    if not isinstance(blocks, Iterable) or isinstance(blocks, str | bytes):
+        refuse(DefinitionError, f"blocks={blocks!r} has no blocks", "give a dictionary of labels and blocks")
     uses: dict[str, BlockUse] = {}
     for block in blocks:
         if not isinstance(block, Occurrence):
@@ -246,11 +251,15 @@ def names_of(names: Any) -> list[str]:
     """A set of port names: one, or several."""
     if isinstance(names, str | Occurrence):
         return [str(names)]
+    if not isinstance(names, Iterable) or isinstance(names, bytes):
+        refuse(DefinitionError, f"{names!r} is given where names belong", "give a name, 'label.port', or a list of names")
     return [str(name) for name in names]
 
 
 def mapping_of(mapping: Mapping[Any, Any] | None) -> dict[str, list[str]]:
     """A mapping of names to sets of names: χ, ψ or ρ as the model takes it."""
+    if mapping is not None and not isinstance(mapping, Mapping):
+        refuse(DefinitionError, f"{mapping!r} is given where a mapping belongs", "give a dictionary, {'name': 'label.port'}")
     return {str(name): names_of(targets) for name, targets in (mapping or {}).items()}
 
 

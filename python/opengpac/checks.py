@@ -59,7 +59,8 @@ class Definitions:
         verb = device_type.definition_verb()
         if verb is not None:
             self.enter_verb(verb)
-        name, text = device_type.definition_name(), json.dumps(device_type.definition_json())
+        with refusals:
+            name, text = device_type.definition_name(), json.dumps(device_type.definition_json())
         if self._device_types.get(name) != text:
             with refusals:
                 self.native.define_device_type(text)

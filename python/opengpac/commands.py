@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from .blocks import Name, names_of
 from .errors import DefinitionError, refuse
+from .given import taking
 from .quantities import Quantity, duration_ns, is_duration, optional_ns
 
 
@@ -20,6 +21,7 @@ class Interval:
     tunable: bool = False
 
 
+@taking
 def interval(every: Quantity, *, tunable: bool = False) -> Interval:
     """An execution interval, and whether `vi.set(every={...})` may change it while the verb runs.
 
@@ -33,16 +35,19 @@ Command: TypeAlias = dict[str, Any]
 """A function block command, in the form that the model takes."""
 
 
+@taking
 def install(*blocks: Name) -> Command:
     """Gives these blocks fresh state. Installing itself is implied for every block that a list names."""
     return {"command": "install", "blocks": [str(block) for block in blocks]}
 
 
+@taking
 def execute(block: Name) -> Command:
     """One invocation of a block, or of a graph, at once; the next command starts after it."""
     return {"command": "execute", "block": str(block)}
 
 
+@taking
 def activate(block: Name, every: Quantity | Interval | None = None, *, budget: Quantity | None = None) -> Command:
     """Starts repetitive execution: at an interval, `every="20 ms"`; without one when its synchronous inputs have new values, or
     by the trigger that it is placed on. `every=gpac.interval("20 ms", tunable=True)` may be changed while it runs. A `budget` is
@@ -61,11 +66,13 @@ def activate(block: Name, every: Quantity | Interval | None = None, *, budget: Q
     }
 
 
+@taking
 def deactivate(block: Name) -> Command:
     """Ends repetitive execution of a block."""
     return {"command": "deactivate", "block": str(block)}
 
 
+@taking
 def wait(until: Quantity | Name | Sequence[Name] | None = None) -> Command:
     """Waits for a condition (or the first of several), for a time, or, bare, until no instance is active.
 

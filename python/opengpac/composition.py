@@ -16,6 +16,7 @@ from . import checks
 from .blocks import BlockUse, names_of
 from .conditions import Termination
 from .errors import DefinitionError, Terminated, refuse
+from .given import taking
 from .parameters import InputParameter, absent
 from .places import Place, here
 from .reports import Report
@@ -209,6 +210,7 @@ def _one_class(classes: list[type[Terminated]]) -> type[Terminated]:
 # ---- what people write ----
 
 
+@taking
 def compose(
     name: str,
     parts: Parts,
@@ -245,6 +247,7 @@ def compose(
     )
 
 
+@taking
 def together(
     *verbs: AnyVerb | Mapping[str, AnyVerb],
     name: str | None = None,

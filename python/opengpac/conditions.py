@@ -9,6 +9,7 @@ from typing import Any
 
 from .blocks import Names, names_of
 from .errors import DefinitionError, Terminated, refuse
+from .given import taking, whole
 from .places import Place, here
 
 
@@ -32,6 +33,7 @@ class Termination:
         }  # fmt: skip
 
 
+@taking
 def on(
     conditions: Names | None = None,
     *,
@@ -47,9 +49,9 @@ def on(
     `raises` the end is normal. `during` limits it to one command list or several; of two that come in one firing the larger priority acts.
     Whenever it acts it raises `alarm`, the code of one that is defined: `cell.alarms.define("E101", …)`.
     """
-    if raises is True:
-        raises = Terminated
-    if raises and not (isinstance(raises, type) and issubclass(raises, Terminated)):
+    if isinstance(raises, bool) or raises is None:
+        raises = Terminated if raises else None
+    elif not (isinstance(raises, type) and issubclass(raises, Terminated)):
         refuse(
             DefinitionError, f"raises={raises!r} is not an exception class of a termination", "derive it: class Collision(gpac.Terminated)"
         )
@@ -60,7 +62,7 @@ def on(
         returns=None if returns is None else tuple(names_of(returns)),
         raises=raises or None,
         during=tuple(names_of(during)) if during is not None else (),
-        priority=priority,
+        priority=whole(priority, "the priority of a condition", -(2**31), 2**31 - 1),
         place=here(),
         alarm=alarm,
     )

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_origin
 
 from .declared import Declared
-from .errors import CallError, DefinitionError, UnknownName, did_you_mean, refusals, refuse
+from .errors import CallError, DefinitionError, Error, UnknownName, did_you_mean, gone, refusals, refuse
+from .given import all_taking, pair_of, taking, whole
 from .modules import StructType
 from .places import Place, here
 from .quantities import Quantity, duration_ns, optional_ns
@@ -34,7 +35,7 @@ def type_json(given: Any, what: str) -> tuple[str, dict[str, str]]:
         return given.name, given.types
     if isinstance(given, str):
         return given, {}
-    if given in _PYTHON_TYPES:
+    if isinstance(given, type) and given in _PYTHON_TYPES:
         return _PYTHON_TYPES[given], {}
     refuse(
         DefinitionError,
@@ -99,6 +100,7 @@ def _annotated(owner: type, name: str) -> Any:
     return float
 
 
+@taking
 def svv(
     type: Any = None,
     *,
@@ -114,7 +116,8 @@ def svv(
     `keep`: its value survives a warm restart (an offset that homing has found). `within` is the range of what Python may store.
     `shared="name"`: the devices have none of their own but share the system's SVV of that name, which is made with the first of them.
     """
-    return SvvMember(type, unit, initial, history, keep, within, shared)
+    kept = whole(history, "the history of an SVV", 0, 2**32 - 1)
+    return SvvMember(type, unit, initial, kept, keep, pair_of(within, "the range of an SVV"), shared)
 
 
 class ParameterMember:
@@ -145,6 +148,7 @@ class ParameterMember:
         return {"default": plain(self.default, f"the default of parameter '{self.name}'"), "unit": self.unit, "tunable": self.tunable}
 
 
+@taking
 def parameter(default: Any, *, unit: str = "", tunable: bool = False, keep: bool | None = None) -> Any:
     """A parameter of a device type. A tunable one may be set while the device's verb runs; others take effect at its next start.
 
@@ -161,6 +165,7 @@ class _Definition:
     place: Place
 
 
+@all_taking
 class LogicalDevice(Shown, Declared):
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
@@ -361,7 +366,10 @@ class LogicalDevice(Shown, Declared):
         return Table(f"{self.definition_name()} {self.name}: {self.state}", ["member", "value", "unit", "kind"], rows)
 
     def __repr__(self) -> str:
-        state = "in a closed system" if self.system.closed else self.state
+        try:
+            state = "in a closed system" if self.system.closed else self.state
+        except Error as error:
+            state = gone(error)
         members = ", ".join([*self.svv_members(), *self.parameter_members()])
         return f"{self.definition_name()} {self.name}: {state} ({members})"
 

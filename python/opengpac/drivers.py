@@ -13,6 +13,7 @@ from typing import Any
 
 from . import processes
 from .errors import CallError, DeviceFailed, refuse
+from .given import taking
 from .quantities import Quantity, duration_ns, optional_ns
 
 
@@ -32,6 +33,7 @@ def _set(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
+@taking
 def mujoco(path: str | os.PathLike[str], *, timestep: Quantity | None = None) -> Driver:
     """A robot arm simulated by MuJoCo: one MJCF file, one part for each actuated joint.
 
@@ -51,6 +53,7 @@ def _mujoco_folder() -> str | None:
     return told if found is None or not found.submodule_search_locations else next(iter(found.submodule_search_locations))
 
 
+@taking
 def loopback(
     *parts: str,
     initial: Sequence[float] = (),
@@ -71,6 +74,7 @@ def loopback(
     )
 
 
+@taking
 def plant_process(
     driver: Driver,
     *,
@@ -102,9 +106,18 @@ def plant_process(
     )
 
 
+@taking
 def scripted(channels: Sequence[Mapping[str, Any]], table: Sequence[Mapping[str, Any]] = ()) -> Driver:
     """Channels of any numeric type that read a table of values: for tests.
 
     A channel is `{name, direction, type, unit, safe, slew, loop_of}`, a row of the table `{at_ns, values: {name: value}}`.
     """
+    for what, given in (("channels", channels), ("table", table)):
+        for entry in given:
+            if not isinstance(entry, Mapping):
+                refuse(
+                    CallError,
+                    f"{what} of gpac.drivers.scripted() holds {entry!r}",
+                    "give dictionaries: {'name': 'a.b', 'direction': 'read'}",
+                )
     return Driver("scripted", {"channels": [dict(c) for c in channels], "table": [dict(row) for row in table]})

@@ -8,6 +8,7 @@ the place in your program: `at FILE:LINE`.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, NoReturn
 
@@ -35,6 +36,9 @@ class Error(Exception):
         self.ends = tuple(ends)
         self.place = place
         self.where: list[dict[str, Any]] = []
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.args, self.__dict__)
 
     @property
     def file(self) -> str | None:
@@ -139,6 +143,9 @@ class InstallationErrors(Error):
         lines = "".join(f"\n  {number}. {type(e).__name__}: {e}" for number, e in enumerate(self.errors, 1))
         super().__init__(f"{len(self.errors)} things are wrong:{lines}")
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (InstallationErrors if type(self) is InstallationErrors else several), (self.errors,)
+
 
 class FileFailed(Error):
     """A file of taught points or of a restart that cannot be read, written or used. The file is as it was."""
@@ -195,9 +202,25 @@ class Terminated(Error):
     report: Any = None
     objects: Mapping[str, Any] = {}
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Its devices stay where they are: they are handles of a system in this process.
+        return _again, (type(self), self.args, {**self.__dict__, "objects": {}})
+
     def explanation(self) -> str:
         """What the condition means here, for the end of the message; a class of its own may say it."""
         return ""
+
+
+def _again(kind: type[Error], args: tuple[Any, ...], state: Mapping[str, Any]) -> Error:
+    """An error that was pickled or copied."""
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(state)
+    return error
+
+
+def gone(error: Error) -> str:
+    """Why something cannot show what it is now: for its `repr`, which never raises."""
+    return "deleted" if isinstance(error, UnknownName) else error.message
 
 
 _CLASSES: dict[str, type[Error]] = {
@@ -265,11 +288,44 @@ class _Refusals:
         return None
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: object) -> None:
+        if error is None or isinstance(error, Error):
+            return
         if isinstance(error, _native.Refused):
             raise from_refusals(error.args[0]) from None
+        if isinstance(error, TypeError | OverflowError | UnicodeError):
+            # What does not even get there: the real-time system takes texts, whole numbers of so many bits, and so on.
+            refuse(CallError, _unfit(error), "look at the call's description: help(...)")
+        if type(error).__name__ == "PanicException":
+            # A panic is no `Exception`: whoever catches errors would lose it, and a `finally` with it.
+            refuse(Error, f"a call failed through a fault of OpenGPAC itself: {error}", "please report it; the system may be unusable now")
 
 
 refusals = _Refusals()
+
+_WORDS = {
+    "str": "a text",
+    "int": "a whole number",
+    "float": "a number",
+    "bool": "True or False",
+    "PyString": "a text",
+    "PyInt": "a whole number",
+}
+
+
+def _unfit(error: Exception) -> str:
+    """In words, why an argument does not fit into a call of the real-time system."""
+    text = str(error)
+    if isinstance(error, OverflowError):
+        return "a number that is given is out of the range that the call takes"
+    if isinstance(error, UnicodeError):
+        return "a text that is given is no valid Unicode: half of a surrogate pair cannot be written down"
+    found = re.search(r"Object of type (\w+) is not JSON serializable", text)
+    if found:
+        return f"a value of type {found[1]} is given, which no real-time system could take"
+    found = re.search(r"'(\w+)' object (?:is not an instance of|cannot be \w+ (?:as|to)(?: an?)?) '?(\w+)", text)
+    if found:
+        return f"a value of type {found[1]} is given where {_WORDS.get(found[2], found[2])} belongs"
+    return f"a value that is given is of a type that the call does not take ({text})"
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

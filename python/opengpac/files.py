@@ -15,9 +15,20 @@ from .errors import CallError, FileFailed, refuse
 
 def path_of(given: Any, what: str) -> Path:
     """The path that an argument `what` is given, absolute. Raises CallError where it is none."""
-    if not isinstance(given, str | os.PathLike) or not str(given):
-        refuse(CallError, f"{what} is given {given!r}", "give the path of a file")
-    return Path(given).expanduser().absolute()
+    if not isinstance(given, str | os.PathLike) or not str(given).strip() or not str(given).isprintable():
+        refuse(CallError, f"{what} is given {str(given)[:80]!r}", "give the path of a file")
+    try:
+        return Path(given).expanduser().absolute()
+    except RuntimeError as error:
+        refuse(CallError, f"{what} is given {str(given)[:80]!r}: {error}", "give the path of a file")
+
+
+def there(path: Path) -> bool:
+    """Whether there is such a file; of a path that no file could have there is none."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
 
 
 def read(path: Path, what: str) -> str | None:
@@ -37,7 +48,8 @@ def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> 
     """
     if checking.active():
         return
-    path = path.resolve()  # a link stays a link
+    with contextlib.suppress(OSError):
+        path = path.resolve()  # a link stays a link
     temporary = path.with_name(f".{path.name}.{os.getpid()}.new")
     try:
         with temporary.open("w", encoding="utf-8") as file:
@@ -53,8 +65,9 @@ def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> 
     except OSError as error:
         with contextlib.suppress(OSError):
             temporary.unlink()
-        if previous is not None and previous.exists() and not path.exists():
-            os.replace(previous, path)
+        with contextlib.suppress(OSError):
+            if previous is not None and previous.exists() and not path.exists():
+                os.replace(previous, path)
         refuse(FileFailed, f"cannot write {what} '{path}': {_why(error)}", "the file is as it was; is there room, and may you write there?")
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from .blocks import Block, Blocks, BlockUse, Item, Occurrence, mapping_of, systems_of, use_of, uses_of
 from .declared import Declared
 from .errors import DefinitionError, UnknownName, did_you_mean, refuse
+from .given import all_taking, taking, whole
 from .pictures import Pictured, graph_svg
 from .places import Place, here
 from .tables import CallSignature, identifiers
@@ -19,16 +20,18 @@ from .tables import CallSignature, identifiers
 
 def mode_json(mode: Any) -> Any:
     """A port mode as the model takes it: `"synchronous"`, `"asynchronous"` or `gpac.ratio(5)`."""
-    if mode in ("synchronous", "asynchronous") or (isinstance(mode, dict) and list(mode) == ["ratio"]):
+    if (isinstance(mode, str) and mode in ("synchronous", "asynchronous")) or (isinstance(mode, dict) and list(mode) == ["ratio"]):
         return mode
     refuse(DefinitionError, f"{mode!r} is not a port mode", "say 'synchronous', 'asynchronous' or gpac.ratio(n)")
 
 
+@taking
 def ratio(n: int) -> dict[str, int]:
     """The mode of a port that is updated once in n invocations."""
-    return {"ratio": n}
+    return {"ratio": whole(n, "the ratio of a port", 1, 1_000_000)}
 
 
+@all_taking
 class Graph(Pictured, Declared):
     """A data flow graph: blocks, and ρ as three mappings. Outside it looks like a subroutine, and stands wherever one may.
 

@@ -14,6 +14,7 @@ from . import checking
 from .declared import Declared
 from .devices import LogicalDevice
 from .errors import CallError, InvalidState, UnknownName, did_you_mean, refusals, refuse
+from .given import all_taking
 from .quantities import Quantity, optional_ns
 from .tables import Shown, Table, identifiers
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 D = TypeVar("D", bound=LogicalDevice)
 
 
+@all_taking
 class Group(Shown, Declared, Generic[D]):
     """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each.
 
@@ -161,8 +163,10 @@ class Group(Shown, Declared, Generic[D]):
     @overload
     def __getitem__(self, which: slice) -> Sequence[D]: ...
     def __getitem__(self, which: int | str | slice) -> D | Sequence[D]:
-        if not isinstance(which, str):
+        if isinstance(which, int | slice):
             return self._devices[which]
+        if not isinstance(which, str):
+            refuse(CallError, f"group '{self.name}' is asked for {which!r}", "give a number, a slice or a name")
         found = next((d for d in self._devices if which in (d.short_name, d.name)), None)
         if found is None:
             refuse(UnknownName, f"group '{self.name}' has no device '{which}'", did_you_mean(which, [d.short_name for d in self._devices]))

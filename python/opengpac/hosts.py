@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _native
+from .errors import refusals
 from .quantities import Quantity, duration_ns
 
 
@@ -32,7 +33,8 @@ def options_json(
         given["token"] = token
     if clock_limit is not None:
         given["clock_limit_ns"] = duration_ns(clock_limit, "the limit of the clocks")
-    return json.dumps({"endpoint": endpoint, "name": name, **given})
+    with refusals:
+        return json.dumps({"endpoint": endpoint, "name": name, **given})
 
 
 def host_name() -> str:

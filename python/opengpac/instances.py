@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 from . import checking, waiting
 from .applications import application_json, options_json, system_for, values_json
 from .declared import Declared
-from .errors import CallError, InvalidState, refusals, refuse
+from .errors import CallError, Error, InvalidState, gone, refusals, refuse
+from .given import all_taking
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import terminated
 from .tables import Shown, Table
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 R = TypeVar("R", covariant=True)
 
 
+@all_taking
 class VerbInstance(Shown, Declared, Generic[R]):
     """A verb applied to its arguments. Awaitable; a context manager that halts and deletes it at the end.
 
@@ -203,7 +205,10 @@ class VerbInstance(Shown, Declared, Generic[R]):
             return f"verb instance of {self.verb.name} in the closed system '{self.system.name}'"
         if self._deleted:
             return f"verb instance {self._name}: deleted; {self._report!r}"
-        about = self._about()
+        try:
+            about = self._about()
+        except Error as error:
+            return f"verb instance {self._name or ''} of {self.verb.name}: {gone(error)}"
         blocks = "".join(f"\n  {b['label']}: {b['block']} on {b['source']}" for b in about.get("blocks", []))
         where = f" in list '{about['list']}'" if about.get("list") else ""
         return f"verb instance {about['name']} of {self.verb.name}: {about['state']}{where}{blocks}"

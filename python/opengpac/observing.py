@@ -12,6 +12,7 @@ from urllib.parse import urlsplit
 from . import files
 from . import studio as pages
 from .errors import CallError, InvalidState, refusals, refuse
+from .given import all_taking
 from .listing import InstanceEntry, Listing, VerbEntry, instances_of, verbs_of
 from .quantities import Quantity, duration_ns
 from .recordings import Recording, begin
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from .remote.session import Session
 
 
+@all_taking
 class Observed(Shown):
     """What `System` shows of itself."""
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .blocks import Names, names_of
 from .errors import REFUSALS, CallError, DefinitionError, Error, refuse
+from .given import taking
 from .places import Place, here
 from .values import plain
 
@@ -67,6 +68,7 @@ class InputParameter:
             )
 
 
+@taking
 def input(
     targets: Names,
     *,
@@ -87,6 +89,8 @@ def input(
     `member="arm.chain"`: where a call leaves it out, its value is that attribute of the object `arm`, at each start. `form(given,
     objects)` turns what people write into the value that the ports take: a short list into a table of fixed size.
     """
+    if form is not None and not callable(form):
+        refuse(CallError, f"form={form!r} is no function", "give one of the value and the objects")
     return InputParameter(tuple(names_of(targets)), default, tunable, unit, here(), within, counted_from, member, form)
 
 
@@ -104,13 +108,14 @@ class Requirement:
         return {"raises": self.raises.__name__, "when": self.when, "remedy": self.remedy, "place": self.place.json()}
 
 
+@taking
 def required(raises: type[Error], *, when: str | None = None, remedy: str = "") -> Requirement:
     """A value of `requires=`: the class that a start raises where the member is not true, and the next step.
 
     `requires={"arm.homed": gpac.required(gpac.NotHomed, when="arm.needs_home")}`; `when` limits it to devices of which that is true.
     The class is one of this package's refusals, `gpac.NotHomed` or `gpac.InvalidState` for example.
     """
-    if raises not in REFUSALS:
+    if not isinstance(raises, type) or raises not in REFUSALS:
         refuse(DefinitionError, f"a requirement raises {raises!r}", f"give one of {', '.join(kind.__name__ for kind in REFUSALS)}")
     return Requirement(raises, when, remedy, here())
 
@@ -141,8 +146,13 @@ class Object:
         return {"device_type": self.device_type.definition_name(), "each": self.each}
 
 
+@taking
 def each(device_type: type[LogicalDevice]) -> Object:
     """Several logical devices of a type: a group, or a sequence of devices."""
+    from .devices import LogicalDevice
+
+    if not (isinstance(device_type, type) and issubclass(device_type, LogicalDevice)):
+        refuse(DefinitionError, f"gpac.each() is given {device_type!r}", "give a class of logical devices")
     return Object(device_type, True)
 
 

@@ -19,6 +19,7 @@ from tomlkit.exceptions import TOMLKitError
 from . import checking, files
 from .devices import LogicalDevice
 from .errors import CallError, FileFailed, InvalidState, NotEnabled, UnknownName, ValueRefused, did_you_mean, refuse
+from .given import all_taking
 from .groups import Group
 
 FORMAT = 1
@@ -57,6 +58,7 @@ class Point(Mapping[str, float]):
         return f"point {self.name}: {joints}{f' ({self.note})' if self.note else ''}"
 
 
+@all_taking
 class Points(MutableMapping[str, Point]):
     """The taught points of a file: `points = gpac.Points("points.toml", arm)`, `points.teach("pick")`, `points["pick"]`.
 

@@ -80,7 +80,10 @@ def deg(angles: Sequence[float] | float | np.ndarray) -> Any:
     >>> deg([0, 90]).round(4)
     array([0.    , 1.5708])
     """
-    radians = np.deg2rad(np.asarray(angles, dtype=float))
+    try:
+        radians = np.deg2rad(np.asarray(angles, dtype=float))
+    except (TypeError, ValueError):
+        refuse(ValueRefused, f"gpac.deg() is given {str(angles)[:80]!r}", "give a number or a list of numbers")
     return float(radians) if radians.ndim == 0 else radians
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from . import _native, checking
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
+from .given import taking
 from .values import dtype_of
 
 if TYPE_CHECKING:
@@ -183,6 +184,7 @@ class Recorded(Mapping[str, np.ndarray]):
         return f"recording '{self.path}'{state}: {len(self)} SVVs and cells, {values} values, {sum(self.lost.values()) or 'nothing'} lost"
 
 
+@taking
 def open_recording(path: str | os.PathLike[str]) -> Recorded:
     """Reads a recording that `cell.record()` or `opengpac record` has made.
 

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from . import _native
 from .errors import CallError, refusals, refuse
+from .given import taking
 from .quantities import Quantity, duration_ns
 
 
@@ -80,6 +81,7 @@ class Replay:
         return "\n".join([text, *(f"  {name} = {', '.join(value)}" for name, value in self.svvs.items())])
 
 
+@taking
 def replay(
     path: str | os.PathLike[str],
     *,

@@ -39,7 +39,10 @@ def call_signature(verb: Verb[..., Any], function: Any) -> Signature:
     optional = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD, default=_default(verb, name)) for name in named]
     if function is None:
         return Signature([*required, *optional])
-    declared = inspect.signature(function)
+    try:
+        declared = inspect.signature(function)
+    except (TypeError, ValueError):
+        refuse(DefinitionError, f"verb '{verb.name}' is made from {function!r}, which is no function of yours", "leave out function=")
     known = [*given, *inputs(verb)]
     for name, parameter in declared.parameters.items():
         if name not in known:

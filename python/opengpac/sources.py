@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from .declared import Declared
 from .drivers import Driver
 from .errors import CallError, refusals, refuse
+from .given import all_taking
 from .physical import PhysicalDevice
 from .places import here
 from .quantities import Quantity, duration_ns
@@ -46,6 +47,7 @@ class Source(Declared):
         return f"{self.kind} {self.name}{period}, priority {self.priority}"
 
 
+@all_taking
 class Processor(Shown, Declared):
     """A real-time processor: one instruction stream, with interrupt sources and the physical devices that it can reach."""
 

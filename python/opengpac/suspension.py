@@ -8,6 +8,7 @@ from typing import Any
 
 from .blocks import Names, names_of
 from .errors import DefinitionError, refuse
+from .given import taking
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class Holding:
         return {"holding": [{"set": self.set, "until": self.until}]}
 
 
+@taking
 def holding(set: Names, until: Names) -> Holding:
     """Suspends by setting `set`, a bool input or parameter, and waiting for the condition `until`; `resume` clears it.
 
@@ -41,7 +43,7 @@ def suspend_json(given: str | Holding, verb: str) -> Any:
     """A value of `suspend=` in the form that the model takes."""
     if isinstance(given, Holding):
         return given.json()
-    if given not in ("hold", "safe"):
+    if not isinstance(given, str) or given not in ("hold", "safe"):
         refuse(
             DefinitionError,
             f"verb '{verb}' has suspend={given!r}",
@@ -52,6 +54,6 @@ def suspend_json(given: str | Holding, verb: str) -> Any:
 
 def cut_off_json(given: str | None, verb: str) -> str | None:
     """A value of `if_cut_off=` in the form that the model takes."""
-    if given not in (None, "continue", "halt", "safe"):
+    if not isinstance(given, str | None) or given not in (None, "continue", "halt", "safe"):
         refuse(DefinitionError, f"verb '{verb}' has if_cut_off={given!r}", "write 'continue', 'halt' or 'safe'")
     return given

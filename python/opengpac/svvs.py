@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 
 from .declared import Declared
-from .errors import UnknownName, ValueRefused, refusals, refuse
+from .errors import CallError, Error, UnknownName, ValueRefused, gone, refusals, refuse
 from .tables import Shown, Table
 from .values import dtype_of, from_bytes, to_json
 
@@ -173,7 +173,10 @@ class SVV(Shown, Declared, Generic[T]):
     def __repr__(self) -> str:
         if self.system.closed:
             return f"SVV {self.name} of the closed system '{self.system.name}'"
-        value, number, time = self._read()
+        try:
+            value, number, time = self._read()
+        except Error as error:
+            return f"SVV {self.name}: {gone(error)}"
         unit = f" {self.unit}" if self.unit else ""
         return f"SVV {self.name} ({self.type}) = {value!r}{unit}, number {number} at {time:.6g} s"
 
@@ -200,10 +203,16 @@ class History:
         array = np.zeros(len(rows), dtype=[("number", "<u8"), ("time", "<f8"), ("value", dtype)])
         for row, (number, time_ns, data) in zip(array, rows, strict=True):
             row["number"], row["time"], row["value"] = number, time_ns * 1e-9, from_bytes(data, dtype)
-        return array[which]
+        try:
+            return array[which]
+        except (TypeError, ValueError, OverflowError, KeyError) as error:
+            refuse(CallError, f"the history of '{self._svv.name}' has no {which!r}: {error}", "give an index or a slice: history[-100:]")
 
     def __repr__(self) -> str:
-        return f"history of {self._svv.name}: {len(self)} values"
+        try:
+            return f"history of {self._svv.name}: {len(self)} values"
+        except Error as error:
+            return f"history of {self._svv.name}: {gone(error)}"
 
 
 class Snapshot(tuple[Any, ...]):

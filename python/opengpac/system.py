@@ -10,16 +10,17 @@ import logging
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 from weakref import WeakValueDictionary
 
-from . import _native, checking, existing, files, hosts, programs, restart
+from . import _native, checking, existing, files, forks, hosts, programs, restart
 from .adoption import TakenOver, taken_over
 from .alarms import Alarms
 from .checks import Definitions
 from .declared import Declared
 from .devices import LogicalDevice, type_json
 from .errors import CallError, InUse, InvalidState, refusals, refuse
+from .given import all_taking, pair_of, whole
 from .modules import Module
 from .observing import Observed
 from .physical import Channel, PhysicalDevice
@@ -48,6 +49,7 @@ _open: WeakValueDictionary[str, System] = WeakValueDictionary()
 _logger = logging.getLogger("opengpac")
 
 
+@all_taking
 class System(Observed, Declared):
     """A real-time system in this process. `clock="virtual"` makes time a number that the program advances: for tests.
 
@@ -126,6 +128,7 @@ class System(Observed, Declared):
         self._rights_said = virtual
         self._restored: restart.Restored | None = None
         self._studio: Studio | None = None
+        forks.known(self)
 
     # ---- configuration ----
 
@@ -238,7 +241,9 @@ class System(Observed, Declared):
             return self._svv(name)
         text, types = type_json("double" if type is None else type, f"SVV '{name}'")
         value = None if initial is None else {"value": plain(initial, f"the initial value of SVV '{name}'")}
-        specification = {"type_text": text, "unit": unit, "initial": value, "history": history, "within": within, "types": types}
+        kept = whole(history, f"the history of SVV '{name}'", 0, 2**32 - 1)
+        ends = pair_of(within, f"the range of SVV '{name}'")
+        specification = {"type_text": text, "unit": unit, "initial": value, "history": kept, "within": ends, "types": types}
         with refusals:
             self._alive().svv(name, json.dumps(specification), json.dumps(here().json()))
         self._svvs.pop(name, None)
@@ -452,8 +457,15 @@ class System(Observed, Declared):
         clock = "virtual" if self.virtual else "monotonic"
         return "\n  ".join([f"system '{self.name}' ({clock} clock, {self.now:.6g} s)", *parts])
 
+    def _left_behind(self, instead: forks.NotHere) -> None:
+        """This is a process that was forked from the system's: nothing of it is here."""
+        self._native = cast("RealTimeSystem", instead)
+        self.closed, self._studio, self.session = True, None, None
+        if _open.get(self.name) is self:
+            del _open[self.name]
+
     def _alive(self) -> RealTimeSystem:
-        if self.closed:
+        if self.closed and not isinstance(self._native, forks.NotHere):
             refuse(InvalidState, f"system '{self.name}' is closed", f"make it again: gpac.System('{self.name}')")
         return self._native
 

@@ -9,6 +9,8 @@ from html import escape
 from inspect import Signature
 from typing import TYPE_CHECKING, Any
 
+from .errors import Error
+
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
@@ -109,13 +111,20 @@ class Shown:
         raise NotImplementedError
 
     def _repr_html_(self) -> str | None:
-        table = self._table()
+        table = self._table_now()
         return None if table is None else table._repr_html_()
 
     def __rich__(self) -> Any:
         from rich.text import Text
 
-        return self._table() or Text(repr(self))
+        return self._table_now() or Text(repr(self))
+
+    def _table_now(self) -> Table | Tables | None:
+        # Of something that is deleted, or whose system does not answer, there is its `repr`.
+        try:
+            return self._table()
+        except Error:
+            return None
 
 
 def identifiers(names: Iterable[str]) -> list[str]:

@@ -10,12 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _native
-from .errors import CallError, did_you_mean, refusals, refuse
+from .errors import CallError, ValueRefused, did_you_mean, refusals, refuse
+from .given import whole
 from .quantities import Quantity, duration_ns
 from .values import plain
 
 if TYPE_CHECKING:
     from .blocks import Block, Item
+
+
+_TIMES_MAX = 10_000_000
+"""Invocations of one trial: all that they store is kept until its end."""
 
 
 class Trial:
@@ -79,7 +84,7 @@ def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, An
                 lengths[name] = length
         else:
             values[name] = plain(value, f"'{name}'")
-    times = steps if steps is not None else min(lengths.values(), default=1)
+    times = min(lengths.values(), default=1) if steps is None else whole(steps, "the number of invocations of a trial", 0, _TIMES_MAX)
     short = next((name for name, length in lengths.items() if length != times), None)
     if short is not None:
         refuse(
@@ -87,8 +92,15 @@ def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, An
         )
     for name in inputs:
         if name not in lengths:
-            inputs[name] = [inputs[name]] * times
+            # The last value of a series stands for what follows.
+            inputs[name] = [inputs[name]]
     period_ns = duration_ns(every, "the interval of a trial")
+    if period_ns < 0 or (times + 1) * period_ns >= 2**63:
+        refuse(
+            ValueRefused,
+            f"a trial of {times} invocations is to have the interval {every!r}",
+            "give 0 or more, and 292 years for all at most",
+        )
     with refusals:
         text = _native.trial(block.module, block.name.split(".", 1)[1], json.dumps(values), json.dumps(inputs), times, period_ns)
     return Trial(block.name, json.loads(text))

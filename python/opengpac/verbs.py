@@ -18,7 +18,8 @@ from .blocks import Blocks, mapping_of, names_of, systems_of, uses_of
 from .commands import checked
 from .conditions import Termination, termination_of
 from .declared import Declared
-from .errors import CallError, DefinitionError, Terminated, did_you_mean, refuse
+from .errors import CallError, DefinitionError, Terminated, did_you_mean, refusals, refuse
+from .given import all_taking
 from .graphs import mode_json
 from .parameters import Object, input_of, objects_of, requirement_of
 from .pictures import Pictured, verb_svg
@@ -38,6 +39,7 @@ P = ParamSpec("P")
 R = TypeVar("R", covariant=True)
 
 
+@all_taking
 class Verb(Pictured, Declared, Generic[P, R]):
     """A verb, made from the paper's mappings. `gpac.verb` makes one from a typed function.
 
@@ -260,7 +262,8 @@ class Verb(Pictured, Declared, Generic[P, R]):
         """`json` as text, made once: a definition does not change."""
         text = self.__dict__.get("_text")
         if text is None:
-            text = self._text = json.dumps(self.json())
+            with refusals:
+                text = self._text = json.dumps(self.json())
         return text
 
     @functools.cached_property

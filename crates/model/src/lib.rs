@@ -27,6 +27,7 @@ pub mod suggest;
 pub mod types;
 pub mod value;
 mod wires;
+pub mod wording;
 mod writers;
 mod written;
 

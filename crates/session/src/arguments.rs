@@ -19,7 +19,9 @@ impl<'a> Arguments<'a> {
 
     pub(crate) fn take<T: DeserializeOwned>(&mut self, name: &str) -> Result<T, Refusals> {
         let value = self.given.remove(name).unwrap_or(Json::Null);
-        serde_json::from_value(value).map_err(|why| vec![Refusal::new(Class::CallError, format!("argument '{name}' of call '{}': {why}", self.call))])
+        serde_json::from_value(value).map_err(|why| {
+            vec![Refusal::new(Class::CallError, format!("argument '{name}' of call '{}': {}", self.call, model::wording::plain(&why.to_string())))]
+        })
     }
 
     pub(crate) fn or<T: DeserializeOwned + Default>(&mut self, name: &str) -> Result<T, Refusals> {
@@ -29,7 +31,8 @@ impl<'a> Arguments<'a> {
     /// The whole object as one value.
     pub(crate) fn whole<T: DeserializeOwned>(&mut self) -> Result<T, Refusals> {
         let given = std::mem::take(&mut self.given);
-        serde_json::from_value(given.into()).map_err(|why| vec![Refusal::new(Class::CallError, format!("call '{}': {why}", self.call))])
+        serde_json::from_value(given.into())
+            .map_err(|why| vec![Refusal::new(Class::CallError, format!("call '{}': {}", self.call, model::wording::plain(&why.to_string())))])
     }
 
     pub(crate) fn none_left(&self) -> Result<(), Refusals> {

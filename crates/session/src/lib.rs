@@ -29,7 +29,15 @@ use serde::de::DeserializeOwned;
 
 /// A value of the model from JSON; what is not of its form is refused as a definition error.
 pub fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Refusals> {
-    serde_json::from_str(json).map_err(|why| wrong_form(&why))
+    let mut reader = serde_json::Deserializer::from_str(json);
+    let read: Result<T, _> = serde_path_to_error::deserialize(&mut reader);
+    let value = read.map_err(|why| {
+        let at = why.path().to_string();
+        let of = if at == "." || at == "?" { "this".to_owned() } else { format!("'{at}'") };
+        vec![Refusal::new(Class::DefinitionError, format!("{of} is not of the right form: {}", model::wording::plain(&why.inner().to_string())))]
+    })?;
+    reader.end().map_err(|why| wrong_form(&why))?;
+    Ok(value)
 }
 
 /// JSON of a value. Errors: what JSON cannot say, a map whose keys are no texts.
@@ -43,5 +51,5 @@ pub fn refusal(message: &str) -> Refusal {
 }
 
 fn wrong_form(why: &serde_json::Error) -> Refusals {
-    vec![Refusal::new(Class::DefinitionError, format!("this is not of the right form: {why}"))]
+    vec![Refusal::new(Class::DefinitionError, format!("this is not of the right form: {}", model::wording::plain(&why.to_string())))]
 }

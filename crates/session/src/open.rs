@@ -37,7 +37,7 @@ impl Default for Options {
 }
 
 #[derive(Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 enum Interconnect {
     Memory,
     Message {
@@ -71,7 +71,7 @@ pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> 
     if kind == ClockKind::Monotonic && matches!(options.interconnect, Interconnect::Message { .. }) {
         return refuse("the message interconnect needs the virtual clock".to_owned(), "take clock=\"virtual\"");
     }
-    let system = System::new(name, kind, carrier(options.interconnect))?;
+    let system = System::new(name, kind, carrier(options.interconnect)?)?;
     if let Some(Processes { command, guard, python }) = options.processes {
         let words = |command: Vec<String>| command.into_iter().map(Into::into).collect();
         let commands = Commands { processor: words(command), guard: words(guard), python: python.into() };
@@ -80,12 +80,25 @@ pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> 
     Ok(system)
 }
 
-fn carrier(of: Interconnect) -> Box<dyn Carrier> {
-    match of {
+fn carrier(of: Interconnect) -> Result<Box<dyn Carrier>, Refusals> {
+    Ok(match of {
         Interconnect::Memory => Box::new(Memory),
         Interconnect::Message { seed, delay_ns, drop, repeat, reorder, corrupt } => {
+            let refuse = |message: String, remedy: &str| Err(vec![Refusal::new(Class::ValueRefused, message).remedy(remedy)]);
+            for (name, share) in [("drop", drop), ("repeat", repeat), ("reorder", reorder), ("corrupt", corrupt)] {
+                if !(0.0..=1.0).contains(&share) {
+                    return refuse(format!("the message interconnect is given {name}={share}"), "give the share of packets, 0 to 1");
+                }
+            }
+            if delay_ns.0 < 0 || delay_ns.0 > delay_ns.1 || delay_ns.1 > DELAY_NS_MAX {
+                let message = format!("the message interconnect is given delay_ns=({}, {})", delay_ns.0, delay_ns.1);
+                return refuse(message, "give the least and the longest delay in ns: 0 or more, the least first, one hour at most");
+            }
             let faults = Faults { drop, repeat, reorder, corrupt, ..Faults::delay(delay_ns.0, delay_ns.1) };
             Box::new(Message::new(seed, faults))
         }
-    }
+    })
 }
+
+/// One hour: later than anything that is looked at.
+const DELAY_NS_MAX: i64 = 3_600_000_000_000;

@@ -43,6 +43,7 @@ impl System {
     pub fn processor_within(&self, name: &str, core: Option<usize>, supervisor: bool, location: Location, patience: Patience) -> Result<(), Refusals> {
         let bounds = patience.bounds(name, &location)?;
         let mut definitions = self.shared.definitions();
+        crate::sane::name("a processor", name)?;
         if definitions.configuration.processors.iter().any(|p| p == name) {
             return Err(refuse(Class::InUse, format!("there is a processor '{name}' already"), "give it another name"));
         }
@@ -76,6 +77,7 @@ impl System {
         let Some(rtp) = definitions.processors.get_index_of(processor) else {
             return Err(unknown("processor", processor, definitions.processors.keys().map(String::as_str)));
         };
+        crate::sane::name("a source", name)?;
         let full = format!("{processor}.{name}");
         if definitions.configuration.sources.contains_key(&full) {
             return Err(refuse(Class::InUse, format!("there is a source '{full}' already"), "give it another name"));
@@ -196,6 +198,7 @@ impl System {
         place: Option<Place>,
     ) -> Result<serde_json::Value, Refusals> {
         let mut definitions = self.shared.definitions();
+        crate::sane::name("a physical device", name)?;
         let configuration = &definitions.configuration;
         if configuration.devices.contains_key(name) {
             return Err(refuse_at(Class::InUse, format!("there is a physical device '{name}' already"), "give it another name", place));
@@ -215,7 +218,7 @@ impl System {
         // Under the virtual clock nothing can run at a pace of its own.
         let (kind, options) = if self.shared.is_virtual { drivers::plant_process::in_place(kind, options) } else { (kind.to_owned(), options.clone()) };
         let (device, description, opened) = (self.open_device(processor, name, &kind, &options))
-            .map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {why}"), "", place.clone()))?;
+            .map_err(|why| refuse_at(Class::DeviceFailed, format!("cannot open device '{name}': {}", model::wording::plain_within(&why)), "", place.clone()))?;
         let channels: Vec<Channel> = (device.channels().iter())
             .map(|c| Channel { name: c.name.clone(), write: c.direction == Direction::Write, type_text: c.type_text.clone(), unit: c.unit.clone() })
             .collect();
@@ -366,6 +369,7 @@ impl System {
         }
         let asked = &request.specification;
         let of = Type::parse(&asked.type_text, &request.types).map_err(|r| vec![crate::life::named(r, name)])?;
+        crate::sane::svv(name, asked, of.size())?;
         let stored = match &asked.initial {
             Some(Initial::Value(value)) => of.encode(value, &asked.unit).map_err(|r| vec![crate::life::named(r, name)])?,
             _ => vec![0; of.size()],

@@ -54,6 +54,7 @@ mod reopening;
 mod report;
 mod requirements;
 mod retune;
+mod sane;
 mod sequence;
 mod stages;
 mod start;

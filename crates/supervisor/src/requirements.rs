@@ -25,7 +25,11 @@ pub(crate) fn within(name: &str, value: &Value, least: f64, most: f64) -> Result
     if !is_outside {
         return Ok(());
     }
-    let given = if let Value::Number(number) = value { number.to_string() } else { format!("{value:?}") };
+    let given = match value {
+        Value::Number(number) => number.to_string(),
+        Value::Integer(integer) => integer.to_string(),
+        other => format!("{other:?}"),
+    };
     Err(refuse(Class::OutOfRange, format!("SVV '{name}' cannot be {given}: its range is {least} to {most}"), "give a value within the range"))
 }
 

@@ -20,6 +20,7 @@ from ..conditions import Termination
 from ..devices import LogicalDevice, parameter, svv
 from ..errors import REFUSALS, DefinitionError, Error, FileFailed, Terminated, UnknownName, did_you_mean, from_refusals, refusals, several
 from ..files import read
+from ..given import taking
 from ..graphs import Graph
 from ..modules import Module
 from ..parameters import InputParameter, Object, Requirement, absent
@@ -78,6 +79,7 @@ class DefinitionFile(Mapping[str, Any]):
         return f"definitions of '{self.path}': {', '.join(self._made)}"
 
 
+@taking
 def load(
     path: str | os.PathLike[str],
     *,

@@ -11,6 +11,7 @@ from typing import Any
 from .. import files
 from ..blocks import modules_of
 from ..errors import FileFailed
+from ..given import taking
 from ..graphs import Graph
 from ..places import Place
 from ..verbs import Verb
@@ -23,6 +24,7 @@ from .shortening import long, short
 from .trees import KINDS, Collected, Definition, Tree
 
 
+@taking
 def save(path: str | os.PathLike[str], *definitions: Definition, description: str | None = None) -> None:
     """Writes graphs, verbs and device types to a TOML or JSON file, by its ending; a file that is there keeps what else it has.
 

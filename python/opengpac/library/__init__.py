@@ -20,6 +20,7 @@ from types import ModuleType
 from typing import Any
 
 from ..blocks import Block
+from ..given import taking
 from .catalogue import CATALOGUE
 from .components import Component, Found, Problem
 from .manuals import Manual, manual
@@ -53,6 +54,7 @@ def get(name: str) -> Any:
     return CATALOGUE.find(name).value
 
 
+@taking
 def block(name: str) -> Block:
     """The block of that name, `pid`, `library.pid`, or `their_package.their_block`."""
     return CATALOGUE.find(name, "block", "block").value

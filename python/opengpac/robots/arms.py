@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
-from .. import drivers
+from .. import drivers, files
 from ..errors import PlacementError, UnknownName, did_you_mean, refuse
+from ..given import taking
 from ..physical import Part, PhysicalDevice
 from ..sources import Processor, Source
 from ..system import System
@@ -29,6 +30,7 @@ TIP_SITE = "tcp"
 """The site of a tool's file that says where its tip is."""
 
 
+@taking
 def load(
     path: str | os.PathLike[str],
     rtp: Processor | None = None,
@@ -165,7 +167,7 @@ def _file(path: str | os.PathLike[str]) -> Path:
     if str(path) in known:
         return known[str(path)]
     file = Path(path).expanduser()
-    if not file.suffix and not file.exists():
+    if not file.suffix and not files.there(file):
         refuse(UnknownName, f"there is no arm '{path}'", did_you_mean(str(path), known) or "give the path of an MJCF or URDF file")
     return file.absolute()
 

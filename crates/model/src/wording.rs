@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What is not of its form, in a sentence of ours: the reader of JSON says it in words of Rust.
+
+/// Longer pieces of what was given are cut.
+const SHOWN_MAX: usize = 80;
+
+/// What an error of `serde_json` says, in plain words and without its place in a text that nobody sees.
+pub fn plain(error: &str) -> String {
+    let text = error.split(" at line ").next().unwrap_or(error);
+    if let Some((given, wanted)) = cut(text, "invalid type: ").or_else(|| cut(text, "invalid value: ")) {
+        return format!("{} is given where {} belongs", thing(given), kind(wanted));
+    }
+    if let Some((given, wanted)) = cut(text, "invalid length ") {
+        return format!("{given} elements are given where {} belongs", kind(wanted));
+    }
+    if let Some((given, wanted)) = cut(text, "unknown variant ").or_else(|| cut(text, "unknown field ")) {
+        return format!("there is no {} here: there are {}", shown(&given.replace('`', "'")), wanted.replace("one of ", "").replace('`', "'"));
+    }
+    if let Some(name) = text.strip_prefix("missing field ") {
+        return format!("{} is missing", name.replace('`', "'"));
+    }
+    if text.starts_with("data did not match any variant") {
+        return "it is of none of the forms that are taken here".to_owned();
+    }
+    let is_syntax = ["expected value", "invalid number", "unexpected end of hex escape", "lone leading surrogate", "invalid unicode", "number out of range"];
+    if is_syntax.iter().any(|said| text.starts_with(said)) {
+        return "it holds a number that is not finite, or a text that is no valid Unicode".to_owned();
+    }
+    shown(text)
+}
+
+/// The same where the error stands behind words of ours.
+pub fn plain_within(text: &str) -> String {
+    const BEGINNINGS: [&str; 7] =
+        ["invalid type: ", "invalid value: ", "invalid length ", "unknown variant ", "unknown field ", "missing field ", "data did not match any variant"];
+    match BEGINNINGS.iter().filter_map(|beginning| text.find(beginning)).min() {
+        Some(at) => format!("{}{}", &text[..at], plain(&text[at..])),
+        None => text.to_owned(),
+    }
+}
+
+fn cut<'a>(text: &'a str, begin: &str) -> Option<(&'a str, &'a str)> {
+    text.strip_prefix(begin)?.rsplit_once(", expected ")
+}
+
+/// What was given.
+fn thing(given: &str) -> String {
+    let given = match given {
+        "null" => "nothing",
+        "map" => "an object",
+        "sequence" => "a list",
+        other => ["integer ", "floating point ", "boolean ", "string "].iter().find_map(|kind| other.strip_prefix(kind)).unwrap_or(other),
+    };
+    shown(&given.replace('`', ""))
+}
+
+/// What belongs there.
+fn kind(wanted: &str) -> String {
+    let said = match wanted {
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of 0 or more",
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number",
+        "f32" | "f64" => "a number",
+        "a boolean" => "true or false",
+        "a string" | "a borrowed string" => "a text",
+        "a sequence" => "a list",
+        "a map" => "an object with names",
+        other if other.starts_with("struct ") => "an object with names",
+        other => return other.replace("a tuple of size", "a list of").replace('`', "'"),
+    };
+    said.to_owned()
+}
+
+fn shown(text: &str) -> String {
+    let text = text.replace('\n', " ");
+    match text.char_indices().nth(SHOWN_MAX) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of<T: serde::de::DeserializeOwned + std::fmt::Debug>(json: &str) -> String {
+        plain(&serde_json::from_str::<T>(json).unwrap_err().to_string())
+    }
+
+    #[test]
+    fn it_says_what_is_given_and_what_belongs_there() {
+        assert_eq!(of::<u64>("-1"), "-1 is given where a whole number of 0 or more belongs");
+        assert_eq!(of::<u64>("null"), "nothing is given where a whole number of 0 or more belongs");
+        assert_eq!(of::<f64>("\"five\""), "\"five\" is given where a number belongs");
+        assert_eq!(of::<bool>("0.5"), "0.5 is given where true or false belongs");
+        assert_eq!(of::<(f64, f64)>("[1]"), "1 elements are given where a list of 2 belongs");
+        assert_eq!(of::<Vec<u64>>("3"), "3 is given where a list belongs");
+        assert_eq!(of::<f64>("NaN"), "it holds a number that is not finite, or a text that is no valid Unicode");
+        assert_eq!(of::<String>("\"\\ud800\""), "it holds a number that is not finite, or a text that is no valid Unicode");
+        assert!(of::<u64>(&format!("\"{}\"", "x".repeat(100_000))).len() < 200);
+    }
+}

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What public calls are given: a value of another type than the call's signature says is refused in words, before anything happens.
+
+The signature is the rule, so that nothing is written twice. What it cannot say, ranges and the like, each call looks at itself.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
+
+from .errors import CallError, DefinitionError, Error, ValueRefused, refuse
+
+P = ParamSpec("P")
+R = TypeVar("R")
+C = TypeVar("C")
+
+NAME_LENGTH_MAX = 256
+
+
+def _is_whole(value: Any) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, Sequence | np.ndarray) and not isinstance(value, str | bytes)
+
+
+_KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "str": (lambda value: isinstance(value, str), "a text"),
+    "int": (_is_whole, "a whole number"),
+    "float": (_is_number, "a number"),
+    "bool": (lambda value: isinstance(value, bool), "True or False"),
+    "None": (lambda value: value is None, "None"),
+    "Quantity": (lambda value: _is_number(value) or isinstance(value, str), "a quantity ('20 ms', or a number in SI units)"),
+    "os.PathLike[str]": (lambda value: isinstance(value, os.PathLike), "a path"),
+    "Mapping": (lambda value: isinstance(value, Mapping), "a dictionary"),
+    "Sequence": (_is_list, "a list"),
+    "Iterable": (lambda value: isinstance(value, Iterable) and not isinstance(value, str | bytes), "a list"),
+    "tuple": (lambda value: _is_list(value) and len(value) == 2, "a pair, (0, 1)"),
+    "Callable": (callable, "a function"),
+}
+"""The parts of annotations that are looked at: what fits, and what it is called. One with any other part takes everything here."""
+
+
+_DEFINING = ("commands", "composition", "conditions", "graphs", "parameters", "suspension")
+"""Modules whose calls make parts of definitions: what is wrong there is wrong in the definition."""
+
+
+def _parts(annotation: str) -> list[str]:
+    """`str | Mapping[str, int | None]` → `str`, `Mapping`."""
+    parts, depth, part = [], 0, ""
+    for sign in annotation:
+        depth += (sign == "[") - (sign == "]")
+        if sign == "|" and depth == 0:
+            parts.append(part)
+            part = ""
+        else:
+            part += sign
+    whole = [p.strip() for p in (*parts, part)]
+    return [p if p in _KINDS else p.partition("[")[0] for p in whole]
+
+
+def name_of(name: Any, what: str) -> str:
+    """A name, if it is one: a text that can stand in a line of a log."""
+    if not isinstance(name, str) or not name.strip():
+        refuse(CallError, f"{what} is {_short(name)}", "give a name, for example 'cell'")
+    if not name.isprintable():
+        refuse(CallError, f"{what} is {_short(name)}, which holds signs that cannot be shown", "leave out line ends and control signs")
+    if len(name) > NAME_LENGTH_MAX:
+        refuse(CallError, f"{what} is {len(name)} signs long", f"give a name of at most {NAME_LENGTH_MAX}")
+    return name
+
+
+def whole(value: Any, what: str, least: int, most: int) -> int:
+    """A whole number from `least` to `most`."""
+    if not _is_whole(value) or not least <= value <= most:
+        refuse(CallError, f"{what} is {_short(value)}", f"give a whole number, {least} to {most:_}".replace("_", ","))
+    return int(value)
+
+
+def pair_of(given: Any, what: str) -> tuple[float, float] | None:
+    """The ends of a range, or None for none."""
+    if given is None:
+        return None
+    if not (_is_list(given) and len(given) == 2 and all(_is_number(end) and math.isfinite(end) for end in given)):
+        refuse(CallError, f"{what} is {_short(given)}", "give its two ends, finite numbers: within=(0, 1)")
+    least, most = float(given[0]), float(given[1])
+    if least > most:
+        refuse(ValueRefused, f"{what} is {least:g} to {most:g}", f"give the lower end first: within=({most:g}, {least:g})")
+    return least, most
+
+
+def _short(value: Any) -> str:
+    text = repr(value).replace("\n", " ")
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[Error]], None] | None:
+    """What a parameter takes, or nothing where its annotation does not say it."""
+    annotation = parameter.annotation if isinstance(parameter.annotation, str) else "Any"
+    kinds = _parts(annotation)
+    if any(kind not in _KINDS for kind in kinds):
+        return None
+    tests = [_KINDS[kind][0] for kind in kinds]
+    wanted = " or ".join(dict.fromkeys(_KINDS[kind][1] for kind in kinds))
+
+    def check(value: Any, call: str, kind: type[Error]) -> None:
+        if not any(test(value) for test in tests):
+            refuse(kind, f"argument '{name}' of {call}() is {_short(value)}", f"give {wanted}")
+        if isinstance(value, str) and any(sign == "\0" or "\ud800" <= sign <= "\udfff" for sign in value):
+            refuse(
+                CallError, f"argument '{name}' of {call}() holds a NUL or half of a surrogate pair", "give a text that can be written down"
+            )
+        if name == "name" and value is not None:
+            name_of(value, f"the name that {call}() is given")
+
+    return check
+
+
+def taking(call: Callable[P, R]) -> Callable[P, R]:
+    """A call that looks at what it is given before it begins."""
+    signature = inspect.signature(call)
+    rules = {name: rule for name, parameter in signature.parameters.items() if (rule := _rule(name, parameter)) is not None}
+    fixed = {name for name, p in signature.parameters.items() if p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)}
+    module = call.__module__.rpartition(".")[2]
+    kind = DefinitionError if module in _DEFINING or call.__qualname__ == "Verb.__init__" else CallError
+    title = call.__qualname__.removesuffix(".__init__")
+
+    @functools.wraps(call)
+    def checked(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            bound = signature.bind(*args, **kwargs).arguments
+        except TypeError as error:
+            refuse(CallError, f"{title}(): {error}", f"call it as {title}{signature}")
+        for name, rule in rules.items():
+            if name in bound and name in fixed:
+                rule(bound[name], title, kind)
+        return call(*args, **kwargs)
+
+    return checked
+
+
+def all_taking(of: type[C]) -> type[C]:
+    """A class whose public calls look at what they are given."""
+    for name, member in list(vars(of).items()):
+        if inspect.isfunction(member) and (name == "__init__" or not name.startswith("_")):
+            setattr(of, name, taking(member))
+        elif isinstance(member, property) and member.fset is not None:
+            setattr(of, name, member.setter(taking(member.fset)))
+    return of
