@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
@@ -48,12 +49,14 @@ def active() -> bool:
 class CheckedInstance:
     """Stands for a verb instance in a program that is checked: every start ends at once with `completed`."""
 
-    def __init__(self, report: Report) -> None:
+    def __init__(self, report: Report, check: Callable[[Any, dict[str, Any]], None]) -> None:
         self.report = report
+        self._check = check
         self.state, self.done, self.name = "ended", True, report.instance
 
-    def start(self, *_: Any, **__: Any) -> Self:
-        """Nothing runs."""
+    def start(self, *args: Any, **kwargs: Any) -> Self:
+        """Nothing runs; the values are looked at."""
+        self._check(args, kwargs)
         return self
 
     def wait(self, timeout: Any = None) -> Report:
@@ -81,14 +84,28 @@ class CheckedInstance:
 
 def plan(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any) -> CheckedInstance:
     """Plans one application of a verb and records what is found."""
-    from .instances import application
+    from .instances import application, checked_values
 
     findings = _findings if _findings is not None else Findings()
     outputs: dict[str, Any] = {}
+    made: tuple[Any, dict[str, Any], dict[str, Any]] | None = None
+
+    def check_start(args: Any, kwargs: dict[str, Any]) -> None:
+        if made is None:
+            return
+        system, applied, objects = made
+        try:
+            values = checked_values(verb, args, kwargs, objects)
+            with refusals:
+                system._native.check(json.dumps({**applied, "values": values}))
+        except Error as error:
+            note(error)
+
     try:
-        system, applied = application(verb, args, kwargs, signature)
+        system, applied, objects = application(verb, args, kwargs, signature)
         with refusals:
             planned = json.loads(system._native.check(json.dumps(applied)))
+        made = system, applied, objects
         findings.planned.append(verb.name)
         findings.remarks += [f"{verb.name}: {r['text']}" for r in planned.get("remarks", [])]
         for output in planned.get("outputs", []):
@@ -98,7 +115,7 @@ def plan(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any
     except Error as error:
         note(error)
     given = {"condition": "completed", "time_s": 0.0, "verb": verb.name, "instance": f"{verb.name}#0", "normal": True, "outputs": outputs}
-    return CheckedInstance(verb.report_class(given))
+    return CheckedInstance(verb.report_class(given), check_start)
 
 
 def check(path: str, arguments: list[str]) -> Findings:

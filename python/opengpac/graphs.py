@@ -7,15 +7,20 @@ import copy
 import os
 from collections.abc import Mapping
 from inspect import Parameter, Signature
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .blocks import Block, Blocks, BlockUse, Item, Occurrence, mapping_of, systems_of, use_of, uses_of
 from .declared import Declared
 from .errors import DefinitionError, UnknownName, did_you_mean, refuse
+from .faces import GraphPort, items_of
 from .given import all_taking, taking, whole
 from .pictures import Pictured, graph_svg
 from .places import Place, here
 from .tables import CallSignature, identifiers
+
+if TYPE_CHECKING:
+    from .quantities import Quantity
+    from .trial import Trial
 
 
 def mode_json(mode: Any) -> Any:
@@ -63,8 +68,8 @@ class Graph(Pictured, Declared):
         self.name = name
         self.doc = doc
         self.blocks = uses_of(blocks)
-        self.inputs = mapping_of(inputs)
-        self.outputs = mapping_of(outputs)
+        self.inputs = self._ports(mapping_of(inputs))
+        self.outputs = self._ports(mapping_of(outputs))
         self.cells = mapping_of(cells)
         self.modes = {str(port): mode_json(mode) for port, mode in (modes or {}).items()}
         self.divide = {str(label): n for label, n in (divide or {}).items()}
@@ -83,6 +88,38 @@ class Graph(Pictured, Declared):
         from .definitions import save
 
         save(path, self)
+
+    def _ports(self, mapping: Mapping[str, list[str]]) -> dict[str, GraphPort]:
+        return {name: GraphPort(self, name, ports) for name, ports in mapping.items()}
+
+    @property
+    def devices(self) -> Mapping[str, Item]:
+        """Devices of its blocks by name, `read.channel`."""
+        return items_of(self, "devices")
+
+    @property
+    def conditions(self) -> Mapping[str, Item]:
+        """Conditions of its blocks by name, `guard.above`."""
+        return items_of(self, "conditions")
+
+    @property
+    def parameters(self) -> Mapping[str, Item]:
+        """Formal parameters of its blocks by name, `filter.alpha`."""
+        return items_of(self, "parameters")
+
+    def run(self, steps: int | None = None, every: Quantity = "1 ms", **values: Any) -> Trial:
+        """Tries the graph with no system, as `Block.run` does: for each input one value or one for each invocation, and constants for
+        parameters, `**{"filter.alpha": 0.5}`. A graph that reads what it writes itself, or runs at several rates, needs a system.
+
+        >>> import opengpac as gpac
+        >>> from opengpac import library as lib
+        >>> twice = gpac.Graph("twice", blocks={"a": lib.gain(k=2.0)}, inputs={"u": "a.u"}, outputs={"y": "a.y"})
+        >>> twice.run(u=[1.0, 2.0]).y
+        array([2., 4.])
+        """
+        from .faces import run
+
+        return run(self, steps, every, values)
 
     @property
     def items(self) -> Mapping[str, Any]:
@@ -140,9 +177,9 @@ class Graph(Pictured, Declared):
         moved = [p for p in new.cells.pop(out, []) if not p.startswith(prefix)] if out else []
         del new.blocks[label]
         for mapping in (new.inputs, new.cells, new.outputs):
-            for name, ports in list(mapping.items()):
+            for ports in mapping.values():
                 if any(p.startswith(prefix) for p in ports):
-                    mapping[name] = [p for p in ports if not p.startswith(prefix)] + moved
+                    ports[:] = [p for p in ports if not p.startswith(prefix)] + moved
                     moved = []
         new._check()
         return new
@@ -168,7 +205,8 @@ class Graph(Pictured, Declared):
 
     def _copy(self) -> Graph:
         new = copy.copy(self)
-        inputs, outputs, cells = ({n: list(p) for n, p in m.items()} for m in (self.inputs, self.outputs, self.cells))
+        inputs, outputs = new._ports(self.inputs), new._ports(self.outputs)
+        cells = {n: list(p) for n, p in self.cells.items()}
         vars(new).update(blocks=dict(self.blocks), inputs=inputs, outputs=outputs, cells=cells, place=here())
         return new
 

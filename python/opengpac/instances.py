@@ -273,10 +273,27 @@ def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
         raise
 
 
-def application(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any) -> tuple[System, dict[str, Any]]:
-    """The application of a call, and its system, with the verb entered there: for a check."""
+def application(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any) -> tuple[System, dict[str, Any], dict[str, Any]]:
+    """The application of a call, its system, with the verb entered there, and its objects: for a check."""
     options_json(kwargs, verb)
     bound = _bind(verb, signature, args, kwargs)
     system = system_for(verb, {n: given for n, given in bound.arguments.items() if n in verb.arguments_signature.parameters})
     system._enter_verb(verb)
-    return system, application_json(verb, bound)
+    objects = {name: given for name, given in bound.arguments.items() if name in verb.objects}
+    return system, {**application_json(verb, bound), "values": _known_values(verb, bound, objects)}, objects
+
+
+def checked_values(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], objects: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a start of an instance: for a check."""
+    options_json(kwargs, verb)
+    return _known_values(verb, _bind(verb, verb.inputs_signature, args, kwargs), objects)
+
+
+def _known_values(verb: Verb[..., Any], bound: Any, objects: Mapping[str, Any]) -> dict[str, Any]:
+    """The values as far as a check knows them: some are made from what only a run gives."""
+    try:
+        return values_json(verb, bound, objects)
+    except Error:
+        raise
+    except Exception:
+        return {}

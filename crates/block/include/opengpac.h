@@ -147,7 +147,7 @@ OG_TYPE_CLASS(uint8_t, OG_CLASS_EXACT); OG_TYPE_CLASS(uint16_t, OG_CLASS_EXACT);
 OG_TYPE_CLASS(char, OG_CLASS_OTHER_WIDTH); OG_TYPE_CLASS(short, OG_CLASS_OTHER_WIDTH); OG_TYPE_CLASS(int, OG_CLASS_OTHER_WIDTH); OG_TYPE_CLASS(long, OG_CLASS_OTHER_WIDTH);
 OG_TYPE_CLASS(unsigned, OG_CLASS_OTHER_WIDTH); OG_TYPE_CLASS(size_t, OG_CLASS_OTHER_WIDTH);
 #define OG_CLASS(T) (sizeof(opengpac_class_##T))
-#define OG_BASE_SIZE(T) (sizeof(opengpac_base_##T[0][0][0]))
+#define OG_BASE_SIZE(T) (sizeof(opengpac_base_##T))
 // Questions to a text while compiling; each compiler folds other functions to constants.
 // OG_IS_SIZED: "double[n]", what stands in the first brackets (or in those appended) is no number.
 #if defined(__cplusplus)

@@ -160,6 +160,7 @@ fn number(scalar: Scalar, bytes: &[u8]) -> f64 {
     match Type::Scalar(scalar).decode(bytes) {
         Value::Number(number) => number,
         Value::Integer(integer) => integer as f64,
+        Value::Unsigned(integer) => integer as f64,
         Value::Bool(truth) => f64::from(u8::from(truth)),
         // Beyond what JSON takes as an integer.
         Value::Text(text) => text.parse().unwrap_or(f64::NAN),

@@ -18,6 +18,10 @@ pub struct Block {
     descriptor: &'static Descriptor,
     /// The instance itself, as `opengpac::abi` lays it out.
     memory: Cell,
+    /// All that it was given: behind the instance may stand the word of what it has reported.
+    whole: Cell,
+    /// One bit for each item: a condition that was reported since the last reset.
+    reported: Option<Cell>,
     /// What `Op::Reset` goes back to: the descriptor's image with the bindings and values of this instance.
     initial: Box<[u8]>,
     /// The stretches (offset, length) of the instance that a reset restores: all but the header, what is declared `keep`, and
@@ -31,12 +35,20 @@ pub struct Block {
 }
 
 impl Block {
-    /// Installs a block: copies the descriptor's image into `memory` (instance_size bytes, aligned), all addresses null.
+    /// Bytes of a block's memory that also tells which conditions were reported: [`Block::reported`].
+    pub fn memory_size(descriptor: &Descriptor) -> usize {
+        (descriptor.instance_size as usize).next_multiple_of(size_of::<u64>()) + size_of::<u64>()
+    }
+
+    /// Installs a block: copies the descriptor's image into `memory` (instance_size bytes or more, aligned), all addresses null.
     /// `module` keeps the code loaded. The code module's memory must be as `opengpac::abi` says. Panics where `memory` is too
     /// small or not aligned.
     pub fn install(id: BlockId, name: &str, descriptor: &'static Descriptor, module: Arc<dyn Any + Send + Sync>, memory: Cell) -> Block {
         let size = descriptor.instance_size as usize;
-        let memory = memory.part(0, size);
+        let whole = memory;
+        let memory = whole.part(0, size);
+        let reported = (whole.len() >= Block::memory_size(descriptor)).then(|| whole.part(size.next_multiple_of(size_of::<u64>()), size_of::<u64>()));
+        reported.iter().for_each(|word| word.store(&0u64.to_ne_bytes()));
         assert_eq!(
             memory.start() as usize % descriptor.instance_align.max(1) as usize,
             0,
@@ -52,6 +64,8 @@ impl Block {
             descriptor,
             restored: restored(items, size),
             memory,
+            whole,
+            reported,
             initial,
             bound: vec![None; items.len()],
             module,
@@ -125,7 +139,7 @@ impl Block {
 
     /// Its memory, what a reset goes back to, and what each item is bound to.
     pub(crate) fn parts(&self) -> (&Cell, &[u8], &[Option<Cell>]) {
-        (&self.memory, &self.initial, &self.bound)
+        (&self.whole, &self.initial, &self.bound)
     }
 
     /// Installs a block as another one is installed elsewhere: `initial` but for the addresses, which are those of `bound`. Errors:
@@ -193,6 +207,19 @@ impl Block {
         }
     }
 
+    /// Notes which conditions an invocation has reported: one bit for each item. The source's own thread.
+    pub(crate) fn note(&self, conditions: u64) {
+        let Some(word) = &self.reported else { return };
+        let word = word.start().cast::<u64>();
+        // SAFETY: the word belongs to this block, is aligned as the instance is, and only the source's thread writes it.
+        unsafe { word.write_unaligned(word.read_unaligned() | conditions) };
+    }
+
+    /// The word that tells which conditions were reported since the last reset: bit i of item i.
+    pub fn reported(&self) -> Option<Cell> {
+        self.reported.clone()
+    }
+
     /// Goes back to the initial image, but for what is kept; number 0. The source's own thread, between two invocations.
     pub(crate) fn reset(&self) {
         let start = self.memory.start();
@@ -202,6 +229,10 @@ impl Block {
         }
         // SAFETY: the instance starts with its header.
         unsafe { self.header().write(Header::default()) };
+        if let Some(word) = &self.reported {
+            // SAFETY: as in `note`.
+            unsafe { word.start().cast::<u64>().write_unaligned(0) };
+        }
     }
 
     /// Takes over states, outputs and invocation number of another block of the same code; nothing where the code differs. The source's

@@ -191,6 +191,7 @@ impl Block {
                 copies.push((before.clone(), to.clone()));
             }
         }
+        copies.extend(from.reported().zip(self.reported()));
         Ok(copies)
     }
 }

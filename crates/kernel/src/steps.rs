@@ -135,6 +135,9 @@ pub(crate) fn report(kernel: *mut Kernel, step: u32, result: u64, now_ns: i64) -
         kernel.lose();
     }
     let fault = result & outcome::MASK != outcome::DONE;
+    if !fault && let Some(block) = &kernel.table.steps[step as usize].block {
+        block.note(result >> outcome::SHIFT);
+    }
     if fault {
         add(&kernel.source.counters.faults, 1);
     }

@@ -11,6 +11,7 @@ mod relate;
 mod retune;
 mod sequence;
 mod sizes;
+mod units;
 
 use crate::checked::CheckedVerb;
 use crate::configuration::{Configuration, PhysicalDevice, Svv, SvvId};
@@ -46,6 +47,7 @@ impl CheckedVerb {
         let given = draft.arguments();
         draft.stop()?;
         draft.infer_sizes(&given);
+        draft.infer_units(&given);
         draft.bind(&given);
         draft.stop()?;
         let activity = draft.activity();
@@ -84,8 +86,10 @@ pub(crate) struct Draft<'a> {
     /// Devices of each object, in the order of the verb's objects.
     pub objects: Vec<Vec<&'a str>>,
     pub sizes: Vec<Option<u32>>,
+    /// Units of items that are those of others, as far as they are known: for each block (item, unit).
+    pub units: Vec<Vec<(usize, String)>>,
     pub cells: Vec<PlannedCell>,
-    /// Whether a cell can change while the verb runs.
+    /// Whether a cell is no constant.
     pub varies: Vec<bool>,
     pub svv_cells: HashMap<SvvId, CellIndex>,
     pub channel_cells: HashMap<(&'a str, usize), CellIndex>,
@@ -102,6 +106,7 @@ impl<'a> Draft<'a> {
             configuration,
             objects: Vec::new(),
             sizes: Vec::new(),
+            units: vec![Vec::new(); checked.blocks.len()],
             cells: Vec::with_capacity(checked.groups.len()),
             varies: Vec::with_capacity(checked.groups.len()),
             svv_cells: HashMap::new(),
@@ -134,7 +139,10 @@ impl<'a> Draft<'a> {
     pub fn described(&self, port: Port) -> String {
         let item = self.flat(port.0).kind.item(port.1);
         let type_text = self.layout(port).map_or_else(|| item.type_text.clone(), |layout| layout.text.clone());
-        let unit = if item.unit.is_empty() { String::new() } else { format!(", {}", item.unit) };
+        let unit = match self.unit(port) {
+            "" => String::new(),
+            unit => format!(", {unit}"),
+        };
         let what = crate::kind::kind_name(item.kind);
         let last = if item.history > 0 { format!(", the last {}", item.history) } else { String::new() };
         format!("{what} '{}.{}' ({type_text}{unit}{last})", self.flat(port.0).label, item.name)

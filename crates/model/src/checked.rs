@@ -6,6 +6,7 @@
 use crate::conditions::{self, CheckedCondition};
 use crate::configuration::Configuration;
 use crate::conformity;
+use crate::constants::{constants_of_other_types, constants_on_bound_inputs};
 use crate::definition::{Bound, Graph, IfCutOff, Object, Part, Requirement, Verb};
 use crate::ending::{self, CheckedSuspend};
 use crate::flatten::{Flat, FlatBlock, Group, Labelled, Named, Origin, Port};
@@ -13,9 +14,11 @@ use crate::interface::{Kind, Mode};
 use crate::lists::{self, CheckedList};
 use crate::order;
 use crate::plan::{PlannedEnding, Remark};
+use crate::quantity::check_unit;
 use crate::reach::check_reach;
 use crate::refusal::{Class, Place, Refusal, Refusals, Where};
 use crate::suggest::did_you_mean;
+use crate::undriven::{cells_without_writer, undriven};
 use crate::value::Value;
 use indexmap::IndexMap;
 use std::sync::OnceLock;
@@ -70,7 +73,7 @@ pub struct CheckedVerb {
     pub(crate) conditions: Vec<CheckedCondition>,
     pub(crate) manual: bool,
     pub(crate) remarks: Vec<Remark>,
-    /// Whether a block has synchronous inputs whose values vary.
+    /// Whether a block has synchronous inputs that are no constants.
     pub(crate) driven: Vec<bool>,
 }
 
@@ -92,6 +95,7 @@ pub(crate) fn flat_graph<'a>(graph: &'a Graph, configuration: &'a Configuration)
     let given: Vec<Port> = flat.scopes.last().expect("close_graph has made one").ports.values().flatten().copied().collect();
     if flat.refusals.is_empty() {
         flat.fill(&given, true, &graph.place);
+        constants_of_other_types(&mut flat);
         let group_of = group_of(&flat.blocks, &flat.groups);
         flat.refusals.extend(synchronous_cycle(&flat.blocks, &flat.groups, &group_of, &graph.place));
     }
@@ -138,10 +142,12 @@ impl CheckedVerb {
         constants_on_bound_inputs(flat);
         remarks.extend(cells_without_writer(flat, &given));
         let group_of = group_of(&flat.blocks, &flat.groups);
-        let driven = driven(&flat.blocks, &flat.groups, &group_of);
+        let drivers = drivers(&flat.blocks, &flat.groups, &group_of);
         if known {
+            constants_of_other_types(flat);
+            undriven(flat, &inputs);
             flat.refusals.extend(synchronous_cycle(&flat.blocks, &flat.groups, &group_of, &verb.place));
-            lists::check_intervals(flat, &lists, &driven);
+            lists::check_scheduled(flat, &lists, &drivers);
             remarks.extend(check_reach(flat, verb, &lists, (initial, ending.list), &conditions, &outputs));
         }
         CheckedVerb {
@@ -164,7 +170,7 @@ impl CheckedVerb {
             conditions,
             manual: verb.manual,
             remarks,
-            driven,
+            driven: drivers.iter().map(Option::is_some).collect(),
         }
     }
 
@@ -204,6 +210,10 @@ fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(usize, Who
             );
         }
     }
+    for name in verb.objects.keys().chain(verb.instantiation_parameters.keys()).filter(|name| OPTIONS.contains(&name.as_str())) {
+        let message = format!("an argument of verb '{}' cannot be named '{name}': that is a word of a call", verb.name);
+        flat.refuse(Class::DefinitionError, message, &verb.place, &format!("choose another name, for example '{name}_value'"));
+    }
     let mut parameters = Vec::with_capacity(verb.instantiation_parameters.len());
     for (name, nodes) in &verb.instantiation_parameters {
         flat.subject = Some(Where::Cell { cell: name.clone() });
@@ -213,6 +223,18 @@ fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(usize, Who
         flat.groups.push(Group { name: name.clone(), origin: Origin::Parameter, ports, place: verb.place.clone() });
     }
     parameters
+}
+
+/// What every call takes beside the arguments of its verb, and `set` beside its values.
+const OPTIONS: [&str; 5] = ["time_limit", "overruns", "age_max", "every", "self"];
+
+/// Words that a call has a meaning for already: its options, and those of Python.
+fn is_reserved(name: &str) -> bool {
+    const PYTHON: [&str; 35] = [
+        "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue", "def", "del", "elif", "else", "except", "finally",
+        "for", "from", "global", "if", "import", "in", "is", "lambda", "nonlocal", "not", "or", "pass", "raise", "return", "try", "while", "with", "yield",
+    ];
+    OPTIONS.contains(&name) || PYTHON.contains(&name)
 }
 
 fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedInput> {
@@ -227,6 +249,13 @@ fn input_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedInput> {
                 place,
                 "give them two names",
             );
+        }
+        if is_reserved(name) {
+            let message = format!("an input parameter of verb '{}' cannot be named '{name}': that is a word of a call", verb.name);
+            flat.refuse(Class::DefinitionError, message, place, &format!("choose another name, for example '{name}_value'"));
+        }
+        if let Err(refusal) = check_unit(&input.unit) {
+            flat.push(refusal.for_what(&format!("the input parameter '{name}'")).at(place));
         }
         let whose = match if input.preset { Whose::Own } else { whose(flat, verb, name, false, place) } {
             Whose::Part { argument, .. } => {
@@ -312,36 +341,6 @@ fn output_values(flat: &mut Flat<'_>, verb: &Verb) -> Vec<(String, Port)> {
     outputs
 }
 
-/// A constant on an input that something else binds would never be read.
-fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
-    for group in flat.groups.iter().filter(|group| group.origin.varies()) {
-        for &(block, item) in &group.ports {
-            if flat.blocks[block].constants.iter().any(|(at, _)| *at == item) {
-                let message = format!("{} is given a constant and bound to '{}'", flat.described((block, item)), group.name);
-                let refusal = Refusal::new(Class::CoverError, message).remedy("leave one of them out").about([flat.part((block, item))]);
-                flat.refusals.push(refusal.at(&flat.blocks[block].place));
-            }
-        }
-    }
-}
-
-/// A cell that no block writes changes only by input parameters.
-fn cells_without_writer(flat: &mut Flat<'_>, given: &[Port]) -> Vec<Remark> {
-    let mut remarks = Vec::new();
-    for at in 0..flat.groups.len() {
-        let group = &flat.groups[at];
-        if group.origin != Origin::Cell || group.ports.iter().any(|port| flat.item_kind(*port) == Kind::Output) {
-            continue;
-        }
-        if !group.ports.iter().any(|port| given.contains(port)) {
-            let text = format!("cell '{}' has no writer and no input parameter: it stays as it is made", group.name);
-            remarks.push(Remark { text, place: group.place.clone() });
-        }
-        flat.groups[at].origin = Origin::InputOnly;
-    }
-    remarks
-}
-
 fn no_divides() -> &'static IndexMap<String, u32> {
     static NONE: OnceLock<IndexMap<String, u32>> = OnceLock::new();
     NONE.get_or_init(IndexMap::new)
@@ -357,15 +356,14 @@ pub(crate) fn group_of(blocks: &[FlatBlock], groups: &[Group]) -> Vec<Vec<Option
     group_of
 }
 
-fn driven(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>]) -> Vec<bool> {
-    let is_driven = |(at, block): (usize, &FlatBlock)| {
-        block.kind.interface.items.iter().enumerate().any(|(item, declared)| {
-            declared.kind == Kind::Input
-                && block.mode(item) == Mode::Synchronous
-                && group_of[at][item].is_some_and(|group| groups[group as usize].origin.varies())
+/// The first synchronous input of each block that is no constant: it runs when that has a new value, and only then.
+fn drivers(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>]) -> Vec<Option<usize>> {
+    let driver = |(at, block): (usize, &FlatBlock)| {
+        (0..block.kind.interface.items.len()).find(|item| {
+            is_synchronous_input(blocks, (at, *item)) && group_of[at][*item].is_some_and(|group| groups[group as usize].origin != Origin::Constant)
         })
     };
-    blocks.iter().enumerate().map(is_driven).collect()
+    blocks.iter().enumerate().map(driver).collect()
 }
 
 /// A cycle of synchronous ports within the definition.

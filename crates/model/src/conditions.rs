@@ -37,6 +37,7 @@ pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedConditio
         }
     }
     check_transitions(flat, verb, &mut conditions);
+    check_returns(flat, verb, &conditions);
     flat.subject = None;
     conditions
 }
@@ -83,6 +84,25 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
     let normal = !termination.raises && (name == "completed" || termination.returns.is_some());
     let planned = PlannedCondition { name: name.to_owned(), on, returns, normal, priority: termination.priority, during, alarm: termination.alarm.clone() };
     CheckedCondition { planned, transitions: Vec::new() }
+}
+
+/// ν is of what ends the verb: a condition that leads on from every list in which it holds returns nothing. A part of a composed verb
+/// returns what it returned alone.
+fn check_returns(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) {
+    if flat.is_composed {
+        return;
+    }
+    for ((key, termination), condition) in verb.conditions.iter().zip(conditions).filter(|((_, termination), _)| termination.returns.is_some()) {
+        let lists = verb.command_lists.keys().enumerate().filter(|(at, name)| condition.planned.holds_in(*at) && verb.ending.as_ref() != Some(name));
+        let mut lists = lists.map(|(at, _)| at).peekable();
+        if lists.peek().is_none() || !lists.all(|list| condition.transitions.iter().any(|(from, _)| *from == list)) {
+            continue;
+        }
+        let place = if termination.place.is_some() { &termination.place } else { &verb.place };
+        flat.subject = Some(Where::Condition { condition: key.clone() });
+        let message = format!("the condition '{key}' has returns and never ends the verb: every command list in which it holds has a transition for it");
+        flat.refuse(Class::DefinitionError, message, place, "leave returns out, or give them to the condition that ends it");
+    }
 }
 
 fn check_transitions(flat: &mut Flat<'_>, verb: &Verb, conditions: &mut [CheckedCondition]) {

@@ -129,6 +129,7 @@ impl Limits {
             Value::Text(text) if text.trim_end().ends_with('%') => number_in(text, "").map(|share| share * self.most),
             Value::Text(text) => number_in(text, &self.unit),
             Value::Integer(integer) => Ok(*integer as f64),
+            Value::Unsigned(integer) => Ok(*integer as f64),
             Value::Number(number) => Ok(*number),
             _ => Err(Refusal::new(Class::ValueRefused, format!("{value:?} is no number"))),
         };
@@ -151,7 +152,7 @@ impl Limits {
 
     /// A plain number far beyond the range that would be within it as degrees most likely was meant so.
     fn remedy(&self, value: &Value, given: f64, from: Option<f64>) -> String {
-        let is_plain = matches!(value, Value::Integer(_) | Value::Number(_));
+        let is_plain = matches!(value, Value::Integer(_) | Value::Unsigned(_) | Value::Number(_));
         let as_degrees = from.unwrap_or(0.0) + given.to_radians();
         let reached = from.unwrap_or(0.0) + given;
         let beyond = (reached - self.most).max(self.least - reached);
@@ -174,6 +175,7 @@ fn short(number: f64) -> String {
 fn number(value: &Value) -> Option<f64> {
     match value {
         Value::Integer(integer) => Some(*integer as f64),
+        Value::Unsigned(integer) => Some(*integer as f64),
         Value::Number(number) => Some(*number),
         _ => None,
     }

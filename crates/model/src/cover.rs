@@ -158,10 +158,6 @@ impl<'a> Flat<'a> {
         let is_given = ports.iter().any(|port| given.binary_search(port).is_ok());
         let first = ports[0];
         let output = ports.iter().copied().find(|port| self.item_kind(*port) == Kind::Output);
-        let has_value = |port: &Port| {
-            let block = &self.blocks[port.0];
-            block.kind.item(port.1).has_default || block.constants.iter().any(|(item, _)| *item == port.1)
-        };
         let (origin, text) = match (output, self.item_kind(first)) {
             (Some(_), _) => (Origin::Filled, format!("output '{name}' gets a cell of its own")),
             (_, Kind::DeviceRead | Kind::DeviceWrite) if in_graph => return,
@@ -173,9 +169,9 @@ impl<'a> Flat<'a> {
                 return;
             }
             _ if is_given => (Origin::InputOnly, format!("input '{name}' gets a cell that only input parameters write")),
-            _ if ports.iter().all(has_value) => (Origin::Constant, format!("input '{name}' gets its default")),
+            _ if ports.iter().all(|port| self.has_value(*port)) => (Origin::Constant, format!("input '{name}' gets its default")),
             _ => {
-                let bare = *ports.iter().find(|port| !has_value(port)).unwrap_or(&first);
+                let bare = *ports.iter().find(|port| !self.has_value(**port)).unwrap_or(&first);
                 let described = self.described(bare);
                 let whose = if in_graph { "a cell or an input of the graph" } else { "an instantiation parameter, a cell or an input parameter" };
                 let refusal = Refusal::new(Class::CoverError, format!("{described} has no binding, default or input parameter"));

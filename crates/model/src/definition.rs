@@ -474,6 +474,9 @@ pub struct Application {
     /// Intervals changed at application: label → ns.
     #[serde(default)]
     pub every: IndexMap<String, u64>,
+    /// Values of a start, where a check is to look at them too.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub values: IndexMap<String, Value>,
     /// The logical device whose own verb this is.
     #[serde(default)]
     pub owner: Option<String>,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Graphs within graphs become one flat row of blocks, each with its label from the outside in: `servo.pid`.
 use crate::configuration::Configuration;
+use crate::cover::mode_name;
 use crate::definition::{BlockSource, BlockUse, Graph};
 use crate::interface::{Kind, Mode};
 use crate::kind::{self, BlockKind};
@@ -253,6 +254,31 @@ impl<'a> Flat<'a> {
         let scope = self.scopes.len() - 1;
         self.subject = None;
         self.relax(prefix, &graph.modes, Some(scope), place);
+        for name in graph.inputs.keys() {
+            self.one_mode(scope, prefix, name, place);
+        }
+    }
+
+    /// A port of a graph has one mode, as that of a subroutine: that of the inputs behind it.
+    fn one_mode(&mut self, scope: usize, prefix: &str, name: &str, place: &Option<Place>) {
+        let inputs = self.scopes[scope].ports[name].iter().copied().filter(|port| self.item_kind(*port) == Kind::Input);
+        let inputs: Vec<(Port, Mode)> = inputs.map(|port| (port, self.blocks[port.0].mode(port.1))).collect();
+        let Some(&(first, mode)) = inputs.first() else { return };
+        let Some(&(other, differs)) = inputs.iter().find(|(_, other)| *other != mode) else { return };
+        let mode_of = |port: Port| self.blocks[port.0].mode(port.1);
+        let (a, b) = (self.described(first), self.described(other));
+        let message =
+            format!("the graph input '{prefix}{name}' covers {a}, which is {}, and {b}, which is {}: a port has one mode", mode_name(mode), mode_name(differs));
+        let tight = if mode == Mode::Synchronous || differs == Mode::Asynchronous { (first, differs) } else { (other, mode) };
+        let (port, mode) = (self.port_name(tight.0), mode_name(tight.1));
+        let mode = mode.strip_prefix("ratio ").map_or_else(|| format!("'{mode}'"), |n| format!("gpac.ratio({n})"));
+        let remedy = match (mode_of(first), mode_of(other)) {
+            (Mode::Ratio(_), Mode::Ratio(_)) => "make it two inputs".to_owned(),
+            _ => format!("relax one with modes={{'{}': {mode}}}, or make it two inputs", port.strip_prefix(prefix).unwrap_or(&port)),
+        };
+        self.subject = Some(Where::Port { block: prefix.trim_end_matches('.').to_owned(), port: name.to_owned() });
+        self.refuse_ports(Class::SchedulingError, message, place, &remedy, &[other, first]);
+        self.subject = None;
     }
 
     fn check_side(&mut self, name: &str, ports: &[Port], is_input: bool, place: &Option<Place>) {
@@ -276,6 +302,17 @@ impl<'a> Flat<'a> {
             let message = format!("'{name}' has two writers: {} and {}", self.described(first), self.described(second));
             self.refuse_ports(Class::SecondWriter, message, place, "give each a cell of its own", &[second, first]);
         }
+    }
+
+    /// Whether an input's mode makes it wait for its writer.
+    pub fn waits(&self, (block, item): Port) -> bool {
+        self.item_kind((block, item)) == Kind::Input && self.blocks[block].mode(item) != Mode::Asynchronous
+    }
+
+    /// Whether an input needs no writer: it has a constant or a default.
+    pub fn has_value(&self, (block, item): Port) -> bool {
+        let block = &self.blocks[block];
+        block.kind.item(item).has_default || block.constants.iter().any(|(at, _)| *at == item)
     }
 
     pub fn item_kind(&self, (block, item): Port) -> Kind {

@@ -35,6 +35,9 @@ pub struct Item {
     /// C type as declared; empty for a condition without a value.
     pub type_text: String,
     pub unit: String,
+    /// Items whose units make its own: declared as `=u`, the unit of u, or `=k.u`, that of their product. `unit` is empty then.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unit_of: Vec<String>,
     pub doc: String,
     /// An input that may stay unbound.
     #[serde(default)]
@@ -56,6 +59,16 @@ pub struct Item {
     pub least: u32,
     #[serde(default)]
     pub most: u32,
+}
+
+impl Item {
+    /// A declared unit taken apart: the unit itself, or the items that it is the product of.
+    pub fn declared_unit(text: &str) -> (String, Vec<String>) {
+        match text.strip_prefix('=') {
+            Some(of) => (String::new(), of.split('.').map(|name| name.trim().to_owned()).collect()),
+            None => (text.to_owned(), Vec::new()),
+        }
+    }
 }
 
 /// What a block shows of itself.

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An interface with its types read: what the checks ask of a block again and again.
 use crate::interface::{Interface, Item, Kind};
-use crate::refusal::Refusal;
+use crate::quantity::check_unit;
+use crate::refusal::{Class, Refusal};
 use crate::types::Type;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -46,9 +47,17 @@ impl BlockKind {
     /// Reads the types of an interface.
     ///
     /// # Errors
-    /// Every type that cannot be read.
+    /// Every type that cannot be read, and every unit.
     pub fn new(interface: &Interface) -> Result<BlockKind, Vec<Refusal>> {
         let mut refusals = Vec::new();
+        for item in &interface.items {
+            let unknown = item.unit_of.iter().find(|name| !interface.items.iter().any(|other| other.name == **name));
+            let wrong = match unknown {
+                Some(name) => Some(Refusal::new(Class::UnknownName, format!("its unit is that of '{name}', which is not there"))),
+                None => check_unit(&item.unit).err(),
+            };
+            refusals.extend(wrong.map(|refusal| refusal.for_what(&format!("item '{}' of block '{}'", item.name, interface.name))));
+        }
         let shapes = interface.items.iter().map(|item| {
             shape(interface, item).unwrap_or_else(|refusal| {
                 refusals.push(refusal.for_what(&format!("item '{}' of block '{}'", item.name, interface.name)));

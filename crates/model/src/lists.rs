@@ -13,7 +13,10 @@ use std::ops::Range;
 #[derive(Clone, Debug, PartialEq)]
 pub enum CheckedCommand {
     Install(Vec<Range<usize>>),
-    Execute(Range<usize>),
+    Execute {
+        label: String,
+        blocks: Range<usize>,
+    },
     Activate {
         label: String,
         blocks: Range<usize>,
@@ -58,7 +61,7 @@ fn check_list(flat: &mut Flat<'_>, verb: &Verb, name: &str, list: &CommandList) 
             Command::Install { blocks } => {
                 Some(CheckedCommand::Install(blocks.iter().filter_map(|b| labelled(flat, b, &what, place)).map(|found| found.0).collect()))
             }
-            Command::Execute { block } => labelled(flat, block, &what, place).map(|found| CheckedCommand::Execute(found.0)),
+            Command::Execute { block } => labelled(flat, block, &what, place).map(|(blocks, _)| CheckedCommand::Execute { label: block.clone(), blocks }),
             Command::Activate { block, every_ns, tunable, budget_ns } => {
                 if *every_ns == Some(0) {
                     flat.refuse(
@@ -178,18 +181,36 @@ pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
     }
 }
 
-/// An interval belongs to blocks without synchronous inputs.
-pub fn check_intervals(flat: &mut Flat<'_>, lists: &[CheckedList], driven: &[bool]) {
+/// An interval and `execute` belong to blocks without synchronous inputs: the others run when a new value comes, and only then.
+/// `drivers`: the first synchronous input of each block.
+pub fn check_scheduled(flat: &mut Flat<'_>, lists: &[CheckedList], drivers: &[Option<usize>]) {
     for list in lists {
+        flat.subject = Some(Where::List { list: list.name.clone() });
         for command in list.stages.iter().flat_map(|stage| &stage.commands) {
-            let CheckedCommand::Activate { label, blocks, every_ns: Some(_), .. } = command else { continue };
-            if blocks.clone().all(|block| driven[block]) && !blocks.is_empty() {
-                let message = format!("command list '{}' gives '{label}' an execution interval, and a synchronous input drives it", list.name);
-                let modes = blocks.clone().next().map_or_else(String::new, |block| crate::checked::modes_of_all(&flat.blocks[block]));
-                let remedy = format!("write activate('{label}'), or relax what drives it with {modes}");
-                flat.subject = Some(Where::List { list: list.name.clone() });
-                flat.refuse(Class::SchedulingError, message, &list.place, &remedy);
-            }
+            let (CheckedCommand::Activate { blocks, .. } | CheckedCommand::Execute { blocks, .. }) = command else { continue };
+            let Some(first) = blocks.clone().next().filter(|_| blocks.clone().all(|block| drivers[block].is_some())) else { continue };
+            let (message, remedy) = match command {
+                CheckedCommand::Activate { label, every_ns: Some(_), .. } => (
+                    format!("command list '{}' gives '{label}' an execution interval, and a synchronous input drives it", list.name),
+                    format!("write activate('{label}'), or relax what drives it with {}", crate::checked::modes_of_all(&flat.blocks[first])),
+                ),
+                CheckedCommand::Execute { label, .. } => {
+                    let port = (first, drivers[first].expect("it was looked for above"));
+                    (
+                        format!(
+                            "command list '{}' executes '{label}', and {} is synchronous: an execute brings it no new value",
+                            list.name,
+                            flat.described(port)
+                        ),
+                        format!(
+                            "put it into a graph with what writes that and execute the graph, or relax it with modes={{'{}': 'asynchronous'}}",
+                            flat.port_name(port)
+                        ),
+                    )
+                }
+                _ => continue,
+            };
+            flat.refuse(Class::SchedulingError, message, &list.place, &remedy);
         }
     }
     flat.subject = None;

@@ -6,8 +6,8 @@ use crate::refusal::{Class, Refusal};
 use crate::suggest;
 use std::f64::consts::PI;
 
-/// Exponents of m, kg, s, A, K, rad.
-type Dimension = [i8; 6];
+/// Exponents of m, kg, s, A, K, rad, counts, pixels.
+type Dimension = [i8; 8];
 
 /// A unit: one of it is `multiply / divide` of the coherent SI unit of its dimension. Two factors, so that 20 ms is 20 / 1000.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,33 +17,43 @@ struct Unit {
     dimension: Dimension,
 }
 
-const ONE: Unit = Unit { multiply: 1.0, divide: 1.0, dimension: [0; 6] };
+const ONE: Unit = Unit { multiply: 1.0, divide: 1.0, dimension: [0; 8] };
 
 /// Symbol, factor, dimension, whether it takes prefixes.
 const SYMBOLS: &[(&str, f64, f64, Dimension, bool)] = &[
-    ("m", 1.0, 1.0, [1, 0, 0, 0, 0, 0], true),
-    ("g", 1.0, 1000.0, [0, 1, 0, 0, 0, 0], true),
-    ("s", 1.0, 1.0, [0, 0, 1, 0, 0, 0], true),
-    ("A", 1.0, 1.0, [0, 0, 0, 1, 0, 0], true),
-    ("K", 1.0, 1.0, [0, 0, 0, 0, 1, 0], true),
-    ("rad", 1.0, 1.0, [0, 0, 0, 0, 0, 1], true),
-    ("deg", PI, 180.0, [0, 0, 0, 0, 0, 1], false),
-    ("°", PI, 180.0, [0, 0, 0, 0, 0, 1], false),
-    ("rev", std::f64::consts::TAU, 1.0, [0, 0, 0, 0, 0, 1], false),
-    ("rpm", std::f64::consts::TAU, 60.0, [0, 0, -1, 0, 0, 1], false),
-    ("Hz", 1.0, 1.0, [0, 0, -1, 0, 0, 0], true),
-    ("N", 1.0, 1.0, [1, 1, -2, 0, 0, 0], true),
-    ("J", 1.0, 1.0, [2, 1, -2, 0, 0, 0], true),
-    ("W", 1.0, 1.0, [2, 1, -3, 0, 0, 0], true),
-    ("Pa", 1.0, 1.0, [-1, 1, -2, 0, 0, 0], true),
-    ("bar", 100_000.0, 1.0, [-1, 1, -2, 0, 0, 0], true),
-    ("V", 1.0, 1.0, [2, 1, -3, -1, 0, 0], true),
-    ("Ohm", 1.0, 1.0, [2, 1, -3, -2, 0, 0], true),
-    ("Ω", 1.0, 1.0, [2, 1, -3, -2, 0, 0], true),
-    ("min", 60.0, 1.0, [0, 0, 1, 0, 0, 0], false),
-    ("h", 3600.0, 1.0, [0, 0, 1, 0, 0, 0], false),
-    ("%", 1.0, 100.0, [0; 6], false),
-    ("1", 1.0, 1.0, [0; 6], false),
+    ("m", 1.0, 1.0, [1, 0, 0, 0, 0, 0, 0, 0], true),
+    ("g", 1.0, 1000.0, [0, 1, 0, 0, 0, 0, 0, 0], true),
+    ("s", 1.0, 1.0, [0, 0, 1, 0, 0, 0, 0, 0], true),
+    ("A", 1.0, 1.0, [0, 0, 0, 1, 0, 0, 0, 0], true),
+    ("K", 1.0, 1.0, [0, 0, 0, 0, 1, 0, 0, 0], true),
+    ("rad", 1.0, 1.0, [0, 0, 0, 0, 0, 1, 0, 0], true),
+    ("deg", PI, 180.0, [0, 0, 0, 0, 0, 1, 0, 0], false),
+    ("°", PI, 180.0, [0, 0, 0, 0, 0, 1, 0, 0], false),
+    ("rev", std::f64::consts::TAU, 1.0, [0, 0, 0, 0, 0, 1, 0, 0], false),
+    ("rpm", std::f64::consts::TAU, 60.0, [0, 0, -1, 0, 0, 1, 0, 0], false),
+    ("Hz", 1.0, 1.0, [0, 0, -1, 0, 0, 0, 0, 0], true),
+    ("N", 1.0, 1.0, [1, 1, -2, 0, 0, 0, 0, 0], true),
+    ("J", 1.0, 1.0, [2, 1, -2, 0, 0, 0, 0, 0], true),
+    ("W", 1.0, 1.0, [2, 1, -3, 0, 0, 0, 0, 0], true),
+    ("Pa", 1.0, 1.0, [-1, 1, -2, 0, 0, 0, 0, 0], true),
+    ("bar", 100_000.0, 1.0, [-1, 1, -2, 0, 0, 0, 0, 0], true),
+    ("V", 1.0, 1.0, [2, 1, -3, -1, 0, 0, 0, 0], true),
+    ("Ohm", 1.0, 1.0, [2, 1, -3, -2, 0, 0, 0, 0], true),
+    ("Ω", 1.0, 1.0, [2, 1, -3, -2, 0, 0, 0, 0], true),
+    ("min", 60.0, 1.0, [0, 0, 1, 0, 0, 0, 0, 0], false),
+    ("h", 3600.0, 1.0, [0, 0, 1, 0, 0, 0, 0, 0], false),
+    ("C", 1.0, 1.0, [0, 0, 1, 1, 0, 0, 0, 0], true),
+    ("F", 1.0, 1.0, [-2, -1, 4, 2, 0, 0, 0, 0], true),
+    ("H", 1.0, 1.0, [2, 1, -2, -2, 0, 0, 0, 0], true),
+    ("T", 1.0, 1.0, [0, 1, -2, -1, 0, 0, 0, 0], true),
+    ("Wb", 1.0, 1.0, [2, 1, -2, -1, 0, 0, 0, 0], true),
+    ("l", 1.0, 1000.0, [3, 0, 0, 0, 0, 0, 0, 0], true),
+    ("L", 1.0, 1000.0, [3, 0, 0, 0, 0, 0, 0, 0], true),
+    ("counts", 1.0, 1.0, [0, 0, 0, 0, 0, 0, 1, 0], false),
+    ("count", 1.0, 1.0, [0, 0, 0, 0, 0, 0, 1, 0], false),
+    ("px", 1.0, 1.0, [0, 0, 0, 0, 0, 0, 0, 1], false),
+    ("%", 1.0, 100.0, [0; 8], false),
+    ("1", 1.0, 1.0, [0; 8], false),
 ];
 
 const PREFIXES: &[(&str, f64, f64)] = &[
@@ -75,6 +85,51 @@ fn is_same_unit(a: &str, b: &str) -> bool {
     }
 }
 
+/// Refuses a unit that nobody knows: two names of it would never agree, and a quantity in it could not be read. An empty one is
+/// unknown, and may be.
+///
+/// # Errors
+/// `UnitMismatch` with the unit that was probably meant: `N.m` for `Nm`.
+pub fn check_unit(text: &str) -> Result<(), Refusal> {
+    let unknown = text.split('|').filter(|_| !text.is_empty()).flat_map(words).find(|word| word_unit(word).is_none());
+    match unknown {
+        None => Ok(()),
+        Some("") => Err(Refusal::new(Class::UnitMismatch, format!("the unit '{text}' cannot be read")).remedy("write for example 'N.m/rad'")),
+        Some(word) => Err(Refusal::new(Class::UnitMismatch, format!("the unit '{}' is not known", word.escape_debug())).remedy(meant(word))),
+    }
+}
+
+/// The unit of a product of values in these units, `N.m` for `rad` times `N.m/rad`.
+pub fn product<'a>(units: impl IntoIterator<Item = &'a str>) -> String {
+    let (mut above, mut below): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
+    for unit in units {
+        for (at, part) in unit.split('/').enumerate() {
+            for word in part.split(SEPARATORS).filter(|word| !word.is_empty() && *word != "1") {
+                let (to, against) = if at == 0 { (&mut above, &mut below) } else { (&mut below, &mut above) };
+                match against.iter().position(|other| *other == word) {
+                    Some(other) => drop(against.remove(other)),
+                    None => to.push(word),
+                }
+            }
+        }
+    }
+    let below: String = below.iter().map(|word| format!("/{word}")).collect();
+    if above.is_empty() { format!("1{below}") } else { format!("{}{below}", above.join(".")) }
+}
+
+/// The unit of a quantity's text; none where it is a number alone.
+pub fn unit_of(text: &str) -> Option<&str> {
+    split(text).ok().map(|(_, unit)| unit).filter(|unit| !unit.is_empty())
+}
+
+/// What an unknown word of a unit most likely stands for: two known ones without the dot between, else the nearest.
+fn meant(word: &str) -> String {
+    let (symbol, _) = exponent(word).unwrap_or((word, 1));
+    let cuts = (1..symbol.len()).filter(|at| symbol.is_char_boundary(*at));
+    let parts = cuts.map(|at| word.split_at(at)).find(|(a, b)| symbol_unit(a).is_some() && word_unit(b).is_some());
+    parts.map_or_else(|| suggest::did_you_mean(symbol, SYMBOLS.iter().map(|s| s.0)), |(a, b)| format!("did you mean '{a}.{b}'?"))
+}
+
 /// The number that `text` means in unit `target` (`"90 deg"` in `rad`: 1.57…). A number without a unit is taken as it is; an empty
 /// target is unknown and takes the SI value. Of a target with a choice, `rad|m`, the first of that dimension counts.
 ///
@@ -87,7 +142,7 @@ pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
     }
     let Some(given) = unit(symbol) else {
         return Err(Refusal::new(Class::ValueRefused, format!("'{text}' has the unit '{symbol}', which is not known"))
-            .remedy(suggest::did_you_mean(symbol, SYMBOLS.iter().map(|s| s.0))));
+            .remedy(words(symbol).find(|word| word_unit(word).is_none()).map_or_else(String::new, meant)));
     };
     let wanted = if target.is_empty() {
         Some(Unit { dimension: given.dimension, ..ONE })
@@ -141,11 +196,24 @@ fn split(text: &str) -> Result<(f64, &str), Refusal> {
     }
 }
 
+/// What stands between factors.
+const SEPARATORS: [char; 4] = ['.', '*', '·', ' '];
+
+/// The factors of a unit.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split('/').flat_map(|part| part.split(SEPARATORS))
+}
+
+fn word_unit(word: &str) -> Option<Unit> {
+    let (symbol, _) = exponent(word)?;
+    symbol_unit(symbol)
+}
+
 /// Reads `kg.m^2/s`, `N*m`, `m/s2`, `1/s`; everything behind a slash divides.
 fn unit(text: &str) -> Option<Unit> {
     let mut total = ONE;
     for (at, part) in text.split('/').enumerate() {
-        for word in part.split(['.', '*', '·', ' ']).filter(|word| !word.is_empty()) {
+        for word in part.split(SEPARATORS).filter(|word| !word.is_empty()) {
             let (symbol, exponent) = exponent(word)?;
             let unit = symbol_unit(symbol)?;
             let exponent = if at == 0 { exponent } else { -exponent };
@@ -226,6 +294,32 @@ mod tests {
         assert_eq!(duration_ns("1e20 s").unwrap_err().class, Class::ValueRefused);
         assert_eq!(duration_text(1_500_000), "1.5 ms");
         assert_eq!(duration_text(20_000_000), "20 ms");
+    }
+
+    #[test]
+    fn an_unknown_unit_is_refused_with_what_was_meant() {
+        let refusal = |unit: &str| check_unit(unit).map_or_else(|refusal| refusal.to_string(), |()| String::new());
+        for known in ["", "N.m", "N*m/rad", "rad|m", "1/s", "1", "m/s2", "kg.m^2", "%", "counts/rad", "l/min", "N.m/rad/s|N/m/s", "µm"] {
+            assert_eq!(refusal(known), "", "{known}");
+        }
+        assert_eq!(refusal("Nm"), "the unit 'Nm' is not known; did you mean 'N.m'?");
+        assert_eq!(refusal("Nm/rad"), "the unit 'Nm' is not known; did you mean 'N.m'?");
+        assert_eq!(refusal("kgm2"), "the unit 'kgm2' is not known; did you mean 'kg.m2'?");
+        assert_eq!(refusal("rad|Rad"), "the unit 'Rad' is not known; did you mean 'rad'?");
+        assert!(refusal("furlong").starts_with("the unit 'furlong' is not known"));
+        assert!(refusal("N..m").starts_with("the unit 'N..m' cannot be read") && refusal("m/").starts_with("the unit 'm/' cannot be read"));
+        assert_eq!(number_in("5 Nm", "N.m").unwrap_err().to_string(), "'5 Nm' has the unit 'Nm', which is not known; did you mean 'N.m'?");
+    }
+
+    #[test]
+    fn products_of_units() {
+        assert_eq!(product(["rad", "N.m/rad"]), "N.m");
+        assert_eq!(product(["rad/s", "N.m/rad"]), "N.m/s");
+        assert_eq!(product(["m", "1"]), "m");
+        assert_eq!(product(["s", "1/s"]), "1");
+        assert_eq!(product(["1/s", "1"]), "1/s");
+        assert!(units_agree(&product(["rad/s", "N.m.s/rad"]), "N*m"));
+        assert_eq!((unit_of("2 N.m/rad"), unit_of("3"), unit_of("much")), (Some("N.m/rad"), None, None));
     }
 
     #[test]

@@ -61,7 +61,7 @@ fn runs(list: &CheckedList, blocks: usize) -> Vec<bool> {
 }
 
 fn mark(command: &CheckedCommand, runs: &mut [bool]) {
-    if let CheckedCommand::Activate { blocks, .. } | CheckedCommand::Execute(blocks) = command {
+    if let CheckedCommand::Activate { blocks, .. } | CheckedCommand::Execute { blocks, .. } = command {
         runs[blocks.clone()].fill(true);
     }
 }

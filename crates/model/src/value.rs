@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 pub enum Value {
     Bool(bool),
     Integer(i64),
+    /// One beyond the range of `Integer`: 2^63 to 2^64 - 1.
+    #[cfg_attr(feature = "schema", schemars(skip))]
+    Unsigned(u64),
     Number(f64),
     /// A quantity with a unit (`"20 ms"`), where a number is wanted.
     Text(String),

@@ -159,6 +159,7 @@ impl Sketch {
         let mut draft = Draft::new(&self.checked, nothing, configuration);
         let given: Vec<Given<'_>> = self.checked.groups.iter().map(|_| Given::Private).collect();
         draft.known_sizes(&given);
+        draft.infer_units(&given);
         draft
     }
 

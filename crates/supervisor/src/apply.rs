@@ -62,9 +62,12 @@ impl Definitions {
 }
 
 impl System {
-    /// Plans an application without making anything.
+    /// Plans an application without making anything; the values that it has are looked at as a start would.
     pub fn check(&self, application: &Application) -> Result<Plan, Refusals> {
-        self.shared.definitions().plan(application)
+        let mut definitions = self.shared.definitions();
+        let plan = definitions.plan(application)?;
+        let refusals = crate::requirements::unfit(&plan, &application.values, &definitions.configuration);
+        if refusals.is_empty() { Ok(plan) } else { Err(refusals.into_iter().map(|refusal| refusal.at(&application.place)).collect()) }
     }
 
     /// Makes a verb instance.
@@ -191,6 +194,7 @@ impl System {
             arguments: request.arguments.clone(),
             placement,
             every: request.every.clone(),
+            values: IndexMap::new(),
             owner: Some(name.to_owned()),
             place: request.place.clone(),
         };
@@ -323,12 +327,14 @@ fn device_parameters(of: &DeviceType, given: &IndexMap<String, Value>, device: &
 /// A value for a parameter whose default is a number: quantities in its unit, numbers as they are.
 fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model::refusal::Refusal> {
     match (default, value) {
-        (Value::Number(_) | Value::Integer(_) | Value::Text(_), Value::Text(text)) => model::quantity::number_in(text, unit).map(Value::Number),
-        (Value::Number(_), Value::Integer(i)) => Ok(Value::Number(*i as f64)),
-        (Value::Number(_), Value::Number(_)) | (Value::Integer(_), Value::Integer(_)) | (Value::Bool(_), Value::Bool(_)) | (Value::List(_), Value::List(_)) => {
-            Ok(value.clone())
+        (Value::Number(_) | Value::Integer(_) | Value::Unsigned(_) | Value::Text(_), Value::Text(text)) => {
+            model::quantity::number_in(text, unit).map(Value::Number)
         }
-        (Value::Integer(_), Value::Number(_)) | (Value::Text(_), Value::Number(_) | Value::Integer(_)) => Ok(value.clone()),
+        (Value::Number(_), Value::Integer(i)) => Ok(Value::Number(*i as f64)),
+        (Value::Number(_), Value::Unsigned(i)) => Ok(Value::Number(*i as f64)),
+        (Value::Integer(_) | Value::Unsigned(_), Value::Integer(_) | Value::Unsigned(_) | Value::Number(_)) => Ok(value.clone()),
+        (Value::Number(_), Value::Number(_)) | (Value::Bool(_), Value::Bool(_)) | (Value::List(_), Value::List(_)) => Ok(value.clone()),
+        (Value::Text(_), Value::Number(_) | Value::Integer(_)) => Ok(value.clone()),
         (Value::Record(_), Value::Record(_)) => Ok(value.clone()),
         _ => Err(model::refusal::Refusal::new(Class::ValueRefused, format!("{value:?} is not of the kind of its default {default:?}"))),
     }

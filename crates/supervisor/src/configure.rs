@@ -3,7 +3,7 @@
 use crate::catalog::Code;
 use crate::core::PhysicalRecord;
 use crate::location::{Location, Patience, Processor};
-use crate::refuse::{invalid_state, refuse, refuse_at, unknown};
+use crate::refuse::{invalid_state, known_unit, refuse, refuse_at, unknown};
 use crate::svvs::SvvRecord;
 use crate::system::System;
 use crate::tables::SourceTable;
@@ -222,6 +222,9 @@ impl System {
         let channels: Vec<Channel> = (device.channels().iter())
             .map(|c| Channel { name: c.name.clone(), write: c.direction == Direction::Write, type_text: c.type_text.clone(), unit: c.unit.clone() })
             .collect();
+        for channel in &channels {
+            known_unit(&channel.unit, &format!("channel '{name}.{}'", channel.name), &place)?;
+        }
         self.shared.command(|core| {
             let id = core.sources[source];
             device.obey(core.emergency.stop.clone());
@@ -343,6 +346,10 @@ impl System {
                 of.place,
             ));
         }
+        let units = of.svvs.iter().map(|(name, svv)| (name, &svv.unit)).chain(of.parameters.iter().map(|(name, parameter)| (name, &parameter.unit)));
+        for (name, unit) in units {
+            known_unit(unit, &format!("'{name}' of device type '{}'", of.name), &of.place)?;
+        }
         for (name, svv) in &of.svvs {
             Type::parse(&svv.type_text, &IndexMap::new()).map_err(|r| vec![crate::life::named(r, name)])?;
         }
@@ -370,6 +377,7 @@ impl System {
         let asked = &request.specification;
         let of = Type::parse(&asked.type_text, &request.types).map_err(|r| vec![crate::life::named(r, name)])?;
         crate::sane::svv(name, asked, of.size())?;
+        known_unit(&asked.unit, &format!("SVV '{name}'"), &place)?;
         let stored = match &asked.initial {
             Some(Initial::Value(value)) => of.encode(value, &asked.unit).map_err(|r| vec![crate::life::named(r, name)])?,
             _ => vec![0; of.size()],

@@ -161,7 +161,12 @@ impl Core {
         for &output in &condition.returns {
             let planned = &instance.plan.outputs[output];
             if let Some((_, bytes)) = instance.outputs.iter().find(|(o, _)| *o == output) {
-                outputs.insert(planned.name.clone(), decode(&planned.type_text, matches!(planned.target, Target::Cells(_)), bytes));
+                let (value, was_reported) = match planned.target {
+                    Target::Report { item, .. } => reported(bytes, item),
+                    _ => (bytes.as_slice(), true),
+                };
+                let value = was_reported.then(|| decode(&planned.type_text, matches!(planned.target, Target::Cells(_)), value));
+                outputs.insert(planned.name.clone(), value);
             }
         }
         Report {
@@ -239,6 +244,14 @@ pub(crate) fn take_outputs(have: &mut Vec<(usize, Vec<u8>)>, outputs: &[usize], 
             have.push((*output, part.to_vec()));
         }
         offset += len;
+    }
+}
+
+/// The value of a condition, and whether it was reported: the word behind the value has a bit for each item of its block.
+fn reported(bytes: &[u8], item: usize) -> (&[u8], bool) {
+    match bytes.split_last_chunk() {
+        Some((value, word)) => (value, u64::from_ne_bytes(*word) >> item & 1 == 1),
+        None => (bytes, false),
     }
 }
 

@@ -37,6 +37,7 @@ impl System {
             arguments: record.arguments.clone(),
             placement: record.source.iter().map(|source| ("*".to_owned(), source.clone())).collect(),
             every: IndexMap::new(),
+            values: IndexMap::new(),
             owner: Some(device.to_owned()),
             place,
         };

@@ -18,6 +18,7 @@ pub(crate) fn interface(module: &str, face: &BlockFace, types: &IndexMap<String,
 
 fn item(face: &ItemFace) -> Item {
     let (least, most) = face.limits.unwrap_or((0, 0));
+    let (unit, unit_of) = Item::declared_unit(&face.unit);
     Item {
         name: face.name.clone(),
         kind: kind(face.kind),
@@ -27,7 +28,8 @@ fn item(face: &ItemFace) -> Item {
             read::Mode::Asynchronous => Mode::Asynchronous,
         },
         type_text: face.type_text.clone(),
-        unit: face.unit.clone(),
+        unit,
+        unit_of,
         doc: face.doc.clone(),
         has_default: face.has_default,
         nonfinite: face.nonfinite,

@@ -195,7 +195,7 @@ fn lay_out(site: &Site) -> Places {
                 }
             }
             let descriptor = site.catalog.blocks[&block.block].descriptor;
-            blocks[index] = layout.take(descriptor.instance_size as usize, descriptor.instance_align as usize);
+            blocks[index] = layout.take(Block::memory_size(descriptor), descriptor.instance_align as usize);
         }
     }
     let extents = layouts.into_iter().map(|(source, layout)| (source, Extent::new(layout.len.max(8)))).collect();
@@ -330,7 +330,7 @@ fn make_blocks(
     for (index, planned) in site.plan.blocks.iter().enumerate() {
         let source = site.block_source[index];
         let code = &site.catalog.blocks[&planned.block];
-        let memory = places.extents[&source].cell(places.blocks[index], code.descriptor.instance_size as usize);
+        let memory = places.extents[&source].cell(places.blocks[index], Block::memory_size(code.descriptor));
         let id = BlockId(u32::try_from(core.fresh()).expect("fewer than 2^32 blocks in the life of a system"));
         let mut block = Block::install(id, &format!("{name}.{}", planned.label), code.descriptor, code.module.clone(), memory);
         for (item, bytes) in &planned.values {

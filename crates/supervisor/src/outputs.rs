@@ -33,7 +33,11 @@ impl Verbatim<'_> {
             let source = self.output_source(output);
             match &self.plan.outputs[output].target {
                 Target::Item { block, item } => cells.push(self.installed.blocks[*block].value(*item)),
-                Target::Report { block, item } => cells.extend(self.installed.blocks[*block].report(*item)),
+                // Behind its value: whether it was reported at all.
+                Target::Report { block, item } => {
+                    let block = &self.installed.blocks[*block];
+                    cells.extend(block.report(*item).into_iter().chain(block.reported()));
+                }
                 Target::Cell(cell) => cells.extend(self.installed.cell(*cell, source).cloned()),
                 Target::Cells(list) => cells.extend(list.iter().filter_map(|c| self.installed.cell(*c, source).cloned())),
             }

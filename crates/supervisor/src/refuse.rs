@@ -27,3 +27,8 @@ pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'
 pub(crate) fn invalid_state(what: &str, state: &str, call: &str, remedy: &str) -> Refusals {
     vec![Refusal::new(Class::InvalidState, format!("cannot {call} {what}: it is {state}")).end(what, &None).remedy(remedy)]
 }
+
+/// Refuses a unit that is not known.
+pub(crate) fn known_unit(unit: &str, what: &str, place: &Option<Place>) -> Result<(), Refusals> {
+    model::quantity::check_unit(unit).map_err(|refusal| vec![refusal.for_what(what).at(place)])
+}

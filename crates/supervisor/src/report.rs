@@ -36,6 +36,7 @@ pub struct Report {
     pub value: Option<Value>,
     /// Why, in words.
     pub message: String,
-    pub outputs: IndexMap<String, Value>,
+    /// Nothing for a condition that was not reported in this start.
+    pub outputs: IndexMap<String, Option<Value>>,
     pub others: Vec<Other>,
 }

@@ -19,6 +19,7 @@ pub(crate) fn within(name: &str, value: &Value, least: f64, most: f64) -> Result
     let is_outside = match value {
         Value::Number(number) => outside(*number),
         Value::Integer(integer) => outside(*integer as f64),
+        Value::Unsigned(integer) => outside(*integer as f64),
         Value::List(elements) => return elements.iter().try_for_each(|element| within(name, element, least, most)),
         _ => false,
     };
@@ -37,6 +38,21 @@ pub(crate) fn within(name: &str, value: &Value, least: f64, most: f64) -> Result
 pub(crate) fn preset(input: &PlannedInput, configuration: &Configuration) -> Result<Option<Value>, Refusals> {
     let Some(value) = &input.default else { return Ok(None) };
     conformity::settle(input, value, configuration, &IndexMap::new()).transpose().map(|settled| settled.or_else(|| input.default.clone()))
+}
+
+/// The given values and defaults that do not fit their types and units. Whether they are within their ranges is known at a start.
+pub(crate) fn unfit(plan: &Plan, values: &IndexMap<String, Value>, configuration: &Configuration) -> Refusals {
+    let mut refusals = Refusals::new();
+    for input in plan.inputs.iter().filter(|input| input.origin == InputOrigin::Given) {
+        let is_counted = input.range.as_ref().is_some_and(|range| !range.counted_from.is_empty());
+        let Some(value) = values.get(&input.name).or(input.default.as_ref()).filter(|_| !is_counted) else { continue };
+        match conformity::settle(input, value, configuration, &IndexMap::new()) {
+            Some(Err(wrong)) => refusals.extend(wrong.into_iter().filter(|refusal| refusal.class != Class::OutOfRange)),
+            Some(Ok(_)) => {}
+            None => refusals.extend(crate::life::encode(&input.type_text, &input.unit, value).err().map(|refusal| crate::life::named(refusal, &input.name))),
+        }
+    }
+    refusals
 }
 
 impl System {

@@ -8,6 +8,7 @@ from ..commands import activate, execute, ready
 from ..conditions import on
 from ..devices import LogicalDevice, parameter, svv
 from ..errors import Terminated
+from ..graphs import Graph
 from ..parameters import input
 from ..svvs import SVV
 from ..verbs import Verb
@@ -23,25 +24,33 @@ SERVO_PERIOD = "1 ms"
 HISTORY = 10_000
 """How many values of `sensed`, `commanded` and `reference` are kept: ten seconds of the servo."""
 
+reading = Graph(
+    "joint_position",
+    doc="Where a joint is: its channel, counted from the zero that was found.",
+    blocks={"read": lib.block("read_channel"), "zero": lib.block("offset")},
+    inputs={"offset": "zero.offset"},
+    outputs={"y": "zero.y"},
+    cells={"reading": ["read.y", "zero.u"]},
+)
+
 joint_servo = Verb(
     "robot_joint_servo",
     doc="Keeps a joint at its commanded position, within its range and greatest speed: PID with the plant's gravity compensation.",
     blocks={
-        "position": lib.block("read_channel"),
-        "zero": lib.block("offset"),
+        "position": reading,
         "speed": lib.block("read_channel"),
         "load": lib.block("channel_sum"),
         "servo": lib.block("joint_servo"),
         "write": lib.block("write_channel"),
     },
     instantiation_parameters={
-        "drive.position": "position.channel",
+        "drive.position": "position.read.channel",
         "drive.velocity": "speed.channel",
         "drive.bias": "load.channel",
         "load_effort": "load.u",
         "drive.effort": "write.channel",
-        "offset": ["zero.offset", "servo.offset"],
-        "sensed": ["zero.y", "servo.position"],
+        "offset": ["position.offset", "servo.offset"],
+        "sensed": ["position.y", "servo.position"],
         "velocity": ["speed.y", "servo.velocity"],
         "commanded": "servo.setpoint",
         "reference": "servo.reference",
@@ -49,7 +58,7 @@ joint_servo = Verb(
         "limited": "servo.limited",
         "homed": "servo.homed",
     },
-    cells={"reading": ["position.y", "zero.u"], "bias": ["load.y", "servo.bias"], "effort": ["servo.effort", "write.u"]},
+    cells={"bias": ["load.y", "servo.bias"], "effort": ["servo.effort", "write.u"]},
     input_parameters={
         "kp": input("servo.kp", tunable=True),
         "ki": input("servo.ki", tunable=True),
@@ -64,9 +73,7 @@ joint_servo = Verb(
     command_lists={
         "start": [
             execute("position"),
-            execute("zero"),
             activate("position", every=SERVO_PERIOD),
-            activate("zero"),
             activate("speed", every=SERVO_PERIOD),
             activate("load", every=SERVO_PERIOD),
             activate("servo"),

@@ -132,6 +132,7 @@ def test_r115_a_device_contributes_svvs_and_parameters(rig: Rig, arm: gpac.Group
         instantiation_parameters={"joint.sensed": "s.u", "y": "gain.y"},
         cells={"c": ["s.y", "gain.u"]},
         input_parameters={"joint.max_speed": "gain.k"},
+        modes={"gain.u": "asynchronous"},
         command_lists={"start": [execute("s"), execute("gain")]},
     )
     (y,) = rig.svvs("y")

@@ -209,7 +209,7 @@ def test_r118_during_stays_within_its_part(rig: Rig) -> None:
         instantiation_parameters={"a": "count.y"},
         command_lists={"one": [activate("count", every="1 ms"), wait("5 ms")], "two": [activate("count", every="2 ms")]},
         initial="one",
-        conditions={"early": on("count.enough", returns=[], during="two"), "enough": on("count.enough", returns=[], during="one")},
+        conditions={"early": on("count.enough", returns=[], during="two"), "enough": on("count.enough", during="one")},
         transitions={("one", "enough"): "two"},
     )
     verb = gpac.compose("pair", {"x": first, "y": counting(rig, "y", "b")}, transitions={("x", "early"): "y"})

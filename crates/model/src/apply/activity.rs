@@ -52,7 +52,7 @@ impl Draft<'_> {
                             }
                         }
                         CheckedCommand::Deactivate(blocks) => now[blocks.clone()].fill(None),
-                        CheckedCommand::Execute(blocks) => {
+                        CheckedCommand::Execute { blocks, .. } => {
                             for block in blocks.clone() {
                                 if activity.executed[block].last() != Some(&index) {
                                     activity.executed[block].push(index);

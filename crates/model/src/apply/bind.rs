@@ -41,7 +41,7 @@ impl<'a> Draft<'a> {
                     continue;
                 }
                 let Some(layout) = self.layout((at, *item)) else { continue };
-                match layout.read.encode(value, &declared.unit) {
+                match layout.read.encode(value, self.unit((at, *item))) {
                     Ok(bytes) => values.push((*item, bytes)),
                     Err(refusal) => {
                         let refusal = refusal.for_what(&format!("the constant for {}", self.described((at, *item))));
@@ -103,9 +103,9 @@ impl<'a> Draft<'a> {
             Origin::Constant => CellKind::Constant { name: group.name.clone() },
             _ => CellKind::Private { name: group.name.clone() },
         };
-        let unit = group.ports.iter().map(|p| &self.flat(p.0).kind.item(p.1).unit).find(|unit| !unit.is_empty()).cloned();
-        let cell = self.cell(kind, &layout, unit.unwrap_or_default(), initial);
-        self.varies[cell] = group.origin.varies();
+        let unit = group.ports.iter().map(|port| self.unit(*port)).find(|unit| !unit.is_empty()).unwrap_or_default().to_owned();
+        let cell = self.cell(kind, &layout, unit, initial);
+        self.varies[cell] = group.origin != Origin::Constant;
         for port in &group.ports {
             self.attach(*port, Binding::Cell(cell));
         }
@@ -120,7 +120,7 @@ impl<'a> Draft<'a> {
             let flat = self.flat(block);
             let declared = flat.kind.item(item);
             if let Some((_, value)) = flat.constants.iter().find(|(at, _)| *at == item) {
-                match layout.read.encode(value, &declared.unit) {
+                match layout.read.encode(value, self.unit((block, item))) {
                     Ok(bytes) => return bytes,
                     Err(refusal) => {
                         let refusal = refusal.for_what(&format!("the constant for {}", self.described((block, item))));
@@ -201,7 +201,7 @@ impl<'a> Draft<'a> {
             self.refusals.push(refusal.at(&self.application.place).at(place));
             return None;
         }
-        if let Some((name, svv)) = svvs.iter().find(|(_, svv)| !units_agree(&svv.unit, &item.unit)) {
+        if let Some((name, svv)) = svvs.iter().find(|(_, svv)| !units_agree(&svv.unit, self.unit(port))) {
             let what = format!("SVV '{name}' ({}{})", layouts[0].text, comma(&svv.unit));
             self.refuse_units(what, &svv.place.clone(), port, place);
         }
@@ -263,7 +263,7 @@ impl<'a> Draft<'a> {
                 self.refusals.push(refusal.end(described, &self.flat(port.0).place).at(&self.application.place).at(&group.place));
                 continue;
             }
-            if !units_agree(&declared.unit, &item.unit) {
+            if !units_agree(&declared.unit, self.unit(*port)) {
                 self.refuse_units(what, &None, *port, &group.place);
             }
             self.attach(*port, Binding::Cell(cell));
@@ -309,10 +309,9 @@ impl<'a> Draft<'a> {
     /// All ports of a data object have one unit, as far as it is known: that of its writer, or of the first port that has one.
     fn check_units(&mut self, group: &Group) {
         let checked = self.checked;
-        let unit = |port: &Port| checked.blocks[port.0].kind.item(port.1).unit.as_str();
-        let known = || group.ports.iter().filter(|port| !unit(port).is_empty());
+        let known = || group.ports.iter().filter(|port| !self.unit(**port).is_empty());
         let Some(&first) = known().find(|port| self.kind(**port) == Kind::Output).or_else(|| known().next()) else { return };
-        let others: Vec<Port> = known().filter(|port| !units_agree(unit(&first), unit(port))).copied().collect();
+        let others: Vec<Port> = known().filter(|port| !units_agree(self.unit(first), self.unit(**port))).copied().collect();
         for port in others {
             let place = self.flat(port.0).place.clone();
             self.refuse_units(self.described(first), &self.flat(first.0).place.clone(), port, &place);
@@ -326,7 +325,7 @@ impl<'a> Draft<'a> {
     fn refuse_units(&mut self, what: String, what_place: &Option<Place>, port: Port, place: &Option<Place>) {
         let described = self.described(port);
         let refusal = Refusal::new(Class::UnitMismatch, format!("cannot bind {what} to {described}: units differ"));
-        let refusal = refusal.remedy("declare one of them as the other, or convert between them with a gain");
+        let refusal = refusal.remedy("declare one of them as the other, or convert with a gain that has a unit, for example k='2 N.m/rad'");
         let refusal = refusal.end(what, what_place).end(described, &self.flat(port.0).place).about([self.drawn(port)]);
         self.refusals.push(refusal.at(place).at(&self.checked.place));
     }

@@ -56,14 +56,14 @@ impl<'a> Draft<'a> {
         let origin = self.origin(input);
         let &first = input.ports.first()?;
         let layout = self.layout(first)?;
-        let units = input.ports.iter().map(|p| self.flat(p.0).kind.item(p.1).unit.as_str());
+        let units = input.ports.iter().map(|port| self.unit(*port));
         let unit = std::iter::once(input.unit.as_str()).chain(units).find(|unit| !unit.is_empty()).unwrap_or("").to_owned();
         for port in &input.ports {
             let described = self.described(*port);
             if self.layout(*port).is_some_and(|other| other.text != layout.text) {
                 let message = format!("the input parameter '{}' goes to {} and to {described}: types differ", input.name, self.described(first));
                 self.refuse(Class::TypeMismatch, message, "declare one of them as the other", &input.place);
-            } else if !units_agree(&unit, &self.flat(port.0).kind.item(port.1).unit) {
+            } else if !units_agree(&unit, self.unit(*port)) {
                 let message = format!("the input parameter '{}' ({unit}) goes to {described}: units differ", input.name);
                 self.refuse(Class::UnitMismatch, message, "declare one of them as the other", &input.place);
             }

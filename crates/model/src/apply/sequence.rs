@@ -140,7 +140,7 @@ impl Draft<'_> {
         for (at, command) in stage.commands.iter().enumerate() {
             match command {
                 CheckedCommand::Install(ranges) => commands.push(PlannedCommand::Install(ranges.iter().flat_map(Clone::clone).collect())),
-                CheckedCommand::Execute(blocks) => commands.push(PlannedCommand::Execute(self.executed(blocks.clone(), relations, position))),
+                CheckedCommand::Execute { blocks, .. } => commands.push(PlannedCommand::Execute(self.executed(blocks.clone(), relations, position))),
                 CheckedCommand::Ready => commands.push(PlannedCommand::Ready),
                 CheckedCommand::Activate { blocks, .. } | CheckedCommand::Deactivate(blocks) => {
                     let mut switched: Vec<ActivationIndex> = Vec::new();
@@ -162,11 +162,8 @@ impl Draft<'_> {
         commands
     }
 
-    /// One invocation of each block without synchronous inputs, then what they drive.
+    /// One invocation of each block without synchronous inputs, then what they drive; the definition has one at least.
     fn executed(&self, blocks: std::ops::Range<usize>, relations: &Relations, position: &[(usize, usize)]) -> Vec<BlockIndex> {
-        if blocks.len() == 1 {
-            return blocks.collect();
-        }
         let is_driven = |block: usize| relations.of[block].iter().any(|r| r.mode == Mode::Synchronous);
         let mut runs = vec![false; blocks.len()];
         let mut executed = Vec::new();

@@ -120,7 +120,8 @@ impl<'a> PartOf<'a> {
     pub fn can_come(&self, list: usize, name: &str) -> bool {
         let runs = |block: usize| {
             let mut commands = self.checked.lists[list].stages.iter().flat_map(|stage| &stage.commands);
-            commands.any(|command| matches!(command, CheckedCommand::Activate { blocks, .. } | CheckedCommand::Execute(blocks) if blocks.contains(&block)))
+            commands
+                .any(|command| matches!(command, CheckedCommand::Activate { blocks, .. } | CheckedCommand::Execute { blocks, .. } if blocks.contains(&block)))
         };
         let line = self.checked.conditions.iter().find(|c| c.planned.name == name && c.planned.holds_in(list));
         line.is_none_or(|line| line.planned.on.is_empty() || line.planned.on.iter().any(|port| runs(port.0)))

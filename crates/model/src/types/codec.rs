@@ -19,7 +19,7 @@ impl Type {
         Ok(bytes)
     }
 
-    /// The value in the first bytes of `bytes`. A `uint64_t` beyond the range of an `int64_t` becomes its decimal text.
+    /// The value in the first bytes of `bytes`.
     ///
     /// # Panics
     /// If there are fewer bytes than [`Type::size`].
@@ -105,6 +105,7 @@ impl Scalar {
     fn number(self, value: &Value, unit: &str) -> Result<f64, Refusal> {
         match value {
             Value::Integer(value) => Ok(*value as f64),
+            Value::Unsigned(value) => Ok(*value as f64),
             Value::Number(value) if !value.is_nan() => Ok(*value),
             Value::Text(text) => quantity::number_in(text, unit),
             _ => Err(refused(format!("{} takes a number, not {}", self.name(), describe(value)))),
@@ -114,6 +115,7 @@ impl Scalar {
     fn integer(self, value: &Value, unit: &str) -> Result<i128, Refusal> {
         match value {
             Value::Integer(value) => Ok(i128::from(*value)),
+            Value::Unsigned(value) => Ok(i128::from(*value)),
             Value::Text(text) if text.trim().parse::<i128>().is_ok() => Ok(text.trim().parse().expect("it was parsed a line above")),
             Value::Text(text) => {
                 let number = quantity::number_in(text, unit)?;
@@ -144,9 +146,7 @@ impl Scalar {
             Scalar::Bool => Value::Bool(bytes[0] != 0),
             Scalar::Float => Value::Number(f64::from(f32::from_bits(unsigned as u32))),
             Scalar::Double => Value::Number(f64::from_bits(unsigned)),
-            Scalar::Uint8 | Scalar::Uint16 | Scalar::Uint32 | Scalar::Uint64 => {
-                i64::try_from(unsigned).map_or_else(|_| Value::Text(unsigned.to_string()), Value::Integer)
-            }
+            Scalar::Uint8 | Scalar::Uint16 | Scalar::Uint32 | Scalar::Uint64 => i64::try_from(unsigned).map_or(Value::Unsigned(unsigned), Value::Integer),
             _ => Value::Integer((unsigned << shift) as i64 >> shift),
         }
     }
@@ -160,6 +160,7 @@ fn describe(value: &Value) -> String {
     match value {
         Value::Bool(value) => value.to_string(),
         Value::Integer(value) => value.to_string(),
+        Value::Unsigned(value) => value.to_string(),
         Value::Number(value) => value.to_string(),
         Value::Text(text) => format!("'{text}'"),
         Value::List(values) => format!("a list of {}", values.len()),

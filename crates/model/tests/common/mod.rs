@@ -31,12 +31,14 @@ fn item(line: &str) -> Item {
     let ratio = rest.iter().find_map(|word| word.strip_prefix("ratio=")?.parse().ok());
     let history = rest.iter().find_map(|word| word.strip_prefix("history=")?.parse().ok()).unwrap_or(0);
     let is_flag = |word: &&&str| ["default", "sized", "async"].contains(*word) || word.starts_with("ratio=") || word.starts_with("history=");
+    let (unit, unit_of) = Item::declared_unit(rest.iter().find(|word| !is_flag(word)).map_or("", |unit| *unit));
     Item {
         name: words[2].into(),
         kind,
         mode: ratio.map_or(if has("async") { Mode::Asynchronous } else { Mode::Synchronous }, Mode::Ratio),
         type_text: if words[1] == "-" { String::new() } else { words[1].into() },
-        unit: rest.iter().find(|word| !is_flag(word)).map_or(String::new(), |unit| (*unit).into()),
+        unit,
+        unit_of,
         doc: String::new(),
         has_default: has("default"),
         nonfinite: false,
@@ -124,15 +126,15 @@ fn blocks() -> Vec<Interface> {
                 "size uint32_t n",
                 "in double[n] start rad async sized",
                 "out double[n] target rad sized",
-                "in double[n] goal rad sized",
-                "in double speed rad/s",
+                "in double[n] goal rad async sized",
+                "in double speed rad/s async",
                 "param double[n] speed_max rad/s sized",
                 "out double[16] coefficients",
             ],
         ),
         interface("lib.generator", &["size uint32_t n", "in double[16] coefficients async", "out double[n] setpoint rad sized"]),
         interface("lib.near", &["size uint32_t n", "in double[n] goal rad async sized", "in double[n] sensed rad async sized", "condition - done"]),
-        interface("lib.gain", &["in double u", "out double y", "param double k"]),
+        interface("lib.gain", &["in double u", "out double y =k.u", "param double k"]),
         interface("lib.sum", &["in double a", "in double b", "out double y"]),
         interface("lib.relaxed", &["in double u async", "out double y"]),
         interface("lib.signal", &["out double y", "param double frequency Hz", "condition double above"]),

@@ -108,7 +108,7 @@ fn what_has_one_name_is_one_thing() {
         "second",
         "lib.pid",
         "1ms",
-        json!({"instantiation_parameters": {"q": ["b.effort"]}, "modes": {"b.measured": "asynchronous"},
+        json!({"instantiation_parameters": {"q": ["b.effort"]}, "modes": {"b.measured": "asynchronous", "b.setpoint": "asynchronous"},
         "input_parameters": {"g": {"targets": ["b.measured"]}, "h": {"targets": ["b.setpoint"]}, "kp": {"targets": ["b.kp"]}, "limit": {"targets": ["b.limit"]}}}),
     );
     assert_eq!(

@@ -183,6 +183,17 @@ fn graphs() {
         json!({"name": "g", "blocks": {"o": {"block": {"subroutine": "lib.odd"}}}}),
         "DefinitionError: item 'u' of block 'lib.odd': cannot read the type 'doubel': the type 'doubel' is not known; did you mean 'double'?",
     );
+    let two_modes = |second: &str, modes: Value| json!({"name": "g", "blocks": {"a": {"block": {"subroutine": "lib.gain"}}, "b": {"block": {"subroutine": second}}}, "inputs": {"u": ["a.u", "b.u"]}, "modes": modes});
+    graph_check(
+        two_modes("lib.relaxed", json!({})),
+        "SchedulingError: the graph input 'u' covers input 'a.u' (double), which is synchronous, and input 'b.u' (double), which is asynchronous: a port has one mode; relax one with modes={'a.u': 'asynchronous'}, or make it two inputs",
+    );
+    graph_check(
+        two_modes("lib.slow_in", json!({})),
+        "SchedulingError: the graph input 'u' covers input 'a.u' (double), which is synchronous, and input 'b.u' (double), which is ratio 4: a port has one mode; relax one with modes={'a.u': gpac.ratio(4)}, or make it two inputs",
+    );
+    graph_check(two_modes("lib.relaxed", json!({"a.u": "asynchronous"})), "");
+    graph_check(two_modes("lib.slow_in", json!({"u": "asynchronous"})), "");
     graph_check(
         json!({"name": "g", "blocks": {"a.b": {"block": {"subroutine": "lib.signal"}}}}),
         "DefinitionError: the label 'a.b' of a block is empty or has a dot",
@@ -199,15 +210,16 @@ fn types_and_units() {
         v(
             &[("p", "lib.pid"), ("q", "lib.pid")],
             json!({"cells": {"c": ["p.effort", "q.measured"]},
-        "input_parameters": {"x": {"targets": ["p.measured", "p.setpoint", "q.setpoint"]}}}),
+        "input_parameters": {"x": {"targets": ["p.measured", "p.setpoint", "q.setpoint"]}},
+        "modes": {"p.measured": "asynchronous", "p.setpoint": "asynchronous", "q.setpoint": "asynchronous"}}),
         ),
-        "UnitMismatch: cannot bind output 'p.effort' (double, N.m) to input 'q.measured' (double, rad): units differ; declare one of them as the other, or convert between them with a gain",
+        "UnitMismatch: cannot bind output 'p.effort' (double, N.m) to input 'q.measured' (double, rad): units differ; declare one of them as the other, or convert with a gain that has a unit, for example k='2 N.m/rad'",
     );
     check(
         v(
             &[("k", "lib.constant"), ("p", "lib.pid"), ("q", "lib.planner")],
             json!({"cells": {"c": ["k.y", "p.measured", "q.speed"]},
-        "blocks": {"q": {"constants": {"n": 1, "goal": [0.0]}}}, "instantiation_parameters": {"s": ["q.start"]}, "input_parameters": {"x": {"targets": ["p.setpoint"]}}}),
+        "blocks": {"q": {"constants": {"n": 1, "goal": [0.0]}}}, "instantiation_parameters": {"s": ["q.start"]}, "input_parameters": {"x": {"targets": ["p.setpoint"]}}, "modes": {"p.setpoint": "asynchronous"}}),
         ),
         "CallError: verb 'v' needs the instantiation parameter 's'; give an SVV or a channel, or make it a cell of the verb",
     );
@@ -215,9 +227,9 @@ fn types_and_units() {
         v(
             &[("k", "lib.constant"), ("p", "lib.pid"), ("q", "lib.planner")],
             json!({"cells": {"c": ["k.y", "p.measured", "q.speed"], "s": ["q.start"]},
-        "blocks": {"q": {"constants": {"n": 1, "goal": [0.0]}}}, "input_parameters": {"x": {"targets": ["p.setpoint"]}}}),
+        "blocks": {"q": {"constants": {"n": 1, "goal": [0.0]}}}, "input_parameters": {"x": {"targets": ["p.setpoint"]}}, "modes": {"p.setpoint": "asynchronous"}}),
         ),
-        "UnitMismatch: cannot bind input 'p.measured' (double, rad) to input 'q.speed' (double, rad/s): units differ; declare one of them as the other, or convert between them with a gain",
+        "UnitMismatch: cannot bind input 'p.measured' (double, rad) to input 'q.speed' (double, rad/s): units differ; declare one of them as the other, or convert with a gain that has a unit, for example k='2 N.m/rad'",
     );
     let svv = |name: &str| json!({"arguments": {"x": {"svv": name}}});
     let relaxed = |name| with(verb(&[("h", "lib.relaxed")], json!({"instantiation_parameters": {"x": ["h.u"]}})), json!({}), svv(name));
@@ -241,7 +253,11 @@ fn types_and_units() {
         (
             verb(
                 &[("r", block)],
-                json!({"instantiation_parameters": {"x": [format!("r.{item}")]}, "cells": if block == "lib.write_channel" { json!({"u": ["r.u"]}) } else { json!({}) }}),
+                if block == "lib.write_channel" {
+                    json!({"instantiation_parameters": {"x": [format!("r.{item}")]}, "cells": {"u": ["r.u"]}, "modes": {"r.u": "asynchronous"}})
+                } else {
+                    json!({"instantiation_parameters": {"x": [format!("r.{item}")]}})
+                },
             ),
             json!({"arguments": {"x": {"channel": {"device": "ur5e", "channel": channel}}}}),
         )
@@ -290,6 +306,78 @@ fn types_and_units() {
         v(&[("g", "lib.generator")], json!({"cells": {"c": ["g.coefficients"]}, "blocks": {"g": {"constants": {"n": 9}}}})),
         "ValueRefused: the size 'n' of 'g' is 9, and lib.generator takes 1 to 8; give another number of elements",
     );
+}
+
+#[test]
+fn what_never_ends_a_verb_returns_nothing() {
+    let leads_on = |transitions: Value| {
+        let lists = json!({"start": list(&["+s 1ms", "+g"]), "back": list(&["+s 1ms", "+g"])});
+        let on = json!({"high": {"on": ["s.above"], "returns": ["y"]}});
+        two(json!({"command_lists": lists, "initial": "start", "output_values": {"y": "g.y"}, "conditions": on, "transitions": transitions}))
+    };
+    let way = |from: &str, to: &str| json!({"from": from, "condition": "high", "to": to});
+    check(
+        leads_on(json!([way("start", "back"), way("back", "start")])),
+        "DefinitionError: the condition 'high' has returns and never ends the verb: every command list in which it holds has a transition for it; leave returns out, or give them to the condition that ends it",
+    );
+    let (verb, application) = leads_on(json!([way("start", "back")]));
+    assert!(apply_json(verb, application).is_ok(), "it ends the second list");
+}
+
+#[test]
+fn words_of_a_call_are_no_names_of_parameters() {
+    for name in ["time_limit", "overruns", "age_max", "every", "self", "class", "lambda"] {
+        check(
+            two(json!({"input_parameters": {name: {"targets": ["g.k"]}}})),
+            &format!(
+                "DefinitionError: an input parameter of verb 'v' cannot be named '{name}': that is a word of a call; choose another name, for example '{name}_value'"
+            ),
+        );
+    }
+    let (verb, application) = two(json!({"instantiation_parameters": {"time_limit": ["g.y"]}}));
+    check(
+        (verb, application),
+        "DefinitionError: an argument of verb 'v' cannot be named 'time_limit': that is a word of a call; choose another name, for example 'time_limit_value'",
+    );
+}
+
+#[test]
+fn units_pass_through_blocks() {
+    // s.y is in nothing, q.y in rad: what a gain makes of it depends on its factor.
+    let chain = |k: Value| {
+        let rest = json!({"blocks": {"g": {"constants": {"k": k}}}, "instantiation_parameters": {"from": ["g.u"], "to": ["g.y", "p.setpoint"]},
+            "input_parameters": {"m": {"targets": ["p.measured"]}}, "modes": {"g.u": "asynchronous", "p.measured": "asynchronous"}});
+        (verb(&[("g", "lib.gain"), ("p", "lib.pid")], rest), json!({"arguments": {"from": {"svv": "speed"}, "to": {"svv": "a"}}}))
+    };
+    let refused = "UnitMismatch: cannot bind output 'g.y' (double, rad/s) to input 'p.setpoint' (double, rad): units differ; declare one of them as the other, or convert with a gain that has a unit, for example k='2 N.m/rad'";
+    check(chain(json!(2.0)), refused);
+    check(chain(json!("50 %")), refused);
+    assert!(apply_json(chain(json!("2 s")).0, chain(json!("2 s")).1).is_ok());
+    check(chain(json!("2 kg")), &refused.replace("(double, rad/s)", "(double, kg.rad/s)"));
+    // What an input parameter will bring is not known, unless it says so.
+    let tunable = |input: Value| {
+        let (mut verb, application) = chain(json!(1.0));
+        verb["blocks"]["g"]["constants"] = json!({});
+        verb["input_parameters"]["k"] = input;
+        (verb, application)
+    };
+    assert!(apply_json(tunable(json!({"targets": ["g.k"]})).0, chain(json!(1.0)).1).is_ok());
+    check(tunable(json!({"targets": ["g.k"], "unit": "N"})), &refused.replace("(double, rad/s)", "(double, N.rad/s)"));
+    // Through any number of blocks, in whatever order they are declared.
+    let rest = json!({"instantiation_parameters": {"from": ["a.u"], "to": ["c.y"]}, "cells": {"x": ["a.y", "b.u"], "y": ["b.y", "c.u"]}, "modes": {"a.u": "asynchronous"}});
+    let row = verb(&[("c", "lib.gain"), ("b", "lib.gain"), ("a", "lib.gain")], rest);
+    check(
+        (row, json!({"arguments": {"from": {"svv": "j1.sensed"}, "to": {"svv": "speed"}}})),
+        "UnitMismatch: cannot bind SVV 'speed' (double, rad/s) to output 'c.y' (double, rad): units differ; declare one of them as the other, or convert with a gain that has a unit, for example k='2 N.m/rad'",
+    );
+    check(
+        two(json!({"input_parameters": {"p": {"targets": ["g.k"], "unit": "Nm"}}})),
+        "UnitMismatch: the input parameter 'p': the unit 'Nm' is not known; did you mean 'N.m'?",
+    );
+    let mut odd = cell();
+    odd.interfaces.insert("lib.far".into(), interface("lib.far", &["out double y furlong"]));
+    let refusals = apply_in(odd, verb(&[("f", "lib.far")], json!({})), json!({})).map(|_| ()).expect_err("nobody knows a furlong");
+    assert!(texts(&refusals).starts_with("UnitMismatch: item 'y' of block 'lib.far': the unit 'furlong' is not known"), "{}", texts(&refusals));
 }
 
 #[test]
@@ -384,6 +472,39 @@ fn scheduling() {
         (program, json!({"every": {"g": 1_000_000}})),
         "SchedulingError: every gives 'g' an execution interval, and a synchronous input drives it; give the interval to what drives it",
     );
+}
+
+#[test]
+fn nothing_runs_without_a_new_value() {
+    check(
+        two(json!({"command_lists": start(&["!s", "!g"])})),
+        "SchedulingError: command list 'start' executes 'g', and input 'g.u' (double) is synchronous: an execute brings it no new value; put it into a graph with what writes that and execute the graph, or relax it with modes={'g.u': 'asynchronous'}",
+    );
+    let graph = json!({"graph": {"name": "g", "blocks": {"a": {"block": {"subroutine": "lib.gain"}}, "b": {"block": {"subroutine": "lib.gain"}}},
+        "inputs": {"u": ["a.u"]}, "outputs": {"y": ["b.y"]}, "cells": {"c": ["a.y", "b.u"]}}});
+    let rest = json!({"blocks": {"g": {"block": graph, "place": {"file": "p.py", "line": 7}}}, "instantiation_parameters": {"x": ["g.u"]}, "command_lists": start(&["!g"])});
+    check(
+        (with(verb(&[], json!({})), rest, json!({})).0, json!({"arguments": {"x": {"svv": "a"}}})),
+        "SchedulingError: command list 'start' executes 'g', and input 'g.a.u' (double) is synchronous: an execute brings it no new value; put it into a graph with what writes that and execute the graph, or relax it with modes={'g.a.u': 'asynchronous'}",
+    );
+    let given = json!({"input_parameters": {"p": {"targets": ["g.u"]}}, "command_lists": start(&["+g 1ms"])});
+    check(
+        v(&[("g", "lib.gain")], given.clone()),
+        "SchedulingError: nobody drives input 'g.u' (double): it is synchronous, and only the input parameter 'p' stores into it, which is no new value; relax it with modes={'g.u': 'asynchronous'}, or bind a writer to it",
+    );
+    check(
+        v(&[("g", "lib.slow_in")], given.clone()),
+        "SchedulingError: nobody drives input 'g.u' (double): it is ratio 4, and only the input parameter 'p' stores into it, which is no new value; relax it with modes={'g.u': 'asynchronous'}, or bind a writer to it",
+    );
+    check(
+        v(&[("g", "lib.gain"), ("h", "lib.relaxed")], json!({"cells": {"c": ["g.u", "h.u"]}, "command_lists": start(&["+h 1ms", "+g"])})),
+        "SchedulingError: nobody drives input 'g.u' (double): it is synchronous, and no block writes its cell; relax it with modes={'g.u': 'asynchronous'}, or bind a writer to it",
+    );
+    // A constant is nothing that could be new, and an asynchronous input waits for nobody.
+    let constant = json!({"blocks": {"g": {"constants": {"u": 2.0}}}, "command_lists": start(&["!g", "+g 1ms"])});
+    assert!(apply_json(verb(&[("g", "lib.gain")], constant), json!({})).is_ok());
+    let relaxed = with(verb(&[("g", "lib.gain")], given), json!({"modes": {"g.u": "asynchronous"}}), json!({}));
+    assert!(apply_json(relaxed.0, relaxed.1).is_ok());
 }
 
 #[test]

@@ -57,7 +57,7 @@ fn a_wire_goes_or_the_reason_is_said() {
     assert_eq!(
         why(&of, "p.effort", "p.setpoint").as_deref(),
         Some(
-            "cannot bind output 'p.effort' (double, N.m) to input 'p.setpoint' (double, rad): units differ; declare one of them as the other, or convert between them with a gain"
+            "cannot bind output 'p.effort' (double, N.m) to input 'p.setpoint' (double, rad): units differ; declare one of them as the other, or convert with a gain that has a unit, for example k='2 N.m/rad'"
         )
     );
     let both = compatible(&drawing(of.clone()), &cell(), &port("s.y"), &port("t.y")).expect("there");

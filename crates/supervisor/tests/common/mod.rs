@@ -279,7 +279,7 @@ pub fn class<T>(result: Result<T, Refusals>) -> Class {
 
 /// A number of an end report's outputs.
 pub fn output(report: &Report, name: &str) -> f64 {
-    match report.outputs.get(name) {
+    match report.outputs.get(name).and_then(Option::as_ref) {
         Some(Value::Number(number)) => *number,
         Some(Value::Integer(number)) => *number as f64,
         other => panic!("output '{name}' is {other:?}"),

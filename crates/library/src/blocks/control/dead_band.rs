@@ -14,7 +14,7 @@ pub struct DeadBand {
     #[input]
     u: f64,
     /// what is beyond the band
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
     /// half of the band
     #[param(default = 0.1)]

@@ -11,13 +11,13 @@ pub struct Limit {
     #[input]
     u: f64,
     /// limited input
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
     /// least output
-    #[param(default = -1.0)]
+    #[param(default = -1.0, unit = "=u")]
     low: f64,
     /// greatest output
-    #[param(default = 1.0)]
+    #[param(default = 1.0, unit = "=u")]
     high: f64,
     /// the input was beyond the range; the value is how far
     #[condition(preset = 0.0)]

@@ -14,7 +14,7 @@ pub struct Quantizer {
     #[input]
     u: f64,
     /// nearest multiple of the step
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
     /// distance between two values
     #[param(default = 0.1)]

@@ -15,7 +15,7 @@ pub struct RateLimiter {
     #[input]
     u: f64,
     /// limited input
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
     /// greatest rise in a second
     #[param(default = 1.0)]

@@ -10,10 +10,10 @@ pub struct ChannelSum {
     #[device(read)]
     channel: f64,
     /// what is added
-    #[input(asynchronous, default = 0.0)]
+    #[input(asynchronous, default = 0.0, unit = "=channel")]
     u: f64,
     /// the sum
-    #[output]
+    #[output(unit = "=channel")]
     y: f64,
 }
 

@@ -8,7 +8,7 @@ pub struct ReadVector {
     #[device(read)]
     channel: [f64; 3],
     /// what it read at the start of the firing
-    #[output]
+    #[output(unit = "=channel")]
     y: [f64; 3],
 }
 

@@ -8,7 +8,7 @@ const NOT_FINITE: u32 = 1;
 #[derive(FunctionBlock)]
 pub struct WriteChannel {
     /// what to write at the end of the firing
-    #[input]
+    #[input(unit = "=channel")]
     u: f64,
     /// channel of a physical device
     #[device(write)]

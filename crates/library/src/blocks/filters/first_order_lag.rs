@@ -16,7 +16,7 @@ pub struct FirstOrderLag {
     #[input]
     u: f64,
     /// lagging output
-    #[output]
+    #[output(unit = "=k.u")]
     y: f64,
     /// gain
     #[param(default = 1.0)]

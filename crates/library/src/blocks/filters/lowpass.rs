@@ -8,7 +8,7 @@ pub struct Lowpass {
     #[input]
     u: f64,
     /// filtered signal
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
     /// smoothing factor, 0 to 1
     #[param(default = 0.1)]

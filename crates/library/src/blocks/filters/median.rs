@@ -20,7 +20,7 @@ pub struct Median {
     #[input]
     u: f64,
     /// median of the last values
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
     /// invocations w that it looks back, 1 to 31
     #[param(default = 5)]

@@ -16,7 +16,7 @@ pub struct MovingAverage {
     #[input]
     u: f64,
     /// mean of the last values
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
     /// invocations w that it looks back, 1 to 256
     #[param(default = 10)]

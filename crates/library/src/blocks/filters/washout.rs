@@ -16,7 +16,7 @@ pub struct Washout {
     #[input]
     u: f64,
     /// what changes in it
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
     /// time constant T
     #[param(default = 1.0, unit = "s")]

@@ -20,7 +20,7 @@ pub struct Multiplexer {
     #[input(asynchronous, default = 0)]
     index: u32,
     /// the one that is taken
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
 }
 

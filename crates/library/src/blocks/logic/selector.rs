@@ -13,10 +13,10 @@ pub struct Selector {
     #[input]
     a: f64,
     /// second input
-    #[input]
+    #[input(unit = "=a")]
     b: f64,
     /// the one that is selected
-    #[output]
+    #[output(unit = "=a")]
     y: f64,
 }
 

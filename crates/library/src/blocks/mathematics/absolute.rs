@@ -8,7 +8,7 @@ pub struct Absolute {
     #[input]
     u: f64,
     /// its distance from 0
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
 }
 

@@ -8,10 +8,10 @@ pub struct Bias {
     #[input]
     u: f64,
     /// input and what is added to it
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
     /// what is added
-    #[param(default = 0.0)]
+    #[param(default = 0.0, unit = "=u")]
     b: f64,
 }
 

@@ -8,7 +8,7 @@ pub struct Gain {
     #[input]
     u: f64,
     /// k times the input
-    #[output]
+    #[output(unit = "=k.u")]
     y: f64,
     /// factor
     #[param(default = 1.0)]

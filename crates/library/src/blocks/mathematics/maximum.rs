@@ -11,7 +11,7 @@ pub struct Maximum {
     #[input(sized)]
     u: [f64; 16],
     /// the greatest of them
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
 }
 

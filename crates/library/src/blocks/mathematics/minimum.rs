@@ -11,7 +11,7 @@ pub struct Minimum {
     #[input(sized)]
     u: [f64; 16],
     /// the least of them
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
 }
 

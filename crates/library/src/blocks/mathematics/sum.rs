@@ -11,7 +11,7 @@ pub struct Sum {
     #[input(sized)]
     u: [f64; 16],
     /// their sum
-    #[output]
+    #[output(unit = "=w.u")]
     y: f64,
     /// weights: 1 adds, -1 subtracts
     #[param(default = [1.0; 16], sized)]

@@ -8,10 +8,10 @@ pub struct Offset {
     #[input]
     u: f64,
     /// what is added
-    #[input(asynchronous, default = 0.0)]
+    #[input(asynchronous, default = 0.0, unit = "=u")]
     offset: f64,
     /// their sum
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
 }
 

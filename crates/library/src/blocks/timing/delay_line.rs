@@ -15,7 +15,7 @@ pub struct DelayLine {
     #[input]
     u: f64,
     /// input of that many invocations ago
-    #[output]
+    #[output(unit = "=u")]
     y: f64,
     /// invocations d, 0 to 255
     #[param(default = 1)]

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Constants of a definition: that they fit, and are read at all.
+use crate::flatten::{Flat, describe};
+use crate::interface::Kind;
+use crate::refusal::{Class, Refusal, Refusals};
+
+/// A constant on an input that something else binds would never be read.
+pub(crate) fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
+    for group in flat.groups.iter().filter(|group| group.origin.varies()) {
+        for &(block, item) in &group.ports {
+            if flat.blocks[block].constants.iter().any(|(at, _)| *at == item) {
+                let message = format!("{} is given a constant and bound to '{}'", flat.described((block, item)), group.name);
+                let refusal = Refusal::new(Class::CoverError, message).remedy("leave one of them out").about([flat.part((block, item))]);
+                flat.refusals.push(refusal.at(&flat.blocks[block].place));
+            }
+        }
+    }
+}
+
+/// Constants that do not fit what they are for, as far as its size is known.
+pub(crate) fn constants_of_other_types(flat: &mut Flat<'_>) {
+    let mut refusals = Refusals::new();
+    for block in &flat.blocks {
+        for (item, value) in &block.constants {
+            let declared = block.kind.item(*item);
+            let Some(layout) = block.kind.layout(*item, None).filter(|_| declared.kind != Kind::Size) else { continue };
+            if let Err(refusal) = layout.read.encode(value, &declared.unit) {
+                refusals.push(refusal.for_what(&format!("the constant for {}", describe(block, *item))).at(&block.place));
+            }
+        }
+    }
+    refusals.into_iter().for_each(|refusal| flat.push(refusal));
+}

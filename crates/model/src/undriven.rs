@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Cells that no block writes, and inputs that wait for a value that never is new.
+use crate::checked::CheckedInput;
+use crate::cover::mode_name;
+use crate::flatten::{Flat, Origin, Port};
+use crate::interface::Kind;
+use crate::plan::Remark;
+use crate::refusal::{Class, Refusal};
+
+/// A synchronous or ratio input whose cell only input parameters write, or nobody: what they store is no new value.
+pub(crate) fn undriven(flat: &mut Flat<'_>, inputs: &[CheckedInput]) {
+    let groups = flat.groups.iter().filter(|group| group.origin == Origin::InputOnly);
+    let ports: Vec<Port> = groups.flat_map(|group| group.ports.iter().copied()).filter(|port| flat.waits(*port)).collect();
+    for port in ports {
+        let mode = mode_name(flat.blocks[port.0].mode(port.1));
+        let (described, name) = (flat.described(port), flat.port_name(port));
+        let given = inputs.iter().find(|input| input.ports.contains(&port));
+        let why = given.map_or_else(
+            || "no block writes its cell".to_owned(),
+            |input| format!("only the input parameter '{}' stores into it, which is no new value", input.name),
+        );
+        let refusal = Refusal::new(Class::SchedulingError, format!("nobody drives {described}: it is {mode}, and {why}"));
+        let refusal = refusal.remedy(format!("relax it with modes={{'{name}': 'asynchronous'}}, or bind a writer to it"));
+        let place = flat.blocks[port.0].place.clone();
+        flat.push(refusal.end(described, &place).at(&place).about([flat.part(port)]));
+    }
+}
+
+/// A cell that no block writes changes only by input parameters.
+pub(crate) fn cells_without_writer(flat: &mut Flat<'_>, given: &[Port]) -> Vec<Remark> {
+    let mut remarks = Vec::new();
+    for at in 0..flat.groups.len() {
+        let group = &flat.groups[at];
+        if group.origin != Origin::Cell || group.ports.iter().any(|port| flat.item_kind(*port) == Kind::Output) {
+            continue;
+        }
+        let is_given = group.ports.iter().any(|port| given.contains(port));
+        if !is_given && group.ports.iter().any(|port| flat.has_value(*port)) {
+            flat.groups[at].origin = Origin::Constant;
+            continue;
+        }
+        if !is_given {
+            let text = format!("cell '{}' has no writer and no input parameter: it stays as it is made", group.name);
+            remarks.push(Remark { text, place: group.place.clone() });
+        }
+        flat.groups[at].origin = Origin::InputOnly;
+    }
+    remarks
+}
