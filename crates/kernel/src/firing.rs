@@ -304,8 +304,11 @@ impl Kernel {
         for slot in 0..self.table.due.len() {
             if self.table.due[slot] && (!self.careful || self.table.steps_of(slot).any(|step| self.table.ran[step as usize])) {
                 let activation = &self.table.activations[slot];
-                // SAFETY: an activation of this source.
-                activation.stamp(unsafe { (*activation.state()).number }, now_ns);
+                // SAFETY: an activation of this source; no step runs.
+                unsafe {
+                    activation.stamp((*activation.state()).number, now_ns);
+                    self.table.stamp(slot, now_ns, self.careful);
+                }
             }
         }
     }
@@ -328,6 +331,7 @@ impl Kernel {
                 let state = &mut *activation.state();
                 state.number = (*header).number - 1;
                 activation.stamp(state.number, now_ns);
+                self.table.stamp(slot, now_ns, true);
                 state.due = true;
                 self.table.due[slot] = true;
             }

@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// Both sides speak the same version, or they part with words.
-pub const VERSION: u32 = 3;
+pub const VERSION: u32 = 4;
 
 /// To the processor.
 #[derive(Debug, Serialize, Deserialize)]
