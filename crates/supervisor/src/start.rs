@@ -9,7 +9,7 @@ use crate::refuse::{invalid_state, refuse};
 use crate::sequence::{Builder, Carried, Movement, Object};
 use crate::stages::Verbatim;
 use indexmap::IndexMap;
-use kernel::{BlockId, Op, SourceId};
+use kernel::{Op, SourceId};
 use model::configuration::Configuration;
 use model::interface::Mode;
 use model::plan::{Binding, CellKind, Plan, PlannedCommand, Target};
@@ -129,7 +129,7 @@ impl Core {
         let instance = &self.instances[&id];
         let plan = instance.plan.clone();
         let mut homes = instance.installed.homes.clone();
-        let (mut written, mut begun): (Vec<(String, SourceId)>, Vec<(u64, BlockId, bool)>) = Default::default();
+        let (mut written, mut begun) = (Vec::new(), Vec::new());
         for (index, cell) in plan.cells.iter().enumerate() {
             if let (CellKind::Svv { name, .. }, Some((block, item))) = (&cell.kind, first_writer(&plan, index)) {
                 let source = instance.installed.block_source[block];
