@@ -342,8 +342,11 @@ impl Kernel {
         for slot in 0..self.table.due.len() {
             if self.table.due[slot] && !self.table.is_blind_at(slot) && (!self.careful || self.table.steps_of(slot).any(|step| self.table.ran[step as usize])) {
                 let activation = &self.table.activations[slot];
-                // SAFETY: an activation of this source.
-                activation.stamp(unsafe { (*activation.state()).number }, now_ns);
+                // SAFETY: an activation of this source; no step runs.
+                unsafe {
+                    activation.stamp((*activation.state()).number, now_ns);
+                    self.table.stamp(slot, now_ns, self.careful);
+                }
             }
         }
     }
@@ -367,6 +370,7 @@ impl Kernel {
                 state.number = (*header).number - 1;
                 if !self.table.is_blind_at(slot) {
                     activation.stamp(state.number, now_ns);
+                    self.table.stamp(slot, now_ns, true);
                 }
                 state.due = true;
                 self.table.due[slot] = true;

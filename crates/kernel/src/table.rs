@@ -4,6 +4,7 @@ use crate::memory::{Span, spans};
 use crate::probe::Visits;
 use crate::process::{RunningTime, TimeState};
 use crate::source::Source;
+use crate::stamped::Marks;
 use crate::window::Window;
 use crate::{Activation, Block, Cell, Device, Edge, Inbound, Outbound, Process, SourceId};
 use opengpac::abi::{Header, Invocation, Run};
@@ -111,6 +112,8 @@ pub struct Table {
     /// Steps that append to windows, as above.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
     pub(crate) appends: Vec<Box<Appends>>,
+    /// Values that are stamped where its blocks store them.
+    pub(crate) marks: Marks,
 }
 
 // SAFETY: a table belongs to one thread at a time: whoever builds it, then the kernel of its source, then whoever frees it. Its
@@ -268,6 +271,7 @@ impl Table {
             budget_ns: (0, true),
             copies: Vec::new(),
             appends: Vec::new(),
+            marks: Marks::default(),
         }
     }
 

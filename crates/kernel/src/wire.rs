@@ -187,6 +187,16 @@ struct TableAs {
     devices: Vec<u64>,
     edges: Vec<u64>,
     rows: Vec<(Vec<CellAt>, u64)>,
+    stamped: Vec<StampedAs>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct StampedAs {
+    block: u64,
+    ratio: u32,
+    stamp: CellAt,
+    /// The value, and its ring.
+    history: Option<(CellAt, u64)>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -401,12 +401,12 @@ impl System {
                     stored,
                     stored_ns: now_ns,
                     writers: Vec::new(),
+                    written_by: None,
                     bound: 0,
-                    stamp: None,
+                    stamps: BTreeMap::new(),
                     ratio: 1,
-                    firings: 1,
-                    past: Vec::new(),
-                    rows: None,
+                    rings: BTreeMap::new(),
+                    stays: VecDeque::new(),
                     windows: Vec::new(),
                     stores: VecDeque::new(),
                 },
@@ -444,6 +444,7 @@ impl System {
                 return Err(invalid_state(&format!("SVV '{name}'"), &format!("bound by '{}'", instance.name), "delete", "delete that instance first"));
             }
             core.svvs.shift_remove(name);
+            core.recorded.retain(|(of, _), _| of != name);
             Ok(())
         })?;
         definitions.configuration.svvs.shift_remove(name);

@@ -6,6 +6,7 @@
 //! reads them and are never made anew, so no row is lost.
 use crate::core::Core;
 use crate::follow::Gate;
+use crate::homes::writer_for;
 use crate::install::Installed;
 use crate::sequence::{Inlet, Movement};
 use crate::tables::{InletRecord, Outlet};
@@ -91,14 +92,14 @@ pub(crate) fn queues(
                     part += planned.size;
                     continue;
                 }
-                let Some((writer, from, author)) = author_of(core, plan, block_source, cells, *cell) else { continue };
+                let Some((writer, from, author)) = author_of(core, plan, block_source, cells, (*cell, index)) else { continue };
                 if writer == reader && !delays.contains_key(&(index, bound.item)) {
                     part += planned.size;
                     continue;
                 }
                 let to = delays.get(&(index, bound.item)).map_or_else(|| cells[*cell][&reader].clone(), |whole| whole.part(part, planned.size));
                 part += planned.size;
-                let author_ratio = if let Author::Installed(_, n) = author { if n > 1 { n } else { 0 } } else { author_ratio(plan, *cell) };
+                let author_ratio = if let Author::Installed(_, n) = author { if n > 1 { n } else { 0 } } else { author_ratio(plan, *cell, index) };
                 let member = Member { from, to, author, author_ratio, ratio, reader: block.activation };
                 members.entry(((writer, reader), ratio > 0, svv.map(str::to_owned))).or_default().push(member);
             }
@@ -114,20 +115,26 @@ fn meets_network(core: &Core, block_source: &[SourceId], mut pairs: impl Iterato
     block_source.split_first().is_some_and(|(first, others)| others.iter().any(|other| apart(*first, *other))) || pairs.any(|(from, to)| apart(from, to))
 }
 
-/// n of the planned output that writes a cell, where it is a ratio output.
-fn author_ratio(plan: &Plan, cell: usize) -> u32 {
-    match plan.cells[cell].writers.first().map(|(block, item)| mode_of(plan, *block, *item)) {
+/// n of the planned output that writes a cell for a reader, where it is a ratio output.
+fn author_ratio(plan: &Plan, cell: usize, reader: usize) -> u32 {
+    match writer_for(plan, cell, reader).map(|(block, item)| mode_of(plan, block, item)) {
         Some(Mode::Ratio(n)) => n,
         _ => 0,
     }
 }
 
-/// Who writes a cell, from where.
-fn author_of(core: &Core, plan: &Plan, block_source: &[SourceId], cells: &[BTreeMap<SourceId, Cell>], cell: usize) -> Option<(SourceId, Cell, Author)> {
+/// Who writes a cell for a reader, from where.
+fn author_of(
+    core: &Core,
+    plan: &Plan,
+    block_source: &[SourceId],
+    cells: &[BTreeMap<SourceId, Cell>],
+    (cell, reader): (usize, usize),
+) -> Option<(SourceId, Cell, Author)> {
     let planned = &plan.cells[cell];
-    if let Some((block, _)) = planned.writers.first() {
-        let source = block_source[*block];
-        return Some((source, cells[cell][&source].clone(), Author::Planned(plan.blocks[*block].activation)));
+    if let Some((block, _)) = writer_for(plan, cell, reader) {
+        let source = block_source[block];
+        return Some((source, cells[cell][&source].clone(), Author::Planned(plan.blocks[block].activation)));
     }
     let CellKind::Svv { name, .. } = &planned.kind else { return None };
     let writer = core.driver_of(name)?;
@@ -252,8 +259,7 @@ pub(crate) fn crossings(plan: &Plan, installed: &Installed) -> Vec<(Pair, Cell, 
         if !matches!(cell.kind, CellKind::Private { .. }) {
             continue;
         }
-        let Some((writer, _)) = cell.writers.first() else { continue };
-        let from = installed.block_source[*writer];
+        let Some(from) = installed.home(plan, index).filter(|_| !cell.writers.is_empty()) else { continue };
         let mut readers: Vec<SourceId> = cell
             .readers
             .iter()
@@ -324,6 +330,7 @@ impl Core {
         if record.home == Some(source) {
             return Vec::new();
         }
+        record.comes_to(source);
         let before = record.home.replace(source);
         let readers: Vec<SourceId> = record.readers.iter().filter(|(_, n)| **n > 0).map(|(s, _)| *s).collect();
         let mut pairs: Vec<Pair> = readers.iter().filter(|r| **r != source).map(|r| (source, *r)).collect();

@@ -181,6 +181,11 @@ impl Core {
         self.scripts.remove(&script).unwrap_or(Purpose::Nothing)
     }
 
+    /// What a script brings for this ticket is no longer waited for.
+    pub fn nobody_reads(&mut self, asked: u64) {
+        self.scripts.retain(|_, purpose| !matches!(purpose, Purpose::Read { ticket } if *ticket == asked));
+    }
+
     /// `rtp.name` of a source.
     pub fn source_name(&self, source: SourceId) -> &str {
         self.sources.iter().find(|(_, id)| **id == source).map_or("?", |(name, _)| name)

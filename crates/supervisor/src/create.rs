@@ -9,15 +9,15 @@ use crate::instance::{Instance, Limits, RunningTime, State};
 use crate::refuse::{invalid_state, refuse};
 use crate::sequence::Movement;
 use crate::stages::{REMEMBERED_MAX, Verbatim};
-use crate::svvs::WriterRecord;
+use crate::svvs::{SvvRecord, WriterRecord, make_stamps};
 use crate::tables::StepRecord;
 use indexmap::IndexMap;
-use kernel::{BlockId, SourceId};
+use kernel::{BlockId, SourceId, Stamped};
 use model::interface::Mode;
 use model::order;
 use model::plan::{CellKind, Plan, PlannedCell};
 use model::refusal::{Class, Refusals};
-use std::collections::{HashMap, VecDeque};
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 
 /// (writer, reader).
@@ -36,6 +36,7 @@ impl Core {
         installed.process.set_stages(stages);
         let mut sources = installed.sources.clone();
         sources.extend(enter_queues(self, queues, id, &installed));
+        self.make_stamps(&plan, &installed);
         self.enter_steps(id, &plan, &installed, merged);
         let crossings = crossings(&plan, &installed);
         let mut pairs: Vec<Pair> = crossings.iter().map(|(pair, _, _)| *pair).collect();
@@ -146,6 +147,16 @@ impl Core {
                 steps.insert(block.id(), step(id, plan, installed, index, (&self.svvs, &self.claims)));
             }
             table.steps = order.iter().filter_map(|id| steps.remove(id)).collect();
+        }
+    }
+
+    /// What SVVs have in the images of those that may write them.
+    fn make_stamps(&mut self, plan: &Plan, installed: &Installed) {
+        for &source in &installed.sources {
+            let writes = |cell: &&PlannedCell| cell.writers.iter().any(|(block, _)| installed.block_source[*block] == source);
+            let svv = |cell: &PlannedCell| if let CellKind::Svv { name, .. } = &cell.kind { Some(name.clone()) } else { None };
+            let names: HashSet<String> = plan.cells.iter().filter(writes).filter_map(svv).collect();
+            make_stamps(self.svvs.iter_mut().filter(|(name, _)| names.contains(*name)).map(|(_, svv)| svv), source);
         }
     }
 
@@ -298,6 +309,23 @@ fn check_waits(plan: &Plan, installed: &Installed) -> Result<(), Refusals> {
     ))
 }
 
+/// The SVVs that a block stores, and the private cells that others store too, with what they have in its image.
+fn stamped(plan: &Plan, installed: &Installed, block: usize, svvs: &IndexMap<String, SvvRecord>) -> Vec<Stamped> {
+    let source = installed.block_source[block];
+    let mut found = Vec::new();
+    for (index, cell) in plan.cells.iter().enumerate() {
+        for (_, item) in cell.writers.iter().filter(|(writer, _)| *writer == block) {
+            let svv = if let CellKind::Svv { name, .. } = &cell.kind { svvs.get(name) } else { None };
+            let stamps = svv.map(|svv| &svv.stamps).or_else(|| installed.own_stamps.get(&index));
+            let Some(stamp) = stamps.and_then(|stamps| stamps.get(&source)).cloned() else { continue };
+            let history = svv.and_then(|svv| svv.cells.get(&source).cloned().zip(svv.rings.get(&source).cloned()));
+            let ratio = if let Mode::Ratio(n) = mode_of(plan, block, *item) { n } else { 1 };
+            found.push(Stamped { block: installed.blocks[block].clone(), ratio, stamp, history });
+        }
+    }
+    found
+}
+
 /// The step of one planned block.
 fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, drivers: Drivers) -> StepRecord {
     let planned = &plan.blocks[index];
@@ -309,6 +337,7 @@ fn step(instance: u64, plan: &Plan, installed: &Installed, index: usize, drivers
         before: installed.before[index].clone(),
         after: installed.after[index].clone(),
         appends: Vec::new(),
+        stamped: stamped(plan, installed, index, drivers.0),
         activation: installed.activations[planned.activation].clone(),
         process: installed.process.clone(),
         drivers: step_drivers(plan, installed, index, drivers),

@@ -26,11 +26,12 @@ pub(crate) struct Gate {
 /// What says who writes an SVV now.
 pub(crate) type Drivers<'a> = (&'a IndexMap<String, SvvRecord>, &'a HashMap<Claim, u64>);
 
-/// Who writes an SVV now: the instance that has claimed it, else the first that could.
+/// Who writes an SVV now: of the instance that has claimed it the block that is on, else the first that could.
 fn driver_of<'a>((svvs, claims): Drivers<'a>, svv: &str) -> Option<&'a WriterRecord> {
     let record = svvs.get(svv)?;
     let holder = claims.get(&Claim::Svv { id: record.id, name: svv.to_owned() });
-    record.writers.iter().find(|writer| Some(&writer.instance) == holder).or_else(|| record.writers.first())
+    let held = || record.writers.iter().filter(|writer| Some(&writer.instance) == holder);
+    held().find(|writer| Some(writer.block) == record.written_by).or_else(|| held().next()).or_else(|| record.writers.first())
 }
 
 /// The SVVs of others that a block takes synchronously.
@@ -108,6 +109,12 @@ impl Core {
         movements
     }
 
+    /// All that follow an SVV of this instance turn to the block that writes it now.
+    pub fn turn_all(&mut self, svv: &str, writer: u64) -> Vec<Movement> {
+        let followers: Vec<u64> = self.instances.values().filter(|instance| instance.followed.contains_key(svv)).map(|instance| instance.id).collect();
+        followers.into_iter().filter_map(|follower| self.turn(follower, svv, writer)).collect()
+    }
+
     /// SVVs that a plan writes and that another instance is bound to.
     pub fn shared_svvs(&self, plan: &Plan) -> Vec<String> {
         let written = plan.cells.iter().filter(|cell| !cell.writers.is_empty());
@@ -122,7 +129,7 @@ impl Core {
     }
 
     /// Turns one follower of an SVV to another writer: a queue of its own, or the writer's activation where both are in one source.
-    fn turn(&mut self, follower: u64, svv: &str, writer: u64) -> Option<Movement> {
+    pub fn turn(&mut self, follower: u64, svv: &str, writer: u64) -> Option<Movement> {
         let mut instance = self.instances.remove(&follower)?;
         instance.followed.insert(svv.to_owned(), writer);
         let mut sources = Vec::new();

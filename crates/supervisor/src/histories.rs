@@ -8,7 +8,7 @@ use crate::connect::Pair;
 use crate::core::Core;
 use crate::install::Installed;
 use crate::instance::Instance;
-use crate::sequence::{Carried, by_source};
+use crate::sequence::by_source;
 use crate::svvs::SvvRecord;
 use kernel::{Append, Cell, Extent, Op, SourceId, Window};
 use model::interface::Mode;
@@ -151,8 +151,8 @@ impl SvvRecord {
     }
 
     /// Windows that go to another source with their SVV: (cell there, cell here).
-    pub fn carried_windows<'a>(&'a self, carried: &'a Carried) -> impl Iterator<Item = (Cell, Cell)> + 'a {
-        self.windows.iter().filter_map(|window| Some((window.cells.get(&carried.from)?.cell().clone(), window.cells.get(&carried.to)?.cell().clone())))
+    pub fn carried_windows(&self, from: SourceId, to: SourceId) -> impl Iterator<Item = (Cell, Cell)> + '_ {
+        self.windows.iter().filter_map(move |window| Some((window.cells.get(&from)?.cell().clone(), window.cells.get(&to)?.cell().clone())))
     }
 }
 
@@ -181,7 +181,7 @@ impl Instance {
 
     /// Operations that append what ψ stored in a private cell to its windows: where it is written, or where nothing writes it in every image.
     pub fn append_ops(&self, cell: usize) -> Vec<(SourceId, Op)> {
-        let writer = self.plan.cells[cell].writers.first().map(|(block, _)| self.installed.block_source[*block]);
+        let writer = self.installed.home(&self.plan, cell).filter(|_| !self.plan.cells[cell].writers.is_empty());
         let windows = self.installed.windows.range((cell, 0)..=(cell, u32::MAX)).flat_map(|(_, windows)| windows);
         let images = windows.filter(|(source, _)| writer.is_none_or(|writer| writer == **source));
         images

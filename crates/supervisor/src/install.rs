@@ -6,11 +6,12 @@ use crate::connect::{Delays, HalfQueue, open, queues};
 use crate::core::Core;
 use crate::follow::{Gate, due};
 use crate::histories::{Windows, make_windows};
+use crate::homes::{Homes, first_homes, writer_for};
 use crate::refuse::refuse;
 use crate::svvs::lay_side_by_side;
 use kernel::{Activation, Block, BlockId, Cell, Extent, Process, SourceId};
 use model::interface::{Interface, Kind, Mode};
-use model::plan::{Binding, Bound, CellKind, Plan};
+use model::plan::{Binding, Bound, CellKind, Plan, PlannedCell};
 use model::refusal::{Class, Refusals};
 use std::collections::{BTreeMap, HashSet};
 use std::sync::Arc;
@@ -36,6 +37,10 @@ pub(crate) struct Installed {
     pub after: Vec<Vec<(Cell, Cell)>>,
     /// Cells of inputs that take values one by one: (source, block, item, cell).
     pub delays: Vec<(SourceId, usize, usize, Cell)>,
+    /// Where cells lie that blocks of several sources write.
+    pub homes: Homes,
+    /// Private cells that several blocks write have stamps of their own, in each image: as SVVs have.
+    pub own_stamps: BTreeMap<usize, BTreeMap<SourceId, Cell>>,
     /// Windows that its blocks read.
     pub windows: Windows,
     /// What its data-driven activations wait for.
@@ -116,6 +121,7 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
     let cells = make_cells(core, &site, &places);
     let windows = make_windows(core, plan, &site.block_source, &cells);
     let stamps: Vec<Cell> = (0..plan.activations.len()).map(|i| places.extents[&site.activation_source[i]].cell(places.stamps[i], kernel::STAMP_LEN)).collect();
+    stamps.iter().for_each(|stamp| stamp.store(&kernel::unstamped()));
     let delays = delays(&site, &places);
     let queues = open(queues(core, plan, &site.block_source, &cells, &delays, None));
     let gates: Vec<Gate> = queues.iter().flat_map(HalfQueue::gates).collect();
@@ -128,7 +134,10 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
     let process = core.host.process(instance, instance, &sources);
     let delays = delays.into_iter().map(|((block, item), cell)| (site.block_source[block], block, item, cell)).collect();
     let interfaces = plan.blocks.iter().map(|b| catalog.blocks[&b.block].interface.clone()).collect();
+    let (homes, own_stamps) = (first_homes(plan, &site.block_source), own_stamps(&site));
     let installed = Installed {
+        homes,
+        own_stamps,
         sources,
         blocks,
         interfaces,
@@ -145,6 +154,17 @@ pub(crate) fn install(core: &mut Core, catalog: &Catalog, plan: &Plan, instance:
         gates,
     };
     Ok((installed, queues))
+}
+
+/// Stamps of the private cells that several blocks write, in the images of those.
+fn own_stamps(site: &Site) -> BTreeMap<usize, BTreeMap<SourceId, Cell>> {
+    let several = |(_, cell): &(usize, &PlannedCell)| cell.writers.len() > 1 && matches!(cell.kind, CellKind::Private { .. });
+    let stamp = |(block, _): &(usize, usize)| {
+        let stamp = Extent::new(kernel::STAMP_LEN).cell(0, kernel::STAMP_LEN);
+        stamp.store(&kernel::unstamped());
+        (site.block_source[*block], stamp)
+    };
+    site.plan.cells.iter().enumerate().filter(several).map(|(index, cell)| (index, cell.writers.iter().map(stamp).collect())).collect()
 }
 
 /// The activations, each with what makes it due. Those that drive others come first in a plan.
@@ -208,7 +228,7 @@ fn queued(core: &Core, plan: &Plan, block_source: &[SourceId]) -> HashSet<(usize
     for (index, block) in plan.blocks.iter().enumerate() {
         let is_input = |bound: &&Bound| cells_of(&bound.binding).iter().any(|cell| plan.cells[*cell].readers.contains(&(index, bound.item)));
         for bound in block.bindings.iter().filter(is_input) {
-            let elsewhere = |cell: &usize| writer_source(core, plan, block_source, *cell).is_some_and(|source| source != block_source[index]);
+            let elsewhere = |cell: &usize| writer_source(core, plan, block_source, (*cell, index)).is_some_and(|source| source != block_source[index]);
             let by_queue = match bound.mode {
                 Mode::Ratio(_) => true,
                 Mode::Synchronous => cells_of(&bound.binding).iter().all(elsewhere),
@@ -230,10 +250,10 @@ pub(crate) fn cells_of(binding: &Binding) -> &[usize] {
     }
 }
 
-/// Where who writes a cell runs.
-fn writer_source(core: &Core, plan: &Plan, block_source: &[SourceId], cell: usize) -> Option<SourceId> {
-    match (plan.cells[cell].writers.first(), &plan.cells[cell].kind) {
-        (Some((block, _)), _) => Some(block_source[*block]),
+/// Where who writes a cell for a reader runs.
+fn writer_source(core: &Core, plan: &Plan, block_source: &[SourceId], (cell, reader): (usize, usize)) -> Option<SourceId> {
+    match (writer_for(plan, cell, reader), &plan.cells[cell].kind) {
+        (Some((block, _)), _) => Some(block_source[block]),
         (None, CellKind::Svv { name, .. }) => core.driver_of(name).map(|writer| writer.source),
         _ => None,
     }

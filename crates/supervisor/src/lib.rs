@@ -31,6 +31,7 @@ mod exchange;
 mod faces;
 mod follow;
 mod histories;
+mod homes;
 mod identity;
 mod install;
 mod instance;

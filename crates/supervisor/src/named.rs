@@ -36,10 +36,14 @@ impl Core {
         })?;
         let planned = &plan.cells[index];
         let (block, item) = *planned.writers.first().or(planned.readers.first())?;
-        let source = instance.installed.block_source[block];
+        let source = instance.installed.home(plan, index)?;
         let cell = instance.installed.cell(index, source)?.clone();
         let ratio = if let Mode::Ratio(n) = mode_of(plan, block, item) { u64::from(n) } else { 1 };
-        let stamp = (!planned.writers.is_empty()).then(|| (instance.installed.stamps[plan.blocks[block].activation].clone(), ratio));
+        let own = instance.installed.own_stamps.get(&index).and_then(|stamps| stamps.get(&source));
+        let stamp = match own {
+            Some(own) => Some((own.clone(), 1)),
+            None => (!planned.writers.is_empty()).then(|| (instance.installed.stamps[plan.blocks[block].activation].clone(), ratio)),
+        };
         let port = |(block, item): &(usize, usize)| {
             let item = instance.installed.interfaces[*block].items.get(*item).map_or("?", |item| &item.name);
             format!("{}.{}.{item}", instance.name, plan.blocks[*block].label)

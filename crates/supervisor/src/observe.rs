@@ -22,7 +22,10 @@ impl System {
         let waited = self.shared.wait_for(None, READ_MAX, |core| Ok(core.snapshot(&snapshot, names.len())))?;
         match waited {
             Waited::Done(read) => Ok(read),
-            _ => Err(refuse(Class::InvalidState, "a kernel did not answer", "is its processor overloaded? see statistics()")),
+            _ => {
+                self.shared.locked().forget_snapshot(&snapshot);
+                Err(refuse(Class::InvalidState, "a kernel did not answer", "is its processor overloaded? see statistics()"))
+            }
         }
     }
 

@@ -21,9 +21,7 @@ impl Verbatim<'_> {
     }
 
     fn cell_source(&self, cell: usize) -> SourceId {
-        let planned = &self.plan.cells[cell];
-        let block = planned.writers.first().or(planned.readers.first()).map(|(b, _)| *b);
-        block.map_or(self.installed.sources[0], |b| self.installed.block_source[b])
+        self.installed.home(self.plan, cell).unwrap_or(self.installed.sources[0])
     }
 
     /// The cells of outputs, in order.

@@ -3,10 +3,11 @@
 use crate::core::{Core, DeviceState, Purpose};
 use crate::end::take_captured;
 use crate::instance::{Cause, State};
-use crate::sequence::{Builder, Carried, Inlet, Movement, by_source};
+use crate::sequence::{Builder, Carried, Inlet, Movement, Object, by_source};
 use crate::stages::Verbatim;
-use kernel::{Op, SourceId, Taken};
+use kernel::{Cell, Op, SourceId, Taken};
 use model::plan::{PlannedCommand, Wait};
+use std::collections::BTreeMap;
 
 impl Core {
     /// Puts a new sequence in the place of what is left of the one before, but for what the system needs of that.
@@ -53,6 +54,7 @@ impl Core {
                 self.send(id, scripts);
             }
             Movement::Inbound(inlets) => self.turn_to(id, inlets),
+            Movement::Home(cells) => self.bring_home(id, &cells),
             Movement::Carry(carried) => self.carry(id, &carried),
             Movement::Arrive(carried) => self.arrive(id, &carried),
             Movement::CopyInitial => self.copy_initial(id),
@@ -149,6 +151,10 @@ impl Core {
         if let Some(instance) = self.instances.get_mut(&id).filter(|i| i.is_in_ending() && !i.capturing.is_empty()) {
             let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
             take_captured(&of, &mut instance.outputs, &mut instance.capturing, std::mem::take(&mut instance.captured));
+        }
+        let turned = self.follow_writers(id);
+        if !turned.is_empty() {
+            self.append_sequence(id, turned);
         }
         self.rest_at_last(id);
         let Some(instance) = self.instances.get(&id) else { return };
@@ -251,6 +257,9 @@ impl Core {
         if instance.departure.is_some() {
             self.set_rest(&mut builder, instance, false);
         }
+        if !instance.sequence.iter().any(|movement| matches!(movement, Movement::Home(_))) {
+            builder.homes.clone_from(&instance.installed.homes);
+        }
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         // What scripts on their way still switch on goes off too.
         let all: Vec<usize> = (0..instance.plan.activations.len()).collect();
@@ -258,13 +267,26 @@ impl Core {
         self.replace_sequence(id, builder.finish());
     }
 
+    /// What goes to another source with a cell: (cell there, cell here).
+    fn carried(&self, id: u64, Carried { object, from, to }: &Carried) -> Vec<(Cell, Cell)> {
+        let pair = |cells: &BTreeMap<SourceId, Cell>| cells.get(from).cloned().zip(cells.get(to).cloned());
+        match object {
+            Object::Svv(name) => {
+                let Some(svv) = self.svvs.get(name) else { return Vec::new() };
+                pair(&svv.cells).into_iter().chain(pair(&svv.stamps)).chain(svv.carried_windows(*from, *to)).collect()
+            }
+            Object::Private(cell) => {
+                let Some(installed) = self.instances.get(&id).map(|instance| &instance.installed) else { return Vec::new() };
+                let stamps = installed.own_stamps.get(cell).and_then(pair);
+                pair(&installed.cells[*cell]).into_iter().chain(stamps).chain(installed.crossing_windows(*cell, *from, *to)).collect()
+            }
+        }
+    }
+
     /// Captures the values that go to another source.
     fn carry(&mut self, id: u64, carried: &[Carried]) {
-        let cells = |c: &Carried| -> Option<Vec<kernel::Cell>> {
-            let svv = self.svvs.get(&c.svv)?;
-            Some(std::iter::once(svv.cells.get(&c.from)?.clone()).chain(svv.carried_windows(c).map(|(from, _)| from)).collect())
-        };
-        let captures = by_source(carried.iter().filter_map(|c| Some((c.from, Op::Capture(cells(c)?)))));
+        let cells = |c: &Carried| self.carried(id, c).into_iter().map(|(from, _)| from).collect();
+        let captures = by_source(carried.iter().map(|c| (c.from, Op::Capture(cells(c)))));
         self.send(id, captures);
     }
 
@@ -273,19 +295,15 @@ impl Core {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let mut captured = std::mem::take(&mut instance.captured);
         let mut stores = Vec::new();
-        for c @ Carried { svv, from, to } in carried {
-            let Some(record) = self.svvs.get(svv) else { continue };
-            let Some((_, bytes)) = captured.iter_mut().find(|(source, _)| source == from) else { continue };
-            let Some(cell) = record.cells.get(to).cloned() else { continue };
-            let mut take = |cell: kernel::Cell| {
+        for c in carried {
+            let Some((_, bytes)) = captured.iter_mut().find(|(source, _)| *source == c.from) else { continue };
+            for (_, cell) in self.carried(id, c) {
                 let value: Box<[u8]> = bytes.drain(..cell.len().min(bytes.len())).collect();
                 // What came to be between the two scripts was not captured.
                 if value.len() == cell.len() {
-                    stores.push((*to, Op::Store(cell, value)));
+                    stores.push((c.to, Op::Store(cell, value)));
                 }
-            };
-            take(cell);
-            record.carried_windows(c).for_each(|(_, to)| take(to));
+            }
         }
         self.send(id, by_source(stores));
     }

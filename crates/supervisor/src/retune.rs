@@ -4,15 +4,14 @@
 use crate::core::Core;
 use crate::instance::{Instance, State};
 use crate::refuse::invalid_state;
-use crate::sequence::{Builder, Movement};
+use crate::sequence::Builder;
 use crate::system::{Definitions, System};
 use indexmap::IndexMap;
 use kernel::{Op, SourceId};
 use model::CheckedVerb;
 use model::configuration::Writer;
 use model::definition::Application;
-use model::interface::Mode;
-use model::plan::{CellKind, Plan};
+use model::plan::Plan;
 use model::refusal::{Refusal, Refusals};
 use model::value::Value;
 use std::sync::Arc;
@@ -186,23 +185,12 @@ impl Instance {
 }
 
 impl Core {
-    /// Puts new intervals in force. What has to follow: a deeper ring of rows where a history would otherwise hold fewer values.
+    /// Puts new intervals in force.
     pub fn tune_intervals(&mut self, id: u64, tuned: Intervals, plan: &Plan, builder: &mut Builder) {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         instance.tuned = tuned;
         for (source, op) in instance.tune_ops(Some(plan)) {
             builder.add(source, op);
-        }
-        let (slowest, mut written) = (crate::start::slowest(plan), Vec::new());
-        for cell in &plan.cells {
-            if let (CellKind::Svv { name, .. }, Some((block, item))) = (&cell.kind, cell.writers.first()) {
-                let ratio = if let Mode::Ratio(n) = instance.installed.interfaces[*block].items[*item].mode { n as usize } else { 1 };
-                written.push((name.clone(), slowest * ratio));
-            }
-        }
-        let sources = self.deepen_rows(&written);
-        if !sources.is_empty() {
-            builder.then(Movement::Tables(sources));
         }
     }
 }

@@ -4,6 +4,7 @@
 //! A command list may reach over several sources. Operations on one source travel as one script; a source is told only when
 //! those before it have acknowledged, where the order matters (a barrier). What lies in one source alone needs no barrier: it
 //! is one script, and acts between two firings as one.
+use crate::homes::Homes;
 use kernel::{Inbound, Op, SourceId};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -21,7 +22,9 @@ pub(crate) enum Movement {
     },
     /// These inbound ends take the place of those of the same writer; then new tables for their sources.
     Inbound(Vec<Inlet>),
-    /// SVVs get a home in another source: their values are captured in the one before …
+    /// Blocks are about to write cells that may lie with other sources: (planned cell, block).
+    Home(Vec<(usize, usize)>),
+    /// Cells get a home in another source: their values are captured in the one before …
     Carry(Vec<Carried>),
     /// … and stored in the new one.
     Arrive(Vec<Carried>),
@@ -43,14 +46,22 @@ pub(crate) enum Movement {
 impl Movement {
     /// True for what the system needs whatever becomes of the instance: tables, connections, values of SVVs.
     pub fn is_structural(&self) -> bool {
-        matches!(self, Movement::Tables(_) | Movement::Follow { .. } | Movement::Inbound(_) | Movement::Carry(_) | Movement::Arrive(_))
+        matches!(self, Movement::Tables(_) | Movement::Follow { .. } | Movement::Inbound(_) | Movement::Home(_) | Movement::Carry(_) | Movement::Arrive(_))
     }
 }
 
-/// An SVV whose value goes from the image of one source to that of another.
+/// What is carried.
+#[derive(Clone)]
+pub(crate) enum Object {
+    Svv(String),
+    /// A private cell of the instance.
+    Private(usize),
+}
+
+/// A cell whose value goes from the image of one source to that of another.
 #[derive(Clone)]
 pub(crate) struct Carried {
-    pub svv: String,
+    pub object: Object,
     pub from: SourceId,
     pub to: SourceId,
 }
@@ -71,9 +82,16 @@ pub(crate) struct Builder {
     done: VecDeque<Movement>,
     group: Vec<(SourceId, Vec<Op>)>,
     barrier: bool,
+    /// Where cells lie that blocks of several sources write, as far as it is known.
+    pub homes: Homes,
 }
 
 impl Builder {
+    /// One that begins with cells where they are.
+    pub fn at_home(homes: Homes) -> Builder {
+        Builder { homes, ..Builder::default() }
+    }
+
     /// One operation. Behind a barrier it waits for all before it, unless these lie in the same source alone.
     pub fn add(&mut self, source: SourceId, op: Op) {
         if self.barrier && !(self.group.len() == 1 && self.group[0].0 == source) {

@@ -143,7 +143,10 @@ impl Verbatim<'_> {
         // What lies in several places is answered here.
         let Some(source) = source.filter(|_| !self.installed.process.is_spread()) else { return Response::Tell };
         let active: Vec<usize> = self.plan.lists[list].stages[stage].active.iter().map(|(a, _)| *a).collect();
-        let mut builder = Builder::default();
+        if matches!(answer, Answer::End) && self.plan.conditions.get(condition).is_some_and(|c| c.returns.iter().any(|output| self.moves(*output))) {
+            return Response::Tell;
+        }
+        let mut builder = Builder::at_home(self.homes_in(list, stage));
         let next = match answer {
             Answer::Go(to, to_stage) => {
                 if self.ends_at_once(to, to_stage) {
@@ -155,7 +158,7 @@ impl Verbatim<'_> {
                 self.enter(&mut builder, &active, to, to_stage, None);
                 Some(reached(self.plan, to, to_stage))
             }
-            Answer::End if self.plan.ending.list.is_some_and(|ending| ending != list) => return self.conclusion(&active, condition, source),
+            Answer::End if self.plan.ending.list.is_some_and(|ending| ending != list) => return self.conclusion((list, stage), &active, condition, source),
             Answer::End => {
                 // In the ending list nothing is read any more.
                 let is_ending = self.plan.ending.list == Some(list);
@@ -176,15 +179,18 @@ impl Verbatim<'_> {
     }
 
     /// A reaction that reads ω and goes to the ending list, where all of that lies in `source`, else the supervisor is told.
-    fn conclusion(&self, active: &[usize], condition: usize, source: SourceId) -> Response {
+    fn conclusion(&self, from: (usize, usize), active: &[usize], condition: usize, source: SourceId) -> Response {
         let Some(list) = self.plan.ending.list else { return Response::Tell };
         let outputs = self.concluding_outputs(source, condition);
+        if (0..self.plan.outputs.len()).any(|output| self.moves(output)) {
+            return Response::Tell;
+        }
         let all = self.plan.conditions.get(condition).map_or(0, |c| c.returns.len());
         let captured: usize = outputs.iter().map(|o| self.output_len(*o)).sum();
         if self.ends_at_once(list, 0) || self.outputs_in(source, condition).len() < all || captured > CAPTURED_MAX {
             return Response::Tell;
         }
-        let mut builder = Builder::default();
+        let mut builder = Builder::at_home(self.homes_in(from.0, from.1));
         builder.add(source, Op::Capture(self.cells_of(&outputs)));
         builder.add(source, Op::Forget);
         self.enter(&mut builder, active, list, 0, None);
@@ -286,6 +292,7 @@ impl Verbatim<'_> {
 
     /// One command. What follows an `execute` acts only if that did not end the process.
     fn command(&self, builder: &mut Builder, command: &PlannedCommand, generation: Option<u32>) {
+        self.bring(builder, command);
         match command {
             PlannedCommand::Install(blocks) => {
                 for block in blocks {

@@ -2,12 +2,12 @@
 //! Starts: what a start checks, and everything from the claims to the end of the initial list's first stage.
 use crate::claims::{Admission, Request};
 use crate::core::{Core, DeviceState};
+use crate::homes::first_writer;
 use crate::instance::{Instance, Limits, RunningTime, State};
 use crate::psi::{psi, stored_svvs};
 use crate::refuse::{invalid_state, refuse};
-use crate::sequence::{Builder, Carried, Movement};
+use crate::sequence::{Builder, Carried, Movement, Object};
 use crate::stages::Verbatim;
-use crate::values::Stamped;
 use indexmap::IndexMap;
 use kernel::{Op, SourceId};
 use model::configuration::Configuration;
@@ -128,32 +128,43 @@ impl Core {
     /// The SVVs that the instance writes from now on belong to its sources: connections are made anew where the writer's source changes.
     fn take_over(&mut self, id: u64) -> Vec<Movement> {
         let instance = &self.instances[&id];
-        let mut written: Vec<(String, SourceId)> = Vec::new();
-        let mut stamps = Vec::new();
-        let slowest = slowest(&instance.plan);
-        for cell in &instance.plan.cells {
-            if let (CellKind::Svv { name, .. }, Some((block, item))) = (&cell.kind, cell.writers.first()) {
-                written.push((name.clone(), instance.installed.block_source[*block]));
-                let ratio = match instance.installed.interfaces[*block].items[*item].mode {
-                    Mode::Ratio(n) => u64::from(n),
-                    _ => 1,
-                };
-                let stamp = instance.installed.stamps[instance.plan.blocks[*block].activation].clone();
-                stamps.push(Stamped { stamp, ratio, firings: slowest * ratio as usize });
+        let plan = instance.plan.clone();
+        let mut homes = instance.installed.homes.clone();
+        let (mut written, mut begun) = (Vec::new(), Vec::new());
+        for (index, cell) in plan.cells.iter().enumerate() {
+            if let (CellKind::Svv { name, .. }, Some((block, item))) = (&cell.kind, first_writer(&plan, index)) {
+                let source = instance.installed.block_source[block];
+                homes.entry(index).and_modify(|home| *home = source);
+                written.push((name.clone(), source));
+                let ratio = if let Mode::Ratio(n) = instance.installed.interfaces[block].items[item].mode { u64::from(n) } else { 1 };
+                begun.push((ratio, instance.installed.blocks[block].id(), cell.writers.len() > 1));
             }
         }
         let home = |svv: &str| self.svvs.get(svv).and_then(|s| s.home);
-        let carried: Vec<Carried> =
-            (written.iter()).filter_map(|(svv, to)| Some(Carried { svv: svv.clone(), from: home(svv).filter(|from| from != to)?, to: *to })).collect();
+        let carried: Vec<Carried> = (written.iter())
+            .filter_map(|(svv, to)| Some(Carried { object: Object::Svv(svv.clone()), from: home(svv).filter(|from| from != to)?, to: *to }))
+            .collect();
         let pairs = written.iter().flat_map(|(svv, source)| self.hand_over(svv, *source)).collect::<Vec<_>>();
-        let mut rows = self.remake_rows(&written, stamps);
-        rows.extend(self.renew_taps());
+        let mut again = Vec::new();
+        for ((name, _), (ratio, block, several)) in written.iter().zip(begun) {
+            self.svvs.get_mut(name).expect("the plan was made from the SVVs that exist").ratio = ratio;
+            if self.writes(name, block) && several {
+                // Those that follow another instance turn below.
+                let follows = |instance: &&Instance| instance.followed.get(name) == Some(&id);
+                again.extend(self.instances.values().filter(follows).map(|instance| (instance.id, name.clone())));
+            }
+        }
+        self.instances.get_mut(&id).expect("found above").installed.homes = homes;
+        let rows = self.renew_taps();
         let mut movements = Vec::new();
         if !carried.is_empty() {
             movements.extend([Movement::Carry(carried.clone()), Movement::Arrive(carried)]);
         }
         movements.extend(self.reconnect(pairs));
         movements.extend(self.turn_followers(id));
+        for (follower, svv) in again {
+            movements.extend(self.turn(follower, &svv, id));
+        }
         if !rows.is_empty() {
             movements.push(Movement::Tables(rows));
         }
@@ -164,7 +175,7 @@ impl Core {
     pub fn opening(&self, id: u64, stores: &[(Target, Vec<u8>)]) -> Vec<Movement> {
         let instance = &self.instances[&id];
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
-        let mut builder = Builder::default();
+        let mut builder = Builder::at_home(instance.installed.homes.clone());
         self.refresh(&mut builder, instance, stores);
         builder.barrier();
         if instance.owner.is_some() && !self.logical[instance.owner.as_ref().expect("checked")].copies.is_empty() {
@@ -271,14 +282,3 @@ impl Core {
         }
     }
 }
-
-/// The most firings from one invocation to the next that any interval of the verb asks for; of one that other instances drive,
-/// what a slow one would.
-pub(crate) fn slowest(plan: &Plan) -> usize {
-    let driven = plan.activations.iter().any(|a| matches!(a.due, model::plan::Due::Queued { .. }));
-    let active = plan.lists.iter().flat_map(|l| &l.stages).flat_map(|s| &s.active);
-    active.map(|(_, every)| *every as usize).max().unwrap_or(1).max(if driven { DRIVEN_FIRINGS } else { 1 })
-}
-
-/// Firings between two values where only the driving instance knows.
-const DRIVEN_FIRINGS: usize = 20;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! State vector variables: one cell in the image of each source that reads or writes it, and who writes it now.
 use crate::histories::WindowRecord;
-use kernel::{Activation, Cell, Extent, Op, SourceId};
+use kernel::{Activation, BlockId, Cell, Extent, Op, RowsEnd, STAMP_LEN, SourceId, unstamped};
 use model::configuration::SvvId;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -28,22 +28,37 @@ pub(crate) struct SvvRecord {
     pub stored_ns: i64,
     /// Ports that may write it: instance, activation, source.
     pub writers: Vec<WriterRecord>,
+    /// The block that writes it now, or wrote it last.
+    pub written_by: Option<BlockId>,
     /// Instances with a port bound to it.
     pub bound: usize,
-    /// Number and time of its last value: of who wrote it last.
-    pub stamp: Option<Cell>,
+    /// Number and time of its last value, in the image of each source that may write it.
+    pub stamps: BTreeMap<SourceId, Cell>,
+    /// Where it has a history: the ring of its last values that blocks of each such source stored.
+    pub rings: BTreeMap<SourceId, Arc<RowsEnd>>,
+    /// Where it had its homes, oldest first, as far as its history may reach: the source, and the rows that its ring had then.
+    pub stays: VecDeque<(SourceId, u64)>,
     /// n where its present writer's port is a ratio output n, else 1.
     pub ratio: u64,
-    /// The most firings of its home from one value to the next, of the writers so far.
-    pub firings: usize,
-    /// Values that earlier rows held, oldest first: (number, time, bytes).
-    pub past: Vec<(u64, i64, Vec<u8>)>,
-    /// Where its history comes from: the reader of its home's rows, and its offset in a row.
-    pub rows: Option<(interconnect::RowsReader, usize)>,
     /// The windows of its last values that blocks read.
     pub windows: Vec<WindowRecord>,
-    /// What the PS and ψ stored last, oldest first, as far as its history reaches: (time, bytes).
-    pub stores: VecDeque<(i64, Vec<u8>)>,
+    /// What the PS and ψ stored last, oldest first, as far as its history reaches.
+    pub stores: VecDeque<Stored>,
+}
+
+/// A value that no block stored.
+pub(crate) struct Stored {
+    pub time_ns: i64,
+    pub bytes: Vec<u8>,
+    /// Rows that its home's ring had then: those come before it, also of the same instant.
+    pub behind: Option<(SourceId, u64)>,
+}
+
+impl Stored {
+    /// True where the row was written before.
+    pub fn comes_behind(&self, source: SourceId, row: &interconnect::Row) -> bool {
+        row.time_ns < self.time_ns || (row.time_ns == self.time_ns && self.behind.is_some_and(|(home, written)| home == source && row.sequence < written))
+    }
 }
 
 /// A port that may write an SVV.
@@ -74,10 +89,25 @@ impl SvvRecord {
         self.stored = bytes.to_vec();
         self.stored_ns = now_ns;
         if self.history > 0 {
-            self.stores.push_back((now_ns, bytes.to_vec()));
+            let behind = self.home.and_then(|home| Some((home, self.rings.get(&home)?.reader().written())));
+            self.stores.push_back(Stored { time_ns: now_ns, bytes: bytes.to_vec(), behind });
             let excess = self.stores.len().saturating_sub(self.history as usize);
             self.stores.drain(..excess);
         }
+    }
+
+    /// Its home is in another source from now on.
+    pub fn comes_to(&mut self, source: SourceId) {
+        if let Some(ring) = self.rings.get(&source) {
+            self.stays.push_back((source, ring.reader().written()));
+            let excess = self.stays.len().saturating_sub(self.history as usize + 1);
+            self.stays.drain(..excess);
+        }
+    }
+
+    /// In which of its stays a row was written.
+    pub fn stay(&self, source: SourceId, row: u64) -> usize {
+        self.stays.iter().rposition(|(home, from)| *home == source && *from <= row).map_or(0, |stay| stay + 1)
     }
 
     /// Operations that put the value that is known into the image of a source that has lost its own; nothing where another source has it.
@@ -92,6 +122,24 @@ impl SvvRecord {
     pub fn store_ops(&self, bytes: &[u8]) -> Vec<(SourceId, Op)> {
         let stores = self.cells.iter().map(|(source, cell)| (*source, Op::Store(cell.clone(), bytes.into())));
         stores.chain(self.append_ops()).collect()
+    }
+}
+
+/// Rows kept beyond what a history asks for, so that a reader is not overtaken while it copies.
+const ROWS_SPARE: usize = 64;
+
+/// Makes what the SVVs that blocks of `source` may write have there beside their value, where it is not there yet: the stamps side by side.
+pub(crate) fn make_stamps<'a>(svvs: impl IntoIterator<Item = &'a mut SvvRecord>, source: SourceId) {
+    let mut new: Vec<&mut SvvRecord> = svvs.into_iter().filter(|svv| !svv.stamps.contains_key(&source)).collect();
+    let extent = Extent::new((STAMP_LEN * new.len()).max(1));
+    for (index, svv) in new.iter_mut().enumerate() {
+        let stamp = extent.cell(index * STAMP_LEN, STAMP_LEN);
+        stamp.store(&unstamped());
+        svv.stamps.insert(source, stamp);
+        if svv.history > 0 {
+            let (writer, _) = interconnect::rows(svv.size, svv.history as usize + ROWS_SPARE);
+            svv.rings.insert(source, RowsEnd::new(writer));
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 //! What each source runs, as the supervisor keeps it, and the tables made from that.
 use crate::core::{Core, Purpose};
 use crate::sequence::Inlet;
-use kernel::{Activation, Append, Block, BlockId, Cell, Device, Edge, Inbound, Op, Outbound, Process, SourceId, Step, StepKind, Table};
+use kernel::{Activation, Append, Block, BlockId, Cell, Device, Edge, Inbound, Op, Outbound, Process, SourceId, Stamped, Step, StepKind, Table};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -16,6 +16,8 @@ pub(crate) struct StepRecord {
     pub after: Vec<(Cell, Cell)>,
     /// Windows that what it stores is appended to.
     pub appends: Vec<Append>,
+    /// SVVs that it stores.
+    pub stamped: Vec<Stamped>,
     pub activation: Arc<Activation>,
     pub process: Arc<Process>,
     /// Blocks of the same source that it takes values from synchronously.
@@ -49,7 +51,6 @@ pub(crate) struct SourceTable {
     pub devices: Vec<Arc<Device>>,
     /// Channels of its devices that raise sources.
     pub edges: Vec<(String, Arc<Edge>)>,
-    pub rows: Option<(Vec<Cell>, Arc<kernel::connection::RowsEnd>)>,
 }
 
 impl SourceTable {
@@ -75,8 +76,9 @@ impl SourceTable {
         }
         let outbound = self.outlets.iter().map(|o| o.outbound.clone()).collect();
         let inbound = self.inlets.iter().map(|i| i.inbound.clone()).collect();
-        let rows = self.rows.as_ref().map(|(cells, writer)| kernel::table::Rows { cells: cells.clone(), writer: writer.clone() });
-        Table::new(steps, inbound, outbound, self.devices.clone(), rows).with_edges(self.edges.iter().map(|(_, edge)| edge.clone()).collect())
+        let stamped = self.steps.iter().flat_map(|record| record.stamped.iter().cloned()).collect();
+        let edges = self.edges.iter().map(|(_, edge)| edge.clone()).collect();
+        Table::new(steps, inbound, outbound, self.devices.clone(), None).with_edges(edges).with_stamped(stamped)
     }
 }
 

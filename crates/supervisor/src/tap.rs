@@ -260,7 +260,7 @@ impl Known {
         let before = self.seen.replace(now);
         let gap = std::mem::take(&mut self.gap);
         let is_first_of_writer = before.is_none_or(|(writer, ..)| writer != which);
-        let is_stored = stamp.time_ns > 0 && stamp.stored(ratio) == Some(stamp.number);
+        let is_stored = stamp.is_set() && stamp.stored(ratio) == Some(stamp.number);
         if before == Some(now) || (is_first_of_writer && gap == 0) {
             return self.changed(run, row_ns, value);
         }
@@ -279,7 +279,8 @@ impl Known {
     /// No block has stored it; the programming system may have.
     fn changed(&mut self, run: &mut Run, row_ns: i64, value: &[u8]) {
         if !self.has_value && self.tells_present {
-            let (number, time_ns) = self.seen.filter(|(_, _, time_ns)| *time_ns > 0).map_or((0, row_ns), |(_, number, time_ns)| (number, time_ns));
+            let (number, time_ns) =
+                self.seen.filter(|(_, _, time_ns)| *time_ns != kernel::NEVER_NS).map_or((0, row_ns), |(_, number, time_ns)| (number, time_ns));
             self.put(run, time_ns, number, value);
         } else if !self.has_value {
             (self.bytes, self.has_value) = (value.to_vec(), true);
@@ -301,11 +302,11 @@ impl Known {
 
 /// Values that were lost with `gap` rows: as many as the numbers say, and never more than rows. `before`: what was seen last of this stamp.
 fn lost_between(before: Option<(u64, u64, i64)>, now: &Stamp, ratio: u64, gap: u64) -> u64 {
-    let Some(stored) = now.stored(ratio).filter(|_| gap > 0 && now.time_ns > 0) else { return 0 };
+    let Some(stored) = now.stored(ratio).filter(|_| gap > 0 && now.is_set()) else { return 0 };
     let in_hand = u64::from(stored == now.number);
     let numbered = match before {
         // It had stored nothing yet.
-        Some((_, _, 0)) => (stored + 1).saturating_sub(now.activated) / ratio.max(1),
+        Some((_, _, kernel::NEVER_NS)) => (stored + 1).saturating_sub(now.activated) / ratio.max(1),
         Some((_, before, _)) if stored >= before => (stored - before).div_ceil(ratio.max(1)),
         // Another start, or another writer: at most one a row.
         _ => gap + in_hand,

@@ -376,7 +376,7 @@ impl Core {
         if let Some(svv) = self.svvs.get(&of.name) {
             let (source, ratio) = (svv.home?, svv.ratio);
             let cell = svv.cells.get(&source).filter(|_| svv.type_text == of.type_text)?.clone();
-            return Some(Place { source, cell, stamp: svv.stamp.clone(), ratio });
+            return Some(Place { source, cell, stamp: svv.stamps.get(&source).cloned(), ratio });
         }
         let (name, cell) = of.name.split_once(':')?;
         if !found.contains_key(name) {
@@ -391,12 +391,13 @@ impl Core {
         }
         let installed = &instance.installed;
         let (block, item) = *planned.writers.first().or(planned.readers.first())?;
-        let source = installed.block_source[block];
+        let source = installed.home(&instance.plan, index)?;
         let ratio = match installed.interfaces[block].items[item].mode {
             Mode::Ratio(n) if !planned.writers.is_empty() => u64::from(n),
             _ => 1,
         };
-        let stamp = (!planned.writers.is_empty()).then(|| installed.stamps[instance.plan.blocks[block].activation].clone());
+        let own = installed.own_stamps.get(&index).and_then(|stamps| stamps.get(&source)).cloned();
+        let stamp = own.or_else(|| (!planned.writers.is_empty()).then(|| installed.stamps[instance.plan.blocks[block].activation].clone()));
         Some(Place { source, cell: installed.cell(index, source)?.clone(), stamp, ratio })
     }
 

@@ -3,30 +3,19 @@
 use crate::core::{Core, Purpose};
 use crate::refuse::{refuse, unknown};
 use crate::sequence::by_source;
-use crate::svvs::SvvRecord;
-use kernel::connection::RowsEnd;
-use kernel::{Cell, Op, SourceId};
+use crate::svvs::{Stored, SvvRecord};
+use interconnect::Row;
+use kernel::{Cell, Op, RowsEnd, SourceId};
 use model::refusal::{Class, Refusals};
 use model::value::Value;
 use std::collections::BTreeMap;
-
-/// Rows kept beyond what a history asks for, so that a reader is not overtaken while it copies.
-const ROWS_SPARE: usize = 64;
+use std::sync::Arc;
 
 /// Index of an SVV in a snapshot, its bytes, and where a stamp follows, n of its writer's ratio output.
 type Asked = (usize, usize, Option<u64>);
 
 /// Index of an SVV in a snapshot, its cell, and its stamp with n of its writer's ratio output.
 type Wanted = (usize, Cell, Option<(Cell, u64)>);
-
-/// How the values of a port that writes an SVV are stamped and how often they come.
-pub(crate) struct Stamped {
-    pub stamp: Cell,
-    /// n of a ratio output n, else 1.
-    pub ratio: u64,
-    /// The most firings of its source from one value to the next.
-    pub firings: usize,
-}
 
 /// A snapshot that is under way.
 pub(crate) struct Snapshot {
@@ -61,7 +50,8 @@ impl Core {
                     return Err(refuse(Class::InvalidState, why, "see the log for why, then call reset()"));
                 }
                 Some((home, cell)) => {
-                    by_source.entry(home).or_default().push((index, cell.clone(), svv.stamp.clone().map(|stamp| (stamp, svv.ratio))));
+                    // It is stamped where it is stored, also behind a ratio output.
+                    by_source.entry(home).or_default().push((index, cell.clone(), svv.stamps.get(&home).map(|stamp| (stamp.clone(), 1))));
                 }
                 None => known.push((index, svv.stored.clone(), svv.stored_ns)),
             }
@@ -95,12 +85,20 @@ impl Core {
                 let value = take(&mut rest, *len);
                 let (number, stamp_ns) = ratio.map_or((0, at), |ratio| {
                     let stamp = Stamp::of(take(&mut rest, kernel::STAMP_LEN));
-                    (stamp.stored(ratio).unwrap_or(0), stamp.time_ns)
+                    (stamp.stored(ratio).unwrap_or(0), if stamp.is_set() { stamp.time_ns } else { 0 })
                 });
                 readings[*index] = (value.to_vec(), number, stamp_ns);
             }
         }
         Some((time_ns, readings))
+    }
+
+    /// Nobody waits for the snapshot any more: what comes of it is not kept.
+    pub fn forget_snapshot(&mut self, snapshot: &Snapshot) {
+        for (ticket, _) in &snapshot.asked {
+            self.reads.remove(ticket);
+            self.nobody_reads(*ticket);
+        }
     }
 
     /// Stores a value from the PS: refused where an instance has claimed the SVV.
@@ -126,72 +124,6 @@ impl Core {
         Ok(())
     }
 
-    /// Makes the rows of the sources in which an SVV with history has got its home, or has been made.
-    pub fn remake_rows(&mut self, written: &[(String, SourceId)], stamps: Vec<Stamped>) -> Vec<SourceId> {
-        let mut sources = Vec::new();
-        for ((name, source), Stamped { stamp, ratio, firings }) in written.iter().zip(stamps) {
-            let svv = self.svvs.get_mut(name).expect("the plan was made from the SVVs that exist");
-            let same = svv.stamp.replace(stamp.clone()).is_some_and(|before| before.is_same(&stamp));
-            svv.ratio = ratio;
-            svv.firings = svv.firings.max(firings);
-            if svv.history > 0 && !(same && svv.rows.is_some()) {
-                sources.push(*source);
-            }
-        }
-        sources.sort();
-        sources.dedup();
-        for &source in &sources {
-            self.remake_rows_of(source);
-        }
-        sources
-    }
-
-    /// Makes the rows deeper where these SVVs come less often than before: (SVV, firings from one value to the next). The sources whose
-    /// tables change.
-    pub fn deepen_rows(&mut self, written: &[(String, usize)]) -> Vec<SourceId> {
-        let mut sources = Vec::new();
-        for (name, firings) in written {
-            let Some(svv) = self.svvs.get_mut(name).filter(|svv| svv.history > 0 && svv.firings < *firings) else { continue };
-            svv.firings = *firings;
-            sources.extend(svv.home.filter(|_| svv.rows.is_some()));
-        }
-        sources.sort();
-        sources.dedup();
-        sources.iter().for_each(|source| self.remake_rows_of(*source));
-        sources
-    }
-
-    /// Rows of one source: for each SVV with history its stamp and its value.
-    fn remake_rows_of(&mut self, source: SourceId) {
-        let mut cells = Vec::new();
-        let mut offsets = Vec::new();
-        let (mut len, mut depth) = (0, 0);
-        for (name, svv) in &self.svvs {
-            let Some(stamp) = &svv.stamp else { continue };
-            if svv.history == 0 || svv.home != Some(source) {
-                continue;
-            }
-            offsets.push((name.clone(), len));
-            let cell = svv.cells[&source].clone();
-            len += stamp.len() + cell.len();
-            cells.push(stamp.clone());
-            cells.push(cell);
-            depth = depth.max(svv.history as usize * svv.firings);
-        }
-        let (writer, reader) = interconnect::rows(len, depth + ROWS_SPARE);
-        if let Some(table) = self.tables.get_mut(&source) {
-            table.rows = Some((cells, RowsEnd::new(writer)));
-        }
-        for (name, offset) in offsets {
-            // What the rows before held is history all the same.
-            let past = self.svvs.get(&name).map(written).unwrap_or_default();
-            if let Some(svv) = self.svvs.get_mut(&name) {
-                svv.past = past;
-                svv.rows = Some((reader.clone(), offset));
-            }
-        }
-    }
-
     /// Up to `count` last values of an SVV with history, oldest first: (number, time, bytes).
     pub fn history(&self, name: &str, count: usize) -> Result<Vec<(u64, i64, Vec<u8>)>, Refusals> {
         let name = self.name_of(name)?;
@@ -208,35 +140,31 @@ impl Core {
 /// A value with its number and time.
 type Past = (u64, i64, Vec<u8>);
 
-/// What blocks wrote of an SVV, as far as it is kept, oldest first.
-fn written(svv: &SvvRecord) -> Vec<Past> {
-    let mut values = svv.past.clone();
-    let Some((reader, offset)) = &svv.rows else { return values };
-    for row in reader.last(usize::MAX) {
-        let mut rest = &row.bytes[*offset..];
-        let stamp = Stamp::of(take(&mut rest, kernel::STAMP_LEN));
-        let (number, time_ns) = (stamp.number, stamp.time_ns);
-        let same = values.last().is_some_and(|(n, t, _)| (*n, *t) == (number, time_ns));
-        if time_ns > 0 && !same && stamp.stored(svv.ratio) == Some(number) {
-            values.push((number, time_ns, take(&mut rest, svv.size).to_vec()));
-        }
+/// A value that a block stored: the source, and its row.
+type Written = (SourceId, Row);
+
+/// What blocks stored of an SVV, as far as it is kept, oldest first; of one instant, as it went from home to home.
+fn written(svv: &SvvRecord) -> Vec<Written> {
+    let rows = |(source, ring): (&SourceId, &Arc<RowsEnd>)| ring.reader().last(svv.history as usize).into_iter().map(|row| (*source, row)).collect();
+    let mut values: Vec<Written> = svv.rings.iter().flat_map(|of| -> Vec<Written> { rows(of) }).collect();
+    if svv.rings.len() > 1 {
+        values.sort_by_key(|(source, row)| (row.time_ns, svv.stay(*source, row.sequence), row.sequence));
     }
     values
 }
 
 /// The same with what the PS and ψ stored between: such a value has the number of the invocation before it.
-fn with_stores(written: Vec<Past>, svv: &SvvRecord) -> Vec<Past> {
+fn with_stores(written: Vec<Written>, svv: &SvvRecord) -> Vec<Past> {
     let mut values: Vec<Past> = Vec::with_capacity(written.len() + svv.stores.len());
+    let put = |values: &mut Vec<Past>, store: &Stored| values.push((values.last().map_or(0, |(number, ..)| *number), store.time_ns, store.bytes.clone()));
     let mut stores = svv.stores.iter().peekable();
-    for value in written {
-        while let Some((time_ns, bytes)) = stores.next_if(|(time_ns, _)| *time_ns < value.1) {
-            values.push((values.last().map_or(0, |(number, _, _)| *number), *time_ns, bytes.clone()));
+    for (source, row) in written {
+        while let Some(store) = stores.next_if(|store| !store.comes_behind(source, &row)) {
+            put(&mut values, store);
         }
-        values.push(value);
+        values.push((row.number, row.time_ns, row.bytes));
     }
-    for (time_ns, bytes) in stores {
-        values.push((values.last().map_or(0, |(number, _, _)| *number), *time_ns, bytes.clone()));
-    }
+    stores.for_each(|store| put(&mut values, store));
     values
 }
 
@@ -257,6 +185,11 @@ impl Stamp {
     pub fn of(bytes: &[u8]) -> Stamp {
         let word = |at: usize| bytes.get(at..at + 8).and_then(|b| b.try_into().ok()).map_or(0, u64::from_le_bytes);
         Stamp { number: word(0), time_ns: word(8).cast_signed(), activated: word(16) }
+    }
+
+    /// False where no invocation has stored the value.
+    pub fn is_set(&self) -> bool {
+        self.time_ns != kernel::NEVER_NS
     }
 
     /// Number of the last invocation that stored a ratio output n: those are n, 2n, … from activation. `None`: there was none.

@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Verb instances come and go, and leave nothing: bytes that live are counted by the allocator of this test.
+//! Verb instances come and go, and leave nothing: bytes that live, and the work of each round in allocations and bytes, are counted by the
+//! allocator of this test.
 mod common;
 use common::*;
 use serde_json::json;
 use std::alloc::{GlobalAlloc, Layout, System as Heap};
-use std::sync::atomic::{AtomicIsize, Ordering};
+use std::sync::atomic::{AtomicIsize, AtomicUsize, Ordering};
 
 struct Counting;
 
 static LIVE: AtomicIsize = AtomicIsize::new(0);
+/// All that were ever allocated: how often, and bytes.
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+static ALLOCATED: AtomicUsize = AtomicUsize::new(0);
 
 // SAFETY: everything is done by the system's allocator; the count is beside it.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         LIVE.fetch_add(layout.size() as isize, Ordering::Relaxed);
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        ALLOCATED.fetch_add(layout.size(), Ordering::Relaxed);
         // SAFETY: as for the caller.
         unsafe { Heap.alloc(layout) }
     }
@@ -39,10 +45,19 @@ fn round(rig: &Rig, at: usize) {
     seen(0);
 }
 
+/// What `rounds` rounds allocate: how often, and bytes.
+fn work(rig: &Rig, rounds: usize) -> [usize; 2] {
+    let now = || [ALLOCATIONS.load(Ordering::Relaxed), ALLOCATED.load(Ordering::Relaxed)];
+    let before = now();
+    (0..rounds).for_each(|at| round(rig, at));
+    let after = now();
+    [after[0] - before[0], after[1] - before[1]]
+}
+
 #[test]
 fn ten_thousand_instances_leave_nothing() {
     let rig = Rig::new(Link::Memory);
-    rig.svvs(&["x", "y"]);
+    ["x", "y"].iter().for_each(|name| rig.svv_of(name, json!({"type_text": "double", "history": 100})));
     rig.define(verb(
         "v",
         &[("count", "t.count"), ("probe", "t.probe"), ("watch", "t.watch")],
@@ -57,11 +72,16 @@ fn ten_thousand_instances_leave_nothing() {
         round(&rig, at);
     }
     let before = LIVE.load(Ordering::Relaxed);
-    for at in 0..10_000 {
-        round(&rig, at);
-    }
+    let first = work(&rig, 1_000);
+    (0..8_000).for_each(|at| round(&rig, at));
+    let last = work(&rig, 1_000);
     let grown = LIVE.load(Ordering::Relaxed) - before;
     assert!(grown.abs() < 64 * 1024, "{grown} bytes more after 10,000 instances");
+    for (first, last) in first.into_iter().zip(last) {
+        assert!(first.abs_diff(last) < first / 50, "a round is as much work at the end as at the beginning: {first}, then {last} in 1,000");
+    }
+    let kept = rig.system.history("x", 1_000).expect("it has a history");
+    assert_eq!(kept.len(), 100, "as many as were declared");
     let statistics = rig.system.statistics_json();
     assert!(statistics["sources"].as_object().unwrap().values().all(|source| source["steps"] == 0), "{statistics}");
 }

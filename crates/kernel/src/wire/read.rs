@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The reading side: objects are made, scripts name them.
-use super::{AppendAs, CellAt, CodeName, DueAs, Made, MemberAs, OpAs, Parcel, ResponseAs, StepAs, TableAs, WatchAs, WayAs};
+use super::{AppendAs, CellAt, CodeName, DueAs, Made, MemberAs, OpAs, Parcel, ResponseAs, StampedAs, StepAs, TableAs, WatchAs, WayAs};
 use crate::connection::{QueueMember, RowsEnd};
 use crate::firing::CAPTURED_MAX;
 use crate::{
-    Activation, Append, Block, Cell, Device, Due, Edge, Extent, Inbound, Op, Outbound, Process, Renewal, Response, Rows, Script, SourceId, Stage, Step,
-    StepKind, Table, Watch, Way, Window,
+    Activation, Append, Block, Cell, Device, Due, Edge, Extent, Inbound, Op, Outbound, Process, Renewal, Response, Rows, Script, SourceId, Stage, Stamped,
+    Step, StepKind, Table, Watch, Way, Window,
 };
 use interconnect::{Receiver, RowsReader, Sender};
 use opengpac::abi::Descriptor;
@@ -287,6 +287,21 @@ impl Reader {
         Ok(Append { block: self.block(block)?.clone(), ratio, value, window })
     }
 
+    fn stamped(&self, StampedAs { block, ratio, stamp, history }: StampedAs) -> Read<Stamped> {
+        let stamp = self.cell(stamp)?;
+        if stamp.len() < crate::STAMP_LEN {
+            return Err(format!("the stamp of a value of block {block} is too short"));
+        }
+        let history = history.map(|(value, number)| {
+            let (value, rows) = (self.cell(value)?, self.ring(number)?.clone());
+            if value.len() > rows.shape().0 {
+                return Err(format!("ring of rows {number} is too short for its value"));
+            }
+            Ok((value, rows))
+        });
+        Ok(Stamped { block: self.block(block)?.clone(), ratio, stamp, history: history.transpose()? })
+    }
+
     fn table(&self, table: TableAs) -> Read<Table> {
         let mut steps = Vec::with_capacity(table.steps.len());
         for (index, (what, activation, process, drivers)) in table.steps.into_iter().enumerate() {
@@ -312,7 +327,8 @@ impl Reader {
         let outbound = table.outbound.into_iter().map(|number| self.outbound(number).cloned()).collect::<Read<_>>()?;
         let devices = table.devices.into_iter().map(|number| self.device(number).cloned()).collect::<Read<_>>()?;
         let edges = table.edges.into_iter().map(|number| self.edge(number).cloned()).collect::<Read<_>>()?;
-        Ok(Table::new(steps, inbound, outbound, devices, None).with_rows(rows).with_edges(edges))
+        let stamped = table.stamped.into_iter().map(|stamped| self.stamped(stamped)).collect::<Read<_>>()?;
+        Ok(Table::new(steps, inbound, outbound, devices, None).with_rows(rows).with_edges(edges).with_stamped(stamped))
     }
 
     fn ops(&self, ops: Vec<OpAs>) -> Read<Vec<Op>> {

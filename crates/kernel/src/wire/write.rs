@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The writing side: objects get their numbers.
-use super::{AppendAs, CellAt, CodeName, DueAs, Made, MemberAs, OpAs, Parcel, ResponseAs, StepAs, TableAs, WatchAs, WayAs};
+use super::{AppendAs, CellAt, CodeName, DueAs, Made, MemberAs, OpAs, Parcel, ResponseAs, StampedAs, StepAs, TableAs, WatchAs, WayAs};
 use crate::connection::QueueMember;
 use crate::table::Aside;
 use crate::{Activation, Block, Cell, Device, Due, Edge, Extent, Inbound, Op, Outbound, Process, Response, RowsEnd, Script, Table};
@@ -288,7 +288,12 @@ impl Writer {
         let inbound = table.inbound.iter().map(|inbound| self.inbound(inbound)).collect();
         let outbound = table.outbound.iter().map(|outbound| self.outbound(outbound)).collect();
         let rows = table.rows.iter().map(|(_, rows)| (self.cells(&rows.cells), self.ring(&rows.writer))).collect();
-        Ok(TableAs { steps, inbound, outbound, devices, edges, rows })
+        let mut stamped = Vec::with_capacity(table.marks.all.len());
+        for of in table.marks.all.iter().map(|mark| &mark.of) {
+            let history = of.history.as_ref().map(|(value, rows)| (self.cell(value), self.ring(rows)));
+            stamped.push(StampedAs { block: self.block(&of.block, names)?, ratio: of.ratio, stamp: self.cell(&of.stamp), history });
+        }
+        Ok(TableAs { steps, inbound, outbound, devices, edges, rows, stamped })
     }
 
     fn ops(&mut self, ops: &[Op], names: Names) -> Result<Vec<OpAs>, String> {

@@ -92,6 +92,56 @@ fn it_goes_along_from_home_to_home_and_from_start_to_start() {
 }
 
 #[test]
+fn it_goes_along_from_block_to_block_wherever_they_are() {
+    on_both(|rig| {
+        for (a, b) in [("rtp0.fast", "rtp0.slow"), ("rtp0.slow", "rtp0.fast"), ("rtp0.fast", "rtp0.fast")] {
+            let name = format!("{}{}", &a[5..], &b[5..]);
+            rig.svv(&name);
+            rig.define(verb(
+                &name,
+                &[("a", "t.count"), ("b", "t.count")],
+                json!({"instantiation_parameters": {"a": ["a.y", "b.y"]}, "cells": {"t": ["a.total"], "u": ["b.total"]},
+                       "input_parameters": {"limit": {"targets": ["a.limit"], "default": 3.0}, "from": {"targets": ["b.start"], "default": 100.0}},
+                       "conditions": {"reached": {"on": ["a.reached"]}}, "initial": "one", "transitions": tau(&["one, reached -> two"]),
+                       "command_lists": lists(&[("one", &["+a 4ms"]), ("two", &["+b 4ms"])])}),
+            ));
+            let mut tap = tap(rig, &[&name]);
+            let id = rig.instance(&name, &[&format!("a={name}"), &format!("a@{a}"), &format!("b@{b}")]);
+            rig.start(id);
+            rig.advance(40);
+            rig.align();
+            let told: Vec<(u64, f64)> = taken(&mut tap)[0].iter().map(|(number, _, value)| (*number, *value)).collect();
+            let second = told.iter().position(|(_, value)| *value > 100.0).expect("the second has written");
+            assert!(second >= 3 && told.len() >= second + 4, "{told:?}");
+            let numbered = |from: f64, of: &[(u64, f64)]| (0..).zip(of).all(|(at, value)| *value == (at, from + 1.0 + at as f64));
+            assert!(numbered(0.0, &told[..second]) && numbered(100.0, &told[second..]), "{told:?}");
+            end(rig, id);
+        }
+    });
+}
+
+#[test]
+fn a_faulted_invocation_is_no_value_and_those_beside_it_are() {
+    on_both(|rig| {
+        rig.svvs(&["a", "b"]);
+        rig.define(verb(
+            "v",
+            &[("bad", "t.faulty"), ("count", "t.count")],
+            json!({"instantiation_parameters": {"a": ["bad.y"], "b": ["count.y"]}, "cells": {"t": ["count.total"]}, "transitions": tau(&["start, fault -> start"]),
+                   "initial": "start", "command_lists": lists(&[("start", &["+bad 1ms", "+count 1ms"])])}),
+        ));
+        let mut tap = tap(rig, &["a", "b"]);
+        let id = rig.instance("v", &["a=a", "b=b", "*@rtp0.fast"]);
+        rig.start(id);
+        rig.advance(6);
+        let told = taken(&mut tap);
+        assert_eq!(told[0].iter().map(|(number, ..)| *number).collect::<Vec<_>>(), [0, 1, 2, 4, 5], "invocation 3 is none");
+        assert_eq!(told[1].iter().map(|(number, ..)| *number).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
+        end(rig, id);
+    });
+}
+
+#[test]
 fn those_who_come_and_go_disturb_nobody() {
     on_both(|rig| {
         rig.svvs(&["a", "b"]);
