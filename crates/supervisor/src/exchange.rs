@@ -5,7 +5,7 @@
 use crate::apply::leave_writers;
 use crate::claims::Request;
 use crate::core::{Core, DeviceState};
-use crate::instance::{Cause, Limits, State};
+use crate::instance::{Cause, Instance, Limits, State};
 use crate::psi::psi;
 use crate::refuse::{invalid_state, refuse, unknown};
 use crate::sequence::{Builder, Movement};
