@@ -26,7 +26,7 @@ class Axis:
         of = type(
             "Axis", (gpac.LogicalDevice,), {"__annotations__": dict.fromkeys(svvs, gpac.SVV[float]), **svvs}, verb=self.servo("plain")
         )
-        self.x = of("x", drive=drives["x"], on=self.fast).enable()
+        self.x: Any = of("x", drive=drives["x"], on=self.fast).enable()
 
     def servo(self, name: str, middle: Any = None, order: tuple[str, ...] = ("read", "middle", "pid", "write")) -> gpac.Verb[..., Any]:
         """A servo, with a block between encoder and controller where one is given."""

@@ -439,11 +439,12 @@ impl Kernel {
             // SAFETY: this is the kernel of the device's source.
             unsafe { device.safe_state() };
         }
-        self.look(time_ns, true);
         self.stored = false;
         let step = &self.table.steps[ended.step as usize];
         let (block, process) = (step.block.as_ref().map_or(crate::BlockId(u32::MAX), |block| block.id()), self.table.processes[step.process as usize].id());
         self.tell(Event::Stopped { source: self.source.id, block, process, fault: ended.fault(), time_ns }, &[], &[]);
+        // The fault first: it is what ends the verbs here, whatever an input that nobody reads any more stops besides.
+        self.look(time_ns, true);
         steps::report(self, ended.step, ended.result, time_ns);
     }
 

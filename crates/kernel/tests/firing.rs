@@ -90,6 +90,8 @@ fn releases_that_a_long_firing_missed_consume_their_numbers() {
     let steps = vec![step(&first, &on, &process, &[]), step(&second, &driven, &process, &[0])];
     host.submit(source, script(vec![Op::Table(Box::new(table(steps))), Op::On(on, 1), Op::On(driven, 1)]));
     run_until(&host, 7 * MS);
+    assert_eq!(cells.iter().map(value).collect::<Vec<_>>(), [2, 2], "numbers 0, 2; the firing that lasts until 7.5 ms is not to be seen");
+    run_until(&host, 10 * MS);
     assert_eq!(cells.iter().map(value).collect::<Vec<_>>(), [2_04_06, 2_04_06], "numbers 0, 2, 4, 6");
     let statistics = host.statistics(source);
     assert_eq!((statistics.firings, statistics.overruns), (4, 4));
