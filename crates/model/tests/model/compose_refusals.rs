@@ -118,6 +118,7 @@ fn what_has_one_name_is_one_thing() {
     let channel = |name: &str, block: &str| one(name, block, "1ms", json!({"instantiation_parameters": {"drive.x": ["b.channel"]}}));
     let mut writing = channel("second", "lib.write_channel");
     writing["input_parameters"] = json!({"u": {"targets": ["b.u"]}});
+    writing["modes"] = json!({"b.u": "asynchronous"});
     assert_eq!(
         refused_of(channel("first", "lib.read_channel"), writing, plain()),
         "TypeMismatch: 'drive.x' of part 'a' and part 'b' cannot be one: it is device 'a.b.channel' (double) and device 'b.b.channel' (double): one takes a channel that is read, the other a channel that is written; rename one: rename={'b.drive': 'b_drive'} at c.py:9"
