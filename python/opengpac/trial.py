@@ -32,7 +32,7 @@ class Trial:
         outputs = result.get("outputs", result)
         self.block = block
         self.conditions = [tuple(c) for c in result.get("conditions", [])]
-        self.fault = result.get("fault")
+        self.fault: Any = result.get("fault")
         self.outputs = {name: np.array(values) for name, values in outputs.items() if name not in ("conditions", "fault")}
 
     def __getattr__(self, name: str) -> Any:

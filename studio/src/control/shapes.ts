@@ -35,6 +35,7 @@ export interface SourceStatistics {
   overruns: number;
   late: number;
   faults: number;
+  lost?: number;
   stopped: boolean;
   rights_missing: string[];
   jitter_last_ns: number;
@@ -378,6 +379,7 @@ export interface Alarms {
   current: Alarm[];
   history: Alarm[];
   texts: Record<string, unknown>;
+  dropped?: number;
 }
 
 export interface Reading {
