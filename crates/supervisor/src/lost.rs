@@ -12,6 +12,9 @@ use model::refusal::{Class, Refusals};
 /// How long a source may take to acknowledge a script, ns. An idle one answers at once, a busy one after its firing.
 const ANSWER_NS: i64 = 5_000_000_000;
 
+/// A look that comes so much too late was held up itself, ns.
+const STOOD_STILL_NS: i64 = 1_000_000_000;
+
 impl Core {
     /// When a source that is asked has to have answered.
     pub fn next_answer(&self) -> Option<i64> {
@@ -21,7 +24,10 @@ impl Core {
     /// Gives up the sources that have not answered in time.
     pub fn look_for_lost(&mut self) {
         let now_ns = self.host.now_ns();
-        if self.next_answer().is_none_or(|at| at > now_ns) {
+        let Some(at) = self.next_answer().filter(|at| *at <= now_ns) else { return };
+        if now_ns - at > STOOD_STILL_NS {
+            // Nobody looked when it was time: this side stood still, and answers that came meanwhile are still on their way through it.
+            self.instances.values_mut().filter(|i| i.outstanding > 0).for_each(|i| i.sent_ns = now_ns);
             return;
         }
         let late = self.instances.values().filter(|i| i.outstanding > 0 && i.sent_ns.saturating_add(ANSWER_NS) <= now_ns);
