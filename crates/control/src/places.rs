@@ -197,8 +197,6 @@ mod tests {
         over.as_mut().poll(&mut context).is_ready()
     }
 
-    use std::future::Future;
-
     #[tokio::test(start_paused = true)]
     async fn strangers_of_one_address_give_way_to_each_other_only() {
         let places = Arc::new(Places::default());
