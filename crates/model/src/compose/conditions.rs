@@ -33,7 +33,7 @@ impl Composing<'_> {
             let awaited = if joint.all { self.parts[part].awaited(list) } else { Vec::new() };
             for (at, key) in verb.conditions.keys().enumerate() {
                 let mut line = self.parts[part].termination(at);
-                if !line.during.iter().any(|list| *list == joint.name) {
+                if !line.during.contains(&joint.name) {
                     continue;
                 }
                 let mut name = self.parts[part].own(verb.reported(key)).to_owned();
