@@ -212,14 +212,14 @@ def test_r091_a_list_may_lead_to_itself(rig: Rig) -> None:
     """It is aborted and commences anew, again and again; without the transition it is carried out once."""
     (y,) = rig.svvs("y", history=100)
     lists = {"again": [install("count"), activate("count", every="1 ms")]}
-    changes: dict[str, Any] = {"command_lists": lists, "conditions": {"enough": on("count.enough", returns=[])}}
-    restarting = rig.counting("restarting", transitions={("again", "enough"): "again"}, **changes).on(rig.fast)
+    leads_on: dict[str, Any] = {"conditions": {"enough": on("count.enough")}, "transitions": {("again", "enough"): "again"}}
+    restarting = rig.counting("restarting", command_lists=lists, **leads_on).on(rig.fast)
     instance = restarting.asynch(y, limit=3)
     rig.until(lambda: len(y.history) >= 40, "ten rounds")
     instance.halt()
     assert y.history[:]["value"].tolist()[:40] == 10 * [0, 1, 2, 3]
     instance.wait()
-    once = rig.counting("once", **changes).on(rig.fast)(y, limit=3)
+    once = rig.counting("once", command_lists=lists).on(rig.fast)(y, limit=3)
     assert (once.condition, y.value) == ("enough", 3.0)
 
 
