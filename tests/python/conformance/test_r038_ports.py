@@ -192,6 +192,20 @@ def test_r048_the_mean_frequency_is_the_one_asked_for(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
+def test_r049_outputs_invisible_until_complete(built: dict[str, str], seed: int) -> None:
+    """An invocation lasts 4 ms of the virtual clock: the programming system that looks every ms sees it then, and not before."""
+    with gpac.System("cell", clock="virtual", seed=seed) as cell:
+        rig = Rig(cell, built)
+        long = rig.rtp.timer("long", period="10 ms", priority=10, virtual_cost="4 ms")
+        a = cell.svv("a", history=100)
+        rig.counting(every="10 ms").on(long).asynch(a)
+        for at in range(1, 60):
+            cell.advance("1 ms")
+            complete = max(0, (at - 4) // 10)
+            assert (len(a.history), a.value) == (complete, max(0, complete - 1)), f"at {at} ms"
+
+
+@pytest.mark.parametrize("seed", range(5))
 def test_r050_a_reader_sees_outputs_of_one_invocation(built: dict[str, str], seed: int) -> None:
     with gpac.System("cell", clock="virtual", seed=seed) as cell:
         rig = Rig(cell, built)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 import opengpac as gpac
@@ -168,10 +169,41 @@ def test_r087_exactly_one_list_is_initial(rig: Rig) -> None:
 
 
 def test_r088_a_transition_aborts_one_list_and_starts_another(rig: Rig) -> None:
-    a, b = rig.svvs("a", "b")
+    a, b = rig.svvs("a", "b", history=50)
     report = two_lists(rig).on(rig.fast)(a, b, limit=4, end=3)
     assert (report.condition, report.command_list) == ("end", "two")
     assert (report.a_last, report.b_last) == (4, 3)
+    assert a.history[:]["value"].tolist() == [*range(5)] and b.history[:]["value"].tolist() == [*range(4)]
+
+
+@pytest.mark.parametrize("elsewhere", [False, True])
+def test_r088_what_the_next_list_writes_is_seen_wherever_it_is(rig: Rig, elsewhere: bool) -> None:
+    """A guarded move: one SVV goes on until it touches, and from then on back, on another source. Without the condition it goes on."""
+    back = rig.cell.processor("rtp1").timer("back", period="1 ms", priority=70) if elsewhere else rig.fast
+    z, seen = rig.svvs("z", "seen", history=200)
+    verb = gpac.Verb(
+        "guarded",
+        blocks={"go": rig.block("count.count"), "retreat": rig.block("pair.pair")},
+        instantiation_parameters={"z": ["go.y", "retreat.b"]},
+        input_parameters={"limit": gpac.input("go.enough", default=0)},
+        cells={"unused": ["retreat.a"]},
+        command_lists={"going": [activate("go", every="1 ms")], "retreating": [activate("retreat", every="1 ms")]},
+        initial="going",
+        conditions={"touched": on("go.enough")},
+        transitions={("going", "touched"): "retreating"},
+    )
+    rig.sampling().on(rig.slow, every={"s": "10 ms"}).asynch(z, seen)
+    instance = verb.on({"go": rig.fast, "retreat": back}).asynch(z, limit=5)
+    rig.until(lambda: z.value <= -20 and seen.value <= -20, "it goes back, and who reads the SVV sees it")
+    instance.halt()
+    values = z.history[:]["value"].tolist()
+    turn = values.index(-1.0)
+    assert values[:turn][:6] == [0, 1, 2, 3, 4, 5] and max(values[turn:]) < 0, "the first list has written nothing since"
+    assert (np.diff(z.history[:]["time"]) > -1e-9).all() and (np.diff(z.history[:]["number"]) > 0).all()
+    instance.wait()
+    instance = verb.on({"go": rig.fast, "retreat": back}).named("on").asynch(z)
+    rig.until(lambda: z.value >= 50, "nothing touches: it goes on")
+    instance.halt()
 
 
 def test_r089_the_aborted_blocks_stop_before_the_next_list_runs(rig: Rig) -> None:
@@ -212,14 +244,14 @@ def test_r091_a_list_may_lead_to_itself(rig: Rig) -> None:
     """It is aborted and commences anew, again and again; without the transition it is carried out once."""
     (y,) = rig.svvs("y", history=100)
     lists = {"again": [install("count"), activate("count", every="1 ms")]}
-    changes: dict[str, Any] = {"command_lists": lists, "conditions": {"enough": on("count.enough", returns=[])}}
-    restarting = rig.counting("restarting", transitions={("again", "enough"): "again"}, **changes).on(rig.fast)
+    leads_on: dict[str, Any] = {"conditions": {"enough": on("count.enough")}, "transitions": {("again", "enough"): "again"}}
+    restarting = rig.counting("restarting", command_lists=lists, **leads_on).on(rig.fast)
     instance = restarting.asynch(y, limit=3)
     rig.until(lambda: len(y.history) >= 40, "ten rounds")
     instance.halt()
     assert y.history[:]["value"].tolist()[:40] == 10 * [0, 1, 2, 3]
     instance.wait()
-    once = rig.counting("once", **changes).on(rig.fast)(y, limit=3)
+    once = rig.counting("once", command_lists=lists).on(rig.fast)(y, limit=3)
     assert (once.condition, y.value) == ("enough", 3.0)
 
 
@@ -295,6 +327,15 @@ def test_r095_a_condition_that_leads_on_from_every_list_is_not_in_it(rig: Rig) -
     rig.until(lambda: b.value >= 5, "it goes round")
     assert instance.state == "running"
     instance.halt()
+
+
+def test_r095_nothing_is_returned_by_what_is_not_in_it(rig: Rig) -> None:
+    """ν is a function on term_V: a line of it for a condition that ends nothing is refused."""
+    conditions = {"enough": on(["first.enough", "second.enough"], returns=["a_last"])}
+    both = {("one", "enough"): "two", ("two", "enough"): "one"}
+    with pytest.raises(gpac.Error, match="enough"):
+        two_lists(rig, "never", conditions=conditions, transitions=both)
+    assert two_lists(rig, "sometimes", conditions=conditions).on(rig.fast)(*rig.svvs("a", "b"), limit=2, end=2).a_last == 2
 
 
 def test_r096_transitions_name_lists_and_conditions_that_exist(rig: Rig) -> None:
