@@ -331,7 +331,8 @@ def _unfit(error: Exception) -> str:
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """`did you mean 'near'?` with the one that is near, else what there is, else nothing."""
     names = [str(name) for name in known]
-    meant = _native.nearest(str(word), names)
+    # Half of a surrogate pair is near to nothing, and the core takes none.
+    meant = _native.nearest(str(word).encode(errors="replace").decode(), names)
     if meant is not None:
         return f"did you mean '{meant}'?"
     return f"there is {', '.join(names)}" if 0 < len(names) <= 12 else ""

@@ -80,7 +80,7 @@ def test_what_cannot_be_recorded_or_read_is_said(cell: gpac.System, tmp_path: Pa
         cell.record(tmp_path / "run.mcap", svvs=["arm.p"])
     with pytest.raises(gpac.ValueRefused, match="cannot record into"):
         cell.record(tmp_path / "no" / "run.mcap")
-    with pytest.raises(gpac.CallError, match="svvs="):
+    with pytest.raises(gpac.CallError, match=r"argument 'svvs' of record\(\)"):
         cell.record(tmp_path / "run.mcap", svvs="arm.*")
     assert list(tmp_path.iterdir()) == []
     cell.record(tmp_path / "run.mcap").stop()

@@ -49,8 +49,10 @@ def test_every_graph_of_the_mappings(tmp_path: Path, ending: str, built: dict[st
 
 # ---- random definitions ----
 
-NAMES = st.text(st.characters(blacklist_characters=".", blacklist_categories=("Cs", "Cc")), min_size=1, max_size=8)
-TEXTS = st.text(st.characters(blacklist_categories=("Cs",)), max_size=30)
+NAMES = st.text(st.characters(blacklist_characters=".", blacklist_categories=("Cs", "Cc")), min_size=1, max_size=8).filter(
+    lambda name: name.isprintable() and bool(name.strip())
+)
+TEXTS = st.text(st.characters(blacklist_characters="\0", blacklist_categories=("Cs",)), max_size=30)
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 TIMES = st.integers(1, 10**12)
 VALUES = st.recursive(
@@ -89,7 +91,7 @@ def chains(draw: st.DrawFn, depth: int = 1) -> gpac.Graph:
 @st.composite
 def commands(draw: st.DrawFn, label: str) -> gpac.Command:
     """Any command on a block that its inputs drive."""
-    plain = [gpac.install(label), gpac.install(label, "wave"), gpac.execute(label), gpac.deactivate(label), gpac.wait(), gpac.ready()]
+    plain = [gpac.install(label), gpac.install(label, "wave"), gpac.execute("wave"), gpac.deactivate(label), gpac.wait(), gpac.ready()]
     activated = st.none() | TIMES
     return draw(
         st.sampled_from([*plain, gpac.wait("watch.limited"), gpac.wait(["watch.limited", "watch.limited"])])

@@ -215,7 +215,7 @@ def test_close_leaves_nothing(built: dict[str, str]) -> None:
     assert shared_memory("shared_and_closed") == []
 
 
-@pytest.mark.parametrize("name", ["", " ", "cell a", "cell/a", "-a", "a" * 65, "a\0b"])
+@pytest.mark.parametrize("name", ["", " ", "cell a", "cell/a", "-a", "a" * 65])
 def test_a_name_that_is_none_is_refused(name: str) -> None:
     with gpac.System("refused", clock="virtual") as cell:
         with pytest.raises(gpac.DefinitionError, match=r"processor 'rtp1' is to run in process .*, which is no name; take letters"):
