@@ -76,7 +76,8 @@ def plain(value: Any, what: str = "the value") -> Any:
         return {str(name): plain(v, f"{what}: '{name}'") for name, v in value.items()}
     if isinstance(value, Iterable):
         return [plain(v, what) for v in value]
-    refuse(ValueRefused, f"{what} is {value!r}, which is not a value", "give numbers, text with a unit, sequences, dictionaries or NumPy arrays")
+    remedy = "give numbers, text with a unit, sequences, dictionaries or NumPy arrays"
+    refuse(ValueRefused, f"{what} is {value!r}, which is not a value", remedy)
 
 
 def to_json(value: Any, what: str = "the value") -> str:
