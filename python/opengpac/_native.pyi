@@ -56,6 +56,9 @@ def run_guard() -> str | None:
 def run_plant() -> str | None:
     """A plant process: returns when it is put away. `processes.command("run_plant")` starts it."""
 
+def try_model(path: str, library: str | None) -> str | None:
+    """Loads a MuJoCo model in a process of its own; what is wrong with it, None where nothing is."""
+
 def plant_state(name: str) -> str | None:
     """How the plant process of that name is, for who watches it; None where there is none.
 

@@ -103,3 +103,19 @@ def test_a_tool_without_a_tip_leaves_the_flange(tmp_path: Path) -> None:
     arm = robots.load("ur5e", clock="virtual", tool=written(tmp_path, "pin.xml", TOOL.replace("tcp", "other")))
     with arm.system:
         assert np.allclose(arm.tool.position, [0.0, 0.0, 0.0])
+
+
+def test_a_model_that_mujoco_does_not_survive_is_refused_and_everything_goes_on(tmp_path: Path) -> None:
+    """Sizes that no memory holds end the process in which MuJoCo reads them: that is not this one."""
+    file = written(tmp_path, "arm.xml", TWO_ARMS.replace("<worldbody>", '<size nuser_body="2000000000"/><worldbody>'))
+    with gpac.System("goes-on", clock="virtual") as cell:
+        rtp = cell.processor("rtp0")
+        rtp.timer("fast", period="1 ms", priority=80)
+        for load in (lambda: robots.load(file, rtp), lambda: robots.Kinematics.of_mjcf(file, ["turn", "reach"])):
+            with pytest.raises(gpac.DeviceFailed, match=r"arm\.xml': MuJoCo ends the process that tries it .*bad_alloc.*look for sizes"):
+                load()
+        written(tmp_path, "arm.xml", TWO_ARMS)
+        arm = robots.load(file, rtp)
+        arm.enable()
+        cell.advance("10 ms")
+        assert arm.turn.state == "standstill", "the mended file is tried again, under its name"

@@ -88,6 +88,7 @@ fn run_processor(py: Python<'_>) -> Option<String> {
 
 #[pymodule]
 fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
+    drivers::mujoco::tried_with(convert::interpreter(m.py())?);
     m.add("Refused", m.py().get_type::<Refused>())?;
     m.add_class::<system::System>()?;
     m.add_class::<recordings::Recording>()?;
@@ -107,6 +108,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(processes::join_system, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_plant, m)?)?;
     m.add_function(wrap_pyfunction!(processes::plant_state, m)?)?;
+    m.add_function(wrap_pyfunction!(processes::try_model, m)?)?;
     m.add_function(wrap_pyfunction!(replaying::replay, m)?)?;
     m.add_function(wrap_pyfunction!(serve::serve, m)?)?;
     m.add_function(wrap_pyfunction!(serve::socket_path, m)?)?;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a process runs that is started for one purpose: the guard, a plant. `python/opengpac/processes.py` has their command lines.
 use pyo3::prelude::*;
+use std::path::PathBuf;
 
 #[pyfunction]
 pub fn run_guard(py: Python<'_>) -> Option<String> {
@@ -18,6 +19,12 @@ pub fn plant_state(py: Python<'_>, name: &str) -> PyResult<Option<String>> {
         Ok(state) => Ok(Some(crate::convert::to_json(&state)?)),
         Err(_nobody) => Ok(None),
     }
+}
+
+/// Tries a MuJoCo model in a process of its own; the text says what is wrong with it.
+#[pyfunction]
+pub fn try_model(py: Python<'_>, path: PathBuf, library: Option<PathBuf>) -> Option<String> {
+    py.detach(|| drivers::mujoco::try_model(&path, library.as_deref())).err().map(|why| why.to_string())
 }
 
 /// Lends this host to a system until that is gone or a signal comes; the text says why it could not.

@@ -181,6 +181,21 @@ fn a_model_that_does_not_do_says_why() {
 }
 
 #[test]
+fn a_model_that_ends_its_process_is_refused_and_this_one_goes_on() {
+    with_mujoco(|library| {
+        let of = |size: &str| {
+            let text = format!(
+                "<mujoco><size {size}/><worldbody><body><joint name='a'/><geom size='1'/></body></worldbody><actuator><motor joint='a'/></actuator></mujoco>"
+            );
+            drivers::open("mujoco", &json!({ "path": scratch("sized", &text), "library": library })).map(|_| ()).map_err(|why| why.to_string())
+        };
+        let refused = of("nuser_body='2000000000'").expect_err("no memory holds it");
+        assert!(refused.contains("MuJoCo ends the process that tries it (signal 6) and says '") && refused.contains("bad_alloc"), "{refused}");
+        assert_eq!(of("nuser_body='2'"), Ok(()), "the file is another one now");
+    });
+}
+
+#[test]
 fn every_sensor_of_the_model_is_a_channel_with_its_unit() {
     with_mujoco(|library| {
         let sensors = r#"<sensor><jointpos name="q" joint="elbow"/><jointvel joint="elbow"/><framepos name="place" objtype="xbody" objname="lower"/>

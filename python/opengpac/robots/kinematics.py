@@ -15,8 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from .. import _native
 from .. import library as lib
 from ..declared import Declared
+from ..drivers import _mujoco_folder
 from ..errors import CallError, DefinitionError, DeviceFailed, Unreachable, refuse
 from ..frames import Pose
 
@@ -141,6 +143,9 @@ class Kinematics(Declared):
             mujoco = importlib.import_module("mujoco")
         except ImportError:
             refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
+        problem = _native.try_model(os.fspath(path), _mujoco_folder())
+        if problem is not None:
+            refuse(DeviceFailed, problem)
         return _read(mujoco, mujoco.MjModel.from_xml_path(os.fspath(path)), list(joints), site)
 
     def __repr__(self) -> str:

@@ -53,7 +53,7 @@ macro_rules! functions {
     ($($name:ident: $signature:ty;)*) => {
         /// The functions, by the names of the header. They are valid as long as this value lives.
         #[allow(non_snake_case)]
-        pub struct MuJoCo { $(pub $name: $signature,)* _library: Library }
+        pub struct MuJoCo { $(pub $name: $signature,)* pub path: PathBuf, _library: Library }
 
         #[allow(non_snake_case)]
         fn resolve(library: Library, path: &Path) -> Result<MuJoCo, DriverError> {
@@ -62,7 +62,7 @@ macro_rules! functions {
                 let $name = *unsafe { library.get::<$signature>(concat!(stringify!($name), "\0").as_bytes()) }
                     .map_err(|_| DriverError::LibrarySymbol { path: path.into(), symbol: stringify!($name).into() })?;
             )*
-            Ok(MuJoCo { $($name,)* _library: library })
+            Ok(MuJoCo { $($name,)* path: path.into(), _library: library })
         }
     };
 }
@@ -131,7 +131,7 @@ fn version_text(library: &Library) -> Option<String> {
     }
 }
 
-fn find(place: Option<&Path>) -> Result<PathBuf, DriverError> {
+pub(super) fn find(place: Option<&Path>) -> Result<PathBuf, DriverError> {
     let place = match place {
         Some(place) => place.to_path_buf(),
         None => std::env::var_os("OPENGPAC_MUJOCO")

@@ -4,7 +4,8 @@
 //! Ours is installed when the library is loaded. A message of a thread that is inside a plant is kept in a fixed buffer of that thread
 //! (the first one: the cause); every other message goes on to the receiver that was there before, so that a program that uses
 //! MuJoCo on its own sees what it always saw. An error (level 3) does not return to its caller: after this receiver MuJoCo ends
-//! the process; which is why the plant never calls with sizes or indices that it has not checked.
+//! the process; which is why the plant never calls with sizes or indices that it has not checked, and why a
+//! model is tried before it is loaded: `trial.rs`.
 use super::library::{LogMessage, LogReceiver, MuJoCo};
 use std::cell::{Cell, UnsafeCell};
 use std::ffi::CStr;

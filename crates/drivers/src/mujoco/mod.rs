@@ -26,12 +26,15 @@ mod library;
 mod log;
 mod model;
 mod plant;
+mod trial;
+
+pub use trial::tried_with;
 
 use crate::{DriverError, driver};
 use kernel::Driver;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -47,6 +50,15 @@ pub(crate) fn geometry(options: &Value) -> Result<Value, DriverError> {
     let arm = model::load(library::load(options.library.as_deref())?, &options.path, options.timestep)?;
     let fields = model::Fields::new(&arm, &options.path)?;
     Ok(geometry::geometry(&arm, &fields))
+}
+
+/// Tries a model in a process of its own, for whoever is about to load it with a MuJoCo of theirs. Without the library there is nothing
+/// to try. Errors: what is wrong with the model.
+pub fn try_model(path: &Path, library: Option<&Path>) -> Result<(), DriverError> {
+    model::whole(path).and_then(|whole| match library::find(library) {
+        Ok(library) => model::tried(&library, path, &whole),
+        Err(_missing) => Ok(()),
+    })
 }
 
 /// Loads the library and the model. The description: `{"parts": […], "tool": bool, "timestep": s}`.

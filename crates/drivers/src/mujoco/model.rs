@@ -9,7 +9,7 @@ use super::library::{BatchConfig, Model, MuJoCo, object};
 use crate::DriverError;
 use crate::part::{Part, Servo, UNLIMITED};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 const DISABLE_ACTUATION: i32 = 1 << 11;
 const DISABLE_AUTORESET: i32 = 1 << 16;
@@ -121,9 +121,19 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     Ok(arm)
 }
 
+/// MuJoCo shortens `a/../b` by text, which is wrong behind a symbolic link.
+pub(super) fn whole(path: &Path) -> Result<PathBuf, DriverError> {
+    path.canonicalize().map_err(|e| DriverError::File { kind: "mujoco".into(), path: path.into(), problem: e.to_string() })
+}
+
+/// Tries the file at `whole`, which the user knows as `path`.
+pub(super) fn tried(library: &Path, path: &Path, whole: &Path) -> Result<(), DriverError> {
+    super::trial::model(library, whole).map_err(|problem| DriverError::Model { path: path.into(), problem })
+}
+
 fn compile(mujoco: &MuJoCo, path: &Path) -> Result<*mut Model, DriverError> {
-    // MuJoCo shortens `a/../b` by text, which is wrong behind a symbolic link.
-    let whole = path.canonicalize().map_err(|e| DriverError::File { kind: "mujoco".into(), path: path.into(), problem: e.to_string() })?;
+    let whole = whole(path)?;
+    tried(&mujoco.path, path, &whole)?;
     let failed = |problem: String| DriverError::Model { path: path.into(), problem };
     let file = CString::new(whole.as_os_str().as_encoded_bytes()).map_err(|_| failed("its name holds a NUL".into()))?;
     let mut message = [0 as c_char; 1000];

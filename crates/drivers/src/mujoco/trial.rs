@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A model is tried before it is loaded: a child process loads it and computes it once, so that what MuJoCo does not survive (a
+//! fatal error, an uncaught exception for want of memory, a crash in a damaged file) ends the child and not the controller.
+//!
+//! The child is a Python interpreter, for that is what comes with the package `mujoco`, with at most half of the memory and 60 s. A
+//! model that passed is not tried again in this process while its file stays as it is; files that it includes are not looked at. Where
+//! no interpreter can be started, nothing can be tried: the model is loaded as it is.
+use std::collections::VecDeque;
+use std::ffi::OsString;
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::{Mutex, OnceLock};
+use std::time::SystemTime;
+
+const SCRIPT: &str = include_str!("trial.py");
+const LIMIT_S: u32 = 60;
+/// How many models that passed are remembered.
+const PASSED_MAX: usize = 64;
+
+/// A file as it was: the library that tried it, where it is, its length and time of change.
+#[derive(Clone, PartialEq, Eq)]
+struct Seen {
+    library: PathBuf,
+    model: PathBuf,
+    len: u64,
+    changed: SystemTime,
+}
+
+static INTERPRETER: OnceLock<OsString> = OnceLock::new();
+static PASSED: Mutex<VecDeque<Seen>> = Mutex::new(VecDeque::new());
+
+/// The interpreter that tries models in a process of its own; `python3` where nobody says. The first one stays.
+pub fn tried_with(interpreter: impl Into<OsString>) {
+    INTERPRETER.get_or_init(|| interpreter.into());
+}
+
+/// What is wrong with a model, in MuJoCo's words and ours. Blocks until the child is through.
+pub(super) fn model(library: &Path, model: &Path) -> Result<(), String> {
+    let seen = seen(library, model);
+    let passed = || PASSED.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    if seen.as_ref().is_some_and(|seen| passed().contains(seen)) {
+        return Ok(());
+    }
+    let interpreter = INTERPRETER.get().cloned().unwrap_or_else(|| "python3".into());
+    let mut command = Command::new(interpreter);
+    command.args(["-I", "-S", "-c", SCRIPT]).args([library, model]).arg(LIMIT_S.to_string()).stdin(Stdio::null());
+    // No interpreter: there is no trial, and the file is not remembered as one that passed.
+    let Ok(output) = command.output() else { return Ok(()) };
+    let Some(is_sound) = verdict(&output)? else { return Ok(()) };
+    if let Some(seen) = seen.filter(|_| is_sound) {
+        let mut passed = passed();
+        passed.truncate(PASSED_MAX - 1);
+        passed.push_front(seen);
+    }
+    Ok(())
+}
+
+fn seen(library: &Path, model: &Path) -> Option<Seen> {
+    let of = std::fs::metadata(model).ok()?;
+    Some(Seen { library: library.into(), model: model.into(), len: of.len(), changed: of.modified().ok()? })
+}
+
+/// What the child found; nothing, where it did not come to try.
+fn verdict(output: &Output) -> Result<Option<bool>, String> {
+    let said = String::from_utf8_lossy(&output.stdout);
+    let Some(said) = said.strip_prefix("trying ") else { return Ok(None) };
+    let (word, text) = said.split_once(' ').unwrap_or((said, ""));
+    let line = |text: &str| text.trim().replace('\n', "; ");
+    match (word, output.status.signal()) {
+        ("sound", None) => Ok(Some(true)),
+        ("refused", None) => Err(line(text)),
+        ("fatal", None) => Err(fatal("", &line(text))),
+        (_, Some(libc::SIGALRM)) => Err(format!("it was not loaded within {LIMIT_S} s; look for counts that are too large")),
+        (_, Some(signal)) => Err(fatal(&format!(" (signal {signal})"), &line(&String::from_utf8_lossy(&output.stderr)))),
+        (_, None) => Err(fatal("", &line(&String::from_utf8_lossy(&output.stderr)))),
+    }
+}
+
+fn fatal(how: &str, text: &str) -> String {
+    let says = if text.is_empty() { String::new() } else { format!(" and says '{text}'") };
+    format!("MuJoCo ends the process that tries it{how}{says}; look for sizes that no memory holds and for damaged files that it names")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(status: i32, stdout: &str, stderr: &str) -> Result<Option<bool>, String> {
+        verdict(&Output { status: std::process::ExitStatus::from_raw(status), stdout: stdout.into(), stderr: stderr.into() })
+    }
+
+    #[test]
+    fn what_a_child_says_and_how_it_ends_is_the_verdict() {
+        assert_eq!(of(0, "trying sound", ""), Ok(Some(true)));
+        assert_eq!(of(0, "trying refused Error: no\nline 1", ""), Err("Error: no; line 1".to_owned()));
+        assert!(of(0, "trying fatal stack overflow", "").unwrap_err().contains("says 'stack overflow'"));
+        assert!(of(libc::SIGABRT, "trying ", "terminating\n").unwrap_err().contains("(signal 6) and says 'terminating'"));
+        assert!(of(libc::SIGALRM, "trying ", "").unwrap_err().contains("not loaded within 60 s"));
+        assert!(of(1 << 8, "trying ", "").unwrap_err().starts_with("MuJoCo ends the process that tries it; look"));
+        assert_eq!(of(1 << 8, "", "No module named ctypes"), Ok(None), "an interpreter that cannot try has no verdict");
+    }
+}
