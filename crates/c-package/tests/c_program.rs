@@ -34,7 +34,7 @@ fn r126_a_c_program_configures_a_system_and_runs_a_verb() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/ps_in_c/servo.c");
     let printed = run(&compile(&source, "servo"));
     let after = |what: &str| -> Vec<&str> { printed.lines().filter_map(|line| line.strip_prefix(what)).collect() };
-    assert_eq!(after("refused: "), ["UnknownName: there is no verb 'brings'; there are: bring"], "{printed}");
+    assert_eq!(after("refused: "), ["UnknownName: there is no verb 'brings'; did you mean 'bring'?"], "{printed}");
     let reports: Vec<Json> = after("report: ").iter().map(|text| serde_json::from_str(text).expect("a report is JSON")).collect();
     assert_eq!(reports.len(), 2);
     for (report, goal) in reports.iter().zip([0.5, -0.25]) {

@@ -69,7 +69,10 @@ fn the_names_of_the_interface_stay() {
             "n start start_velocity velocity acceleration jerk position_min position_max override cell_override holding setpoint setpoint_velocity \
              lead reverse in_velocity stopped held at_limit",
         ),
-        ("gear_generator", "master start start_velocity ratio speed acceleration setpoint velocity engaged lead in_gear"),
+        (
+            "gear_generator",
+            "master start start_velocity ratio speed acceleration deceleration jerk position_min position_max setpoint velocity engaged lead in_gear at_limit too_fast",
+        ),
         ("heartbeat", "beat lost age limit late"),
         ("capture", "n level u captured on off"),
         ("set_position", "n captured position offset commanded new_offset new_commanded homed shift"),

@@ -11,6 +11,9 @@ use std::collections::HashMap;
 /// Conditions that exist in every verb.
 pub const SYSTEM: [&str; 8] = ["completed", "halted", "fault", "processor_lost", "device_lost", "device_disabled", "aborted", "emergency_stop"];
 
+/// Conditions that ask for an end. The end tells of them also where they lead on first, to a decelerating list.
+pub const ORDERLY: [&str; 3] = ["halted", "aborted", "device_disabled"];
+
 /// Conditions that come where a start declares a limit.
 pub const LIMITS: [&str; 4] = ["time_limit", "overrun", "late", "link_lost"];
 
@@ -92,7 +95,9 @@ fn check_returns(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedConditio
     if flat.is_composed {
         return;
     }
-    for ((key, termination), condition) in verb.conditions.iter().zip(conditions).filter(|((_, termination), _)| termination.returns.is_some()) {
+    let returns = |name: &str, termination: &Termination| termination.returns.is_some() && !ORDERLY.contains(&name);
+    let returning = verb.conditions.iter().zip(conditions).filter(|((name, termination), _)| returns(name, termination));
+    for ((key, termination), condition) in returning {
         let lists = verb.command_lists.keys().enumerate().filter(|(at, name)| condition.planned.holds_in(*at) && verb.ending.as_ref() != Some(name));
         let mut lists = lists.map(|(at, _)| at).peekable();
         if lists.peek().is_none() || !lists.all(|list| condition.transitions.iter().any(|(from, _)| *from == list)) {

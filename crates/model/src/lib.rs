@@ -36,6 +36,6 @@ mod written;
 pub use apply::apply;
 pub use checked::{CheckedVerb, check_graph, check_verb};
 pub use compose::{Composition, compose};
-pub use conditions::{LIMITS, SYSTEM};
+pub use conditions::{LIMITS, ORDERLY, SYSTEM};
 pub use form::{ArgumentKind, FormArgument, FormInput};
 pub use wires::{Drawing, PortName, Verdict, check_definition, compatible, compatible_with};

@@ -19,9 +19,6 @@ pub(crate) struct Departure {
     pub until_ns: Option<i64>,
 }
 
-/// Conditions from which τ leads to an orderly end: what follows them reports them.
-const ORDERLY: [&str; 3] = ["halted", "aborted", "device_disabled"];
-
 /// Ends that leave no time for an ending list.
 const IMMEDIATE: [&str; 2] = ["emergency_stop", "processor_lost"];
 
@@ -42,7 +39,7 @@ impl Instance {
 
     /// True where the condition begins an orderly end, which the report remembers.
     pub fn is_orderly(&self, condition: usize) -> bool {
-        ORDERLY.contains(&self.plan.conditions[condition].name.as_str())
+        model::ORDERLY.contains(&self.plan.conditions[condition].name.as_str())
     }
 }
 

@@ -101,7 +101,7 @@ fn it_goes_along_from_block_to_block_wherever_they_are() {
                 &name,
                 &[("a", "t.count"), ("b", "t.count")],
                 json!({"instantiation_parameters": {"a": ["a.y", "b.y"]}, "cells": {"t": ["a.total"], "u": ["b.total"]},
-                       "input_parameters": {"limit": {"targets": ["a.limit"], "default": 3.0}, "from": {"targets": ["b.start"], "default": 100.0}},
+                       "input_parameters": {"limit": {"targets": ["a.limit"], "default": 3.0}, "begin": {"targets": ["b.start"], "default": 100.0}},
                        "conditions": {"reached": {"on": ["a.reached"]}}, "initial": "one", "transitions": tau(&["one, reached -> two"]),
                        "command_lists": lists(&[("one", &["+a 4ms"]), ("two", &["+b 4ms"])])}),
             ));
