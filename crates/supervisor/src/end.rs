@@ -2,6 +2,7 @@
 //! Ends: every start of a verb instance has exactly one, with its report.
 use crate::core::{Core, DeviceState};
 use crate::instance::{Cause, State};
+use crate::outputs::Piece;
 use crate::report::{Other, Report};
 use crate::sequence::{Builder, Movement};
 use crate::stages::Verbatim;
@@ -98,7 +99,7 @@ impl Core {
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         // What the ending list captured is nothing: the outputs were read when it began.
         let outputs = if instance.is_in_ending() { Vec::new() } else { of.outputs_in(source, cause.condition) };
-        let lens: Vec<usize> = outputs.iter().map(|o| of.output_len(*o)).collect();
+        let lens: Vec<usize> = outputs.iter().map(|o| of.piece_len(*o)).collect();
         take_outputs(&mut instance.outputs, &outputs, &lens, captured);
         let (told, is_read) = (cause.condition, instance.is_in_ending() && instance.capturing.is_empty());
         let cause = self.remembered(id, cause);
@@ -157,12 +158,13 @@ impl Core {
     fn report(&self, id: u64, cause: Cause) -> Report {
         let instance = &self.instances[&id];
         let condition = &instance.plan.conditions[cause.condition];
+        let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         let mut outputs = IndexMap::new();
         for &output in &condition.returns {
             let planned = &instance.plan.outputs[output];
-            if let Some((_, bytes)) = instance.outputs.iter().find(|(o, _)| *o == output) {
+            if let Some(bytes) = whole(&of, &instance.outputs, output) {
                 let (value, was_reported) = match planned.target {
-                    Target::Report { item, .. } => reported(bytes, item),
+                    Target::Report { item, .. } => reported(&bytes, item),
                     _ => (bytes.as_slice(), true),
                 };
                 let value = was_reported.then(|| decode(&planned.type_text, matches!(planned.target, Target::Cells(_)), value));
@@ -223,21 +225,27 @@ impl Core {
 /// What the scripts of an end captured in each source becomes outputs.
 pub(crate) fn take_captured(
     of: &Verbatim,
-    outputs: &mut Vec<(usize, Vec<u8>)>,
-    capturing: &mut Vec<(SourceId, Vec<usize>)>,
+    outputs: &mut Vec<(Piece, Vec<u8>)>,
+    capturing: &mut Vec<(SourceId, Vec<Piece>)>,
     captured: Vec<(SourceId, Vec<u8>)>,
 ) {
     for (source, bytes) in captured {
         if let Some((_, asked)) = capturing.iter().find(|(s, _)| *s == source) {
-            let lens: Vec<usize> = asked.iter().map(|o| of.output_len(*o)).collect();
+            let lens: Vec<usize> = asked.iter().map(|o| of.piece_len(*o)).collect();
             take_outputs(outputs, asked, &lens, &bytes);
         }
     }
     capturing.clear();
 }
 
-/// Splits captured bytes into outputs.
-pub(crate) fn take_outputs(have: &mut Vec<(usize, Vec<u8>)>, outputs: &[usize], lens: &[usize], bytes: &[u8]) {
+/// The bytes of an output whose pieces have all been captured.
+fn whole(of: &Verbatim, have: &[(Piece, Vec<u8>)], output: usize) -> Option<Vec<u8>> {
+    let piece = |part| have.iter().find(|(piece, _)| *piece == (output, part)).map(|(_, bytes)| bytes.as_slice());
+    (0..of.parts(output)).map(piece).collect::<Option<Vec<_>>>().map(|pieces| pieces.concat())
+}
+
+/// Splits captured bytes into pieces of outputs.
+pub(crate) fn take_outputs(have: &mut Vec<(Piece, Vec<u8>)>, outputs: &[Piece], lens: &[usize], bytes: &[u8]) {
     let mut offset = 0;
     for (output, len) in outputs.iter().zip(lens) {
         if let Some(part) = bytes.get(offset..offset + len) {

@@ -163,7 +163,7 @@ impl Core {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.physical };
         let outputs = of.concluding_outputs(source, cause.condition);
-        let lens: Vec<usize> = outputs.iter().map(|o| of.output_len(*o)).collect();
+        let lens: Vec<usize> = outputs.iter().map(|o| of.piece_len(*o)).collect();
         crate::end::take_outputs(&mut instance.outputs, &outputs, &lens, captured);
         let cause = self.remembered(id, cause);
         self.concluding(id, cause);

@@ -3,6 +3,7 @@
 use crate::connect::Pair;
 use crate::ending::Departure;
 use crate::install::Installed;
+use crate::outputs::Piece;
 use crate::report::{Other, Report};
 use crate::sequence::Movement;
 use kernel::{Cell, SourceId};
@@ -148,10 +149,10 @@ pub(crate) struct Instance {
     pub epoch: u64,
     /// What the scripts of the last movement captured.
     pub captured: Vec<(SourceId, Vec<u8>)>,
-    /// Values of its outputs, as far as they have been captured: (output, bytes).
-    pub outputs: Vec<(usize, Vec<u8>)>,
+    /// Values of its outputs, as far as they have been captured: (piece, bytes).
+    pub outputs: Vec<(Piece, Vec<u8>)>,
     /// Outputs that the script under way captures in each source, in order.
-    pub capturing: Vec<(SourceId, Vec<usize>)>,
+    pub capturing: Vec<(SourceId, Vec<Piece>)>,
     pub others: Vec<Other>,
     pub report: Option<Report>,
     /// A second `halt` is immediate.

@@ -4,19 +4,35 @@ use crate::stages::Verbatim;
 use kernel::SourceId;
 use model::plan::Target;
 
+/// What is read at once: an output, or one element of it where a port's elements are cells of their own, for each of them lies where it is
+/// written.
+pub(crate) type Piece = (usize, usize);
+
 impl Verbatim<'_> {
-    /// Outputs that a condition returns and whose value lies in `source`.
-    pub fn outputs_in(&self, source: SourceId, condition: usize) -> Vec<usize> {
-        let Some(condition) = self.plan.conditions.get(condition) else { return Vec::new() };
-        condition.returns.iter().copied().filter(|o| self.output_source(*o) == source).collect()
+    /// Pieces of what a condition returns whose value lies in `source`.
+    pub fn outputs_in(&self, source: SourceId, condition: usize) -> Vec<Piece> {
+        let mut pieces = self.pieces(condition);
+        pieces.retain(|piece| self.piece_source(*piece) == source);
+        pieces
     }
 
-    /// Where an output's value lies: with the port that writes it, else with one that reads it.
-    fn output_source(&self, output: usize) -> SourceId {
+    /// The pieces of what a condition returns, in order.
+    pub fn pieces(&self, condition: usize) -> Vec<Piece> {
+        let Some(condition) = self.plan.conditions.get(condition) else { return Vec::new() };
+        condition.returns.iter().flat_map(|output| (0..self.parts(*output)).map(|part| (*output, part))).collect()
+    }
+
+    /// How many pieces an output has.
+    pub fn parts(&self, output: usize) -> usize {
+        if let Target::Cells(cells) = &self.plan.outputs[output].target { cells.len() } else { 1 }
+    }
+
+    /// Where a piece's value lies: with the port that writes it, else with one that reads it.
+    fn piece_source(&self, (output, part): Piece) -> SourceId {
         match &self.plan.outputs[output].target {
             Target::Item { block, .. } | Target::Report { block, .. } => self.installed.block_source[*block],
             Target::Cell(cell) => self.cell_source(*cell),
-            Target::Cells(cells) => cells.first().map_or(self.installed.sources[0], |c| self.cell_source(*c)),
+            Target::Cells(cells) => self.cell_source(cells[part]),
         }
     }
 
@@ -24,11 +40,11 @@ impl Verbatim<'_> {
         self.installed.home(self.plan, cell).unwrap_or(self.installed.sources[0])
     }
 
-    /// The cells of outputs, in order.
-    pub fn cells_of(&self, outputs: &[usize]) -> Vec<kernel::Cell> {
+    /// The cells of pieces, in order.
+    pub fn cells_of(&self, pieces: &[Piece]) -> Vec<kernel::Cell> {
         let mut cells = Vec::new();
-        for &output in outputs {
-            let source = self.output_source(output);
+        for &(output, part) in pieces {
+            let source = self.piece_source((output, part));
             match &self.plan.outputs[output].target {
                 Target::Item { block, item } => cells.push(self.installed.blocks[*block].value(*item)),
                 // Behind its value: whether it was reported at all.
@@ -37,29 +53,29 @@ impl Verbatim<'_> {
                     cells.extend(block.report(*item).into_iter().chain(block.reported()));
                 }
                 Target::Cell(cell) => cells.extend(self.installed.cell(*cell, source).cloned()),
-                Target::Cells(list) => cells.extend(list.iter().filter_map(|c| self.installed.cell(*c, source).cloned())),
+                Target::Cells(list) => cells.extend(self.installed.cell(list[part], source).cloned()),
             }
         }
         cells
     }
 
-    /// Length in bytes of an output.
-    pub fn output_len(&self, output: usize) -> usize {
-        self.cells_of(&[output]).iter().map(kernel::Cell::len).sum()
+    /// Length in bytes of a piece.
+    pub fn piece_len(&self, piece: Piece) -> usize {
+        self.cells_of(&[piece]).iter().map(kernel::Cell::len).sum()
     }
 
-    /// Outputs in `source` that a kernel reads when it goes to the ending list: those of the condition, and those of the conditions
+    /// Pieces in `source` that a kernel reads when it goes to the ending list: those of the condition, and those of the conditions
     /// that an earlier τ may have begun the end with.
-    pub fn concluding_outputs(&self, source: SourceId, condition: usize) -> Vec<usize> {
+    pub fn concluding_outputs(&self, source: SourceId, condition: usize) -> Vec<Piece> {
         let led_on = |c: usize| self.plan.lists.iter().any(|l| l.transitions.iter().any(|(on, _)| *on == c));
-        let mut outputs = Vec::new();
+        let mut pieces = Vec::new();
         for index in std::iter::once(condition).chain((0..self.plan.conditions.len()).filter(|c| led_on(*c))) {
-            for output in self.outputs_in(source, index) {
-                if !outputs.contains(&output) {
-                    outputs.push(output);
+            for piece in self.outputs_in(source, index) {
+                if !pieces.contains(&piece) {
+                    pieces.push(piece);
                 }
             }
         }
-        outputs
+        pieces
     }
 }

@@ -163,7 +163,7 @@ impl Verbatim<'_> {
                 // In the ending list nothing is read any more.
                 let is_ending = self.plan.ending.list == Some(list);
                 let outputs = if is_ending { Vec::new() } else { self.outputs_in(source, condition) };
-                let captured: usize = outputs.iter().map(|o| self.output_len(*o)).sum();
+                let captured: usize = outputs.iter().map(|o| self.piece_len(*o)).sum();
                 if active.iter().any(|a| self.installed.activation_source[*a] != source) || captured > CAPTURED_MAX {
                     return Response::Tell;
                 }
@@ -185,8 +185,8 @@ impl Verbatim<'_> {
         if (0..self.plan.outputs.len()).any(|output| self.moves(output)) {
             return Response::Tell;
         }
-        let all = self.plan.conditions.get(condition).map_or(0, |c| c.returns.len());
-        let captured: usize = outputs.iter().map(|o| self.output_len(*o)).sum();
+        let all = self.pieces(condition).len();
+        let captured: usize = outputs.iter().map(|o| self.piece_len(*o)).sum();
         if self.ends_at_once(list, 0) || self.outputs_in(source, condition).len() < all || captured > CAPTURED_MAX {
             return Response::Tell;
         }
