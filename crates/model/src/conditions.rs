@@ -3,7 +3,7 @@
 use crate::definition::{Termination, Verb};
 use crate::flatten::{Flat, Port};
 use crate::lists::condition_port;
-use crate::plan::PlannedCondition;
+use crate::plan::{ORDERLY, PlannedCondition};
 use crate::refusal::{Class, Where};
 use crate::suggest::did_you_mean;
 use std::collections::HashMap;
@@ -86,13 +86,16 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
     CheckedCondition { planned, transitions: Vec::new() }
 }
 
-/// ν is of what ends the verb: a condition that leads on from every list in which it holds returns nothing. A part of a composed verb
-/// returns what it returned alone.
+/// ν is of what ends the verb: a condition that leads on from every list in which it holds returns nothing, but where it begins an orderly
+/// end, of which the report is its own. A part of a composed verb returns what it returned alone.
 fn check_returns(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) {
     if flat.is_composed {
         return;
     }
     for ((key, termination), condition) in verb.conditions.iter().zip(conditions).filter(|((_, termination), _)| termination.returns.is_some()) {
+        if ORDERLY.contains(&condition.planned.name.as_str()) {
+            continue;
+        }
         let lists = verb.command_lists.keys().enumerate().filter(|(at, name)| condition.planned.holds_in(*at) && verb.ending.as_ref() != Some(name));
         let mut lists = lists.map(|(at, _)| at).peekable();
         if lists.peek().is_none() || !lists.all(|list| condition.transitions.iter().any(|(from, _)| *from == list)) {

@@ -7,6 +7,9 @@ use crate::refusal::{Class, Place};
 use crate::value::Value;
 use serde::Serialize;
 
+/// Conditions from which τ leads to an orderly end: what follows them reports them.
+pub const ORDERLY: [&str; 3] = ["halted", "aborted", "device_disabled"];
+
 /// Index of a block in [`Plan::blocks`].
 pub type BlockIndex = usize;
 /// Index of a cell in [`Plan::cells`].

@@ -7,6 +7,7 @@ use crate::instance::{Cause, Instance, State};
 use crate::sequence::Builder;
 use crate::stages::Verbatim;
 use kernel::{Op, SourceId};
+use model::plan::ORDERLY;
 
 /// An end that is on its way.
 #[derive(Clone, Debug)]
@@ -18,9 +19,6 @@ pub(crate) struct Departure {
     /// Running time by which it must be over.
     pub until_ns: Option<i64>,
 }
-
-/// Conditions from which τ leads to an orderly end: what follows them reports them.
-const ORDERLY: [&str; 3] = ["halted", "aborted", "device_disabled"];
 
 /// Ends that leave no time for an ending list.
 const IMMEDIATE: [&str; 2] = ["emergency_stop", "processor_lost"];
