@@ -47,3 +47,16 @@ def test_other_things_are_refused_too(memory_rig: Rig) -> None:
         written.value = 1.0
     entry = next(entry for entry in rig.cell.log() if entry["text"].startswith("write"))
     assert entry["text"].startswith("write was refused: ") and entry["who"] == "program"
+
+
+def test_a_start_that_is_refused_is_the_only_line_about_it(memory_rig: Rig) -> None:
+    rig = memory_rig
+    (written,) = rig.svvs("a")
+    counting = rig.counting().on(rig.fast).named("mine")
+    with counting.new_instance(written):
+        pass
+    first = rig.counting("first").on(rig.fast).asynch(written)
+    with pytest.raises(gpac.SecondWriter):
+        counting.asynch(written)
+    assert [text.split(":")[0] for text in commands(rig)] == ["start was refused"]
+    first.halt()
