@@ -257,8 +257,9 @@ def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance
 
 def _drop(instance: VerbInstance[Any]) -> None:
     """Ends what may have been started, and deletes it: an interrupt comes at any line."""
-    with contextlib.suppress(InvalidState):
-        instance.halt()
+    if instance.state in ("queued", "running", "suspended"):
+        with contextlib.suppress(InvalidState):
+            instance.halt()
     if not instance._deleted:
         instance.delete()
 

@@ -13,30 +13,32 @@ from .given import taking
 
 @dataclass(frozen=True)
 class Holding:
-    """A way to come to rest before a verb is suspended; made by `gpac.holding`."""
+    """How a verb comes to rest before it is suspended; made by `gpac.holding`."""
 
-    set: str
-    until: str
+    set: tuple[str, ...]
+    until: tuple[str, ...]
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
-        return {"holding": [{"set": self.set, "until": self.until}]}
+        return {"holding": [{"set": of, "until": until} for of, until in zip(self.set, self.until, strict=True)]}
 
 
 @taking
 def holding(set: Names, until: Names) -> Holding:
     """Suspends by setting `set`, a bool input or parameter, and waiting for the condition `until`; `resume` clears it.
 
-    Where the block of `until` is not active the verb is suspended at once, and after the verb's `ending_limit` in any case.
+    Several blocks that move at different times, or side by side: a list of inputs, and one of their conditions in the same order. It is
+    suspended when the conditions of all those that are active have come: at once where none is, and after the verb's `ending_limit` in
+    any case.
     """
-    return Holding(_one(set, "what is set"), _one(until, "the condition"))
-
-
-def _one(given: Names, what: str) -> str:
-    names = list(names_of(given))
-    if len(names) != 1:
-        refuse(DefinitionError, f"gpac.holding is given {len(names)} names for {what}", "give one, for example 'generator.holding'")
-    return names[0]
+    inputs, conditions = tuple(names_of(set)), tuple(names_of(until))
+    if not inputs or len(inputs) != len(conditions):
+        refuse(
+            DefinitionError,
+            f"gpac.holding is given {len(inputs)} names for what is set and {len(conditions)} for the conditions",
+            "give one of each, for example 'generator.holding' and 'generator.held', or lists of the same length",
+        )
+    return Holding(inputs, conditions)
 
 
 def suspend_json(given: str | Holding, verb: str) -> Any:

@@ -55,7 +55,7 @@ class Sequences:
         self.limits = np.array([(joint.max_speed, joint.max_acceleration) for joint in self.arm]).T
         self.done: Counter[str] = Counter()
         self._moving: gpac.VerbInstance[Any] | None = None
-        self._is_whole = True
+        self._halted: gpac.VerbInstance[Any] | None = None
         self._off_s: list[tuple[float, float]] = [(0.0, self.cell.now)]
         self._looked_s = self.cell.now
 
@@ -67,6 +67,11 @@ class Sequences:
             story.append(f"{self.cell.now * 1e3:.0f} ms: {self._command(chosen)}")
             self.cell.advance(f"{chosen.choice((1, 2, 5, 20, 60, 150))} ms")
         return [f"seed {seed}: {wrong}\n  " + "\n  ".join(story) for wrong in self._look()]
+
+    @property
+    def is_lost(self) -> bool:
+        """A joint has met something, the arm itself or the floor, and is disabled by its following error."""
+        return any(joint.state == "fault" for joint in self.arm)
 
     def close(self) -> None:
         self.cell.close()
@@ -85,7 +90,6 @@ class Sequences:
         self._end()
         limit = {"time_limit": "0.2 s"} if self.done.total() % 5 == 0 else {}
         self._moving = verb.asynch(self.arm, *args, **more, **limit)
-        self._is_whole = not limit
         return " ".join(str(np.round(arg, 3).tolist()) for arg in args)
 
     def _end(self) -> None:
@@ -118,18 +122,16 @@ class Sequences:
         return self._begin(motion.stop)
 
     def _halt(self, _: random.Random) -> str:
-        return self._slow_down("halt")
+        """Once: a second halt is immediate (docs/verbs.md), as it is to be where somebody insists."""
+        if self._moving is None or self._moving is self._halted:
+            return "not now"
+        self._halted = self._moving
+        self._moving.halt()
+        return ""
 
     def _suspend(self, _: random.Random) -> str:
-        return self._slow_down("suspend")
-
-    def _slow_down(self, call: str) -> str:
-        """Once: a motion that slows down already, because it was halted or its time is up, ends or is suspended at once when that is
-        asked again (docs/verbs.md), as it is to be where somebody insists."""
-        if self._moving is None or not self._is_whole:
-            return "not now"
-        self._is_whole = call != "halt"
-        getattr(self._moving, call)()
+        if self._moving is not None:
+            self._moving.suspend()
         return ""
 
     def _resume(self, _: random.Random) -> str:
@@ -167,7 +169,10 @@ class Sequences:
             yield f"from {self._looked_s} s to {since} s there is no history"
         first = max(since, self._looked_s - 0.002)
         times = rows[0]["time"][rows[0]["time"] >= first - 1e-9]
-        path = np.array([of["value"][of["time"] >= first - 1e-9][: len(times)] for of in rows]).T
+        found = [of["value"][of["time"] >= first - 1e-9] for of in rows]
+        # A joint that met something has faulted: nothing follows it any more.
+        least = min(len(values) for values in found)
+        times, path = times[:least], np.array([values[:least] for values in found]).T
         self._looked_s = self.cell.now
         off = np.zeros(len(times), dtype=bool)
         for begun_s, ended_s in self._off_s:
@@ -205,7 +210,7 @@ def sequences(seeds: Iterable[int]) -> tuple[list[str], Counter[str]]:
     done: Counter[str] = Counter()
     of: Sequences | None = None
     for seed in seeds:
-        if of is None or seed % A_SYSTEM == 0:
+        if of is None or of.is_lost or seed % A_SYSTEM == 0:
             if of is not None:
                 of.close()
             of = Sequences()

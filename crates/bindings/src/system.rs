@@ -79,8 +79,7 @@ impl System {
     }
 
     fn request(&self, source: &str) -> PyResult<()> {
-        self.inner.log_program("request", source, 0);
-        self.inner.request(source).map_err(refused)
+        self.inner.as_program("request", source, 0, || self.inner.request(source)).map_err(refused)
     }
 
     fn listen(&self, py: Python<'_>, options_json: &str) -> PyResult<()> {
@@ -105,8 +104,7 @@ impl System {
     }
 
     fn reopen_physical_device(&self, py: Python<'_>, name: &str) -> PyResult<()> {
-        self.inner.log_program("reopen_physical_device", name, 0);
-        py.detach(|| self.inner.reopen(name)).map_err(refused)
+        py.detach(|| self.inner.as_program("reopen_physical_device", name, 0, || self.inner.reopen(name))).map_err(refused)
     }
 
     fn delete_physical_device(&self, py: Python<'_>, name: &str) -> PyResult<()> {
@@ -169,20 +167,21 @@ impl System {
     }
 
     fn enable(&self, py: Python<'_>, device: &str) -> PyResult<u64> {
-        self.inner.log_program("enable", device, 0);
-        py.detach(|| self.inner.enable(device)).map_err(refused)
+        py.detach(|| self.inner.as_program("enable", device, 0, || self.inner.enable(device))).map_err(refused)
     }
 
     fn disable(&self, py: Python<'_>, device: &str) -> PyResult<()> {
-        self.inner.log_program("disable", device, 0);
-        in_slices(py, |slice| self.inner.disable(device, slice))?;
+        let mut is_first = true;
+        in_slices(py, |slice| {
+            let disable = || self.inner.disable(device, slice);
+            if std::mem::take(&mut is_first) { self.inner.as_program("disable", device, 0, disable) } else { disable() }
+        })?;
         Ok(())
     }
 
     fn exchange_verb(&self, py: Python<'_>, device: &str, verb: &str, place_json: &str) -> PyResult<()> {
-        self.inner.log_program("exchange_verb", device, 0);
         let place = from_json(place_json)?;
-        py.detach(|| self.inner.exchange_verb(device, verb, place)).map_err(refused)
+        py.detach(|| self.inner.as_program("exchange_verb", device, 0, || self.inner.exchange_verb(device, verb, place))).map_err(refused)
     }
 
     fn delete_device(&self, py: Python<'_>, device: &str) -> PyResult<()> {
@@ -199,9 +198,8 @@ impl System {
     }
 
     fn set_device_parameter(&self, py: Python<'_>, device: &str, parameter: &str, value_json: &str) -> PyResult<()> {
-        self.inner.log_program("set_device_parameter", device, 0);
         let value: Value = from_json(value_json)?;
-        py.detach(|| self.inner.set_device_parameter(device, parameter, value)).map_err(refused)
+        py.detach(|| self.inner.as_program("set_device_parameter", device, 0, || self.inner.set_device_parameter(device, parameter, value))).map_err(refused)
     }
 
     fn device_parameter(&self, device: &str, parameter: &str) -> PyResult<String> {
@@ -224,25 +222,21 @@ impl System {
     }
 
     fn start(&self, py: Python<'_>, instance: u64, values_json: &str, options_json: &str) -> PyResult<()> {
-        self.inner.log_program("start", "", instance);
         let values: IndexMap<String, Value> = from_json(values_json)?;
         let limits: Limits = from_json(options_json)?;
-        py.detach(|| self.inner.start(instance, &values, limits)).map_err(refused)
+        py.detach(|| self.inner.as_program("start", "", instance, || self.inner.start(instance, &values, limits))).map_err(refused)
     }
 
     fn suspend(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
-        self.inner.log_program("suspend", "", instance);
-        py.detach(|| self.inner.suspend(instance)).map_err(refused)
+        py.detach(|| self.inner.as_program("suspend", "", instance, || self.inner.suspend(instance))).map_err(refused)
     }
 
     fn resume(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
-        self.inner.log_program("resume", "", instance);
-        py.detach(|| self.inner.resume(instance)).map_err(refused)
+        py.detach(|| self.inner.as_program("resume", "", instance, || self.inner.resume(instance))).map_err(refused)
     }
 
     fn halt(&self, py: Python<'_>, instance: u64) -> PyResult<()> {
-        self.inner.log_program("halt", "", instance);
-        py.detach(|| self.inner.halt(instance)).map_err(refused)?;
+        py.detach(|| self.inner.as_program("halt", "", instance, || self.inner.halt(instance))).map_err(refused)?;
         in_slices(py, |slice| self.inner.wait(instance, None, slice))?;
         Ok(())
     }
@@ -272,10 +266,9 @@ impl System {
     }
 
     fn set(&self, py: Python<'_>, instance: u64, values_json: &str, every_json: &str) -> PyResult<()> {
-        self.inner.log_program("set", "", instance);
         let values: IndexMap<String, Value> = from_json(values_json)?;
         let every: IndexMap<String, u64> = from_json(every_json)?;
-        py.detach(|| self.inner.set(instance, &values, &every)).map_err(refused)
+        py.detach(|| self.inner.as_program("set", "", instance, || self.inner.set(instance, &values, &every))).map_err(refused)
     }
 
     fn ended_fd(&self) -> i32 {
@@ -290,9 +283,8 @@ impl System {
     }
 
     fn write(&self, py: Python<'_>, name: &str, value_json: &str) -> PyResult<()> {
-        self.inner.log_program("write", name, 0);
         let value: Value = from_json(value_json)?;
-        py.detach(|| self.inner.write(name, &value)).map_err(refused)
+        py.detach(|| self.inner.as_program("write", name, 0, || self.inner.write(name, &value))).map_err(refused)
     }
 
     fn history<'py>(&self, py: Python<'py>, name: &str, count: usize) -> PyResult<Vec<(u64, i64, Bound<'py, PyBytes>)>> {
@@ -323,8 +315,7 @@ impl System {
     }
 
     fn emergency_stop(&self, py: Python<'_>, reason: &str) -> PyResult<()> {
-        self.inner.log_program("emergency_stop", "system", 0);
-        py.detach(|| self.inner.emergency_stop(reason)).map_err(refused)
+        py.detach(|| self.inner.as_program("emergency_stop", "system", 0, || self.inner.emergency_stop(reason))).map_err(refused)
     }
 
     fn emergency_stop_input(&self, device: &str, channel: &str, at_zero: bool) -> PyResult<()> {
@@ -332,21 +323,18 @@ impl System {
     }
 
     fn reset(&self) -> PyResult<()> {
-        self.inner.log_program("reset", "system", 0);
-        self.inner.reset().map_err(refused)
+        self.inner.as_program("reset", "system", 0, || self.inner.reset()).map_err(refused)
     }
 
     fn pause(&self, py: Python<'_>, devices: Option<Vec<String>>) -> PyResult<Vec<String>> {
-        self.inner.log_program("pause", "system", 0);
-        let stopped = py.detach(|| self.inner.pause(devices.as_deref())).map_err(refused)?;
+        let stopped = py.detach(|| self.inner.as_program("pause", "system", 0, || self.inner.pause(devices.as_deref()))).map_err(refused)?;
         let (ids, names): (Vec<u64>, Vec<String>) = stopped.into_iter().unzip();
         in_slices(py, |slice| self.inner.paused(&ids, slice))?;
         Ok(names)
     }
 
     fn resume_program(&self, py: Python<'_>, devices: Option<Vec<String>>) -> PyResult<Vec<String>> {
-        self.inner.log_program("resume_program", "system", 0);
-        let going = py.detach(|| self.inner.resume_program(devices.as_deref())).map_err(refused)?;
+        let going = py.detach(|| self.inner.as_program("resume_program", "system", 0, || self.inner.resume_program(devices.as_deref()))).map_err(refused)?;
         Ok(going.into_iter().map(|(_, name)| name).collect())
     }
 
@@ -355,9 +343,8 @@ impl System {
     }
 
     fn set_mode(&self, py: Python<'_>, mode_json: &str) -> PyResult<()> {
-        self.inner.log_program("set_mode", "system", 0);
         let mode: Mode = from_json(mode_json)?;
-        py.detach(|| self.inner.set_mode(mode)).map_err(refused)
+        py.detach(|| self.inner.as_program("set_mode", "system", 0, || self.inner.set_mode(mode))).map_err(refused)
     }
 
     fn enabling_switch(&self, device: &str, channel: &str) -> PyResult<()> {
@@ -370,18 +357,15 @@ impl System {
     }
 
     fn raise_alarm(&self, py: Python<'_>, code: &str, source: &str, text: &str) -> PyResult<()> {
-        self.inner.log_program("raise_alarm", code, 0);
-        py.detach(|| self.inner.raise_alarm(code, source, text)).map_err(refused)
+        py.detach(|| self.inner.as_program("raise_alarm", code, 0, || self.inner.raise_alarm(code, source, text))).map_err(refused)
     }
 
     fn clear_alarm(&self, py: Python<'_>, code: &str, source: Option<&str>) -> PyResult<bool> {
-        self.inner.log_program("clear_alarm", code, 0);
-        py.detach(|| self.inner.clear_alarm(code, source)).map_err(refused)
+        py.detach(|| self.inner.as_program("clear_alarm", code, 0, || self.inner.clear_alarm(code, source))).map_err(refused)
     }
 
     fn acknowledge_alarms(&self, py: Python<'_>, number: Option<u64>) -> PyResult<usize> {
-        self.inner.log_program("acknowledge_alarms", "system", 0);
-        py.detach(|| self.inner.acknowledge_alarms(number)).map_err(refused)
+        py.detach(|| self.inner.as_program("acknowledge_alarms", "system", 0, || self.inner.acknowledge_alarms(number))).map_err(refused)
     }
 
     fn alarms_json(&self) -> PyResult<String> {

@@ -89,8 +89,8 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
     CheckedCondition { planned, transitions: Vec::new() }
 }
 
-/// ν is of what ends the verb: a condition that leads on from every list in which it holds returns nothing. A part of a composed verb
-/// returns what it returned alone.
+/// ν is of what ends the verb: a condition that leads on from every list in which it holds returns nothing, but where it begins an orderly
+/// end, of which the report is its own. A part of a composed verb returns what it returned alone.
 fn check_returns(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) {
     if flat.is_composed {
         return;

@@ -391,11 +391,17 @@ fn a_source_says_where_it_is_and_the_log_who_commanded() {
     }
     system.log_command("panel", "start", "wave#1", None);
     system.log_command("panel", "halt", "wave#1", Some("it does not run"));
-    system.log_program("start", "", arguments["instance"].as_u64().expect("a number"));
+    let instance = arguments["instance"].as_u64().expect("a number");
+    assert!(system.as_program("resume", "", instance, || system.resume(instance)).is_err());
+    system.as_program("start", "", instance, || system.start(instance, &indexmap::IndexMap::new(), Default::default())).expect("starts");
     let log = say(&system, "log", json!({}));
     let told: Vec<_> = log.as_array().expect("a list").iter().filter(|e| e["kind"] == "command").map(|e| json!([e["who"], e["text"], e["about"]])).collect();
-    let expected =
-        [json!(["panel", "start", "wave#1"]), json!(["panel", "halt was refused: it does not run", "wave#1"]), json!(["program", "start", "wave#1"])];
+    let expected = [
+        json!(["panel", "start", "wave#1"]),
+        json!(["panel", "halt was refused: it does not run", "wave#1"]),
+        json!(["program", "resume was refused: cannot resume 'wave#1': it is created", "wave#1"]),
+        json!(["program", "start", "wave#1"]),
+    ];
     assert_eq!(told, expected);
 }
 

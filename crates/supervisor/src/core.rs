@@ -3,7 +3,6 @@
 //! the files named after what they do; none of them waits.
 use crate::alarms::Alarms;
 use crate::claims::Request;
-use crate::commanded::Commanded;
 use crate::connect::Pair;
 use crate::emergency::Emergency;
 use crate::ends::Ends;
@@ -88,7 +87,6 @@ pub(crate) struct Core {
     /// Starts that wait for claims, in order.
     pub queue: Vec<Request>,
     pub log: Log,
-    pub commanded: Commanded,
     pub emergency: Emergency,
     pub pause: Pause,
     pub modes: Modes,
@@ -136,7 +134,6 @@ impl Core {
             claims: HashMap::new(),
             queue: Vec::new(),
             log: Log::default(),
-            commanded: Commanded::default(),
             emergency: Emergency::default(),
             pause: Pause::default(),
             modes: Modes::default(),

@@ -395,6 +395,7 @@ fn instance(
         is_overtaken: false,
         suspending: false,
         resting_until_ns: None,
+        rested: Vec::new(),
         held: Vec::new(),
         entries: (0, 0),
     }

@@ -7,6 +7,7 @@ use crate::instance::{Cause, Instance, State};
 use crate::sequence::Builder;
 use crate::stages::Verbatim;
 use kernel::{Op, SourceId};
+use model::ORDERLY;
 
 /// An end that is on its way.
 #[derive(Clone, Debug)]
@@ -39,7 +40,7 @@ impl Instance {
 
     /// True where the condition begins an orderly end, which the report remembers.
     pub fn is_orderly(&self, condition: usize) -> bool {
-        model::ORDERLY.contains(&self.plan.conditions[condition].name.as_str())
+        ORDERLY.contains(&self.plan.conditions[condition].name.as_str())
     }
 }
 

@@ -120,8 +120,8 @@ impl Core {
             // Somebody took the process where the kernel had entered the ending list already: that is where it is.
             if runs && told.acted && told.stage.is_some_and(|stage| self.is_ending_unnoticed(id, stage)) {
                 self.concluded_by_kernel(id, told.source, cause, &told.captured);
-            } else if runs && self.instances[&id].rests_at(block, told.item) {
-                self.rest(id);
+            } else if runs && self.instances.get_mut(&id).is_some_and(|i| i.rests_at(block, told.item)) {
+                self.rest_at_last(id);
             } else if matches!(told.fault, Some(Fault::Signal(_) | Fault::Budget)) {
                 // What became of it was decided when the source stopped.
             } else if runs && told.condition < self.instances[&id].plan.conditions.len() {

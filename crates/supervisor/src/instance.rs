@@ -171,6 +171,8 @@ pub(crate) struct Instance {
     pub suspending: bool,
     /// It comes to rest before it is suspended: the running time at which that has had its time.
     pub resting_until_ns: Option<i64>,
+    /// The conditions of that which have come.
+    pub rested: Vec<(usize, usize)>,
     /// What its channels held in each source when they went safe for a suspension.
     pub held: Vec<(SourceId, Vec<u8>)>,
     /// An instant, and how many stages it has entered in it.
@@ -200,6 +202,7 @@ impl Instance {
         self.outputs.clear();
         self.captured.clear();
         self.capturing.clear();
+        self.rested.clear();
         (self.halting, self.suspending, self.disabled, self.has_entered) = (false, false, false, false);
         (self.aborted, self.is_overtaken) = (false, false);
         self.departure = None;

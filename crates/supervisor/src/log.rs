@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The log: commands and who gave them, conditions, faults, transitions, starts and ends, the last few thousand.
+use crate::commanded::{Announced, Commanded};
 use serde::Serialize;
 use std::collections::VecDeque;
 
@@ -25,6 +26,11 @@ pub struct Entry {
 pub(crate) struct Log {
     entries: VecDeque<Entry>,
     next: u64,
+    pub commanded: Commanded,
+    /// Commands of which it is not known yet whether they are refused.
+    pub announced: Vec<Announced>,
+    /// How many there have been.
+    pub announcements: u64,
 }
 
 impl Log {
@@ -32,8 +38,13 @@ impl Log {
         self.add_of(time_ns, kind, about, text, "");
     }
 
-    /// An entry of something that somebody gave.
+    /// An entry of something that somebody gave. A command that is under way has had an effect then, and comes before that.
     pub fn add_of(&mut self, time_ns: i64, kind: &'static str, about: &str, text: impl Into<String>, who: &str) {
+        self.enter_announced();
+        self.push(time_ns, kind, about, text, who);
+    }
+
+    pub fn push(&mut self, time_ns: i64, kind: &'static str, about: &str, text: impl Into<String>, who: &str) {
         if self.entries.len() == ENTRIES_MAX {
             self.entries.pop_front();
         }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Looking at a running system: snapshots, histories, what there is, how it does. Nothing here disturbs what runs.
 use crate::block_times;
-use crate::refuse::{refuse, unknown};
+use crate::refuse::unknown;
 use crate::system::{Definitions, System, Waited};
 use crate::values::Reading;
 use kernel::Statistics;
 use model::configuration::SourceKind;
-use model::refusal::{Class, Refusals};
+use model::refusal::Refusals;
 use model::types::Type;
 use serde_json::{Value as Json, json};
 use std::time::Duration;
@@ -23,8 +23,10 @@ impl System {
         match waited {
             Waited::Done(read) => Ok(read),
             _ => {
-                self.shared.locked().forget_snapshot(&snapshot);
-                Err(refuse(Class::InvalidState, "a kernel did not answer", "is its processor overloaded? see statistics()"))
+                let mut core = self.shared.locked();
+                let why = core.unanswered(&snapshot);
+                core.forget_snapshot(&snapshot);
+                Err(why)
             }
         }
     }

@@ -25,10 +25,21 @@ impl Instance {
         self.suspending || self.resting_until_ns.is_some()
     }
 
-    /// True for the condition that an instance waits for which comes to rest.
-    pub fn rests_at(&self, block: Option<usize>, item: u8) -> bool {
+    /// True for a condition that an instance waits for which comes to rest: it has come.
+    pub fn rests_at(&mut self, block: Option<usize>, item: u8) -> bool {
         let mut holdings = self.plan.suspend.holdings().iter();
-        self.resting_until_ns.is_some() && holdings.any(|holding| block == Some(holding.until.0) && usize::from(item) == holding.until.1)
+        let found = holdings.find(|holding| block == Some(holding.until.0) && usize::from(item) == holding.until.1);
+        let Some(until) = found.map(|holding| holding.until).filter(|_| self.resting_until_ns.is_some()) else { return false };
+        if !self.rested.contains(&until) {
+            self.rested.push(until);
+        }
+        true
+    }
+
+    /// True where everything rests that is to come to rest and is active.
+    fn has_come_to_rest(&self) -> bool {
+        let mut holdings = self.plan.suspend.holdings().iter();
+        holdings.all(|holding| !self.is_active(holding.until.0) || self.rested.contains(&holding.until))
     }
 }
 
@@ -46,6 +57,7 @@ impl Core {
             let ops = self.rest_ops(instance, true);
             let instance = self.instances.get_mut(&id).expect("found above");
             instance.resting_until_ns = Some(instance.running.at(now_ns) + instance.plan.ending.limit_ns);
+            instance.rested.clear();
             self.append_sequence(id, ops);
         } else {
             self.rest(id);
@@ -64,11 +76,11 @@ impl Core {
         }
     }
 
-    /// The time to come to rest is over, or what tells of it is no longer active: it is suspended all the same.
+    /// What was to come to rest has done so or is no longer active, or the time for that is over: it is suspended.
     pub fn rest_at_last(&mut self, id: u64) {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get(&id) else { return };
-        let is_over = instance.resting_until_ns.is_some_and(|until| instance.running.at(now_ns) >= until || !instance.comes_to_rest());
+        let is_over = instance.resting_until_ns.is_some_and(|until| instance.running.at(now_ns) >= until || instance.has_come_to_rest());
         if is_over {
             self.rest(id);
         }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Values of SVVs: snapshots, stores, histories.
 use crate::core::{Core, Purpose};
+use crate::instance::State;
 use crate::refuse::{refuse, unknown};
 use crate::sequence::by_source;
 use crate::svvs::{Stored, SvvRecord};
@@ -21,6 +22,8 @@ type Wanted = (usize, Cell, Option<(Cell, u64)>);
 pub(crate) struct Snapshot {
     /// For each source that was asked: the ticket, and what was asked for.
     pub asked: Vec<(u64, Vec<Asked>)>,
+    /// The sources of these.
+    pub sources: Vec<SourceId>,
     /// What needs no asking: (index, bytes, time).
     pub known: Vec<(usize, Vec<u8>, i64)>,
 }
@@ -56,6 +59,7 @@ impl Core {
                 None => known.push((index, svv.stored.clone(), svv.stored_ns)),
             }
         }
+        let sources = by_source.keys().copied().collect();
         let mut asked = Vec::new();
         for (source, cells) in by_source {
             let ticket = self.fresh();
@@ -64,7 +68,7 @@ impl Core {
             self.submit(source, vec![Op::Capture(capture)], Purpose::Read { ticket });
             asked.push((ticket, layout));
         }
-        Ok(Snapshot { asked, known })
+        Ok(Snapshot { asked, sources, known })
     }
 
     /// The snapshot, once every kernel has answered: its time, and the readings in the order asked for.
@@ -91,6 +95,32 @@ impl Core {
             }
         }
         Some((time_ns, readings))
+    }
+
+    /// Why nothing has come from some of its sources: values are taken between invocations.
+    pub fn unanswered(&self, snapshot: &Snapshot) -> Refusals {
+        let silent = snapshot.asked.iter().zip(&snapshot.sources).find(|((ticket, _), _)| !self.reads.contains_key(ticket));
+        let source = silent.map(|(_, source)| *source);
+        let runs = source.map(|source| self.blocks_on(source)).unwrap_or_default();
+        let runs = if runs.is_empty() { String::new() } else { format!(": {} may be in the middle of an invocation", runs.join(" or ")) };
+        let source = source.map_or_else(|| "a kernel".to_owned(), |source| format!("source '{}'", self.source_name(source)));
+        refuse(
+            Class::InvalidState,
+            format!("{source} did not answer{runs}"),
+            "a value is read between invocations: read it again later, or its history, which needs none; see statistics() for how long a firing takes",
+        )
+    }
+
+    /// The active blocks of a source, as they are called in messages.
+    fn blocks_on(&self, source: SourceId) -> Vec<String> {
+        let mut found = Vec::new();
+        for instance in self.instances.values().filter(|instance| instance.state == State::Running) {
+            for (activation, _) in instance.active.iter().filter(|(activation, _)| instance.installed.activation_source[*activation] == source) {
+                let labels = instance.plan.activations[*activation].blocks.iter().map(|block| &instance.plan.blocks[*block].label);
+                found.extend(labels.map(|label| format!("block '{label}' of '{}'", instance.name)));
+            }
+        }
+        found
     }
 
     /// Nobody waits for the snapshot any more: what comes of it is not kept.

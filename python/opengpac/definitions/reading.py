@@ -347,7 +347,7 @@ class _Reading:
         suspend = tree["suspend"]
         if isinstance(suspend, dict):
             ways = suspend["holding"]
-            suspend = Holding(ways[0]["set"], ways[0]["until"]) if len(ways) == 1 else "hold"
+            suspend = Holding(tuple(way["set"] for way in ways), tuple(way["until"] for way in ways))
         requires = {
             name: Requirement(_refusal(given["raises"]), given["when"], given["remedy"], origin.place("requires", name))
             for name, given in tree["requires"].items()

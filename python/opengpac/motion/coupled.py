@@ -10,7 +10,7 @@ from ..decorated import verb
 from ..parameters import input
 from ..robots.joints import Joint
 from ..svvs import SVV
-from .parts import PERIOD, STOP, brake, limited, share
+from .parts import PERIOD, STOP, brake, limited, share, slowing
 from .velocity import LimitReached, Stopped
 
 
@@ -44,6 +44,7 @@ from .velocity import LimitReached, Stopped
         ("start", "time_limit"): "stop",
         ("start", "at_limit"): "limit",
         ("start", "too_fast"): "limit",
+        **slowing("stop", "limit"),
     },
 )
 def gear(arm: Joint, master: SVV[float], /, ratio: float = 1.0, acceleration: float | str = "100 %") -> Stopped:

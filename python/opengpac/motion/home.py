@@ -15,7 +15,7 @@ from ..parameters import each, input
 from ..reports import Report
 from ..robots.joints import Joint
 from ..svvs import SVV
-from .parts import PERIOD, Values, brake
+from .parts import PERIOD, Values, brake, slowing, suspended
 
 
 class HomingFailed(Terminated):
@@ -117,7 +117,11 @@ _MOVES = ("seek", "back", "creep", "brake")
         ("seek", "time_limit"): "give_up",
         ("back", "time_limit"): "give_up",
         ("creep", "time_limit"): "give_up",
+        ("settle", "halted"): "stop",
+        ("settle", "time_limit"): "give_up",
+        **slowing("stop", "give_up"),
     },
+    suspend=suspended(*_MOVES),
     manual=True,
 )
 def home(arm: Joint, switch: SVV[bool], /, speed: float | str = "10 %", creep: float | str = "1 %", position: float | str = 0.0) -> Homed:

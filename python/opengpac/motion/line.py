@@ -16,7 +16,7 @@ from ..groups import Group
 from ..parameters import each, input
 from ..robots.joints import Joint
 from ..robots.motion import Moved
-from .parts import HOMED, SUSPENDED
+from .parts import HOMED, suspended
 from .resting import ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
 from .tables import each_point, poses
 
@@ -82,7 +82,7 @@ class LineRefused(Terminated, Unreachable):
     initial="start",
     transitions=TRANSITIONS,
     requires={"arm.homed": HOMED},
-    suspend=SUSPENDED,
+    suspend=suspended("generator"),
     conditions={
         "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
         "unreachable": on("planner.unreachable", raises=LineRefused),
@@ -141,7 +141,7 @@ def move_linear(
     initial="start",
     transitions=TRANSITIONS,
     requires={"arm.homed": HOMED},
-    suspend=SUSPENDED,
+    suspend=suspended("generator"),
     conditions={
         "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
         "unreachable": on("planner.unreachable", returns=["refused"], raises=LineRefused),

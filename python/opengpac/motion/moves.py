@@ -16,7 +16,7 @@ from ..groups import Group
 from ..parameters import each, input
 from ..reports import Report
 from ..robots.joints import Joint
-from .parts import HOMED, PERIOD, STOP, SUSPENDED, Values, bound, brake, limited, share
+from .parts import HOMED, PERIOD, STOP, Values, bound, brake, limited, share, slowing, suspended
 
 
 class MoveTimeout(Terminated):
@@ -69,9 +69,9 @@ def _to(goal: Any, relative: bool) -> dict[str, Any]:
             "stopped": on("brake.stopped", returns=["position"], during="stop"),
             "timed_out": on("brake.stopped", returns=["position"], raises=MoveTimeout, during="give_up"),
         },
-        "transitions": {("start", "halted"): "stop", ("start", "time_limit"): "give_up"},
+        "transitions": {("start", "halted"): "stop", ("start", "time_limit"): "give_up", **slowing("stop", "give_up")},
         "requires": {"arm.homed": HOMED},
-        "suspend": SUSPENDED,
+        "suspend": suspended("generator", "brake"),
     }
 
 

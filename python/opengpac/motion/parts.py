@@ -12,7 +12,7 @@ from .. import library as lib
 from ..commands import Command, activate
 from ..errors import NotHomed
 from ..parameters import input, required
-from ..suspension import holding
+from ..suspension import Holding, holding
 
 Values: TypeAlias = float | str | Sequence[float | str] | np.ndarray
 """One value for all joints, or one for each: numbers in SI units, or text, `"90 deg"`, `"30 %"` of a limit."""
@@ -53,8 +53,15 @@ def brake() -> Any:
     return lib.block("velocity_generator")
 
 
-SUSPENDED = holding("generator.holding", "generator.held")
-"""How a motion is suspended: it slows down on its way, and goes on from there."""
+def suspended(*generators: str) -> Holding:
+    """How a motion is suspended: it slows down on its way, and goes on from there; one that slows down to its end comes to it."""
+    return holding([f"{label}.holding" for label in generators], [f"{label}.held" for label in generators])
+
+
+def slowing(*lists: str) -> dict[tuple[str, str], str]:
+    """τ of the lists in which joints slow down already: a first halt and a time limit let them come to rest."""
+    return {key: to for name in lists for key, to in (((name, "halted"), "stop"), ((name, "time_limit"), name))}
+
 
 STOP: list[Command] = [activate("brake", every=PERIOD)]
 """The command list that follows `halted`: the verb ends when the joints are at rest."""

@@ -15,7 +15,7 @@ from ..groups import Group
 from ..parameters import each, input
 from ..robots.joints import Joint
 from ..robots.motion import Moved
-from .parts import HOMED, SUSPENDED
+from .parts import HOMED, suspended
 from .resting import ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
 from .tables import each_point, way_points
 
@@ -67,7 +67,7 @@ class PathRefused(Terminated, Unreachable):
     initial="start",
     transitions=TRANSITIONS,
     requires={"arm.homed": HOMED},
-    suspend=SUSPENDED,
+    suspend=suspended("generator"),
     conditions={
         "arrived": on("near.done", returns=["position", "error", "duration"], during="start"),
         "limit": on("planner.limit", returns=["refused"], raises=PathRefused),

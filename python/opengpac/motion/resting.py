@@ -12,7 +12,7 @@ from .. import library as lib
 from ..commands import Command, activate, execute
 from ..conditions import on
 from ..robots.motion import MotionTimeout
-from .parts import PERIOD
+from .parts import PERIOD, slowing
 
 ENDS: dict[str, Any] = {"near": lib.block("in_position"), "hold": lib.block("flag")}
 """What tells that the joints are there, and the block that makes the generator come to rest on its way."""
@@ -44,5 +44,5 @@ RESTED: dict[str, Any] = {
 }
 """The conditions of those two ends."""
 
-TRANSITIONS = {("start", "halted"): "stop", ("start", "time_limit"): "give_up"}
+TRANSITIONS = {("start", "halted"): "stop", ("start", "time_limit"): "give_up", **slowing("stop", "give_up")}
 """What leads there."""

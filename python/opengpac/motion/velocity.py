@@ -17,7 +17,7 @@ from ..parameters import each, input
 from ..reports import Report
 from ..robots.joints import Joint
 from ..svvs import SVV
-from .parts import PERIOD, STOP, SUSPENDED, Values, bound, brake, limited, share
+from .parts import PERIOD, STOP, Values, bound, brake, limited, share, slowing, suspended
 
 
 class LimitReached(Terminated):
@@ -56,8 +56,13 @@ def _at(most: str, **more: str) -> dict[str, Any]:
         "stopped": on("brake.stopped", returns=["position"], during="stop"),
         "halted": on(returns=["position"]),
     },
-    transitions={("start", "halted"): "stop", ("start", "time_limit"): "stop", ("start", "at_limit"): "limit"},
-    suspend=SUSPENDED,
+    transitions={
+        ("start", "halted"): "stop",
+        ("start", "time_limit"): "stop",
+        ("start", "at_limit"): "limit",
+        **slowing("stop", "limit"),
+    },
+    suspend=suspended("generator", "brake"),
 )
 def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: Values = "100 %") -> Stopped:
     """Moves joints at a velocity until it is halted or its time limit is over, then stops them; `vi.set(velocity=…)` changes it.
@@ -80,8 +85,8 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
         "stopped": on("brake.stopped", returns=["position"], during="stop"),
         "halted": on(returns=["position"]),
     },
-    transitions={("start", "released"): "stop", ("start", "halted"): "stop", ("start", "time_limit"): "stop"},
-    suspend=SUSPENDED,
+    transitions={("start", "released"): "stop", ("start", "halted"): "stop", ("start", "time_limit"): "stop", **slowing("stop")},
+    suspend=suspended("generator", "brake"),
 )
 def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acceleration: Values = "50 %") -> Stopped:
     """Moves joints at a reduced velocity as long as somebody holds the button: as long as `heartbeat` changes.
@@ -101,8 +106,10 @@ def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acc
     instantiation_parameters=bound("brake"),
     input_parameters={"deceleration": share("brake.acceleration", "max_acceleration"), **limited("brake")},
     output_values={"position": "brake.setpoint"},
-    command_lists={"start": STOP},
+    command_lists={"stop": STOP},
     conditions={"stopped": on("brake.stopped", returns=["position"])},
+    transitions=slowing("stop"),
+    suspend=suspended("brake"),
 )
 def stop(arm: Group[Joint] | Joint, /, deceleration: Values = "100 %") -> Stopped:
     """Brings joints to rest. deceleration: rad/s² (m/s²), or a share of `max_acceleration`."""

@@ -79,6 +79,22 @@ def test_a_halt_brings_both_to_rest(arms: Arms, until: str) -> None:
     assert np.abs(arms.speeds()).max() < 1e-6 and not np.allclose(arms.right.values("sensed"), FAR, atol=0.1)
 
 
+def test_it_is_suspended_when_both_are_at_rest(arms: Arms) -> None:
+    vi = arms.verb(until="all").asynch(arms.left, right_arm=arms.right, goal=FAR, speed="5 %", right_goal=FAR, right_speed="100 %")
+    arms.cell.advance("0.5 s")
+    slow, fast = arms.speeds()[0], arms.speeds()[2]
+    assert 0.01 < slow < fast / 5
+    vi.suspend()
+    assert vi.state == "suspended" and np.abs(arms.speeds()).max() < fast / 20, "the servos smooth the last set-points"
+    arms.cell.advance("0.1 s")
+    assert np.abs(arms.speeds()).max() == 0.0
+    vi.resume()
+    arms.cell.advance("0.1 s")
+    assert arms.speeds()[0] > 0.01, "it goes on"
+    vi.halt()
+    assert np.abs(arms.speeds()).max() < 1e-6
+
+
 def test_a_time_limit_raises_the_class_of_the_parts_when_both_are_at_rest(arms: Arms) -> None:
     with pytest.raises(motion.MoveTimeout) as caught:
         arms.verb(until="all")(arms.left, right_arm=arms.right, goal=NEAR, right_goal=FAR, time_limit="0.5 s")

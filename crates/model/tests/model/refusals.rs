@@ -322,6 +322,11 @@ fn what_never_ends_a_verb_returns_nothing() {
     );
     let (verb, application) = leads_on(json!([way("start", "back")]));
     assert!(apply_json(verb, application).is_ok(), "it ends the second list");
+    let way = |from: &str| json!({"from": from, "condition": "halted", "to": "back"});
+    let lists = json!({"start": list(&["+s 1ms", "+g"]), "back": list(&["+s 1ms", "+g"])});
+    let (verb, application) = two(json!({"command_lists": lists, "initial": "start", "output_values": {"y": "g.y"},
+        "conditions": {"halted": {"returns": ["y"]}}, "transitions": [way("start"), way("back")]}));
+    assert!(apply_json(verb, application).is_ok(), "the end to which it leads reports it");
 }
 
 #[test]
