@@ -91,6 +91,7 @@ faults: setup
 	$(BIN)/python tests/faults/campaign.py
 	$(BIN)/python tests/faults/fuzz.py
 	$(BIN)/python tests/faults/no_jump.py
+	$(BIN)/python tests/faults/shift.py
 	$(BIN)/python tests/faults/sixteen.py
 	cargo build --profile checked -p bindings --features hosts
 	$(BIN)/python tests/faults/replays.py --also target/checked/lib_native.so
