@@ -244,21 +244,17 @@ impl Core {
     }
 
     pub fn device_lost(&mut self, device: &str, message: &str, time_ns: i64) {
-        self.log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
-        if let Some(physical) = self.physical.get_mut(device) {
-            physical.lost = Some(message.to_owned());
-        }
+        self.mark_lost(device, message, time_ns);
         self.alarm_lost(device, message);
         self.end_bound(device, message);
     }
 
-    /// The same with its processor, whose loss has the alarm.
-    pub fn device_lost_with(&mut self, device: &str, message: &str, time_ns: i64) {
+    /// Marks a device as lost. Where it is lost with its processor nothing else follows: that has the alarm, and ends who runs there.
+    pub fn mark_lost(&mut self, device: &str, message: &str, time_ns: i64) {
         self.log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
         if let Some(physical) = self.physical.get_mut(device) {
             physical.lost = Some(message.to_owned());
         }
-        self.end_bound(device, message);
     }
 
     /// Ends the verbs that are bound to a channel of a lost device.

@@ -71,7 +71,7 @@ impl Core {
             self.proceed(id);
         }
         let gone: Vec<String> = self.physical.iter().filter(|(_, physical)| physical.source == source).map(|(name, _)| name.clone()).collect();
-        gone.iter().for_each(|device| self.device_lost_with(device, &message, time_ns));
+        gone.iter().for_each(|device| self.mark_lost(device, &message, time_ns));
     }
 
     /// Refuses a plan that would run where nobody is.
