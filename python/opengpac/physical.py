@@ -44,6 +44,12 @@ class Channel(Declared):
         """Its name in the system, `plant.elbow.position`."""
         return f"{self.device.name}.{self.name}"
 
+    @property
+    def _asked(self) -> str:
+        """Its name in the system, to read it. Refused where its device was deleted and another has its name."""
+        self.device._here()
+        return self.full_name
+
     def raises(self, source: Source) -> None:
         """Lets it raise a trigger or software source, of any processor, each time it goes from zero to something else.
 

@@ -225,7 +225,7 @@ class Snapshot(tuple[Any, ...]):
 def snapshot(system: System, svvs: tuple[SVV[Any] | Channel, ...]) -> Snapshot:
     """One consistent reading of these SVVs and channels."""
     with refusals:
-        time_ns, rows = system._alive().read([svv._asked if isinstance(svv, SVV) else svv.full_name for svv in svvs])
+        time_ns, rows = system._alive().read([each._asked for each in svvs])
     values = Snapshot(from_bytes(data, svv.dtype) for svv, (data, _, _) in zip(svvs, rows, strict=True))
     values.time = time_ns * 1e-9
     values.numbers = tuple(number for _, number, _ in rows)

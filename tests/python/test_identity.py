@@ -116,3 +116,4 @@ def test_a_handle_of_a_physical_device_does_not_give_the_channels_of_its_success
     cell.processors["rtp0"].physical_device("drives", gpac.drivers.loopback("wrist"), exchange=fast)
     assert "another has its name" in refused(lambda: gpac.robots.Joint("elbow", drive=part, on=fast))
     assert "another has its name" in refused(old.delete) and "another has its name" in refused(lambda: channel.raises(door))
+    assert "another has its name" in refused(lambda: cell.read(channel)), "a snapshot takes no channel of it either"
