@@ -1,54 +1,95 @@
 # SPDX-License-Identifier: Apache-2.0
 # make run     the main job: a simulated UR5e moves, in real time; report and plot in out/
 # make test    every test: Rust, Python, and the studio's page in a browser (Debian's chromium)
-# make faults  the whole fault campaign, the fuzzers, 10^5 sequences of commands to an arm and the cell of 16 processors: hours; reports in out/
+# make test-fast   what a change to one crate needs, CRATE=supervisor, or else what git says has changed: minutes
+# make faults  the whole fault campaign, 1,000 attacks on those who watch, the fuzzers, 10^5 budgets that end at any instant, 10^5 sequences of commands to an arm and the cell of 16 processors: hours; reports in out/
+# make soak    1,000 blocks at 1 kHz, verbs, a recorder and a scope for two hours, or MINUTES=…: nothing is lost, memory stays level; report in out/
+# make simulate   whole systems under the virtual clock, one a seed, with everything that can go wrong: MINUTES=60, or SEEDS=10000, or SEED=17 for one again
 # make bench   ratios against hand-written loops and peers, taken in one run
+# make setup   what `make run` needs: Rust, Python and a C compiler; the studio's page too where Node is.  make page  the page alone
+# make setup-hosts   the same with links between hosts (zenoh: three times the crates); later builds in this tree keep them
 # `make test` builds everything once, in the profile `checked`: the package that pytest imports, the Rust tests and the lints.
 # The package in the source tree is of one profile at a time; `make setup` puts the release build back.
+# make wheel   dist/*.whl, to be installed without Rust and Node: tried so
 # make test-studio   the studio's page: types, lint, units;  make test-browser  the same page in a real browser against a running arm; screenshots in out/studio/
 # make c-package   target/release/libopengpac_ps.so, for programming systems in C
-.PHONY: run test test-browser faults bench c-package setup setup-checked test-rust test-loom test-sanitizer test-python test-studio lint clean
+.PHONY: run test test-browser faults soak simulate bench c-package wheel test-wheel setup setup-hosts setup-checked page page-with-node test-rust test-outside test-simulator build-tests simulated test-doc test-fast test-loom build-sanitizer test-sanitizer test-python test-studio lint clean
 .DEFAULT_GOAL := run
 
 PYTHON ?= python3
 SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
+# How long a soak takes.
+MINUTES ?= 120
+# Processes of pytest: most tests wait for what happens in real time.
+WORKERS ?= $(shell nproc)
+IDLE := $(shell chrt --idle 0 true 2>/dev/null && echo chrt --idle 0)
+WORKSPACE := --workspace --features bindings/hosts --profile checked --quiet
 # The package's extension as it is installed now: one of these two stamps stands, never both.
 RELEASE := $(VENV)/release
 CHECKED := $(VENV)/checked
+# Stands where the release build has links between hosts, once somebody asked for them.
+HOSTS := $(VENV)/hosts
+EXTENSION := python/opengpac/_native.abi3.so
 RUST := $(shell find crates -name '*.rs' -o -name '*.c' -o -name '*.h' -o -name '*.py' -o -name Cargo.toml 2>/dev/null) Cargo.toml Cargo.lock
 # The studio's page, which the wheel carries and the control interface serves.
 PAGE := python/opengpac/studio_page/index.html
 PAGE_SOURCES := $(shell find studio/src studio/public -type f 2>/dev/null) studio/index.html studio/vite.config.ts studio/tsconfig.json
 # Where the plant's physics library lies: the Rust tests of its driver need it.
 MUJOCO = $(shell $(BIN)/python -c 'import pathlib, importlib.util as u; print(pathlib.Path(u.find_spec("mujoco").origin).parent)' 2>/dev/null)
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# Not with the number of jobs of this make, which are for what comes over the network: the compiler takes every processor.
+MATURIN := env -u MAKEFLAGS $(BIN)/maturin
+NODE := node -e 'const [a, b] = process.versions.node.split("."); process.exit(a > 20 || (a == 20 && b >= 19) ? 0 : 1)' 2>/dev/null
+WITHOUT_PAGE := echo "without the studio's page: make page builds it, with Node 20.19 or newer and npm; all else works"
 
 run: setup
 	$(BIN)/python examples/coordinated_motion.py
 
-setup: $(VENV)/ready $(PAGE) $(RELEASE)
+# What comes over the network and what the processor compiles are got side by side.
+setup:
+	@$(MAKE) --no-print-directory -j3 $(VENV)/ready $(RELEASE) page-with-node
 
-setup-checked: $(VENV)/ready $(PAGE) $(CHECKED)
+setup-hosts: $(VENV)/builds
+	@[ -e $(HOSTS) ] || { touch $(HOSTS); rm -f $(RELEASE); }
+	@$(MAKE) --no-print-directory setup
 
-$(VENV)/ready: pyproject.toml
+setup-checked:
+	@$(MAKE) --no-print-directory -j3 $(VENV)/tests $(CHECKED) page
+
+# What builds the package and what that needs at run time; the rest of each list follows beside the compiler.
+$(VENV)/builds: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check maturin numpy rich tomlkit mujoco matplotlib pytest hypothesis scipy ipython ipykernel nbclient mcap pyright ruff
+	$(PIP) maturin numpy rich tomlkit
 	touch $@
 
-$(RELEASE): $(RUST) pyproject.toml $(VENV)/ready
+$(VENV)/ready: $(VENV)/builds
+	$(PIP) mujoco matplotlib
+	touch $@
+
+$(VENV)/tests: $(VENV)/ready Makefile
+	$(PIP) pytest pytest-xdist hypothesis scipy ipython ipykernel nbclient mcap openapi-spec-validator==0.7.1 pysoem==1.1.13 ur_rtde==1.6.5 pymodbus==3.16.1 pyserial==3.5 rustypot==1.13.1 feetech-servo-sdk==1.0.0 dynamixel-sdk==4.1.0 pyright ruff
+	touch $@
+
+$(RELEASE): $(RUST) pyproject.toml $(VENV)/builds
 	@rm -f $(CHECKED)
-	$(BIN)/maturin develop --release --quiet
+	$(MATURIN) develop --release --quiet --features $(if $(wildcard $(HOSTS)),hosts,default)
+	packaging/split-debug $(EXTENSION)
 	touch $@
 
-$(CHECKED): $(RUST) pyproject.toml $(VENV)/ready
+$(CHECKED): $(RUST) pyproject.toml $(VENV)/builds
 	@rm -f $(RELEASE)
-	$(BIN)/maturin develop --profile checked --quiet
+	$(MATURIN) develop --profile checked --quiet --features hosts
 	touch $@
+
+page: $(PAGE)
+
+page-with-node:
+	@if $(NODE); then $(MAKE) --no-print-directory page || $(WITHOUT_PAGE); else $(WITHOUT_PAGE); fi
 
 studio/node_modules/ready: studio/package-lock.json
-	@node -e 'const [a, b] = process.versions.node.split("."); process.exit(a > 20 || (a == 20 && b >= 19) ? 0 : 1)' 2>/dev/null || \
-		{ echo "the studio's page is built with Node 20.19 or newer, which is not here: install it from nodejs.org or your distribution"; false; }
+	@$(NODE) || { echo "the studio's page is built with Node 20.19 or newer, which is not here: install it from nodejs.org or your distribution"; false; }
 	cd studio && npm install --no-save --no-audit --no-fund --loglevel=error
 	touch $@
 
@@ -56,28 +97,67 @@ $(PAGE): $(PAGE_SOURCES) studio/node_modules/ready
 	cd studio && npm run --silent build -- --logLevel error
 	touch $@
 
-test: lint test-rust test-loom test-sanitizer test-python test-studio test-browser
+# First what is built, then two strands: what runs in real time, and beside it, with what processor time that leaves, what only computes.
+# The second one's words come at the end, and are in out/beside.log. What fails keeps neither from going on: one run names everything that is wrong.
+BESIDE := lint test-doc test-outside test-loom build-sanitizer test-studio
+test: setup-checked
+	@$(MAKE) --no-print-directory build-tests
+	@mkdir -p out; $(IDLE) $(MAKE) --no-print-directory -k $(BESIDE) >out/beside.log 2>&1 & beside=$$!; trap "kill $$beside" INT TERM; \
+	$(MAKE) --no-print-directory -k test-rust simulated test-python test-browser test-wheel; first=$$?; \
+	wait $$beside; second=$$?; cat out/beside.log; \
+	$(MAKE) --no-print-directory test-sanitizer; third=$$?; \
+	exit $$((first || second || third))
+
+# What a change to one crate needs, in minutes: CRATE=supervisor, or what differs from the last commit.
+test-fast: setup-checked
+	$(BIN)/python tests/fast.py $(CRATE)
 
 lint: setup-checked
 	cargo fmt --all --check
-	cargo clippy --workspace --features bindings/hosts --all-targets --profile checked --quiet -- -D warnings
-	$(BIN)/ruff check python tests examples bench
+	cargo clippy $(WORKSPACE) --all-targets -- -D warnings
+	cargo clippy -p places --profile checked --quiet -- -D warnings
+	$(BIN)/ruff check python tests examples bench packaging
 	$(BIN)/pyright
 
+# The package's extension comes first, of the same features: nothing is built twice.
+build-tests: setup-checked
+	cargo test $(WORKSPACE) --lib --bins --tests --no-run
+
 test-rust: setup-checked
-	OPENGPAC_MUJOCO=$(MUJOCO) cargo test --workspace --features bindings/hosts --profile checked --quiet --lib --bins --tests
-	cargo test --workspace --features bindings/hosts --profile checked --quiet --doc
+	OPENGPAC_MUJOCO=$(MUJOCO) cargo test $(WORKSPACE) --lib --bins --tests --no-fail-fast
+
+# A driver and a code backend in a workspace of their own.
+test-outside: setup-checked
+	cp Cargo.lock tests/outside/Cargo.lock
+	cargo test --manifest-path tests/outside/Cargo.toml --target-dir target --profile checked --offline --quiet
+
+test-doc: setup-checked
+	cargo test $(WORKSPACE) --doc
+
+# New seeds each day; SIMULATE_SECONDS and SIMULATE_FIRST say otherwise. The binary is built with the Rust tests.
+test-simulator: build-tests simulated
+
+simulated:
+	target/checked/simulate --seconds $(or $(SIMULATE_SECONDS),60) $(if $(SIMULATE_FIRST),--first $(SIMULATE_FIRST))
+
+simulate:
+	cargo build --profile checked --quiet -p simulator
+	target/checked/simulate $(if $(SEED),--seed $(SEED) --story,$(if $(SEEDS),--seeds $(SEEDS),--seconds $$((60 * $(or $(MINUTES),10)))) $(if $(FIRST),--first $(FIRST)))
 
 test-loom:
 	RUSTFLAGS="--cfg loom" cargo test -p interconnect --release --test loom --target-dir target/loom
 
+SANITIZER := RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" cargo test -p kernel --test rtsan --target x86_64-unknown-linux-gnu --target-dir target/rtsan
+build-sanitizer:
+	$(SANITIZER) --no-run
+
 test-sanitizer:
-	RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" cargo test -p kernel --test rtsan --target x86_64-unknown-linux-gnu --target-dir target/rtsan
+	$(SANITIZER)
 
 # A process that dies takes its last words with it: what was said before is shown again, without the library's own lines.
 test-python: setup-checked
 	@mkdir -p out
-	@set -o pipefail; $(BIN)/python -m pytest 2>&1 | tee out/pytest.log || \
+	@set -o pipefail; $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations=20 --durations-min=3 2>&1 | tee out/pytest.log || \
 		{ grep -v 'site-packages\|^  File "<frozen\|^Extension modules' out/pytest.log | tail -n 40 | cut -c 1-300; false; }
 
 test-studio: studio/node_modules/ready
@@ -87,22 +167,47 @@ test-studio: studio/node_modules/ready
 test-browser: setup-checked studio/node_modules/ready
 	cd studio && npm run --silent test:browser
 
-faults: setup
+faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/campaign.py
+	$(BIN)/python tests/faults/watched.py
 	$(BIN)/python tests/faults/fuzz.py
+	OPENGPAC_BUDGET_FAULTS=100000 cargo test -p kernel --profile checked --test stores -- --nocapture
+	OPENGPAC_LOOPS=1000 cargo test -p kernel --profile checked --test foreign -- --nocapture --test-threads=1
 	$(BIN)/python tests/faults/no_jump.py
+	OPENGPAC_UR_SEEDS=100 $(BIN)/python -m pytest -q tests/python/drivers/test_ur.py -k no_order_of_events
+	$(BIN)/python tests/faults/ur_peer.py
+	$(BIN)/python tests/faults/ur_kills.py
+	$(BIN)/python tests/faults/peers.py
 	$(BIN)/python tests/faults/shift.py
 	$(BIN)/python tests/faults/sixteen.py
+	$(BIN)/python tests/faults/stopping.py
 	cargo build --profile checked -p bindings --features hosts
 	$(BIN)/python tests/faults/replays.py --also target/checked/lib_native.so
 	OPENGPAC_PARTITIONS_S=1,3,10,30 cargo test -p hosts --release --test namespaces -- --nocapture
 	cd studio && npm run --silent test:faults
 
-bench: setup
+soak: setup $(VENV)/tests
+	$(BIN)/python tests/faults/soak.py --minutes $(MINUTES)
+
+bench: setup-hosts $(VENV)/tests
 	$(BIN)/python bench/run.py
+
+# One wheel for every Python from 3.11 on, to be installed where there is neither Rust nor Node; the debug information lies beside it.
+wheel: $(VENV)/builds $(PAGE)
+	@rm -rf target/wheels/release
+	$(MATURIN) build --release --quiet --features hosts --out target/wheels/release
+	$(BIN)/python packaging/wheel.py target/wheels/release/*.whl dist
+	$(PYTHON) packaging/try_wheel.py dist/*.whl --at-most 60
+
+# The same with what the tests were built from.
+test-wheel: setup-checked
+	@rm -rf target/wheels/checked
+	$(MATURIN) build --profile checked --quiet --features hosts --out target/wheels/checked
+	$(BIN)/python packaging/wheel.py target/wheels/checked/*.whl target/wheels/tried
+	$(PYTHON) packaging/try_wheel.py target/wheels/tried/*.whl
 
 c-package:
 	cargo build --release -p c-package
 
 clean:
-	rm -rf target $(VENV) out python/opengpac/_native.abi3.so $(dir $(PAGE)) studio/node_modules
+	rm -rf target $(VENV) out dist $(EXTENSION) $(EXTENSION).debug $(dir $(PAGE)) studio/node_modules

@@ -12,7 +12,10 @@ from typing import Any
 
 @dataclass
 class Line:
-    """One measurement: `value` is judged against `bar` (the greatest that holds; with `at_least` the least), `shown` is how it is read."""
+    """One measurement: `value` is judged against `bar` (the greatest that holds; with `at_least` the least), `shown` is how it is read.
+
+    `open`: why its bar is not held yet; it may be missed until then.
+    """
 
     row: str
     what: str
@@ -24,13 +27,16 @@ class Line:
     bar_text: str = ""
     note: str = ""
     at_least: bool = False
+    open: str = ""
 
     @property
     def verdict(self) -> str:
-        """`holds`, `misses`, or nothing where there is no bar or no measurement."""
+        """`holds`, `misses`, `open` where it misses and that is known, or nothing where there is no bar or no measurement."""
         if self.bar is None or self.value is None:
             return ""
-        return "holds" if (self.value >= self.bar if self.at_least else self.value <= self.bar) else "misses"
+        if self.value >= self.bar if self.at_least else self.value <= self.bar:
+            return "holds"
+        return "open" if self.open else "misses"
 
     def as_dict(self) -> dict[str, Any]:
         return {**asdict(self), "verdict": self.verdict}

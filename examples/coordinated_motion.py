@@ -89,7 +89,7 @@ class JointTrace(Trace):
         self._arm = arm
 
     def tracking_error(self) -> np.ndarray:
-        """Greatest distance of each joint from its interpolated set-point, rad; the servo is one generator period behind."""
+        """Maximum distance of each joint from its interpolated set-point, rad; the servo is one generator period behind."""
         errors = []
         for joint in self._arm:
             times, sensed = self.of(joint.sensed)

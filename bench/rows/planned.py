@@ -11,19 +11,19 @@ from collections.abc import Iterator
 
 from lines import Line, median, time
 
-from opengpac import _native
+from opengpac.realtime import Embedded
 
 SIZES = (1, 1_000, 10_000)
 
 
 def measure(quick: bool) -> Iterator[Line]:
     """A chain of gains, driven by one activation."""
-    native = _native.System("bench", "monotonic", "{}")
+    native = Embedded("bench", "monotonic", "{}")
     try:
-        native.processor("r", None, False, False, None)
-        native.source("r", "soft", "software", 0, 50, 0)
+        native.processor("r")
+        native.source("r", "soft", "software", 50)
         for size in SIZES[:2] if quick else SIZES:
-            native.define_verb(json.dumps(chain(f"warm{size}", size)))
+            native.define_verb(chain(f"warm{size}", size))
             turns = [_once(native, f"chain{size}_{turn}", size) for turn in range(2 if size > 1_000 or quick else 5)]
             defined, created, deleted = (median([turn[part] for turn in turns]) / size for part in range(3))
             note = f"define_verb {time(defined)}, delete {time(deleted)} a block; instances made from JSON"
@@ -40,13 +40,13 @@ def measure(quick: bool) -> Iterator[Line]:
         native.close()
 
 
-def _once(native: _native.System, name: str, size: int) -> tuple[float, float, float]:
+def _once(native: Embedded, name: str, size: int) -> tuple[float, float, float]:
     verb = json.dumps(chain(name, size))
     application = json.dumps({"verb": name, "arguments": {}, "placement": {"*": "r.soft"}})
     marks = [clock.perf_counter_ns()]
-    native.define_verb(verb)
+    native.call("define_verb", verb)
     marks.append(clock.perf_counter_ns())
-    instance = native.create(application)
+    instance = int(native.call("create", application))
     marks.append(clock.perf_counter_ns())
     native.delete(instance)
     marks.append(clock.perf_counter_ns())

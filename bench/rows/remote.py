@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Starting a verb from a programming system elsewhere, beside a bare HTTP request over the same Unix socket to the same daemon.
+"""Calling and starting a verb from a remote programming system, beside a bare HTTP request over the same Unix socket to the same daemon.
 
 The bare request is one that does nothing there (`POST /v1/heartbeat`), made with the standard library's client on a connection that is
 kept. What is above it is the package's work, JSON, the command's way into the system, and the audit file. The package reads answers
@@ -37,6 +37,8 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
         verb = gpac.Verb("at_once", blocks={"b": block}, command_lists={"start": [execute("b")]}, conditions={"completed": on()}).on(soft)
         bare = _Bare(path, cell)
         starts, lives, requests, alone = [], [], [], []
+        calls: list[float] = []
+        bytes_alone: list[float] = []
         with verb.new_instance() as instance:
             for _ in range(rounds):
                 round_of = [_start(instance, bare) for _ in range(times)]
@@ -45,15 +47,19 @@ def measure(rounds: int, quick: bool) -> Iterator[Line]:
                 alone.append(median(exchange for _, _, exchange in round_of))
         for _ in range(rounds):
             lives.append(median(_life(verb) for _ in range(times)))
+            turn = [_call(verb, bare) for _ in range(times)]
+            calls.append(median(call for call, _ in turn))
+            bytes_alone.append(median(exchange for _, exchange in turn))
         bare.close()
     for what, ours, beside, others, bar in (
-        ("start, from elsewhere", starts, "bare request", requests, BAR),
-        ("start, from elsewhere", starts, "bytes alone", alone, None),
-        ("create, start, wait, delete, from elsewhere", lives, "bare request", requests, None),
+        ("move(…), remote", calls, "bytes of a bare request", bytes_alone, BAR),
+        ("start, remote", starts, "bare request", requests, BAR),
+        ("start, remote", starts, "bytes of a bare request", alone, None),
+        ("create, start, wait, delete, remote", lives, "bare request", requests, None),
     ):
         value = median(own / other for own, other in zip(ours, others, strict=True))
         yield Line(
-            "verb from elsewhere", what, time(median(ours)), f"{beside} {time(median(others))}", value, f"{value:.2f} ×", bar,
+            "remote verb", what, time(median(ours)), f"{beside} {time(median(others))}", value, f"{value:.2f} ×", bar,
             "" if bar is None else f"≤ {bar} ×",
         )  # fmt: skip
 
@@ -117,6 +123,15 @@ def _start(instance: gpac.VerbInstance[gpac.Report], bare: _Bare) -> tuple[float
     bare.exchange()
     exchanged = clock.perf_counter_ns()
     return float(started - begun), float(answered - asked), float(exchanged - answered)
+
+
+def _call(verb: gpac.Verb[..., gpac.Report], bare: _Bare) -> tuple[float, float]:
+    """ns of a call of the verb, and of a bare request after it as bytes."""
+    begun = clock.perf_counter_ns()
+    verb()
+    called = clock.perf_counter_ns()
+    bare.exchange()
+    return float(called - begun), float(clock.perf_counter_ns() - called)
 
 
 def _life(verb: gpac.Verb[..., gpac.Report]) -> float:

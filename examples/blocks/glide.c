@@ -7,8 +7,8 @@ FUNCTION_BLOCK(glide, "Goes to a distance and stops there: along'' within ± acc
     out      (double, along,       "how far it has come", "m"),
     out      (double, rate,        "its speed", "m/s"),
     param    (double, distance, 0.0, "how far it goes", "m"),
-    param    (double, speed, 0.05, "greatest speed", "m/s"),
-    param    (double, acceleration, 0.2, "greatest acceleration", "m/s^2"),
+    param    (double, speed, 0.05, "maximum speed", "m/s"),
+    param    (double, acceleration, 0.2, "maximum acceleration", "m/s^2"),
     state    (int64_t, before, 0,  "running time of the invocation before, ns"),
     condition(there,               "it is where it goes to"))
 {

@@ -34,7 +34,7 @@ FUNCTION_BLOCK(touch, "Tells by which fingers something is touched: one, or both
     in_async            (double[2], position, "where the fingers are", "m"),
     out                 (double, width,    "distance between the pads: the sum of the positions", "m"),
     out                 (double, difference, "force 0 less force 1", "N"),
-    param               (double, balance, 0.05, "greatest difference of forces that counts as equal", "N"),
+    param               (double, balance, 0.05, "maximum difference of forces that counts as equal", "N"),
     param               (int32_t, patience, 20, "invocations in a row that both must feel it"),
     state               (int32_t, felt, 0,   "invocations in a row so far"),
     condition_of_default(double, one, 0.1,   "a finger feels more than the preset; the value is the difference of the forces", "N"),
@@ -53,7 +53,7 @@ FUNCTION_BLOCK(yielding, "Gives way to the finger that feels more: along' = gain
     in_async(double[2], force,      "what the fingers feel", "N"),
     out     (double, along,         "how far it has given way, along x of the hand", "m"),
     param   (double, gain, 0.1,     "speed for each newton", "m/s/N"),
-    param   (double, speed_max, 0.05, "greatest speed", "m/s"),
+    param   (double, speed_max, 0.05, "maximum speed", "m/s"),
     state   (int64_t, before, 0,    "running time of the invocation before, ns"))
 {
     double dt = invocation->number == 0 ? 0.0 : (double)(invocation->time_ns - self->before) * 1e-9;

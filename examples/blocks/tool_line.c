@@ -82,7 +82,7 @@ FUNCTION_BLOCK(tool_line, "Set-points that hold the tool's orientation and put i
     in      (double, along,        "how far along the line", "m"),
     out     (double[6], setpoint,  "where the joints are to be", "rad"),
     param   (double[3], direction, (1, 0, 0), "direction of the line, in the tool's frame at the start"),
-    param   (double, step_max, 0.02, "greatest step of a joint in one invocation: fault 2 beyond", "rad"),
+    param   (double, step_max, 0.02, "maximum step of a joint in one invocation: fault 2 beyond", "rad"),
     param   (double[6], d,         (0.1625, 0, 0, 0.1333, 0.0997, 0.0996), "offsets of Denavit and Hartenberg, of a UR5e", "m"),
     param   (double[6], a,         (0, -0.425, -0.3922, 0, 0, 0), "lengths of Denavit and Hartenberg, of a UR5e", "m"),
     param   (double[6], alpha,     (1.5707963267948966, 0, 0, 1.5707963267948966, -1.5707963267948966, 0), "twists, of a UR5e", "rad"),

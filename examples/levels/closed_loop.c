@@ -13,7 +13,7 @@ FUNCTION_BLOCK(slide, "A slide that follows a speed: position += speed dt.",
 
 FUNCTION_BLOCK(ramp, "Speed that rises to a limit: speed = min(limit, speed + rise).",
     out  (double, speed,       "commanded speed",     "m/s"),
-    param(double, limit, 0.1,  "greatest speed",      "m/s"),
+    param(double, limit, 0.1,  "maximum speed",      "m/s"),
     param(double, rise,  0.01, "rise in one cycle",   "m/s"))
 {
     double next = self->speed + self->rise;

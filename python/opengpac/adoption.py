@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ class TakenOver:
         return "\n".join(str(of) for of in self.processors) or "there was nothing to take over: no processor has a process of its own"
 
 
-def taken_over(text: str) -> TakenOver:
-    """The answer from its JSON."""
+def taken_over(answer: Mapping[str, Any]) -> TakenOver:
+    """The answer of the call."""
     return TakenOver(
         tuple(
             TakenProcessor(
@@ -74,6 +74,6 @@ def taken_over(text: str) -> TakenOver:
                 gap=None if of["gap_ns"] is None else of["gap_ns"] * 1e-9,
                 processors=tuple(of["processors"]),
             )
-            for of in json.loads(text)["processors"]
+            for of in answer["processors"]
         )
     )

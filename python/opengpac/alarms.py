@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -96,7 +95,7 @@ class Alarms(Shown, Declared):
 
     def _described(self) -> dict[str, Any]:
         with refusals:
-            return json.loads(self._system._alive().alarms_json())
+            return self._system._alive().alarms()
 
     @property
     def history(self) -> list[Alarm]:
@@ -135,7 +134,7 @@ class Alarms(Shown, Declared):
         if severity not in SEVERITIES:
             refuse(CallError, f"the severity of alarm '{code}' is {severity!r}", did_you_mean(str(severity), SEVERITIES))
         with refusals:
-            self._system._alive().define_alarm(code, json.dumps({"text": text, "remedy": remedy, "severity": severity}))
+            self._system._alive().define_alarm({"text": text, "remedy": remedy, "severity": severity}, code)
 
     def trip(self, code: str, text: str = "", *, source: str = "program") -> None:
         """Raises an alarm that was defined; it is active until `clear`. Raised again it is counted."""

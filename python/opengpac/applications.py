@@ -56,7 +56,7 @@ def _systems(given: Any) -> Iterable[System]:
 def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
     """The one system that a verb, where it is placed and its arguments belong to."""
     found = dict.fromkeys(system for given in arguments.values() for system in _systems(given))
-    for system in (verb.own_system(), verb.placed_in):
+    for system in (verb._own_system(), verb.placed_in):
         if system is not None:
             found[system] = None
     if len(found) > 1:

@@ -97,14 +97,14 @@ def plan(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any
         try:
             values = checked_values(verb, args, kwargs, objects)
             with refusals:
-                system._native.check(json.dumps({**applied, "values": values}))
+                system._native.check({**applied, "values": values})
         except Error as error:
             note(error)
 
     try:
         system, applied, objects = application(verb, args, kwargs, signature)
         with refusals:
-            planned = json.loads(system._native.check(json.dumps(applied)))
+            planned = system._native.check(applied)
         made = system, applied, objects
         findings.planned.append(verb.name)
         findings.remarks += [f"{verb.name}: {r['text']}" for r in planned.get("remarks", [])]

@@ -3,19 +3,18 @@
 
 from __future__ import annotations
 
-import json
 import os
+import sys
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from . import _native
 from .blocks import BlockUse, modules_of
 from .errors import refusals
+from .realtime import Embedded, RealTimeSystem
 
 if TYPE_CHECKING:
     from .devices import LogicalDevice
     from .graphs import Graph
-    from .realtime import RealTimeSystem
     from .system import System
     from .verbs import Verb
 
@@ -33,7 +32,7 @@ class Definitions:
         """Downloads a code module of the component data base, and gives the interfaces of its blocks."""
         stamp = _stamp(path)
         with refusals:
-            described = json.loads(self.native.download(path, name))
+            described = self.native.download(path, name, sys.executable or None)
         self._modules[name] = stamp
         return described["blocks"]
 
@@ -51,7 +50,7 @@ class Definitions:
         text = verb.text()
         if self._verbs.get(verb.name) != text:
             with refusals:
-                self.native.define_verb(text)
+                self.native.call("define_verb", text)
             self._verbs[verb.name] = text
 
     def enter_device_type(self, device_type: type[LogicalDevice]) -> None:
@@ -59,11 +58,10 @@ class Definitions:
         verb = device_type.definition_verb()
         if verb is not None:
             self.enter_verb(verb)
-        with refusals:
-            name, text = device_type.definition_name(), json.dumps(device_type.definition_json())
+        name, text = device_type.definition_name(), device_type.definition_text()
         if self._device_types.get(name) != text:
             with refusals:
-                self.native.define_device_type(text)
+                self.native.call("define_device_type", text)
             self._device_types[name] = text
 
 
@@ -79,7 +77,8 @@ def without_system() -> Definitions:
     """Definitions that use the component data base only are checked against an empty system of their own."""
     global _alone
     if _alone is None:
-        _alone = Definitions(_native.System("definitions", "virtual", "{}"))
+        with refusals:
+            _alone = Definitions(Embedded("definitions", "virtual", "{}"))
     return _alone
 
 
@@ -99,7 +98,7 @@ def compose(parts: Iterable[Verb[..., object]], composition: Mapping[str, object
         for obj in part.objects.values():
             definitions.enter_device_type(obj.device_type)
     with refusals:
-        return json.loads(definitions.native.compose(json.dumps(composition)))
+        return definitions.native.compose(composition)
     raise AssertionError("`refusals` lets no exception pass silently")
 
 
@@ -108,7 +107,7 @@ def check_graph(graph: Graph, system: System | None) -> None:
     definitions = system._definitions if system is not None else without_system()
     definitions.enter_modules(graph.blocks.values())
     with refusals:
-        definitions.native.check_graph(json.dumps(graph.json()))
+        definitions.native.check_graph(graph.json())
 
 
 def check_device_type(device_type: type[LogicalDevice]) -> None:

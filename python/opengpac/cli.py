@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac`: run, check, stubs, build, new block, blocks, rts, token, studio, join, doctor, top, record, plot, replay."""
+"""The command `opengpac`: run, check, stubs, build, new block, blocks, drivers, devices, rts, token, studio, join, doctor, top, record,
+plot, replay."""
 
 from __future__ import annotations
 
@@ -13,7 +14,8 @@ from collections.abc import Sequence, Sized
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import _native, daemon, doctor, hosts, library, plotting, programs, replaying, studio, top
+from . import _native, daemon, doctor, driver_commands, hosts, library, plotting, programs, replaying, studio, top
+from .drivers import beginning, conformance
 from .errors import Error, InstallationErrors, refusals, several
 from .places import Place, here
 
@@ -100,10 +102,16 @@ def _parser() -> argparse.ArgumentParser:
     block = new.add_parser("block", help="a function block in C")
     block.add_argument("name")
     block.set_defaults(run=_new_block)
+    machine = new.add_parser("driver", help="a driver of a machine")
+    machine.add_argument("name")
+    machine.add_argument("--in", dest="language", choices=["c"], default="c", help="the language (c)")
+    machine.set_defaults(run=_new_driver)
+    conformance.add_to(commands)
     blocks = commands.add_parser("blocks", help="the component data base")
     blocks.add_argument("action", nargs="?", choices=["list", "search", "show"], default="list")
     blocks.add_argument("words", nargs="*", metavar="WORD")
     blocks.set_defaults(run=_blocks)
+    driver_commands.add_to(commands)
     daemon.add_to(commands)
     studio.add_to(commands)
     hosts.add_to(commands)
@@ -200,16 +208,30 @@ def _build(given: argparse.Namespace) -> int:
 
 
 def _new_block(given: argparse.Namespace) -> int:
-    if not re.fullmatch(r"[a-z][a-z0-9_]*", given.name):
-        print(f"'{given.name}' is not a name of a block: lower-case letters, digits and _", file=sys.stderr)
-        return 1
-    file = Path(f"{given.name}.c")
+    file = _begun(given.name, "a block", _TEMPLATE)
+    if file is not None:
+        print(f"{file}: edit it, then cell.download('{file}') in a program, or opengpac build {file}")
+    return 0 if file else 1
+
+
+def _new_driver(given: argparse.Namespace) -> int:
+    file = _begun(given.name, "a driver", beginning.C)
+    if file is not None:
+        print(f"{file}: edit it, then opengpac driver check {file}, and gpac.drivers.load('{file}') in a program")
+    return 0 if file else 1
+
+
+def _begun(name: str, what: str, text: str) -> Path | None:
+    """A new file of that name in C; None where it was refused."""
+    if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
+        print(f"'{name}' is not a name of {what}: lower-case letters, digits and _", file=sys.stderr)
+        return None
+    file = Path(f"{name}.c")
     if file.exists():
         print(f"there is a file '{file}' already", file=sys.stderr)
-        return 1
-    file.write_text(_TEMPLATE.format(name=given.name))
-    print(f"{file}: edit it, then cell.download('{file}') in a program, or opengpac build {file}")
-    return 0
+        return None
+    file.write_text(text.format(name=name))
+    return file
 
 
 def _blocks(given: argparse.Namespace) -> int:

@@ -109,9 +109,9 @@ class ComposedVerb(Verb[..., Report]):
         """The verbs that it was made from, by label."""
         return self._parts
 
-    def own_systems(self) -> set[System]:
+    def _own_systems(self) -> set[System]:
         """The systems whose code modules its parts need."""
-        return set().union(*(part.own_systems() for part in self._parts.values()))
+        return set().union(*(part._own_systems() for part in self._parts.values()))
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""

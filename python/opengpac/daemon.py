@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _native, programs, studio, system
-from .drivers import _mujoco_folder
+from .drivers.simulated import mujoco_folder
 from .errors import CallError, FileFailed, refusals, refuse
 
 _ROLES = ("observe", "operate", "configure", "download")
@@ -39,8 +39,8 @@ def add_to(commands: Any) -> None:
         "--journal", metavar="FILE", help="the calls that made the system what it is, appended; a daemon that starts again makes them again"
     )
     rts.add_argument("--journal-strict", action="store_true", help="ends the start where a call of the journal fails")
-    rts.add_argument("--records", metavar="FOLDER", help="where programs elsewhere may record, by names")
-    rts.add_argument("--insecure-loopback", action="store_true", help="whoever is on this machine may observe over TCP without a token")
+    rts.add_argument("--records", metavar="FOLDER", help="where remote programs may record, by names")
+    rts.add_argument("--insecure-loopback", action="store_true", help="any user of this machine may observe over TCP without a token")
     rts.add_argument("--host", action="append", default=[], metavar="NAME", help="a name by which requests may call this machine")
     rts.add_argument("--origin", action="append", default=[], metavar="URL", help="a site whose pages may call")
     rts.add_argument("--studio", action="store_true", help="prints the address of the page with a token of this run")
@@ -69,8 +69,8 @@ def _rts(given: argparse.Namespace) -> int:
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     # It is the system that others connect to.
     os.environ.pop("OPENGPAC_SYSTEM", None)
-    # Programs elsewhere bring their models, and leave out where the library lies: that is of this machine.
-    library = _mujoco_folder()
+    # Remote programs bring their models, and leave out where the library lies: that is of this machine.
+    library = mujoco_folder()
     if library is not None:
         os.environ["OPENGPAC_MUJOCO"] = library
     options = {
@@ -143,7 +143,8 @@ def _token_new(given: argparse.Namespace) -> int:
 
 def _token_list(given: argparse.Namespace) -> int:
     try:
-        entries = json.loads(_native.token_list(given.tokens))
+        with refusals:
+            entries = json.loads(_native.token_list(given.tokens))
     except OSError as why:
         refuse(FileFailed, f"the file of tokens: {why}")
     for entry in entries:
@@ -155,7 +156,8 @@ def _token_list(given: argparse.Namespace) -> int:
 
 def _token_revoke(given: argparse.Namespace) -> int:
     try:
-        revoked = _native.token_revoke(given.tokens, given.name)
+        with refusals:
+            revoked = _native.token_revoke(given.tokens, given.name)
     except OSError as why:
         refuse(FileFailed, f"the file of tokens: {why}")
     print(f"'{given.name}' is revoked" if revoked else f"there is no token '{given.name}' that holds")

@@ -13,35 +13,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_origin
 from .declared import Declared
 from .errors import CallError, DefinitionError, Error, UnknownName, did_you_mean, gone, refusals, refuse
 from .given import all_taking, pair_of, taking, whole
-from .modules import StructType
+from .modules import PYTHON_TYPES, type_json
 from .places import Place, here
 from .quantities import Quantity, duration_ns, optional_ns
 from .svvs import SVV
 from .tables import Shown, Table
-from .values import lively, plain, to_json
+from .values import lively, plain
 
 if TYPE_CHECKING:
     from .realtime import RealTimeSystem
     from .sources import Source
     from .system import System
     from .verbs import Verb
-
-_PYTHON_TYPES = {float: "double", int: "int64_t", bool: "bool", "float": "double", "int": "int64_t", "bool": "bool"}
-
-
-def type_json(given: Any, what: str) -> tuple[str, dict[str, str]]:
-    """A C type and the struct types it needs, from a declaration, a type of a code module, or `float`, `int`, `bool`."""
-    if isinstance(given, StructType):
-        return given.name, given.types
-    if isinstance(given, str):
-        return given, {}
-    if isinstance(given, type) and given in _PYTHON_TYPES:
-        return _PYTHON_TYPES[given], {}
-    refuse(
-        DefinitionError,
-        f"the type of {what} is {given!r}",
-        "give a C declaration, 'double[6]', a type of a code module, or float, int, bool",
-    )
 
 
 class SvvMember:
@@ -93,7 +76,7 @@ def _annotated(owner: type, name: str) -> Any:
         given = inspect.get_annotations(kind).get(name)
         if isinstance(given, str):
             inner = given[given.index("[") + 1 : -1] if given.endswith("]") else "float"
-            return _PYTHON_TYPES.get(inner, inner.strip("'\""))
+            return PYTHON_TYPES.get(inner, inner.strip("'\""))
         if given is not None and get_origin(given) is SVV:
             argument = get_args(given)[0]
             return getattr(argument, "__forward_arg__", argument)
@@ -135,13 +118,11 @@ class ParameterMember:
         if device is None:
             return self
         with refusals:
-            return lively(json.loads(device._here().device_parameter(device.name, self.name)))
+            return lively(device._here().device_parameter(device.name, self.name))
 
     def __set__(self, device: LogicalDevice, value: Any) -> None:
         with refusals:
-            device._here().set_device_parameter(
-                device.name, self.name, to_json(value, f"parameter '{self.name}' of device '{device.name}'")
-            )
+            device._here().set_device_parameter(device.name, self.name, plain(value, f"parameter '{self.name}' of device '{device.name}'"))
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
@@ -171,7 +152,8 @@ class LogicalDevice(Shown, Declared):
 
     `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `on` is where its verb runs, the other arguments are its
     verb's, or override parameters; `every={"read": "5 ms"}` changes intervals of its verb's blocks. `units={"rad": "m"}` says which
-    parts of the type's units are others for this device: a sliding joint. It must be enabled before verbs may use it.
+    parts of the type's units are others for this device: a sliding joint. `verb` keeps this one going in place of its type's verb, where
+    its drive is commanded in another way. It must be enabled before verbs may use it.
 
     `arbitration` says what happens to a verb that needs something of the device that another verb holds: `"refuse"` (the default:
     `SecondWriter` names both), `"queue"` (its start waits, in order) or `"abort"` (the other ends with `aborted`, and it follows).
@@ -179,6 +161,8 @@ class LogicalDevice(Shown, Declared):
     """
 
     _definition: ClassVar[_Definition]
+    _text: ClassVar[tuple[_Definition, str]]
+    _own_verb: Verb[..., Any] | None = None
 
     def __init_subclass__(
         cls, *, verb: Verb[..., Any] | None = None, name: str | None = None, arbitration: str | None = None, **kwargs: Any
@@ -203,6 +187,7 @@ class LogicalDevice(Shown, Declared):
         every: Mapping[str, Quantity] | None = None,
         units: Mapping[str, str] | None = None,
         arbitration: str | None = None,
+        verb: Verb[..., Any] | None = None,
         **arguments: Any,
     ) -> None:
         from .applications import _systems, argument_json
@@ -214,7 +199,8 @@ class LogicalDevice(Shown, Declared):
         parameters = self.parameter_members()
         overrides = {n: plain(v, f"parameter '{n}' of device '{name}'") for n, v in arguments.items() if n in parameters}
         given = {n: v for n, v in arguments.items() if n not in parameters}
-        verb = self.definition_verb()
+        self._own_verb = verb
+        verb = self.verb
         known = {p.split(".", 1)[0] for p in verb.instantiation_parameters} if verb else set()
         for wrong in (n for n in given if n not in known):
             refuse(
@@ -234,6 +220,7 @@ class LogicalDevice(Shown, Declared):
         self.system: System = candidates.pop()
         described = {
             "device_type": self.definition_name(),
+            "verb": None if self._own_verb is None else self._own_verb.name,
             "parameters": overrides,
             "arguments": {n: argument_json(v, f"argument '{n}' of device '{name}'") for n, v in given.items()},
             "source": on.name if on is not None else None,
@@ -244,8 +231,10 @@ class LogicalDevice(Shown, Declared):
         }
         native = self.system._alive()
         self.system._definitions.enter_device_type(type(self))
+        if self._own_verb is not None:
+            self.system._definitions.enter_verb(self._own_verb)
         with refusals:
-            native.device(name, json.dumps(described))
+            native.device(described, name)
         self._enter()
         if self.system._restored is not None:
             self.system._restored.apply(self)
@@ -280,6 +269,11 @@ class LogicalDevice(Shown, Declared):
         """The verb that keeps such a device going."""
         return cls._definition.verb
 
+    @property
+    def verb(self) -> Verb[..., Any] | None:
+        """The verb that keeps this device going: its type's, or the one that it was given."""
+        return self._own_verb or self.definition_verb()
+
     @classmethod
     def parameter_members(cls) -> dict[str, ParameterMember]:
         """Its parameters by name."""
@@ -304,6 +298,15 @@ class LogicalDevice(Shown, Declared):
             "parameters": {n: m.json() for n, m in cls.parameter_members().items()},
             "arbitration": cls._definition.arbitration, "place": cls._definition.place.json(),
         }  # fmt: skip
+
+    @classmethod
+    def definition_text(cls) -> str:
+        """`definition_json` as text, made once: a definition does not change."""
+        made = cls.__dict__.get("_text")
+        if made is None or made[0] is not cls._definition:
+            with refusals:
+                made = cls._text = (cls._definition, json.dumps(cls.definition_json()))
+        return made[1]
 
     @property
     def short_name(self) -> str:
@@ -337,7 +340,8 @@ class LogicalDevice(Shown, Declared):
         """
         self.system._enter_verb(verb)
         with refusals:
-            self._here().exchange_verb(self.name, verb.name, json.dumps(here().json()))
+            self._here().exchange_verb(self.name, verb.name, here().json())
+        self._own_verb = verb
 
     @contextmanager
     def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:

@@ -156,7 +156,7 @@ class Unreachable(Error):
 
 
 class ConnectionLost(Error, ConnectionError):
-    """A real-time system elsewhere does not answer. What runs there follows its policy; `gpac.connect` with the same name takes it up."""
+    """A remote real-time system does not answer. What runs there follows its policy; `gpac.connect` with the same name takes it up."""
 
 
 class NotCommanding(Error):
@@ -176,11 +176,11 @@ class LimitExceeded(Error):
 
 
 class AuditFailed(Error):
-    """The system elsewhere cannot write down who changes what, and lets nobody change anything until it can."""
+    """The remote system cannot write down who changes what, and lets nobody change anything until it can."""
 
 
 class NotAllowed(Error, PermissionError):
-    """The system elsewhere does not let you do this: no token, a wrong one, or one of a lesser role."""
+    """The remote system does not let you do this: no token, a wrong one, or one of a lesser role."""
 
 
 class Terminated(Error):
@@ -296,7 +296,7 @@ class _Refusals:
             # What does not even get there: the real-time system takes texts, whole numbers of so many bits, and so on.
             refuse(CallError, _unfit(error), "look at the call's description: help(...)")
         if type(error).__name__ == "PanicException":
-            # A panic is no `Exception`: whoever catches errors would lose it, and a `finally` with it.
+            # A panic is no `Exception`: a handler of errors would lose it, and a `finally` with it.
             refuse(Error, f"a call failed through a fault of OpenGPAC itself: {error}", "please report it; the system may be unusable now")
 
 

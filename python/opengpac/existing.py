@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What exists in a system already, whoever made it: instances, devices, sources, by name."""
+"""What exists in a system already, made by any program: instances, devices, sources, by name."""
 
 from __future__ import annotations
 
-import json
 from inspect import Signature
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -24,7 +23,7 @@ D = TypeVar("D", bound=LogicalDevice)
 
 def _configuration(system: System) -> dict[str, Any]:
     with refusals:
-        return json.loads(system._alive().configuration_json())
+        return system._alive().configuration()
 
 
 def fill(system: System) -> None:
@@ -37,7 +36,7 @@ def fill(system: System) -> None:
         short = name.removeprefix(about["processor"] + ".")
         system.sources[name] = Source(system, system.processors[about["processor"]], short, kind, period_ns, about["priority"])
     for name, about in there["physical_devices"].items():
-        system.physical_devices[name] = PhysicalDevice(system, name, system.sources[about["source"]], json.dumps(about))
+        system.physical_devices[name] = PhysicalDevice(system, name, system.sources[about["source"]], about)
 
 
 def instance(system: System, name: str, verb: Verb[..., R] | None) -> VerbInstance[R]:

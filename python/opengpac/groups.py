@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
@@ -235,10 +234,10 @@ def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
 def _not_ready(device: LogicalDevice, identity: int, timeout_ns: int | None) -> None:
     from .reports import Report, terminated
 
-    native, verb = device.system._native, device.definition_verb()
+    native, verb = device.system._native, device.verb
     if device.state in ("disabled", "fault") and identity and verb is not None:
-        text = native.report(identity)
-        if text is not None:
-            raise terminated(Report(json.loads(text)), verb)
+        report = native.report(identity)
+        if report is not None:
+            raise terminated(Report(report), verb)
         refuse(InvalidState, f"device '{device.name}' was disabled before it was ready")
     raise TimeoutError(f"device '{device.name}' was not ready within {(timeout_ns or 0) * 1e-9:g} s; it is {device.state}")

@@ -16,7 +16,7 @@ from .errors import refusals
 from .quantities import Quantity, duration_ns
 
 
-def options_json(
+def options(
     endpoint: str,
     name: str,
     *,
@@ -25,7 +25,7 @@ def options_json(
     key: str | Path | None = None,
     token: str | None = None,
     clock_limit: Quantity | None = None,
-) -> str:
+) -> dict[str, Any]:
     """How a host listens or joins, as the core is told."""
     files = {"authority": authority, "certificate": certificate, "key": key}
     given: dict[str, Any] = {what: str(Path(file).expanduser().absolute()) for what, file in files.items() if file is not None}
@@ -33,8 +33,7 @@ def options_json(
         given["token"] = token
     if clock_limit is not None:
         given["clock_limit_ns"] = duration_ns(clock_limit, "the limit of the clocks")
-    with refusals:
-        return json.dumps({"endpoint": endpoint, "name": name, **given})
+    return {"endpoint": endpoint, "name": name, **given}
 
 
 def host_name() -> str:
@@ -44,25 +43,26 @@ def host_name() -> str:
 
 def add_to(commands: Any) -> None:
     """Adds `join` to the command `opengpac`."""
-    join = commands.add_parser("join", help="lend this host to a system elsewhere: its processors with host=NAME run here")
+    join = commands.add_parser("join", help="lend this host to a remote system: its processors with host=NAME run here")
     join.add_argument("--system", required=True, help="name of the system")
     join.add_argument("--at", required=True, metavar="tcp/HOST:PORT", help="where it listens; tls/HOST:PORT beyond this machine")
     join.add_argument("--name", default=host_name(), help="name of this host (default: %(default)s)")
     join.add_argument("--ca", metavar="FILE", help="certificate of the authority (PEM), for tls/")
     join.add_argument("--cert", metavar="FILE", help="this host's certificate (PEM), for tls/")
     join.add_argument("--key", metavar="FILE", help="its private key (PEM), readable by its owner only")
-    join.add_argument("--token-file", metavar="FILE", help="file with the secret, instead of a certificate")
+    join.add_argument("--token-file", metavar="FILE", help="the secret that the system was given; else this user's own, or certificates")
     join.set_defaults(run=_join)
 
 
 def _join(given: argparse.Namespace) -> int:
     token = Path(given.token_file).read_text().strip() if given.token_file else None
-    options = options_json(given.at, given.name, authority=given.ca, certificate=given.cert, key=given.key, token=token)
+    asked = options(given.at, given.name, authority=given.ca, certificate=given.cert, key=given.key, token=token)
     # Whoever manages services ends it so; it is the same as Ctrl-C.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         print(f"host '{given.name}' joins system '{given.system}' at {given.at}; Ctrl-C ends it", flush=True)
-        why = _native.join_system(given.system, options)
+        with refusals:
+            why = _native.join_system(given.system, json.dumps(asked))
         end = f"system '{given.system}' is gone"
     except KeyboardInterrupt:
         why, end = None, f"host '{given.name}' was called back"

@@ -8,7 +8,7 @@ import json
 from collections.abc import Generator, Mapping
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
-from . import checking, waiting
+from . import checking, progress, waiting
 from .applications import application_json, options_json, system_for, values_json
 from .declared import Declared
 from .errors import CallError, Error, InvalidState, gone, refusals, refuse
@@ -68,7 +68,7 @@ class VerbInstance(Shown, Declared, Generic[R]):
         """The report of the latest start, or None before its end. It stays readable after `delete`."""
         if self._report is None and not self._deleted:
             with refusals:
-                text = self.system._native.report(self.identity)
+                text = waiting.reported(self.system._native, self.identity)
             if text is not None:
                 self._take(text)
         return self._report
@@ -135,9 +135,7 @@ class VerbInstance(Shown, Declared, Generic[R]):
             refuse(CallError, f"every is {every!r}", "write vi.set(every={'generator': '10 ms'})")
         intervals = {str(label): duration_ns(time, f"the interval of '{label}'") for label, time in every.items()}
         with refusals:
-            self._alive().set(
-                self.identity, json.dumps({name: plain(value, f"'{name}'") for name, value in values.items()}), json.dumps(intervals)
-            )
+            self._alive().set(self.identity, {name: plain(value, f"'{name}'") for name, value in values.items()}, intervals)
 
     def _instead(self, name: str) -> str:
         return f"write vi.set({name}=…)" if name in self.verb.input_parameters else ""
@@ -168,7 +166,7 @@ class VerbInstance(Shown, Declared, Generic[R]):
     def _start(self, values: Mapping[str, Any], options: Mapping[str, Any]) -> None:
         native = self._alive()
         with refusals:
-            native.start(self.identity, json.dumps(values), json.dumps(options))
+            native.start(self.identity, values, options)
         self.system._say_rights()
         self._report, self._halt_asked = None, False
 
@@ -189,7 +187,7 @@ class VerbInstance(Shown, Declared, Generic[R]):
 
     def _about(self) -> dict[str, Any]:
         with refusals:
-            return json.loads(self.system._native.instance_json(self.identity))
+            return self.system._native.instance(self.identity)
 
     def _table(self) -> Table | None:
         if self._deleted or self.system.closed:
@@ -228,7 +226,7 @@ def _create(verb: Verb[..., R], bound: Any, once: bool) -> VerbInstance[R]:
     native = system._alive()
     system._enter_verb(verb)
     with refusals:
-        identity = native.create(json.dumps(application))
+        identity = native.create(application)
     objects = {name: given for name, given in bound.arguments.items() if name in verb.objects}
     return VerbInstance(verb, system, identity, objects, once)
 
@@ -265,13 +263,43 @@ def _drop(instance: VerbInstance[Any]) -> None:
 
 
 def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
-    """`verb(...)`: Ctrl-C halts the instance, waits for its report, deletes it and comes through."""
-    instance = start(verb, args, kwargs)
+    """`verb(...)`: Ctrl-C halts the instance, waits for its report, deletes it and comes through.
+
+    One request to the real-time system, where the verb ends soon; one that lasts is waited for as any other.
+    """
+    if checking.active():
+        return start(verb, args, kwargs).wait()
+    options = options_json(kwargs, verb)
+    bound = _bind(verb, verb.signature, args, kwargs)
+    system = system_for(verb, {n: given for n, given in bound.arguments.items() if n in verb.arguments_signature.parameters})
+    native = system._alive()
+    objects = {name: given for name, given in bound.arguments.items() if name in verb.objects}
+    asked = {**application_json(verb, bound), "values": values_json(verb, bound, objects)}
+    system._enter_verb(verb)
+    made: list[int] = []
+    instance: VerbInstance[R] | None = None
     try:
+        with refusals:
+            text = native.performing(json.dumps({**asked, "limits": options}), made, progress.SLICE_NS)
+        system._say_rights()
+        if text is not None:
+            return _ended(verb, text, objects)
+        instance = VerbInstance(verb, system, made[0], objects, once=True)
         return instance.wait()
     except KeyboardInterrupt:
-        _drop(instance)
+        if instance is None and made:
+            instance = VerbInstance(verb, system, made[0], objects, once=True)
+        if instance is not None and instance.state != "deleted":
+            _drop(instance)
         raise
+
+
+def _ended(verb: Verb[..., R], text: str, objects: Mapping[str, Any]) -> R:
+    """The report of a call that is over; raises where its end is not normal."""
+    report: Any = verb.report_class(json.loads(text))
+    if not report.normal:
+        raise terminated(report, verb, objects)
+    return report
 
 
 def application(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any) -> tuple[System, dict[str, Any], dict[str, Any]]:

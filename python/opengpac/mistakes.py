@@ -6,7 +6,6 @@ values which stand in for those of a run.
 from __future__ import annotations
 
 import builtins
-import difflib
 import inspect
 import re
 import sys
@@ -15,6 +14,7 @@ import types
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from . import _native
 from .errors import Error
 from .places import Place, packaged
 
@@ -71,8 +71,8 @@ def _is_certain(error: Exception) -> bool:
 def _meant(error: Exception, names: Mapping[str, Any]) -> str:
     """`did you mean 'blocks'?`, where something is close."""
     word, known = _asked(error, names)
-    close = difflib.get_close_matches(word, known, n=1, cutoff=0.6) if word else []
-    return f"did you mean '{close[0]}'?" if close else ""
+    close = _native.nearest(word.encode(errors="replace").decode(), [str(name) for name in known]) if word else None
+    return f"did you mean '{close}'?" if close else ""
 
 
 def _asked(error: Exception, names: Mapping[str, Any]) -> tuple[str, Iterable[str]]:

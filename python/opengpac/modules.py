@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from .blocks import Block
 from .declared import Declared
-from .errors import UnknownName, did_you_mean, refuse
+from .errors import DefinitionError, UnknownName, did_you_mean, refuse
 from .tables import Shown, Table
 
 if TYPE_CHECKING:
@@ -90,3 +90,22 @@ class Module(Shown, Declared):
 
     def __repr__(self) -> str:
         return f"code module '{self._name}' ({self._path}): {', '.join(self._blocks)}"
+
+
+PYTHON_TYPES = {float: "double", int: "int64_t", bool: "bool", "float": "double", "int": "int64_t", "bool": "bool"}
+"""The C types of those of Python."""
+
+
+def type_json(given: Any, what: str) -> tuple[str, dict[str, str]]:
+    """A C type and the struct types it needs, from a declaration, a type of a code module, or `float`, `int`, `bool`."""
+    if isinstance(given, StructType):
+        return given.name, given.types
+    if isinstance(given, str):
+        return given, {}
+    if isinstance(given, type) and given in PYTHON_TYPES:
+        return PYTHON_TYPES[given], {}
+    refuse(
+        DefinitionError,
+        f"the type of {what} is {given!r}",
+        "give a C declaration, 'double[6]', a type of a code module, or float, int, bool",
+    )

@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 from urllib.parse import urlsplit
 
 from . import files
@@ -14,15 +13,19 @@ from . import studio as pages
 from .errors import CallError, InvalidState, refusals, refuse
 from .given import all_taking
 from .listing import InstanceEntry, Listing, VerbEntry, instances_of, verbs_of
+from .physical import Channel
 from .quantities import Quantity, duration_ns
 from .recordings import Recording, begin
+from .reports import Report
 from .sources import Source
 from .statistics import Log, Names, Statistics
+from .svvs import SVV, Snapshot, snapshot
 from .tables import Shown, Table, Tables
 
 if TYPE_CHECKING:
     from .realtime import RealTimeSystem
     from .remote.session import Session
+    from .system import System
 
 
 @all_taking
@@ -40,29 +43,46 @@ class Observed(Shown):
     def statistics(self) -> Statistics:
         """Firings, overruns, jitter and times of each source; instances; devices; the emergency stop. A notebook shows tables."""
         with refusals:
-            return Statistics(json.loads(self._alive().statistics_json()))
+            return Statistics(self._alive().statistics())
 
     @property
     def names(self) -> Names:
         """What there is: processors, sources, devices, SVVs, verbs, modules, instances."""
         with refusals:
-            return Names(json.loads(self._alive().names_json()))
+            return Names(self._alive().names())
 
     @property
     def verbs(self) -> Listing[VerbEntry]:
         """The verbs that were entered: those that support devices and those that act on devices, simple and composed ones."""
         with refusals:
-            return verbs_of(json.loads(self._alive().verbs_json()))
+            return verbs_of(self._alive().verbs())
 
     @property
     def instances(self) -> Listing[InstanceEntry]:
         """The verb instances that there are, those of devices too, with the command list that each is in."""
         return instances_of(self.statistics["instances"])
 
+    def kept_reports(self) -> list[Report]:
+        """The end reports that a remote system has kept for this session's name, oldest first: of what ended while nobody waited
+        for it. Each is given once. Of an embedded system there are none.
+        """
+        return [] if self.session is None else self.session.kept_reports()
+
+    # ---- values and time ----
+
+    def read(self, *svvs: SVV[Any] | Channel) -> Snapshot:
+        """One consistent snapshot of these SVVs, with its time: `q, v = cell.read(position, speed)`. A channel of a physical device is
+        read as it was exchanged last.
+        """
+        for svv in svvs:
+            if not isinstance(svv, SVV | Channel) or svv.system is not self:
+                refuse(CallError, f"system '{self.name}' cannot read {svv!r}", "give SVVs and channels of this system")
+        return snapshot(cast("System", self), svvs)
+
     def log(self, since: int = 0) -> Log:
         """Conditions, faults, transitions and end reports, recorded in their order; `since` a sequence number."""
         with refusals:
-            return Log(json.loads(self._alive().log_json(since)))
+            return Log(self._alive().log(since))
 
     def record(
         self, path: str | os.PathLike[str], svvs: Sequence[str] | None = None, *, cells: bool = False, replay: bool = False
@@ -74,7 +94,7 @@ class Observed(Shown):
         its `lost`, and control never waits for a disk. Under the virtual clock time waits for the recorder, so nothing is lost.
         With `replay=True` the file also has everything that comes from outside, so that `opengpac replay` runs it again (docs/replay.md):
         begun before the first interrupt source is made, else refused (InvalidState).
-        Of a system elsewhere `path` is a name in the daemon's folder, `opengpac rts --records FOLDER`.
+        Of a remote system `path` is a name in the daemon's folder, `opengpac rts --records FOLDER`.
         """
         return begin(self, path, svvs, cells=cells, replay=replay)
 
@@ -87,7 +107,7 @@ class Observed(Shown):
         if source is not None and not isinstance(source, Source):
             refuse(CallError, f"block times of {source!r} are asked for", "give an interrupt source, or nothing for all")
         with refusals:
-            self._alive().probe(None if source is None else source.name, duration_ns(during, "the time to look"))
+            self._alive().probe(duration_ns(during, "the time to look"), None if source is None else source.name)
         return self.statistics.blocks(None if source is None else source.name)
 
     def top(self) -> Tables:
@@ -108,7 +128,7 @@ class Observed(Shown):
         "configure". `open=True` opens it in a browser, where there is one. The log says what the page commanded; `audit` names a file
         that says it too. Asked for again it is the same one; it ends with `stop()`, as a context manager, and with the system.
 
-        Of a system elsewhere it is the page of its daemon, where that serves one. Raises `FileFailed` where the page was not built,
+        Of a remote system it is the page of its daemon, where that serves one. Raises `FileFailed` where the page was not built,
         `InUse` where the port is taken, `InvalidState` where it is served already with another port or role.
         """
         role = "configure" if edit and role == "operate" else role

@@ -4,16 +4,17 @@
 from __future__ import annotations
 
 import functools
-import json
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .declared import Declared
+from .drivers.catalog import safe_state_text
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from .places import here
-from .tables import Shown, Table, identifiers
+from .services import Services
+from .tables import Shown, Table, Tables, identifiers
 from .values import dtype_of
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ class Channel(Declared):
     def dtype(self) -> np.dtype[Any]:
         """The dtype of its value."""
         with refusals:
-            return dtype_of(json.loads(self.system._alive().svv_json(self.full_name))["type"])
+            return dtype_of(self.system._alive().svv_about(self.full_name)["type"])
 
     @property
     def full_name(self) -> str:
@@ -61,7 +62,7 @@ class Channel(Declared):
             refuse(CallError, f"channel '{self.device.name}.{self.name}' is to raise {source!r}", "give a source: rtp.trigger('door')")
         native = self.device._here()
         with refusals:
-            native.raise_source(self.device.name, self.name, source.name, json.dumps(here().json()))
+            native.raises(self.device.name, self.name, source.name, here().json())
 
     def _instead(self, name: str) -> str:
         return "what is written to a channel comes from a block: write_channel" if name == "value" else ""
@@ -141,22 +142,32 @@ class Part(_Channels):
 class PhysicalDevice(_Channels):
     """A driver that a processor can reach. `parts` are its joints; `device["elbow"]` is one, `device["tool.force"]` a channel."""
 
-    def __init__(self, system: System, name: str, source: Source, described: str) -> None:
+    def __init__(self, system: System, name: str, source: Source, about: Mapping[str, Any]) -> None:
         self.system = system
         self.name = name
         self.source = source
-        about = json.loads(described)
         self.about: Mapping[str, Any] = about
         self.channels = {c["name"]: Channel(self, c) for c in about["channels"]}
         parts = about.get("parts") or []
         if isinstance(parts, dict):
             parts = parts.get("parts", [])
         self._parts = {p["name"]: Part(self, p) for p in parts}
+        self.services = Services(self)
+        """What its driver does off the cycle, as methods: `device.services.home(joint="elbow")`."""
 
     @property
     def parts(self) -> list[str]:
         """The names of its parts, in the machine's order."""
         return [*self._parts]
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """What its driver has counted so far, by name: lost frames, late answers."""
+        self._here()
+        known = self.system.statistics["physical_devices"].get(self.name)
+        if known is None:
+            refuse(UnknownName, f"the physical device '{self.name}' was deleted: nothing counts there any more")
+        return dict(known["counters"])
 
     def reopen(self) -> None:
         """Opens it again after it was lost, as it was opened first: what is bound to it stays. Nothing where it is not lost.
@@ -195,8 +206,16 @@ class PhysicalDevice(_Channels):
     def _names(self) -> list[str]:
         return [*self._parts, *self.channels]
 
-    def _table(self) -> Table:
-        return _channel_table(f"physical device {self.name} on {self.source.name}", self.channels)
+    def _table(self) -> Table | Tables:
+        channels = _channel_table(f"physical device {self.name} on {self.source.name}", self.channels)
+        safe, words = self.about.get("safe_state"), {word["name"]: word for word in self.about.get("counters") or []}
+        beside = [self.services._table()] if self.services else []
+        if words and not self.system.closed and self.system.physical_devices.get(self.name) is self:
+            counted = [(name, count, words[name]["unit"], words[name]["doc"]) for name, count in self.counters.items() if name in words]
+            beside.append(Table(f"counters of {self.name}", ["counter", "value", "unit", "what it counts"], counted))
+        if safe is None and not beside:
+            return channels
+        return Tables([channels, *beside], f"safe state: {safe_state_text(safe)}" if safe else "")
 
     def _called(self) -> str:
         return f"physical device '{self.name}'"

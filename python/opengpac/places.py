@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import site
 import sys
@@ -34,10 +35,15 @@ def packaged(place: Place) -> bool:
 
 def _inside(frame: FrameType) -> bool:
     code = frame.f_code
-    if code.co_filename.startswith(_PACKAGE):
-        # What a module of this package defines is a program of its own: an error in a definition is found there.
-        return code.co_name != "<module>"
-    return code.co_filename.startswith("<frozen") or _is_of_python(code.co_filename)
+    is_packaged, is_of_python = _whose(code.co_filename)
+    # What a module of this package defines is a program of its own: an error in a definition is found there.
+    return code.co_name != "<module>" if is_packaged else is_of_python
+
+
+@functools.lru_cache(1024)
+def _whose(file: str) -> tuple[bool, bool]:
+    """Whether a file is of this package, and whether it is Python's own. Asked in each call, of the same files."""
+    return file.startswith(_PACKAGE), file.startswith("<frozen") or _is_of_python(file)
 
 
 def _is_of_python(file: str) -> bool:

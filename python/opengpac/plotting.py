@@ -49,7 +49,7 @@ class _Recording(programs.Watcher):
         path = Path(self.given.output)
         if self.recordings:
             path = path.with_stem(f"{path.stem}-{system.name}-{len(self.recordings) + 1}")
-        # A system elsewhere has its interrupt sources already.
+        # A remote system has its interrupt sources already.
         replay = system.session is None and not self.given.no_replay
         self.recordings.append((system, system.record(path, svvs=self.given.svvs, cells=self.given.cells, replay=replay)))
 

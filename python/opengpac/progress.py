@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from typing import TYPE_CHECKING, Any
+
+from .errors import refusals
 
 if TYPE_CHECKING:
     from .instances import VerbInstance
@@ -28,14 +29,16 @@ class Line:
 
     def __init__(self, instance: VerbInstance[Any]) -> None:
         self._instance = instance
-        self._began_ns = instance.system._native.now() - SLICE_NS
+        with refusals:
+            self._began_ns = instance.system._native.now() - SLICE_NS
         self._width = 0
 
     def show(self) -> None:
         """Writes it over the last one."""
         native = self._instance.system._native
-        about = json.loads(native.instance_json(self._instance.identity))
-        elapsed_s = (native.now() - self._began_ns) * 1e-9
+        with refusals:
+            about = native.instance(self._instance.identity)
+            elapsed_s = (native.now() - self._began_ns) * 1e-9
         text = f"{about['name']}: {about.get('list') or about['state']}, {elapsed_s:.1f} s"
         self._write(text)
 

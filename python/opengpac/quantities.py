@@ -1,32 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quantities: plain numbers in SI units, or text with a unit, `"20 ms"`. Values go to the real-time system as they are written,
-which knows the units of ports; only durations are read here."""
+"""Quantities: plain numbers in SI units, or text with a unit, `"20 ms"`. Text goes to the core as it is written, which knows units."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from .errors import UnitMismatch, ValueRefused, refuse
+from . import _native
+from .errors import ValueRefused, refusals, refuse
 
 Quantity: TypeAlias = float | int | str
 """A number in SI units or text such as `"20 ms"`, `"90 deg"`, `"0.5 rad/s"`."""
-
-_SECONDS = {
-    "ns": 1,
-    "us": 1_000,
-    "µs": 1_000,
-    "μs": 1_000,
-    "ms": 1_000_000,
-    "s": 1_000_000_000,
-    "min": 60_000_000_000,
-    "h": 3_600_000_000_000,
-}
-_HERTZ = {"Hz": 1, "kHz": 1_000, "MHz": 1_000_000}
-_PATTERN = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d]*)\s*")
 
 
 def is_duration(text: str) -> bool:
@@ -35,8 +21,11 @@ def is_duration(text: str) -> bool:
     >>> is_duration("20 ms"), is_duration("near.done")
     (True, False)
     """
-    match = _PATTERN.fullmatch(text)
-    return bool(match) and match[2] in _SECONDS
+    try:
+        _native.number_in(text, "s")
+    except (_native.Refused, UnicodeEncodeError):
+        return False
+    return not text.strip()[-1:].isdigit()
 
 
 def duration_ns(duration: Quantity, what: str = "the duration") -> int:
@@ -46,22 +35,11 @@ def duration_ns(duration: Quantity, what: str = "the duration") -> int:
     (20000000, 500000000, 1000000)
     """
     if isinstance(duration, str):
-        match = _PATTERN.fullmatch(duration)
-        if not match:
-            refuse(ValueRefused, f"{what} '{duration}' is not a quantity", "write for example '20 ms'")
-        number, unit = float(match[1]), match[2]
-        if not unit:
-            refuse(ValueRefused, f"{what} '{duration}' has no unit", "write for example '20 ms', or a number of seconds")
-        if unit in _HERTZ and number > 0:
-            ns = 1e9 / (number * _HERTZ[unit])
-        elif unit in _SECONDS:
-            ns = number * _SECONDS[unit]
-        else:
-            refuse(UnitMismatch, f"{what} '{duration}' is not a time", "write for example '20 ms'")
-    elif isinstance(duration, bool) or not isinstance(duration, int | float | np.number):
+        with refusals:
+            return _native.duration_ns(duration, what)
+    if isinstance(duration, bool) or not isinstance(duration, int | float | np.number):
         refuse(ValueRefused, f"{what} {duration!r} is not a time", "write for example '20 ms', or a number of seconds")
-    else:
-        ns = float(duration) * 1e9
+    ns = float(duration) * 1e9
     if not abs(ns) < 2**63:
         refuse(ValueRefused, f"{what} {duration!r} is out of range")
     return round(ns)

@@ -27,7 +27,7 @@ class Recording:
     def __init__(self, system: Observed, number: int, path: str, last: dict[str, Any] | None = None) -> None:
         self.system = system
         self.path = path
-        """The file; of a system elsewhere its name in the daemon's folder of recordings."""
+        """The file; of a remote system its name in the daemon's folder of recordings."""
         self._number = number
         self._last = last
 
@@ -35,8 +35,16 @@ class Recording:
         """Ends it: everything that has come is written, then the end of the file. What was lost, by channel: nothing, as a rule."""
         if self._last is None or self._last["running"]:
             with refusals:
-                self._last = json.loads(self.system._alive().stop_recording(self._number))
+                self._last = self._ended()
         return self.lost
+
+    def _ended(self) -> dict[str, Any]:
+        native = self.system._alive()
+        while True:
+            with refusals:
+                summary = native.stop_recording(self._number)
+                if not summary["running"]:
+                    return summary
 
     @property
     def _summary(self) -> dict[str, Any]:
@@ -44,7 +52,7 @@ class Recording:
         if last is None or last["running"]:
             with refusals:
                 # Of a system that is closed it has ended in order with it.
-                last = self._last = json.loads(self.system._native.recording_json(self._number))
+                last = self._last = self.system._native.recording(self._number)
         assert last is not None
         return last
 
@@ -90,7 +98,7 @@ class Recording:
 
 def begin(system: Observed, path: str | os.PathLike[str], svvs: Sequence[str] | None, *, cells: bool, replay: bool) -> Recording:
     """See `System.record`."""
-    if isinstance(svvs, str) or not all(isinstance(name, str) for name in svvs or ()):
+    if isinstance(svvs, str) or not all(isinstance(name, str) for name in ([] if svvs is None else svvs)):
         refuse(CallError, f"svvs= is {svvs!r}", 'give a list of names, for example ["arm.*"]')
     file = os.fspath(path)
     if system.session is None:
@@ -100,7 +108,7 @@ def begin(system: Observed, path: str | os.PathLike[str], svvs: Sequence[str] | 
         # Nothing runs, and no file is made that would stand in the way of the run.
         return Recording(system, 0, file, {"running": False, "counts": {}, "lost": {}, "bytes": 0, "failure": None})
     with refusals:
-        number = system._alive().record(file, json.dumps(options))
+        number = system._alive().record(file, **options)["recording"]
     return Recording(system, number, file)
 
 
@@ -114,8 +122,8 @@ class Recorded(Mapping[str, np.ndarray]):
         self.path = str(Path(path).expanduser())
         with refusals:
             self._native = _native.open_recording(self.path)
-        self._series: dict[str, Any] = json.loads(self._native.series_json())
-        about = json.loads(self._native.about_json())
+            self._series: dict[str, Any] = json.loads(self._native.series_json())
+            about = json.loads(self._native.about_json())
         self.complete: bool = about["complete"]
         """False where the file has no end, because its recorder was killed or the disk was full: this is all up to there."""
         self.lost: dict[str, int] = about["lost"]
@@ -126,7 +134,8 @@ class Recorded(Mapping[str, np.ndarray]):
     def __getitem__(self, name: str) -> np.ndarray:
         if name not in self._series:
             raise KeyError(f"there is no SVV '{name}' in '{self.path}'; {did_you_mean(name, self) or 'list(recording) names them'}")
-        numbers, times, values = self._native.series(name)
+        with refusals:
+            numbers, times, values = self._native.series(name)
         dtype = dtype_of(self._series[name]["type"])
         array = np.zeros(self._series[name]["count"], dtype=[("number", "<u8"), ("time", "<f8"), ("value", dtype)])
         array["number"] = np.frombuffer(numbers, "<u8")
@@ -155,7 +164,8 @@ class Recorded(Mapping[str, np.ndarray]):
         return found
 
     def _records(self, topic: str) -> list[Any]:
-        return [message for _, message in json.loads(self._native.records_json(topic))]
+        with refusals:
+            return [message for _, message in json.loads(self._native.records_json(topic))]
 
     @property
     def log(self) -> list[dict[str, Any]]:
@@ -176,7 +186,9 @@ class Recorded(Mapping[str, np.ndarray]):
     def timing(self) -> dict[str, list[dict[str, Any]]]:
         """Firings, jitter, durations and overruns of each interrupt source, once a second."""
         prefix = "/timing/"
-        return {topic[len(prefix) :]: self._records(topic) for topic in self._native.topics() if topic.startswith(prefix)}
+        with refusals:
+            topics = self._native.topics()
+        return {topic[len(prefix) :]: self._records(topic) for topic in topics if topic.startswith(prefix)}
 
     def __repr__(self) -> str:
         values = sum(of["count"] for of in self._series.values())

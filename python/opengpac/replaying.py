@@ -6,6 +6,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -89,19 +90,25 @@ def replay(
     to: float | str | Quantity | None = None,
     show: Sequence[str] = (),
     modules: Sequence[str | os.PathLike[str]] = (),
+    trust: bool | Sequence[str] = False,
 ) -> Replay:
     """Runs a recording again that `cell.record(path, replay=True)` or `opengpac record` made, and compares every value with it.
 
     `until` is a condition over SVVs to stop at, comparisons with numbers joined by `and` and `or`, for example
     `"force > 20 and joint.sensed[2] <= 0.5"`. `to` is a time on the clock of the record. `show` names SVVs whose values are wanted,
     `*` for anything. `modules` are sources in C or C++, or code modules, that stand in for those of the same name in the record: the
-    first difference names block, port and firing. Refused (CallError) is a file that is no record, a condition that cannot be read,
-    an SVV that the record does not have.
+    first difference names block, port and firing.
+
+    A record brings the code modules of its blocks, and to replay it is to run them, with all your rights: `trust=True` says that you trust
+    wherever the file comes from, also where it is your own. A sequence of SHA-256 digests trusts those modules only. A record of library
+    blocks alone brings none. Refused (CallError) is a file that is no record, or brings code that is not trusted, a condition that
+    cannot be read, an SVV that the record does not have.
     """
     file = Path(path)
     if not file.exists():
         refuse(CallError, f"there is no record '{file}'", "make one: cell.record('run.mcap', replay=True)")
     asked: dict[str, Any] = {"until": until, "to_ns": None if to is None else duration_ns(to), "show": list(show)}
+    asked["trust"] = trust if isinstance(trust, bool) else list(trust)
     with refusals:
         asked["with"] = [_module(Path(module)) for module in modules]
         found = json.loads(_native.replay(str(file), json.dumps(asked)))
@@ -111,7 +118,8 @@ def replay(
 def _module(file: Path) -> tuple[str, str]:
     if file.suffix == ".so":
         return file.stem, str(file)
-    return file.stem, _native.build([str(file.absolute())], None)
+    with refusals:
+        return file.stem, _native.build([str(file.absolute())], None)
 
 
 def _replay(found: dict[str, Any]) -> Replay:
@@ -135,10 +143,27 @@ def add_to(commands: Any) -> None:
     again.add_argument(
         "--with", metavar="FILE", action="append", default=[], dest="modules", help="C, C++ or a module in the place of the record's"
     )
+    again.add_argument("--trust", action="store_true", help="run the native code that the record brings, without asking")
     again.set_defaults(run=_again)
 
 
 def _again(given: argparse.Namespace) -> int:
-    found = replay(given.record, until=given.until, to=given.to_time, show=given.show, modules=given.modules)
+    trust = True if given.trust else _asked_for(Path(given.record))
+    found = replay(given.record, until=given.until, to=given.to_time, show=given.show, modules=given.modules, trust=trust)
     print(found)
     return 0 if found.same else 1
+
+
+def _asked_for(file: Path) -> Sequence[str]:
+    """The digests of the modules that the user at the terminal trusts: without a terminal, none."""
+    if not (file.exists() and sys.stdin.isatty() and sys.stderr.isatty()):
+        return ()
+    with refusals:
+        brought = json.loads(_native.replay_modules(str(file)))
+    if not brought:
+        return ()
+    print(f"'{file}' brings native code, which a replay runs with all your rights:", file=sys.stderr)
+    for module in brought:
+        print(f"  {module['name']}, {module['len']} bytes, SHA-256 {module['sha256']}", file=sys.stderr)
+    print("Who built it the file does not say. Run it? [y/N] ", end="", file=sys.stderr, flush=True)
+    return [module["sha256"] for module in brought] if sys.stdin.readline().strip().lower() in ("y", "yes") else ()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import files
 from .errors import Error, FileFailed, refusals, refuse
-from .values import plain, to_json
+from .values import plain
 
 if TYPE_CHECKING:
     from .devices import LogicalDevice
@@ -29,7 +29,7 @@ def save(system: System, path: Path) -> None:
     devices = {name: _kept(device) for name, device in system.devices.items()}
     waiting = {**_restored_devices(system), **devices}
     with refusals:
-        alarms = json.loads(system._alive().alarms_json())
+        alarms = system._alive().alarms()
     now = [{**alarm, "active": False} for alarm in alarms["current"]]
     content = {"system": system.name, "devices": waiting, "alarms": (alarms["history"] + now)[-1000:]}
     text = json.dumps({"format": FORMAT, "checksum": _checksum(content), "content": content}, indent=1)
@@ -69,15 +69,16 @@ class Restored:
             return
         native = device.system._alive()
         for name, value in kept["parameters"].items():
-            self._give(f"{device.name}.{name}", lambda n=name, v=value: native.set_device_parameter(device.name, n, to_json(v)))
+            self._give(f"{device.name}.{name}", native.set_device_parameter, device.name, name, value)
         for name, value in kept["svvs"].items():
             full = f"{device.name}.{name}"
-            self._give(full, lambda n=full, v=value: native.write(n, to_json(v)))
+            self._give(full, native.write, full, value)
 
-    def _give(self, what: str, give: Any) -> None:
+    def _give(self, what: str, call: Any, *arguments: Any) -> None:
+        *names, value = arguments
         try:
             with refusals:
-                give()
+                call(*names, plain(value))
         except Error as error:
             self._leave(f"'{what}': {error.message}")
 
@@ -93,7 +94,7 @@ def load(system: System, path: Path) -> Restored | None:
         return None
     content = _content(text, path)
     with refusals:
-        system._native.restore_alarms(json.dumps(content["alarms"]))
+        system._native.restore_alarms(content["alarms"])
     return Restored(path, content)
 
 

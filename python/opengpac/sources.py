@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from .declared import Declared
 from .drivers import Driver
@@ -75,7 +74,7 @@ class Processor(Shown, Declared):
             refuse(CallError, f"physical device '{name}' is given exchange={exchange!r}", "give the interrupt source that serves it")
         with refusals:
             described = self.system._alive().physical_device(
-                self.name, name, driver.kind, json.dumps(driver.options), exchange.name, json.dumps(here().json())
+                self.name, name, driver.kind, exchange.name, cast(dict[str, Any], driver.options), here().json()
             )
         device = PhysicalDevice(self.system, name, exchange, described)
         self.system.physical_devices[name] = device
@@ -89,7 +88,7 @@ class Processor(Shown, Declared):
         if not 0 <= priority <= 255:
             refuse(CallError, f"the priority of source '{name}' is {priority}", "give a whole number, 1 to 98; a larger one preempts")
         with refusals:
-            self.system._alive().source(self.name, name, kind, period_ns, priority, duration_ns(cost, "the virtual cost"))
+            self.system._alive().source(self.name, name, kind, priority, period_ns, duration_ns(cost, "the virtual cost"))
         source = Source(self.system, self, name, kind, period_ns, priority)
         self.system.sources[source.name] = source
         return source

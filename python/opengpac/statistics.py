@@ -60,8 +60,13 @@ class Statistics(dict[str, Any], Shown):
         looks = ["bad" if state in ("fault", "lost") else "good" if state in ("standstill", "moving") else "soft" for _, state in rows]
         return Table("devices", ["device", "state"], rows, looks)
 
+    def counters(self) -> Table:
+        """What the drivers of physical devices count: lost frames, late answers."""
+        rows = [(name, *counter) for name, p in self["physical_devices"].items() for counter in p.get("counters", {}).items()]
+        return Table("counters of drivers", ["device", "counter", "value"], rows)
+
     def _table(self) -> Tables:
-        tables = [self.sources(), self.blocks(), self.instances(), self.devices()]
+        tables = [self.sources(), self.blocks(), self.instances(), self.devices(), self.counters()]
         head = f"emergency stop: {self['emergency']}" if self["emergency"] else f"{self['mode']} mode"
         return Tables([table for table in tables if table.rows], head + (", paused" if self["paused"] else ""))
 

@@ -42,7 +42,7 @@ class Studio:
         self.system = system
         """Name of the system that it shows."""
         self.url = url
-        """Its address, with the token of this run: whoever has it may do what `role` says."""
+        """Its address, with the token of this run: a browser that has it may do what `role` says."""
         self.role = role
         """`observe`, `operate` or `configure`; None where a daemon decides by who asks."""
         self._server = server
@@ -111,7 +111,7 @@ def built(page: Path | None = None) -> Path:
     """The folder of the page's files. Raises `FileFailed` where they are not there: a checkout in which the page was not built."""
     folder = page or PAGE
     if not (folder / "index.html").is_file():
-        remedy = "build it, npm install --no-save && npm run build in the folder studio of the sources, or install OpenGPAC from its wheel"
+        remedy = "`make page` builds it in the sources, with Node 20.19 or newer; the wheel has it"
         refuse(FileFailed, f"the studio's page is not in '{folder}'", remedy)
     return folder
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-import json
 import operator
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
@@ -14,7 +13,7 @@ import numpy as np
 from .declared import Declared
 from .errors import CallError, Error, UnknownName, ValueRefused, gone, refusals, refuse
 from .tables import Shown, Table
-from .values import dtype_of, from_bytes, to_json
+from .values import dtype_of, from_bytes, plain
 
 if TYPE_CHECKING:
     from .physical import Channel
@@ -64,7 +63,7 @@ class SVV(Shown, Declared, Generic[T]):
     @functools.cached_property
     def _about(self) -> dict[str, Any]:
         with refusals:
-            return json.loads(self.system._alive().svv_json(self.name))
+            return self.system._alive().svv_about(self.name)
 
     @property
     def _asked(self) -> str:
@@ -83,7 +82,7 @@ class SVV(Shown, Declared, Generic[T]):
         """Whether it has not been deleted; another of its name does not count."""
         try:
             with refusals:
-                self.system._alive().svv_json(self._asked)
+                self.system._alive().svv_about(self._asked)
         except UnknownName:
             return False
         return True
@@ -116,7 +115,7 @@ class SVV(Shown, Declared, Generic[T]):
     @value.setter
     def value(self, value: T) -> None:
         with refusals:
-            self.system._alive().write(self._asked, to_json(value, f"the value for SVV '{self.name}'"))
+            self.system._alive().write(self._asked, plain(value, f"the value for SVV '{self.name}'"))
 
     @property
     def number(self) -> int:

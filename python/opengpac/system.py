@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A real-time system, embedded in this process or elsewhere: its configuration, its SVVs, its time."""
+"""A real-time system, embedded in this process or remote: its configuration, its SVVs, its time."""
 
 from __future__ import annotations
 
@@ -8,33 +8,34 @@ import contextlib
 import json
 import logging
 import os
-from collections.abc import Callable, Mapping
+import sys
+import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 from weakref import WeakValueDictionary
 
-from . import _native, checking, existing, files, forks, hosts, programs, restart
+from . import checking, existing, files, forks, hosts, programs, restart
 from .adoption import TakenOver, taken_over
-from .alarms import Alarms
 from .checks import Definitions
+from .commanded import Commanded
 from .declared import Declared
-from .devices import LogicalDevice, type_json
+from .devices import LogicalDevice
 from .errors import CallError, InUse, InvalidState, refusals, refuse
 from .given import all_taking, pair_of, whole
-from .modules import Module
-from .observing import Observed
-from .physical import Channel, PhysicalDevice
+from .modules import Module, type_json
+from .physical import PhysicalDevice
 from .places import here
 from .processes import processes_json
-from .quantities import Quantity, duration_ns, optional_ns
-from .realtime import RealTimeSystem
+from .quantities import Quantity, optional_ns
+from .realtime import Embedded, RealTimeSystem
 from .remote import connecting
 from .remote.calls import Remote
 from .remote.session import Session
-from .reports import Report
 from .sources import Processor, Source, placement_json
 from .studio import Studio
-from .svvs import SVV, Snapshot, snapshot
+from .svvs import SVV
+from .timed import Timed
 from .values import plain
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ _logger = logging.getLogger("opengpac")
 
 
 @all_taking
-class System(Observed, Declared):
+class System(Commanded, Timed, Declared):
     """A real-time system in this process. `clock="virtual"` makes time a number that the program advances: for tests.
 
     `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
@@ -99,14 +100,15 @@ class System(Observed, Declared):
             carrier = {"kind": link} if isinstance(link, str) else dict(link)
             options = {"seed": seed, "interconnect": carrier, "processes": processes_json(), "adopt": adopt}
             with refusals:
-                native = _native.System(name, "virtual" if virtual else clock, json.dumps(options))
+                native = Embedded(name, "virtual" if virtual else clock, json.dumps(options))
                 self._begin(native, name, virtual, progress)
         try:
             if restore is not None:
                 self._restored = restart.load(self, files.path_of(restore, "restore="))
         except BaseException:
-            self._native.close()
             self.closed = True
+            with refusals:
+                self._native.close()
             raise
         _open[name] = self
         programs.made(self)
@@ -117,7 +119,7 @@ class System(Observed, Declared):
         self.virtual = virtual
         self.progress = progress
         self.session = session
-        """Of a system elsewhere the session with it: its name, who commands. None: it is embedded in this process."""
+        """Of a remote system the session with it: its name, who commands. None: it is embedded in this process."""
         self.closed = False
         self.processors: dict[str, Processor] = {}
         self.sources: dict[str, Source] = {}
@@ -150,8 +152,10 @@ class System(Observed, Declared):
         between them a value is on its way as between threads. `host` names a host that has joined the system. Under the virtual clock
         all processors run in one thread, wherever they are to run.
 
-        `lost_after` (0.5 s): a process that stands still for so long is ended by its guard, its outputs safe. `patience` (10 s): a
-        supervisor that says nothing for so long is lost to the process, and what goes on without one waits so long for the next.
+        `lost_after`: a process that stands still for so long is ended, its outputs safe; without it after 0.1 s where it is stopped
+        (SIGSTOP, a debugger), and 0.5 s of silence otherwise. A processor without a process is threads of this program: there the
+        outputs of devices that a guard can reach become safe, and the program is spared. `patience`: a supervisor that says nothing for
+        so long is lost to the process (40 s), and what goes on without one waits so long for the next (10 s).
 
         Raises PlacementError for a named process and a host together, DefinitionError for a process whose name is none (letters, digits,
         `-`, `_`, `.`, at most 64), InUse where that is another processor's own process, InvalidState where the process cannot be
@@ -182,11 +186,12 @@ class System(Observed, Declared):
     ) -> None:
         """Lets other hosts join: `cell.listen("tcp/127.0.0.1:7447")`, there `opengpac join`, then `cell.processor("rtp2", host=…)`.
 
-        Beyond this machine it must be `tls/HOST:PORT`, with PEM files of an authority, a certificate and its key, or with a token
-        that both sides know. `clock_limit` says how well the clocks of the hosts are to agree; the log tells when they do not.
+        On a loopback address programs of the same user are let in, or, with a token, those that know it. Beyond this machine it must be
+        `tls/HOST:PORT`, with PEM files of an authority, a certificate and its key, or with a token that both sides know.
+        `clock_limit` says how well the clocks of the hosts are to agree; the log tells when they do not.
         Nothing under the virtual clock. Raises InvalidState where the address is taken, or not secured as it needs.
         """
-        given = hosts.options_json(
+        given = hosts.options(
             endpoint,
             name or hosts.host_name(),
             authority=None if authority is None else os.fspath(authority),
@@ -196,7 +201,7 @@ class System(Observed, Declared):
             clock_limit=clock_limit,
         )
         with refusals:
-            self._alive().listen(given)
+            self._alive().listen(**given)
 
     def take_over(self) -> TakenOver:
         """What runs in processes that lost their system goes on as this one has it now, from where it is.
@@ -213,14 +218,16 @@ class System(Observed, Declared):
         """A code module while the system runs: C or C++ source, a shared object, or a compiled Rust module."""
         file = str(Path(path).expanduser().absolute())
         with refusals:
-            described = json.loads(self._alive().download(file, name))
+            described = self._alive().download(file, name, sys.executable or None)
+        if note := described.get("note"):
+            warnings.warn(note, RuntimeWarning, stacklevel=2)
         return Module(described, file, self)
 
     def place(self, placement: Mapping[Any, Source]) -> None:
         """Says where blocks run: `{"move.planner": slow, "joint_servo.*": fast}`."""
         placed = placement_json(placement)
         with refusals:
-            self._alive().place(json.dumps(placed))
+            self._alive().place(placed)
 
     def svv(
         self,
@@ -235,7 +242,7 @@ class System(Observed, Declared):
         """A state vector variable of the system; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`; left
         out it is `double`.
 
-        `within` is the range of what Python may store in it. Of a system elsewhere a name alone gives the SVV that is there.
+        `within` is the range of what Python may store in it. Of a remote system a name alone gives the SVV that is there.
         """
         if self.session is not None and type is None and initial is None and not (unit or history or within) and self._there("svvs", name):
             return self._svv(name)
@@ -245,7 +252,7 @@ class System(Observed, Declared):
         ends = pair_of(within, f"the range of SVV '{name}'")
         specification = {"type_text": text, "unit": unit, "initial": value, "history": kept, "within": ends, "types": types}
         with refusals:
-            self._alive().svv(name, json.dumps(specification), json.dumps(here().json()))
+            self._alive().svv(specification, name, here().json())
         self._svvs.pop(name, None)
         made = self._svv(name)
         _ = made._asked  # From here on it stands for this one.
@@ -254,76 +261,17 @@ class System(Observed, Declared):
     # ---- what is there ----
 
     def instance(self, name: str, verb: Verb[..., R] | None = None) -> VerbInstance[R]:
-        """The verb instance of that name, whoever made it: to be watched, waited for, halted, or started again.
+        """The verb instance of that name, made by any program: to be watched, waited for, halted, or started again.
 
         With its `verb` reports and exceptions are those that it declares; without, `Report` and `Terminated`.
         """
         return existing.instance(self, name, verb)
 
     def device(self, name: str, kind: type[D] = LogicalDevice) -> D:
-        """The logical device of that name, whoever made it, as a device of the class `kind`; without one its members are those of its
+        """The logical device of that name, made by any program, as a device of the class `kind`; without one its members are those of its
         type there.
         """
         return existing.device(self, name, kind)
-
-    def kept_reports(self) -> list[Report]:
-        """The end reports that a system elsewhere has kept for this session's name, oldest first: of what ended while nobody waited
-        for it. Each is given once. Of an embedded system there are none.
-        """
-        return [] if self.session is None else self.session.kept_reports()
-
-    # ---- values and time ----
-
-    def read(self, *svvs: SVV[Any] | Channel) -> Snapshot:
-        """One consistent snapshot of these SVVs, with its time: `q, v = cell.read(position, speed)`. A channel of a physical device is
-        read as it was exchanged last.
-        """
-        for svv in svvs:
-            if not isinstance(svv, SVV | Channel) or svv.system is not self:
-                refuse(CallError, f"system '{self.name}' cannot read {svv!r}", "give SVVs and channels of this system")
-        return snapshot(self, svvs)
-
-    @property
-    def override(self) -> float:
-        """The share of its speed that every motion of `gpac.motion` in this system may have, 0 to 1; 0 holds. Changes are smooth."""
-        return self._svv("override").value if "override" in self.names["svvs"] else 1.0
-
-    @override.setter
-    def override(self, share: float) -> None:
-        if "override" not in self.names["svvs"]:
-            self.svv("override", initial=1.0, within=(0.0, 1.0))
-        self._svv("override").value = share
-
-    @property
-    def now(self) -> float:
-        """The time of the system's clock, in s."""
-        with refusals:
-            return self._alive().now() * 1e-9
-
-    def advance(self, duration: Quantity | None = None, *, until: Callable[[], Any] | None = None, within: Quantity = "60 s") -> None:
-        """Virtual clock: runs the firings in (now, now + duration], or until a predicate holds, `until=joint.sensed > 1.0`.
-
-        With `until`, `TimeoutError` comes when it does not hold `within` that time.
-        """
-        native = self._alive()
-        if (duration is None) == (until is None):
-            refuse(CallError, "advance() takes a duration or until=", "write advance('2 s') or advance(until=svv > 1.0)")
-        if until is None:
-            ns = duration_ns(duration or 0, "the duration to advance")
-            if ns < 0:
-                refuse(CallError, f"advance({duration!r}): time does not run backwards")
-            with refusals:
-                native.advance(ns)
-            return
-        deadline = native.now() + duration_ns(within, "within")
-        while not until():
-            with refusals:
-                moved = native.step()
-            if not moved or native.now() > deadline:
-                why = "nothing more is going to happen" if not moved else f"not within {within}"
-                raise TimeoutError(f"{until!r} did not become true: {why}")
-
-    # ---- the whole system ----
 
     def _say_rights(self) -> None:
         """Says once, in one line, what real-time rights were not given; everything works all the same, only later."""
@@ -335,73 +283,6 @@ class System(Observed, Declared):
         missing += statistics["supervisor_rights_missing"]
         if missing:
             _logger.warning("system '%s' runs with less than real-time rights: %s", self.name, "; ".join(dict.fromkeys(missing)))
-
-    def emergency_stop(self, reason: str) -> None:
-        """Ends every action, brings devices to their safe state and latches. It is not a certified safety function."""
-        with refusals:
-            self._alive().emergency_stop(reason)
-
-    def emergency_stop_input(self, channel: Channel, *, trips: bool = True) -> None:
-        """Stops as `emergency_stop` does whenever that channel reads true (`trips=False`: false, as a normally closed contact does).
-
-        Outputs of the channel's own source are safe from the write of the firing that read it on, those of other sources from
-        their next firing on. Losing the channel's device stops too.
-        """
-        if not isinstance(channel, Channel):
-            refuse(CallError, f"an emergency stop input is {channel!r}", "give a channel of a physical device")
-        with refusals:
-            self._alive().emergency_stop_input(channel.device.name, channel.name, not trips)
-
-    def reset(self) -> None:
-        """Takes back an emergency stop; refused while a cause is present, naming it. Everything stays disabled, nothing goes on."""
-        with refusals:
-            self._alive().reset()
-
-    def pause(self, *devices: LogicalDevice) -> list[str]:
-        """Suspends every action on devices, or on these; the names of those instances, when it is done.
-
-        What keeps devices going, a servo, runs on. What is started meanwhile is held back until `resume`.
-        """
-        with refusals:
-            return self._alive().pause(_names(devices, "pause"))
-
-    def resume(self, *devices: LogicalDevice) -> list[str]:
-        """Takes a pause back, all of it or that of these devices; the names of the instances that go on or begin.
-
-        What somebody suspended by himself stays suspended.
-        """
-        with refusals:
-            return self._alive().resume_program(_names(devices, "resume"))
-
-    @property
-    def paused(self) -> bool | list[str]:
-        """Whether the program is paused, or the names of the devices that are."""
-        return self.statistics["paused"]
-
-    @property
-    def mode(self) -> str:
-        """`automatic`, or `manual`: only verbs declared with `manual=True` start. Setting it is refused while an action runs."""
-        with refusals:
-            return self._alive().mode()
-
-    @mode.setter
-    def mode(self, mode: str) -> None:
-        if mode not in ("automatic", "manual"):
-            refuse(CallError, f"the mode of system '{self.name}' is given {mode!r}", "say 'automatic' or 'manual'")
-        with refusals:
-            self._alive().set_mode(json.dumps(mode))
-
-    def enabling_switch(self, channel: Channel) -> None:
-        """A channel that is true while a person holds the enabling switch: in manual mode actions start, and run on, only then."""
-        if not isinstance(channel, Channel):
-            refuse(CallError, f"an enabling switch is {channel!r}", "give a channel of a physical device")
-        with refusals:
-            self._alive().enabling_switch(channel.device.name, channel.name)
-
-    @property
-    def alarms(self) -> Alarms:
-        """What a person has to know of: active or not yet acknowledged."""
-        return Alarms(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes what a warm restart gives back, `gpac.System(name, restore=path)`: tunable parameters and members declared with
@@ -491,15 +372,8 @@ class System(Observed, Declared):
         if self.session is not None and self.session.lost:
             return []
         with refusals:
-            instances = json.loads(self._native.statistics_json()).get("instances", [])
+            instances = self._native.statistics().get("instances", [])
         return [i["name"] for i in instances if i.get("state") in ("queued", "running", "suspended")]
-
-
-def _names(devices: tuple[Any, ...], call: str) -> list[str] | None:
-    for device in devices:
-        if not isinstance(device, LogicalDevice):
-            refuse(CallError, f"{call}() is given {device!r}", "give logical devices, or nothing for all; a group has pause() and resume()")
-    return [device.name for device in devices] or None
 
 
 def _short(name: Any) -> str:

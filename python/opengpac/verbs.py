@@ -43,18 +43,46 @@ R = TypeVar("R", covariant=True)
 class Verb(Pictured, Declared, Generic[P, R]):
     """A verb, made from the paper's mappings. `gpac.verb` makes one from a typed function.
 
-    `manual`: it may be started on devices in manual mode too.
-
     `verb(...)` creates an instance, starts it, waits for its end and deletes it; `verb.asynch(...)` creates and starts;
     `verb.new_instance(...)` creates only. `verb.on(source)` places it, `verb.named("x")` names its instance.
 
-    `ending` names the command list that runs at every end but an emergency stop, a lost processor and a second halt, for
-    `ending_limit` at most (10 s). `suspend` is `"hold"` (the last commands stay), `"safe"` (the channels that it writes go to their
-    safe values meanwhile) or `gpac.holding(...)` (it comes to rest first).
+    Parameters, all names free to choose; a *port* is `"label.port"`, a *member* is `"object.member"`:
 
-    `if_cut_off` is what a running instance does when the programming system that started it dies or cannot be reached any more:
-    `"continue"`, `"halt"` or `"safe"` (the outputs of its devices go to their safe values at once, it ends with `aborted`). A verb
-    that does not say it is halted; one that keeps a logical device going continues.
+    - `blocks`: label → block, graph or graph with constants, `{"filter": lib.lowpass(alpha=0.1)}`.
+    - `command_lists`: name → commands in order: `activate`, `execute`, `wait`, `deactivate`. A list of one is the verb's only list.
+    - `objects`: name → device type, or `gpac.each(type)` for several devices that each call gives (χ).
+    - `instantiation_parameters`: name of an SVV that each call gives, or member of an object → ports that read or write it. A port
+      of type `T[n]` takes one SVV of each of n devices.
+    - `cells`: name → ports that share a value private to each instance.
+    - `input_parameters` (ψ): name, or `"object.parameter"` → a port or several, or `gpac.input(port, default=, tunable=)`. Numbers
+      are in the SI unit of the port; text has a unit, `"90 deg"`. The value is stored once, at the start; a tunable one also later.
+    - `output_values` (ω): name → port whose value the end report has.
+    - `conditions` (ν): name → `on("label.condition", returns=[...], raises=Error, during="list", priority=0)`, a block's condition
+      alone, or `on()` under the name of a condition of the system, such as `"fault"` and `"halted"`. Without a transition a condition
+      ends the verb.
+    - `transitions` (τ): `(command list, condition)` → command list that follows, in the firing that met the condition.
+    - `modes`: port → `"synchronous"`, `"asynchronous"` or `gpac.ratio(n)`; relaxes the mode that the block declares.
+    - `requires`: member or SVV of type bool that must be true at each start → `gpac.required(Error, when=, remedy=)`.
+    - `initial`: the first command list; needed where there are several.
+    - `ending`: the command list that runs at every end but an emergency stop, a lost processor and a second halt, for
+      `ending_limit` at most (10 s).
+    - `suspend`: `"hold"` (the last commands stay), `"safe"` (the channels that it writes go to their safe values meanwhile) or
+      `gpac.holding(...)` (it comes to rest first).
+    - `if_cut_off`: what a running instance does when its programming system is cut off: `"continue"`, `"halt"`, or `"safe"` (the
+      outputs of its devices go to their safe values at once, it ends with `aborted`). The default is `"halt"`, and `"continue"` for
+      a verb that keeps a logical device going.
+    - `doc`: what it is for, in a sentence. `manual`: it may be started on devices in manual mode too.
+
+    Raises `DefinitionError`, `UnknownName`, `TypeMismatch`, `UnitMismatch` and their kind, all at once as `InstallationErrors` where
+    there are several: names and forms at definition, rates and placement at creation, claims and enabling at start.
+
+    >>> import opengpac as gpac
+    >>> from opengpac import activate, library as lib, on
+    >>> gpac.Verb("wait", blocks={"clock": lib.time_limit}, input_parameters={"seconds": "clock.limit"},
+    ...           command_lists={"start": [activate("clock", every="20 ms")]},
+    ...           conditions={"over": on("clock.expired", returns=[])})
+    simple verb wait(seconds=None)
+      start        over                 ends, returns nothing
     """
 
     _settable = frozenset({"layout"})
@@ -211,15 +239,25 @@ class Verb(Pictured, Declared, Generic[P, R]):
 
     def own_system(self) -> System | None:
         """The system whose code modules its blocks, or those of the verbs that keep its devices going, come from, if they do."""
-        systems = self.own_systems()
+        return self._own_system()
+
+    def _own_system(self) -> System | None:
+        systems = self._own_systems()
         if len(systems) > 1:
             refuse(DefinitionError, f"verb '{self.name}' has blocks of two systems", "download the module in one system")
         return next(iter(systems), None)
 
     def own_systems(self) -> set[System]:
         """The systems whose code modules it needs: one, or none, of a verb that is in order."""
-        kept = (obj.device_type.definition_verb() for obj in self.objects.values())
-        return systems_of(self.blocks.values()).union(*(verb.own_systems() for verb in kept if verb is not None))
+        return self._own_systems()
+
+    def _own_systems(self) -> set[System]:
+        found = systems_of(self.blocks.values())
+        for obj in self.objects.values():
+            verb = obj.device_type.definition_verb()
+            if verb is not None:
+                found |= verb._own_systems()
+        return found
 
     @CallSignature
     def __signature__(self) -> Signature:

@@ -25,16 +25,18 @@ R = TypeVar("R")
 def wait(instance: VerbInstance[Any], timeout_ns: int | None) -> str:
     """The end report's text. Raises `TimeoutError` after `timeout_ns` of the system's clock."""
     native = instance._alive()
-    deadline = None if timeout_ns is None else native.now() + timeout_ns
+    with refusals:
+        deadline = None if timeout_ns is None else native.now() + timeout_ns
     slice_ns, line = progress.SLICE_NS, None
     try:
         while True:
-            left = None if deadline is None else max(0, deadline - native.now())
             with refusals:
-                text = native.wait(instance.identity, left, slice_ns)
+                left = None if deadline is None else max(0, deadline - native.now())
+                text = _wait(native, instance.identity, left, slice_ns)
+                is_late = text is None and deadline is not None and native.now() >= deadline
             if text is not None:
                 return text
-            if deadline is not None and native.now() >= deadline:
+            if is_late:
                 _too_late(instance, timeout_ns)
             if line is None and slice_ns:
                 # Asked only now: most verbs are over before anybody could read a line.
@@ -45,6 +47,19 @@ def wait(instance: VerbInstance[Any], timeout_ns: int | None) -> str:
     finally:
         if line is not None:
             line.clear()
+
+
+def _wait(native: Any, identity: int, timeout_ns: int | None, slice_ns: int) -> str | None:
+    """The end report's text; None where it has not ended within `timeout_ns`, or within `slice_ns` of real time, where that is not 0."""
+    arguments = f'{{"instance": {identity}}}' if timeout_ns is None else f'{{"instance": {identity}, "timeout_ns": {timeout_ns}}}'
+    text = native.begin("wait", arguments, slice_ns) if slice_ns else native.call("wait", arguments)
+    return None if text == "null" else text
+
+
+def reported(native: Any, identity: int) -> str | None:
+    """The text of the report of the latest start; None before its end."""
+    text = native.call("report", f'{{"instance": {identity}}}')
+    return None if text == "null" else text
 
 
 def _started(instance: VerbInstance[Any]) -> None:
@@ -72,7 +87,9 @@ async def wait_async(instance: VerbInstance[R]) -> R:
         if instance._once:
             instance.delete()
         raise
-    return instance._finish(instance.system._native.report(instance.identity))
+    with refusals:
+        report = reported(instance.system._native, instance.identity)
+    return instance._finish(report)
 
 
 class _Watch:
@@ -82,7 +99,8 @@ class _Watch:
 
     def __init__(self, system: System, loop: asyncio.AbstractEventLoop) -> None:
         self._system, self._loop = system, loop
-        self._fd = system._native.ended_fd()
+        with refusals:
+            self._fd = system._native.ended_fd()
         self._waiting: dict[asyncio.Future[None], VerbInstance[Any]] = {}
 
     @classmethod
@@ -123,7 +141,7 @@ class _Watch:
                 if not future.done() and instance.done:
                     future.set_result(None)
             except Error as error:
-                # Whoever waits learns that a system elsewhere does not answer any more; the event loop would only say so.
+                # A waiting task learns that a remote system no longer answers; the event loop would only say so.
                 future.set_exception(error)
 
 

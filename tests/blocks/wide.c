@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <opengpac.h>
 
-FUNCTION_BLOCK(most, "The greatest numbers there are, written and reported.",
+FUNCTION_BLOCK(most, "The maximum numbers there are, written and reported.",
     out         (uint64_t, y,    "2^64 - 1, less what is given"),
     param       (uint64_t, less, 0, "what is taken off"),
     condition_of(uint64_t, full, "y, once"))

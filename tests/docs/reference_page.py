@@ -53,7 +53,8 @@ GROUPS: dict[str, tuple[str, str]] = {
     ),
     "Arms and grippers": (
         "opengpac.robots",
-        "load Arm Joint joint_servo move Moved MotionTimeout FollowingError Payload Kinematics Axis gripper Finger finger_servo",
+        "load Arm Joint joint_servo joint_follower move Moved MotionTimeout FollowingError Payload Kinematics Axis gripper Finger "
+        "finger_servo",
     ),
     "Signals of a cell": (
         "opengpac.cell",
@@ -64,7 +65,11 @@ GROUPS: dict[str, tuple[str, str]] = {
         "opengpac.library",
         "list search show get block blocks add problems refresh padded Component Found Manual Problem",
     ),
-    "Drivers": ("opengpac.drivers", "mujoco loopback scripted plant_process Driver"),
+    "Drivers": (
+        "opengpac.drivers",
+        "mujoco loopback scripted plant_process python ethercat ur modbus modbus_server text feetech dynamixel load list show scan "
+        "Driver Drivers Manual Manuals Found",
+    ),
 }
 """Title → the module, and its names in the order of the page."""
 

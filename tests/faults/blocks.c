@@ -2,6 +2,7 @@
 // Blocks that fail on command, each in its own way, in the invocation whose number is `at`.
 #include <opengpac.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
@@ -61,6 +62,52 @@ FUNCTION_BLOCK(aborts, "Calls abort().", param(int64_t, at, 10, "invocation that
     if (self->k >= self->at) {
         leave_the_instant();
         abort();
+    }
+    self->k++;
+    return OK;
+}
+
+FUNCTION_BLOCK(ends_its_process, "Ends its process with SIGABRT, whatever guards it.", param(int64_t, at, 10, "invocation that fails"), out(int64_t, k, "invocations"))
+{
+    if (self->k >= self->at) {
+        leave_the_instant();
+        signal(SIGABRT, SIG_DFL);
+        abort();
+    }
+    self->k++;
+    return OK;
+}
+
+FUNCTION_BLOCK(allocates, "Allocates and frees without end.", param(int64_t, at, 10, "invocation that fails"), out(int64_t, k, "invocations"))
+{
+    if (self->k >= self->at) leave_the_instant();
+    while (self->k >= self->at) {
+        char *volatile memory = malloc((size_t)(self->k % 1000) + 1);
+        free(memory);
+    }
+    self->k++;
+    return OK;
+}
+
+FUNCTION_BLOCK(prints, "Prints without end.", param(int64_t, at, 10, "invocation that fails"), out(int64_t, k, "invocations"))
+{
+    static FILE *file;
+    if (self->k >= self->at) leave_the_instant();
+    while (self->k >= self->at) {
+        if (!file) file = fopen("/dev/null", "w");
+        fprintf(file, "%lld %g\n", (long long)self->k, (double)self->k);
+    }
+    self->k++;
+    return OK;
+}
+
+FUNCTION_BLOCK(waits, "Reads from a pipe into which nobody writes.", param(int64_t, at, 10, "invocation that fails"), out(int64_t, k, "invocations"))
+{
+    int ends[2];
+    char byte;
+    if (self->k >= self->at) {
+        leave_the_instant();
+        if (pipe(ends) == 0 && read(ends[0], &byte, 1) == 1) self->k += byte;
     }
     self->k++;
     return OK;

@@ -47,22 +47,29 @@ def in_a_block(block: str, doomed: Mapping[str, Any] = THREAD) -> Callable[[rand
     return accounted(broken)
 
 
-def abort_in_a_block(found: Round, _: Before, chosen: random.Random, blocks: str) -> None:
-    """A block ends the process of its processor: `processor_lost` for every verb that has a block there, nothing for anybody else."""
-    with gpac.System("campaign", progress=False) as cell:
-        plant = Plant()
-        made = application.run(cell, blocks, "aborts", at=chosen.randint(1, 60), doomed=PROCESS, plant=plant)
-        watch = plant.watched()
-        for instance in made.doomed.values():
-            found.expect_end(instance, "processor_lost")
-        failed_ns = instant_ns()
-        if failed_ns is None:
-            found.wrong.append("the block has not failed")
-        else:
-            found.time_from(failed_ns)
-        found.expect_safe(watch, failed_ns, by_guard=True)
-        found.expect_healthy(made)
-        made.healthy.halt()
+def of_its_process_by_a_block(block: str, *, by_guard: bool = True) -> Callable[[random.Random, str], Round]:
+    """A block ends the process of its processor: `processor_lost` for every verb that has a block there, nothing for anybody else.
+
+    `by_guard`: only the guard can make its outputs safe.
+    """
+
+    def broken(found: Round, _: Before, chosen: random.Random, blocks: str) -> None:
+        with gpac.System("campaign", progress=False) as cell:
+            plant = Plant()
+            made = application.run(cell, blocks, block, at=chosen.randint(1, 60), doomed=PROCESS, plant=plant)
+            watch = plant.watched()
+            for instance in made.doomed.values():
+                found.expect_end(instance, "processor_lost")
+            failed_ns = instant_ns()
+            if failed_ns is None:
+                found.wrong.append("the block has not failed")
+            else:
+                found.time_from(failed_ns)
+            found.expect_safe(watch, failed_ns, by_guard=by_guard)
+            found.expect_healthy(made)
+            made.healthy.halt()
+
+    return accounted(broken)
 
 
 def of_a_processor(found: Round, before: Before, chosen: random.Random, blocks: str) -> None:
@@ -154,7 +161,13 @@ KINDS = {
         Kind("runaway loop in a block", 50, 2, in_a_block("runs_away")),
         Kind("segfault in a block of a process", 50, 2, in_a_block("segfaults", PROCESS)),
         Kind("runaway loop in a block of a process", 50, 1, in_a_block("runs_away", PROCESS)),
-        Kind("abort in a block of a process", 100, 3, accounted(abort_in_a_block)),
+        Kind("abort in a block", 50, 1, in_a_block("aborts")),
+        Kind("abort in a block of a process", 50, 1, in_a_block("aborts", PROCESS)),
+        Kind("loop around malloc in a block", 100, 1, in_a_block("allocates")),
+        Kind("loop around printf in a block", 100, 1, in_a_block("prints")),
+        Kind("loop around printf in a block of a process", 50, 1, in_a_block("prints", PROCESS)),
+        Kind("wait that nothing ends in a block of a process", 50, 1, of_its_process_by_a_block("waits", by_guard=False)),
+        Kind("end of its process by a block", 100, 2, of_its_process_by_a_block("ends_its_process")),
         Kind("kill -9 of a processor", 200, 5, accounted(of_a_processor)),
         Kind("kill -9 of the guard", 50, 2, accounted(of_the_guard)),
         Kind("kill -9 of the supervisor, a daemon", 100, 2, accounted(of_the_supervisor)),

@@ -42,7 +42,13 @@ class Plant:
 
     def _rests(self) -> bool:
         state = self.state()
-        return state is None or _speed(state) == 0.0
+        return state is None or self.speed(state) == 0.0
+
+    @staticmethod
+    def speed(state: dict[str, Any]) -> float:
+        """Of its drive."""
+        _position, velocity = struct.unpack_from("dd", bytes(state["readings"]))
+        return velocity
 
     def state(self) -> dict[str, Any] | None:
         text = _native.plant_state(self.name)
@@ -77,15 +83,10 @@ class Watch:
     def _is_safe(self) -> bool:
         # The plant itself tells when it obeyed the guard. What its driver commanded is seen from here, a step or two later.
         state, seen_ns = self._plant.state(), time.monotonic_ns()
-        if state is not None and (state["is_safe"] or _speed(state) == 0.0):
+        if state is not None and (state["is_safe"] or self._plant.speed(state) == 0.0):
             self._by_guard = state["is_safe"]
             self._safe_ns = state["obeyed_ns"] if self._by_guard else seen_ns
         return self._safe_ns is not None
-
-
-def _speed(state: dict[str, Any]) -> float:
-    _position, velocity = struct.unpack_from("dd", bytes(state["readings"]))
-    return velocity
 
 
 def until(holds: Callable[[], bool], otherwise: str) -> None:

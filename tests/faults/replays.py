@@ -31,7 +31,7 @@ _AGAIN = """
 import json, sys
 import opengpac
 for path in sys.argv[1:]:
-    again = opengpac.replay(path)
+    again = opengpac.replay(path, trust=True)
     same = again.same and again.stopped == "end"
     print(json.dumps({"firings": again.firings, "same": same, "fingerprint": again.fingerprint, "text": str(again)}))
 """

@@ -13,6 +13,9 @@ from campaign import built, rounds_of
 from kinds import KINDS
 from leftovers import Before
 
+# What is left behind is looked for on the whole machine.
+pytestmark = pytest.mark.alone
+
 
 @pytest.fixture(scope="module")
 def blocks(tmp_path_factory: pytest.TempPathFactory) -> str:

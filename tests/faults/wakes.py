@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -21,6 +22,9 @@ ABSOLUTE = 1  # TIMER_ABSTIME
 PRIORITY = 20
 """Below every source of the cell, so that it takes nothing from them and yet outranks ordinary programs."""
 
+RTTIME_MAX_US = 1_000_000
+"""Processor time between two sleeps, after which the system ends it."""
+
 
 class _Time(ctypes.Structure):
     _fields_ = [("seconds", ctypes.c_long), ("nanoseconds", ctypes.c_long)]
@@ -30,6 +34,9 @@ def sleep_late(core: int, period_ns: int) -> None:
     """Sleeps from period to period, for ever, and writes how late it woke where that was more than half a period."""
     libc = ctypes.CDLL(None)
     os.sched_setaffinity(0, {core})
+    # Nothing runs at a real-time priority without a limit.
+    hard = resource.getrlimit(resource.RLIMIT_RTTIME)[1]
+    resource.setrlimit(resource.RLIMIT_RTTIME, (RTTIME_MAX_US if hard < 0 else min(RTTIME_MAX_US, hard), hard))
     with contextlib.suppress(PermissionError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
     due = time.monotonic_ns() + period_ns

@@ -53,7 +53,9 @@ def processor_time_s(pid: int) -> float:
 
 def shared_memory(word: str) -> list[str]:
     """The names in shared memory that contain the word."""
-    return sorted(str(path) for path in Path("/dev/shm").rglob("*") if word in str(path))
+    # Folders of other systems may go meanwhile, which `walk` passes over.
+    found = (os.path.join(folder, name) for folder, folders, files in os.walk("/dev/shm") for name in (*folders, *files))
+    return sorted(path for path in found if word in path)
 
 
 class Afar:

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -20,9 +22,17 @@ IN_VIRTUAL_TIME = ("virtual", "message")
 
 @pytest.fixture(scope="session")
 def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """The paths of the compiled C blocks, by file name."""
-    folder = tmp_path_factory.mktemp("blocks")
-    return {f.stem: _native.build([str(f)], str(folder / f"{f.stem}.so")) for f in sorted(BLOCKS.glob("*.c"))}
+    """The paths of the compiled C blocks, by file name; of several processes that test side by side the first one compiles them."""
+    side_by_side = "PYTEST_XDIST_WORKER" in os.environ
+    folder = tmp_path_factory.getbasetemp().parent / "blocks" if side_by_side else tmp_path_factory.mktemp("blocks")
+    folder.mkdir(exist_ok=True)
+    paths = {f.stem: str(folder / f"{f.stem}.so") for f in sorted(BLOCKS.glob("*.c"))}
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        for stem, path in paths.items():
+            if not Path(path).exists():
+                _native.build([str(BLOCKS / f"{stem}.c")], path)
+    return paths
 
 
 @pytest.fixture(params=IN_VIRTUAL_TIME)

@@ -80,6 +80,27 @@ def test_after_a_signal_the_devices_of_the_source_are_safe(memory_rig: Rig, bloc
     assert caught.value.condition == "fault"
 
 
+def test_what_was_stored_before_a_fault_has_its_own_number(memory_rig: Rig) -> None:
+    rig = memory_rig
+    doomed = rig.rtp.timer("doomed", period="1 ms", priority=50)
+    y, bad = rig.cell.svv("y", history=10), rig.svvs("bad")[0]
+    with pytest.raises(gpac.Terminated):
+        failing(
+            rig,
+            "endless",
+            blocks={"count": rig.block("count.count"), "bad": rig.block("faults.endless")},
+            instantiation_parameters={"y": "count.y", "bad": "bad.y"},
+            output_values={},
+            command_lists={"start": [activate("count", every="1 ms"), activate("bad", every="1 ms", budget="20 ms")]},
+        ).on(doomed)(y, bad, time_limit="10 s")
+    for _ in ("stopped", "reset"):
+        snapshot = rig.cell.read(y, bad)
+        assert [*snapshot.numbers] == [snapshot[0], 2], "each value has the number of its own invocation"
+        history = y.history[:]
+        assert (history["value"] == history["number"]).all() and history["number"][-1] == snapshot.numbers[0]
+        rig.cell.reset()
+
+
 def test_a_low_pass_recovers_at_the_next_good_sample(rig: Rig) -> None:
     y = rig.cell.svv("y", history=50)
     verb = gpac.Verb(

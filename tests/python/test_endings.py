@@ -142,7 +142,7 @@ def test_a_motion_is_suspended_and_resumed_without_a_jump() -> None:
         assert vi.wait().condition == "arrived"
         steps = np.abs(np.diff(np.array(seen), axis=0))
         speeds = np.array([joint.max_speed for joint in arm])
-        assert (steps[:, :6] <= speeds * 0.020 + 1e-9).all(), "no set-point is farther than the greatest speed goes in a set-point period"
+        assert (steps[:, :6] <= speeds * 0.020 + 1e-9).all(), "no set-point is farther than the maximum speed goes in a set-point period"
         assert steps[:, 6:].max() < 3e-3, "the joints themselves move smoothly"
 
 

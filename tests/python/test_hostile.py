@@ -230,7 +230,13 @@ def test_one_hostile_argument(built: dict[str, str], what: str, tmp_path: Path, 
     assert not wrong, "\n" + "\n".join(wrong)
 
 
-@settings(max_examples=200, derandomize=True, deadline=None, database=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@settings(
+    max_examples=200,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
 @given(drawn=st.data())
 def test_several_hostile_arguments(built: dict[str, str], tmp_path: Path, drawn: st.DataObject) -> None:
     what = drawn.draw(st.sampled_from([*CALLS]))

@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import io
+import json
+import sys
 from pathlib import Path
 
 import pytest
 
 import opengpac as gpac
 from afar import until
-from opengpac import activate
+from opengpac import _native, activate
 from opengpac import library as lib
 from opengpac.cli import main
 
@@ -64,43 +67,67 @@ def record(tmp_path: Path) -> Path:
 
 
 def test_every_value_is_as_it_was_recorded(record: Path) -> None:
-    again = gpac.replay(record, show=["cou*"])
+    again = gpac.replay(record, show=["cou*"], trust=True)
     assert (again.stopped, again.same, again.difference) == ("end", True, None)
     assert again.firings >= 120
     assert again.svvs == {"count": ("100.0",)}
 
 
 def test_it_stops_where_a_condition_holds(record: Path) -> None:
-    again = gpac.replay(record, until="count > 20 and count != 22", show=["count"])
+    again = gpac.replay(record, until="count > 20 and count != 22", show=["count"], trust=True)
     assert (again.stopped, again.svvs, again.time) == ("condition", {"count": ("21.0",)}, pytest.approx(0.021))
-    assert gpac.replay(record, to="10 ms", show=["count"]).svvs == {"count": ("10.0",)}
+    assert gpac.replay(record, to="10 ms", show=["count"], trust=True).svvs == {"count": ("10.0",)}
 
 
 def test_the_first_difference_of_other_code_is_named(record: Path, tmp_path: Path) -> None:
     folder = tmp_path / "changed"
     folder.mkdir()
     (folder / "counting.c").write_text(_BLOCK.format(jump=" + (self->n == 41.0 ? 0.5 : 0.0)"))
-    difference = gpac.replay(record, modules=[folder / "counting.c"]).difference
+    difference = gpac.replay(record, modules=[folder / "counting.c"], trust=True).difference
     assert difference is not None
     assert (difference.block, difference.port, difference.source, difference.firing) == ("counts#1.counter", "y", "rtp0.fast", 42)
     assert (difference.recorded, difference.replayed) == (("42.0",), ("42.5",))
 
 
 def test_the_command_says_what_was_found(record: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["replay", str(record), "--until", "count >= 7", "--show", "count"]) == 0
+    assert main(["replay", str(record), "--trust", "--until", "count >= 7", "--show", "count"]) == 0
     assert "the condition holds after firing 7 of source 'rtp0.fast'" in capsys.readouterr().out
+
+
+def test_native_code_out_of_a_file_runs_only_where_it_is_trusted(
+    record: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The record's module is opened nowhere before: what a file brings is listed by its bytes."""
+    [brought] = json.loads(_native.replay_modules(str(record)))
+    assert brought["name"] == "counting" and brought["len"] > 1000 and len(brought["sha256"]) == 64
+    for trust in (False, (), ["0" * 64]):
+        with pytest.raises(gpac.CallError, match="brings native code, which a replay runs with all your rights") as refused:
+            gpac.replay(record, trust=trust)
+        assert brought["sha256"] in str(refused.value) and "'counting'" in str(refused.value) and "--trust" in str(refused.value)
+    assert gpac.replay(record, trust=[brought["sha256"]]).same
+    assert main(["replay", str(record)]) == 1
+    assert brought["sha256"] in capfd.readouterr().err
+    for answer, status in (("y\n", 0), ("n\n", 1), ("", 1)):
+        stdin = io.StringIO(answer)
+        monkeypatch.setattr(stdin, "isatty", lambda: True)
+        monkeypatch.setattr(sys, "stdin", stdin)
+        monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+        assert main(["replay", str(record)]) == status
+        asked = capfd.readouterr()
+        assert "Run it? [y/N]" in asked.err and brought["sha256"] in asked.err
+        assert ("every value as it was recorded" in asked.out) == (status == 0)
 
 
 def test_what_cannot_be_replayed_says_so(record: Path, tmp_path: Path) -> None:
     with pytest.raises(gpac.CallError, match="no record"):
         gpac.replay(tmp_path / "none.mcap")
     with pytest.raises(gpac.CallError, match="it compares nothing"):
-        gpac.replay(record, until="count")
+        gpac.replay(record, until="count", trust=True)
     with pytest.raises(gpac.CallError, match="the record has no SVV 'counts'; it has count"):
-        gpac.replay(record, until="counts > 3")
+        gpac.replay(record, until="counts > 3", trust=True)
     (tmp_path / "other.c").write_text(_BLOCK.format(jump=""))
     with pytest.raises(gpac.CallError, match=r"no code module 'other'.*; it has counting"):
-        gpac.replay(record, modules=[tmp_path / "other.c"])
+        gpac.replay(record, modules=[tmp_path / "other.c"], trust=True)
     (tmp_path / "text.mcap").write_text("hello")
     with pytest.raises(gpac.CallError, match="no MCAP file"):
         gpac.replay(tmp_path / "text.mcap")
@@ -126,7 +153,7 @@ def test_mcap_itself_reads_it(record: Path) -> None:
     assert {chunk.compression for chunk in summary.chunk_indexes} == {"lz4"}
     numbers = [number for topic, number in messages if topic == "/replay"]
     assert numbers == list(range(len(numbers)))
-    assert len(numbers) >= gpac.replay(record).firings
+    assert len(numbers) >= gpac.replay(record, trust=True).firings
 
 
 def test_one_file_has_the_values_too(record: Path) -> None:
@@ -150,7 +177,7 @@ def test_a_recording_may_end_before_its_system(tmp_path: Path) -> None:
         cell.advance("50 ms")
         recording.stop()
         cell.advance("50 ms")
-    again = gpac.replay(tmp_path / "run.mcap")
+    again = gpac.replay(tmp_path / "run.mcap", trust=True)
     assert (again.stopped, again.same) == ("end", True)
     assert 50 <= again.firings <= 52
 
@@ -167,7 +194,7 @@ def test_what_the_disk_was_too_slow_for_ends_the_replay_with_words(record: Path,
             if not 60 <= message.sequence < 63:
                 out.add_message(channel, message.log_time, message.data, message.publish_time, message.sequence)
         out.finish()
-    again = gpac.replay(holed)
+    again = gpac.replay(holed, trust=True)
     assert again.stopped == "unplayable" and 30 <= again.firings < 60
     assert "3 of its items are not in the file" in again.message
 
@@ -181,11 +208,11 @@ def test_a_record_that_is_cut_off_is_replayed_as_far_as_it_goes(record: Path, tm
     assert summary is not None
     last = summary.chunk_indexes[-1]
     cut.write_bytes(whole[: last.chunk_start_offset + last.chunk_length + 10])
-    again = gpac.replay(cut)
+    again = gpac.replay(cut, trust=True)
     assert again.same and again.stopped == "end" and "ends in the middle" in again.message
-    cut.write_bytes(whole[: len(whole) // 8])
+    cut.write_bytes(whole[: summary.chunk_indexes[0].chunk_start_offset + 10])
     with pytest.raises(gpac.CallError, match="ends before there is anything to replay"):
-        gpac.replay(cut)
+        gpac.replay(cut, trust=True)
 
 
 def test_what_runs_in_another_process_cannot_be_replayed_and_the_log_says_so(tmp_path: Path) -> None:
@@ -195,7 +222,7 @@ def test_what_runs_in_another_process_cannot_be_replayed_and_the_log_says_so(tmp
         cell.processor("rtp0").timer("fast", period="2 ms", priority=80)
         cell.processor("rtp1", process=True).timer("far", period="2 ms", priority=80)
         until(lambda: any("'rtp1.far' runs in another process" in entry["text"] for entry in cell.log()), "the log says it")
-    again = gpac.replay(path)
+    again = gpac.replay(path, trust=True)
     assert again.stopped == "unplayable" and "runs in another process" in again.message
 
 
@@ -219,5 +246,5 @@ def test_a_device_that_was_lost_and_opened_again_is_so_in_the_replay(tmp_path: P
                 reading(drives["x"].effort, drives["x"].position, q)
             assert 0.27 < q.value < 0.29
             drives.reopen()
-    again = gpac.replay(path, show=["q"])
+    again = gpac.replay(path, show=["q"], trust=True)
     assert (again.stopped, again.same, again.difference) == ("end", True, None)

@@ -19,7 +19,7 @@ pub fn refused(refusals: Refusals) -> PyErr {
 
 /// A value of the model from JSON; what is not of its form is refused as a definition error.
 pub fn from_json<T: DeserializeOwned>(json: &str) -> PyResult<T> {
-    session::from_json(json).map_err(refused)
+    api::from_json(json).map_err(refused)
 }
 
 /// JSON of a value.

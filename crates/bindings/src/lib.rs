@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Bindings: the supervisor's `System` for Python. Conversions only; `python/opengpac/_native.pyi` says what each call means.
+mod conformance;
 mod convert;
+mod drivers_in_files;
+mod drivers_of;
 mod processes;
+mod python_driver;
 mod recordings;
 mod replaying;
 mod serve;
@@ -25,12 +29,17 @@ fn version() -> &'static str {
 
 #[pyfunction]
 fn library_json() -> String {
-    supervisor::library_json().to_string()
+    serde_json::to_string(&supervisor::library()).expect("these have no map with keys that are no texts")
 }
 
 #[pyfunction]
 fn header_text() -> &'static str {
     opengpac::HEADER
+}
+
+#[pyfunction]
+fn driver_header_text() -> &'static str {
+    opengpac::DRIVER_HEADER
 }
 
 #[pyfunction]
@@ -57,12 +66,17 @@ fn trial(py: Python<'_>, module: &str, block: &str, values_json: &str, inputs_js
 fn type_json(type_text: &str, types_json: &str) -> PyResult<String> {
     let types: IndexMap<String, String> = from_json(types_json)?;
     let of = model::types::Type::parse(type_text, &types).map_err(|refusal| refused(vec![refusal]))?;
-    to_json(&supervisor::type_tree(&of))
+    to_json(&of.tree())
 }
 
 #[pyfunction]
 fn number_in(text: &str, unit: &str) -> PyResult<f64> {
     model::quantity::number_in(text, unit).map_err(|refusal| refused(vec![refusal]))
+}
+
+#[pyfunction]
+fn duration_ns(text: &str, what: &str) -> PyResult<i64> {
+    model::quantity::duration_ns(text, what).map_err(|refusal| refused(vec![refusal]))
 }
 
 #[pyfunction]
@@ -88,7 +102,8 @@ fn run_processor(py: Python<'_>) -> Option<String> {
 
 #[pymodule]
 fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
-    drivers::mujoco::tried_with(convert::interpreter(m.py())?);
+    device::lend_interpreter(convert::interpreter(m.py())?);
+    device::register(&python_driver::DRIVER).expect("nobody else has its name");
     m.add("Refused", m.py().get_type::<Refused>())?;
     m.add_class::<system::System>()?;
     m.add_class::<recordings::Recording>()?;
@@ -101,15 +116,27 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(trial, m)?)?;
     m.add_function(wrap_pyfunction!(type_json, m)?)?;
     m.add_function(wrap_pyfunction!(number_in, m)?)?;
+    m.add_function(wrap_pyfunction!(duration_ns, m)?)?;
     m.add_function(wrap_pyfunction!(long_form, m)?)?;
     m.add_function(wrap_pyfunction!(nearest, m)?)?;
     m.add_function(wrap_pyfunction!(run_processor, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_guard, m)?)?;
     m.add_function(wrap_pyfunction!(processes::join_system, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_plant, m)?)?;
+    m.add_function(wrap_pyfunction!(processes::run_ethercat_segment, m)?)?;
     m.add_function(wrap_pyfunction!(processes::plant_state, m)?)?;
-    m.add_function(wrap_pyfunction!(processes::try_model, m)?)?;
+    m.add_function(wrap_pyfunction!(processes::try_driver, m)?)?;
+    m.add_function(wrap_pyfunction!(drivers_of::drivers_json, m)?)?;
+    m.add_function(wrap_pyfunction!(drivers_of::scan, m)?)?;
+    m.add_function(wrap_pyfunction!(driver_header_text, m)?)?;
+    m.add_function(wrap_pyfunction!(conformance::check_conformance, m)?)?;
+    m.add_function(wrap_pyfunction!(conformance::counting_text, m)?)?;
+    m.add_function(wrap_pyfunction!(conformance::run_driver_check, m)?)?;
+    m.add_function(wrap_pyfunction!(drivers_in_files::load_drivers, m)?)?;
+    m.add_function(wrap_pyfunction!(drivers_in_files::check_driver, m)?)?;
+    m.add_function(wrap_pyfunction!(drivers_in_files::run_driver_trial, m)?)?;
     m.add_function(wrap_pyfunction!(replaying::replay, m)?)?;
+    m.add_function(wrap_pyfunction!(replaying::replay_modules, m)?)?;
     m.add_function(wrap_pyfunction!(serve::serve, m)?)?;
     m.add_function(wrap_pyfunction!(serve::socket_path, m)?)?;
     m.add_function(wrap_pyfunction!(serve::token_new, m)?)?;

@@ -23,7 +23,7 @@ impl Recording {
     fn series_json(&self) -> PyResult<String> {
         let about = self.inner.series.iter().map(|(name, series)| {
             let of = &series.value_type;
-            let described = json!({"kind": series.kind, "type": supervisor::type_tree(of), "type_text": of.normalised(), "unit": series.unit, "count": series.numbers.len()});
+            let described = json!({"kind": series.kind, "type": of.tree(), "type_text": of.normalised(), "unit": series.unit, "count": series.numbers.len()});
             (name.as_str(), described)
         });
         to_json(&about.collect::<IndexMap<_, _>>())

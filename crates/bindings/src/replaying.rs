@@ -20,3 +20,10 @@ pub fn replay(py: Python<'_>, path: PathBuf, asked_json: &str) -> PyResult<Strin
         py.check_signals()?;
     }
 }
+
+/// The code modules that a record brings, as JSON (`replay::Brought`). Nothing of them runs.
+#[pyfunction]
+pub fn replay_modules(path: PathBuf) -> PyResult<String> {
+    let refused = |why: String| crate::convert::refused(vec![Refusal::new(Class::CallError, why)]);
+    to_json(&::replay::modules_in(&path).map_err(refused)?)
+}

@@ -153,16 +153,27 @@ fn entry(ident: &Ident, items: &[Item], size: Option<&Item>) -> TokenStream {
             // `abi::Run` says so.
             unsafe {
                 let number = (*m).header.number;
-                (*m).header.number = number.wrapping_add(1);
+                // Volatile: who ends it from a signal handler looks at it.
+                let next = &raw mut (*m).header.number;
+                next.write_volatile(number.wrapping_add(1) | ::opengpac::abi::RUNNING);
                 let invocation = ::opengpac::Invocation { number, time_ns: (*given).time_ns, now_ns: (*given).now_ns };
                 #count
                 let mut local = #ident { #(#load),* };
                 match ::opengpac::generated::contain(|| <#ident as ::opengpac::Step>::step(&mut local, &invocation)) {
                     ::core::option::Option::Some(::opengpac::Outcome::Done) => {}
-                    ::core::option::Option::Some(::opengpac::Outcome::Fault(code)) => return outcome::FAULT | (code as u64) << outcome::SHIFT,
-                    ::core::option::Option::None => return outcome::PANIC,
+                    ::core::option::Option::Some(::opengpac::Outcome::Fault(code)) => {
+                        next.write_volatile(number.wrapping_add(1));
+                        return outcome::FAULT | (code as u64) << outcome::SHIFT;
+                    }
+                    ::core::option::Option::None => {
+                        next.write_volatile(number.wrapping_add(1));
+                        return outcome::PANIC;
+                    }
                 }
                 let top: u64 = 0 #(#top)*;
+                next.write_volatile(number.wrapping_add(1));
+                // From here on it is not ended: nothing below comes before the mark is gone.
+                ::core::sync::atomic::compiler_fence(::core::sync::atomic::Ordering::SeqCst);
                 if (top as i64) < 0 {
                     #(#which)*
                 }

@@ -69,7 +69,7 @@ typedef _Bool bool;
 
 // ---- The bytes that a code module and the real-time system share: abi.rs ----
 
-#define OPENGPAC_ABI 1
+#define OPENGPAC_ABI 2
 
 typedef struct {
     uint64_t number;  // invocations since the start of the verb, from 0
@@ -80,6 +80,7 @@ typedef struct {
 typedef struct {
     uint64_t number, activated;
 } opengpac_header;
+#define OG_RUNNING ((uint64_t)1 << 63) // in `number`: the invocation has stored nothing, and may be ended
 
 typedef struct {
     uint8_t kind, mode;
@@ -410,7 +411,7 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
         "'" text "': the list in parentheses has not as many values as the type has elements");
 #define OG_CHECK_SIZE(C, i, K, most, flags, least, T, name, value, doc, unit, text) \
     OG_CHECK_NAME(C, i, K, most, flags, least, T, name, value, doc, unit, text) \
-    OG_ASSERT((least) >= 1 && (least) <= (most) && (most) <= 65536, "'" text "': the least size must be 1 or more, the most at least that and at most 65536"); \
+    OG_ASSERT((least) >= 1 && (least) <= (most) && (most) <= 65536, "'" text "': the minimum size must be 1 or more, the maximum at least that and at most 65536"); \
     OG_ASSERT(opengpac_sizes_##C == 1, "'" text "': a block has one size");
 
 // The name of the size: a constant for the struct, and a variable for the body.
@@ -542,8 +543,8 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
 }
 #define OG_TRY(...) \
     try { __VA_ARGS__ } \
-    catch (const std::exception &thrown) { return opengpac_threw(thrown.what()); } \
-    catch (...) { return opengpac_threw("it is no std::exception"); }
+    catch (const std::exception &thrown) { outcome.word = opengpac_threw(thrown.what()); } \
+    catch (...) { outcome.word = opengpac_threw("it is no std::exception"); }
 #else
 #define OG_TRY(...) __VA_ARGS__
 #endif
@@ -580,13 +581,16 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
         invocation.number = m->header.number; \
         invocation.time_ns = given->time_ns; \
         invocation.now_ns = given->now_ns; \
-        m->header.number = invocation.number + 1; \
+        *(volatile uint64_t *)&m->header.number = (invocation.number + 1) | OG_RUNNING; \
         OG_MAP(OG_FIND_SIZE, NAME, __VA_ARGS__) \
         local.opengpac_reports = 0; \
         OG_MAP(OG_LOAD, NAME, __VA_ARGS__) \
         OG_TRY(outcome = opengpac_body_##NAME(&local, &invocation OG_MAP(OG_ACTUAL, NAME, __VA_ARGS__));) \
+        if (outcome.word == OG_DONE) { OG_MAP(OG_TOP, NAME, __VA_ARGS__) } \
+        /* From here on it is not ended: nothing below comes before the mark is gone. */ \
+        *(volatile uint64_t *)&m->header.number = invocation.number + 1; \
+        __asm__ volatile("" ::: "memory"); \
         if (__builtin_expect(outcome.word != OG_DONE, 0)) return outcome.word; \
-        OG_MAP(OG_TOP, NAME, __VA_ARGS__) \
         if (__builtin_expect((int64_t)top < 0, 0)) { OG_MAP(OG_WHICH, NAME, __VA_ARGS__) } \
         OG_MAP(OG_STORE, NAME, __VA_ARGS__) \
         if (__builtin_expect(local.opengpac_reports != 0, 0)) { OG_MAP(OG_REPORTS, NAME, __VA_ARGS__) } \

@@ -18,12 +18,15 @@
 //! latched, outputs appear together after the body has returned, and an invocation that faults leaves everything as it was.
 //! Whatever happens, `run` adds one to `Header::number`.
 //!
+//! An invocation stores all or nothing, also where a signal ends it: until right before its first store `run` has [`RUNNING`] set in
+//! `Header::number`. Only so long may it be ended; from there on whoever wants to end it waits until it has returned.
+//!
 //! This file and `include/opengpac.h` describe the same bytes; a test compares every offset.
 
 use core::ffi::{c_char, c_void};
 
 /// Version of this ABI. A module of another version is refused by name.
-pub const ABI: u32 = 1;
+pub const ABI: u32 = 2;
 
 /// The most items one block may declare. A condition reports as bit `8 + its item index` of what `run` returns.
 pub const ITEMS_MAX: usize = 32;
@@ -44,11 +47,14 @@ pub struct Invocation {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Header {
-    /// Number of the next invocation.
+    /// Number of the next invocation; with [`RUNNING`] while one runs and has stored nothing.
     pub number: u64,
     /// `number` when the instance was last activated: a ratio output n is stored on invocations n, 2n, … from there.
     pub activated: u64,
 }
+
+/// In `Header::number`: an invocation runs and has stored nothing, so that it may be ended.
+pub const RUNNING: u64 = 1 << 63;
 
 /// Low 8 bits of what `run` returns.
 pub mod outcome {
@@ -65,12 +71,24 @@ pub mod outcome {
     pub const THREW: u64 = 4;
     /// The most bytes of what an exception says.
     pub const WHAT_MAX: usize = 200;
-    /// A signal ended the body: no entry gives it, its guard does. Bits 8 and up: the signal; 0 for time that ran out.
+    /// The body changed the floating-point control words of its thread: no entry gives it, who looks after the words does.
+    pub const FLOATS: u64 = 0xfe;
+    /// A signal ended the body: no entry gives it, its guard does. Bits 8 and up: the signal, 0 for time that ran out; with [`LOST`].
     pub const SIGNAL: u64 = 0xff;
+    /// In the detail of `SIGNAL`: it was ended in code of a library that may hold a lock, which nobody gives back.
+    pub const LOST: u64 = 0x100;
     /// The bits that hold the outcome.
     pub const MASK: u64 = 0xff;
     /// Where the reported conditions (or, for a fault, its detail) start.
     pub const SHIFT: u32 = 8;
+}
+
+/// What the loader says of a block in `Descriptor::reserved`, for the kernel; a module says 0.
+pub mod mark {
+    /// It came with a code module.
+    pub const LOADED: u32 = 1;
+    /// Its module can change floating-point control words.
+    pub const FLOATS: u32 = 2;
 }
 
 /// What an item of an interface is: one of the paper's five components, or state.
@@ -172,6 +190,7 @@ pub struct Descriptor {
     /// Source file and line of the declaration.
     pub file: *const c_char,
     pub line: u32,
+    /// 0 in a module; in the loader's copy bits of [`mark`].
     pub reserved: u32,
 }
 

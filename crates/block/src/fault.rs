@@ -12,10 +12,14 @@ pub enum Fault {
     NonFinite { item: String },
     /// A C++ exception left the body; what it says.
     Threw { what: String },
+    /// The body changed the floating-point control words.
+    Floats,
     /// A signal ended the body.
     Signal(i32),
     /// The body did not come to its end in its time.
     Budget,
+    /// One of these (0: the time) in code of a library that may hold a lock: this process is not to be trusted any more.
+    Lost(i32),
 }
 
 impl core::fmt::Display for Fault {
@@ -25,18 +29,35 @@ impl core::fmt::Display for Fault {
             Fault::Panicked => write!(f, "the block panicked"),
             Fault::NonFinite { item } => write!(f, "output '{item}' is not finite"),
             Fault::Threw { what } => write!(f, "the block threw an exception: {what}"),
+            Fault::Floats => write!(f, "the block {FLOATS_CHANGED}"),
             Fault::Signal(signal) => write!(f, "the block: {}", signal_text(*signal)),
             Fault::Budget => write!(f, "the block used up its time budget"),
+            Fault::Lost(signal) => write!(f, "the block {}", lost_text(*signal)),
         }
     }
 }
 
 impl std::error::Error for Fault {}
 
+/// A fault in code of a library, in words; `signal` 0: its time was spent.
+pub fn lost_text(signal: i32) -> String {
+    let what = match signal {
+        0 => "did not come back, in its time, from a library function that may hold a lock".to_owned(),
+        signal => format!("has failed in a library function that may hold a lock: {}", signal_text(signal)),
+    };
+    format!("{what}; what else uses that library may hang, so start this program again")
+}
+
+/// What a block did that has changed the floating-point control words.
+pub const FLOATS_CHANGED: &str =
+    "changed the floating-point state of its thread (rounding, flush-to-zero, traps or precision); restore it before the body returns";
+
 /// A signal in words.
 pub fn signal_text(signal: i32) -> String {
     match signal {
         4 => "illegal instruction".to_owned(),
+        5 => "a trap (SIGTRAP)".to_owned(),
+        6 => "abort(), as a failed assertion and std::terminate() call it (SIGABRT)".to_owned(),
         7 => "access to memory that is not there (bus error)".to_owned(),
         8 => "division by zero or another arithmetic fault".to_owned(),
         11 => "access to memory that is not its own (segmentation fault)".to_owned(),

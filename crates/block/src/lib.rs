@@ -44,6 +44,8 @@
 pub mod abi;
 mod condition;
 mod fault;
+#[doc(hidden)]
+pub mod floats;
 pub mod generated;
 mod panics;
 pub mod read;
@@ -54,7 +56,7 @@ mod what;
 
 pub use abi::Invocation;
 pub use condition::{Condition, ConditionOf};
-pub use fault::signal_text;
+pub use fault::{FLOATS_CHANGED, lost_text, signal_text};
 pub use opengpac_derive::{FunctionBlock, Type};
 pub use step::{FunctionBlock, Outcome, Step};
 pub use types::Type;
@@ -62,6 +64,9 @@ pub use what::What;
 
 /// The C face, `opengpac.h`, as text: what a code module in C includes.
 pub const HEADER: &str = include_str!("../include/opengpac.h");
+
+/// The C face of drivers, `opengpac_driver.h`, as text. It lies here beside the other header, for the crates that ship and compile C.
+pub const DRIVER_HEADER: &str = include_str!("../include/opengpac_driver.h");
 
 /// Makes a `cdylib` crate a code module with these blocks: `opengpac::module!(Lowpass, Gain);`, once a crate.
 #[macro_export]

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Trying a block with no system: one instance, with cells of its own for its ports and devices.
 
-use crate::abi::{Descriptor, Header, Invocation, Run, outcome};
+use crate::abi::{Descriptor, Header, Invocation, RUNNING, Run, outcome};
 pub use crate::fault::Fault;
 use crate::read::{BlockFace, ItemFace, Kind, Refusal, TypeFace, TypeText};
 use crate::what::What;
@@ -254,6 +254,8 @@ impl Trial {
             }
             outcome::FAULT => Err(Fault::Returned(detail as u32)),
             outcome::NONFINITE => Err(Fault::NonFinite { item: self.face.items.get(detail as usize).map(|item| item.name.clone()).unwrap_or_default() }),
+            outcome::FLOATS => Err(Fault::Floats),
+            outcome::SIGNAL if detail & outcome::LOST != 0 => Err(Fault::Lost((detail & !outcome::LOST) as i32)),
             outcome::SIGNAL if detail == 0 => Err(Fault::Budget),
             outcome::SIGNAL => Err(Fault::Signal(detail as i32)),
             // SAFETY: an entry of this process has returned it.
@@ -270,7 +272,7 @@ impl Trial {
     /// The number of the next invocation.
     pub fn next_number(&self) -> u64 {
         // SAFETY: an instance begins with its header.
-        unsafe { (*self.instance.start.cast::<Header>()).number }
+        unsafe { (*self.instance.start.cast::<Header>()).number & !RUNNING }
     }
 
     fn find(&self, name: &str) -> Result<(usize, ItemFace), TrialError> {

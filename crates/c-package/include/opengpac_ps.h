@@ -46,55 +46,229 @@ void opengpac_free(char *text);
 /* Halts the actions, disables the devices, stops the kernels, and frees the system. NULL is nothing. No other thread may be in a call. */
 void opengpac_close(opengpac_system *system);
 
-/* The calls. Names of sources are "processor.source", times are ns; what stands in [brackets] may be left out.
+/* The calls. Names of sources are "processor.source", times are ns. What stands in [brackets] may be left out; behind ... stands what is
+ * the rest of the object. Names of values are those of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position".
  *
+ * ---- the calls, made from their declarations in crates/api ----
  * configuration
- *   processor              name, [core], [supervisor], [process] (true: one of its own; text: the one of that name), [host] (one that has joined),
- *                          [lost_after_ns] (of a process: how long it may stand still), [patience_ns] (of its supervisor: the same)
- *   listen                 endpoint ("tcp/HOST:PORT", "tls/HOST:PORT"), name, [authority], [certificate], [key], [token], [clock_limit_ns]
- *   take_over              -> what runs in processes that lost a system of this name goes on; the system is opened with "adopt": true
- *   source                 processor, name, kind ("timer", "trigger", "software"), [period_ns], priority, [virtual_cost_ns]
- *   request                source
- *   physical_device        processor, name, kind ("mujoco", "loopback", "scripted"), [options], source     -> its channels and parts
- *   reopen_physical_device name: one that was lost, with everything that is bound to it
- *   delete_physical_device name
- *   place                  {pattern: source, ...}
+ *   processor(name, [core], [supervisor], [process], [host], [lost_after_ns], [patience_ns])
+ *       Makes a real-time processor.
+ *         core: The core that it is bound to.
+ *         supervisor: Whether the supervisor is there; where no processor says so, it is on the first one.
+ *         process: true: in a process of its own; a text: in the process of that name.
+ *         host: A host that has joined.
+ *         lost_after_ns: How long a process may stand still until it counts as lost.
+ *         patience_ns: How long a process may miss its supervisor.
+ *   listen(endpoint, name, [authority], [certificate], [key], [token], [clock_limit_ns])
+ *       Lets other hosts join.
+ *         endpoint: "tcp/HOST:PORT" or "tls/HOST:PORT".
+ *         name: The name of this host.
+ *         authority: The file of the authority that signs the others' certificates.
+ *         token: The text that a host must know to join.
+ *         clock_limit_ns: How far apart clocks may be.
+ *   take_over() -> TakenOver
+ *       Lets go on what runs in processes that lost a system of this name; the system is opened with "adopt":
+ *       true.
+ *   source(processor, name, kind, priority, [period_ns], [virtual_cost_ns])
+ *       Makes an interrupt source of a processor.
+ *         kind: "timer", "trigger" or "software".
+ *         period_ns: Of a timer.
+ *         virtual_cost_ns: What a firing takes under the virtual clock.
+ *   request(source)
+ *       Requests a software source: it fires once.
+ *         source: "processor.source".
+ *   physical_device(processor, name, kind, source, [options], [place]) -> PhysicalDevice
+ *       Opens a device for a source. Returns its channels and parts.
+ *         kind: The driver: "mujoco", "loopback", "scripted", ...
+ *         options: Those of the driver.
+ *   device_service(device, service, [arguments]) -> Value or null
+ *       Lets the driver of a device carry out a service, off the cycle. Returns what that answers.
+ *         service: One that the driver declares: `configuration` lists them.
+ *         arguments: Those of the service.
+ *   device_served(errand) -> Value or null
+ *       Waits for a service that goes on. Returns what it answers, once.
+ *   reopen_physical_device(name)
+ *       Opens a device that was lost again, with everything that is bound to it.
+ *   delete_physical_device(name)
+ *       Closes a device.
+ *   raises(device, channel, source, [place])
+ *       Lets a channel of a device request a source.
+ *   place(...placement)
+ *       Says on which sources blocks run that nothing else places: source by pattern of labels.
  * software
- *   download               path, [name], [python]                            -> the module's blocks
- *   define_verb            a verb        check_graph            a data flow graph        define_device_type     a logical device type
- *   check_definition       graph or verb -> all that is wrong with it, each with "where"; nothing is entered
- *   compatible             graph or verb, from, [to]: {"block", "port"} -> null or why they cannot be wired; without to: of every port
- *   svv                    name, type_text, [unit], [initial], [history], [types]
- *   delete_svv             name
- *   library                                                                 -> every block: of the library, of code modules
+ *   download(path, [name], [python]) -> ModuleAbout
+ *       Loads a code module. Returns its blocks.
+ *         name: What it is called; the name of the file where it is left out.
+ *         python: The interpreter that tries it in a process of its own.
+ *   define_verb(...verb)
+ *       Enters a verb.
+ *   check_graph(...graph)
+ *       Refuses a data flow graph that is wrong; nothing is entered.
+ *   check_definition(...drawing) -> list of Refusal
+ *       Returns all that is wrong with a graph or a verb, each with "where"; nothing is entered.
+ *   compatible(from, [to], ...drawing) -> Wired
+ *       Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, why each other one
+ *       cannot.
+ *   define_device_type(...device_type)
+ *       Enters a type of logical devices.
+ *   compose(...composition) -> Verb
+ *       Returns the verb that a composition of verbs is; nothing is entered.
+ *   svv(name, [place], ...specification)
+ *       Makes an SVV.
+ *   delete_svv(name)
+ *       Deletes an SVV that nothing is bound to.
+ *   library() -> list of Interface
+ *       Returns every block: of the library, of code modules.
  * logical devices
- *   device                 name, device_type, [parameters], [arguments], [source]
- *   enable                 name -> its instance; wait_enabled: name, [timeout_ns] or [until_ns] -> bool; disable, delete_device, device_state: name
- *   device_parameter       name, parameter -> value;   set_device_parameter: name, parameter, value
+ *   device(name, ...request)
+ *       Makes a logical device, with its own verb instance.
+ *   enable(name) -> integer
+ *       Starts the verb that keeps a device going. Returns that instance, 0 where there is none. It is
+ *       enabled when it is ready.
+ *   wait_enabled(name, [timeout_ns], [until_ns]) -> boolean
+ *       Waits until a device is enabled. Returns whether it is.
+ *         timeout_ns: How long at most, from now, on the system's clock.
+ *         until_ns: Until when at most, instead.
+ *   disable(name)
+ *       Ends the verbs that use a device, then its own; waits until that is done.
+ *   exchange_verb(device, verb, [place])
+ *       Replaces the verb that keeps a device going by another one, within one firing where it is enabled.
+ *   delete_device(name)
+ *       Deletes a device.
+ *   device_state(name) -> DeviceState
+ *       Returns "disabled", "enabling", "standstill", "moving", "stopping" or "fault".
+ *   device_parameter(name, parameter) -> Value
+ *       Returns the value of a parameter.
+ *   set_device_parameter(name, parameter, value)
+ *       Sets a parameter.
  * verb instances
- *   check                  an application -> its plan;   create: an application -> the number of the instance
- *   start                  instance, [values], [limits]                     values: {input parameter: value}
- *   wait                   instance, [timeout_ns] or [until_ns] -> the end report, null after the timeout
- *   halt                   instance -> the end report;   suspend, resume, delete, state, instance, report: instance
- *   set                    instance, [values], [every_ns]                   tunable input parameters, tunable intervals {label: ns}
+ *   check(...application) -> Plan
+ *       Plans an application without making anything. Returns the plan.
+ *   perform([limits], ...application) -> Report or null
+ *       Calls a verb: makes an instance, starts it with the values of the application, waits until it has
+ *       ended and deletes it. Returns its end report.
+ *   performed(instance) -> Report or null
+ *       Goes on with the call of a verb: waits until its instance has ended and deletes it. Returns its end
+ *       report.
+ *   create(...application) -> integer
+ *       Makes an instance. Returns its number.
+ *   start(instance, [values], [limits])
+ *       Starts an instance.
+ *         values: Input parameter to value.
+ *   wait(instance, [timeout_ns], [until_ns]) -> Report or null
+ *       Waits until an instance has ended. Returns its end report, null after the timeout.
+ *         timeout_ns: How long at most, from now, on the system's clock.
+ *         until_ns: Until when at most, instead.
+ *   halt(instance, [timeout_ns], [until_ns]) -> Report or null
+ *       Ends an instance and waits until it has ended: a transition on `halted` may lie between, a second
+ *       halt is immediate. Returns its end report.
+ *         timeout_ns: How long at most, from now, on the system's clock.
+ *         until_ns: Until when at most, instead.
+ *   suspend(instance)
+ *       Lets what an instance is doing run dry, then holds it.
+ *   resume(instance)
+ *       Lets a suspended instance go on.
+ *   delete(instance)
+ *       Deletes an instance that has ended.
+ *   state(instance) -> InstanceState
+ *       Returns "created", "queued", "running", "suspended", "ended" or "deleted".
+ *   instance(instance) -> InstanceAbout
+ *       Returns what an instance is: its name, verb, state, blocks, conditions and lists.
+ *   report(instance) -> Report or null
+ *       Returns the end report of the latest start, null while it lasts.
+ *   set(instance, [values], [every_ns])
+ *       Sets tunable input parameters and intervals of a running instance.
+ *         values: Input parameter to value.
+ *         every_ns: Label of a block to interval.
  * values and time
- *   read                   names, [raw] -> {"time_ns", "values": {name: {"value", "number", "time_ns"}}}, one consistent snapshot
- *   write                  name, value;   history: name, count, [raw];   svv_about: name;   raw: "bytes" in base64 instead of "value"
- *                          names are those of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position"
- *   now                    -> ns;   advance: duration_ns;   step -> bool
+ *   read(names, [raw]) -> Snapshot
+ *       Returns one consistent snapshot.
+ *         names: Those of SVVs, of private cells, "move#1:coefficients", and of channels,
+ *         "plant.elbow.position".
+ *         raw: Instead of "value", which cannot say NaN or infinity in JSON: "bytes", the memory of the C
+ *         type in base64, little endian.
+ *   write(name, value)
+ *       Stores a value.
+ *   history(name, count, [raw]) -> list of Reading
+ *       Returns the last values, oldest first.
+ *         count: How many at most.
+ *         raw: "bytes" instead of "value", as of `read`.
+ *   svv_about(name) -> SvvAbout
+ *       Returns what is known of an SVV, a private cell or a channel: its type, unit, history, writers.
+ *   now() -> integer
+ *       Returns the time of the system, ns.
+ *   advance(duration_ns)
+ *       Under the virtual clock: runs the firings in (now, now + duration].
+ *   step() -> boolean
+ *       Under the virtual clock: runs the next firing, whenever that is. Returns false where nothing is ever
+ *       going to happen.
  * cell
- *   emergency_stop         reason;   emergency_stop_input: device, channel, [at_zero];   reset
- *   pause, resume_program  [devices] -> the instances that stop and go on;   paused: instances, names: waits until these have stopped
- *   mode                   -> "automatic" or "manual";   set_mode: mode;   enabling_switch: device, channel
- *   define_alarm           code, text, [remedy], [severity];   raise_alarm: code, [source], [text];   clear_alarm: code, [source]
- *   alarms                 -> all and their history;   acknowledge_alarms: [number];   restore_alarms: history
- *   raises                 device, channel, source      exchange_verb: device, verb      compose: a composition      verbs
- *   configuration          -> processors, sources, devices as their drivers describe them, device types
- *   installed              -> every instance with its blocks, ports, cells, command lists, conditions and transitions
- *   verb_form              name -> the arguments and input parameters of a verb;   geometry: device -> bodies, joints, shapes, meshes
- *   statistics, names      -> what there is and how it runs;   probe: [source], for_ns; then statistics tells how long blocks take;
- *     log: [since] -> commands, conditions, faults, transitions, ends
- *   record                 path, [svvs], [cells] -> {"recording"}, into a new MCAP file;   recording, stop_recording: recording -> how it stands
+ *   emergency_stop(reason)
+ *       Stops everything that moves, until `reset`.
+ *   emergency_stop_input(device, channel, [at_zero])
+ *       Lets a channel of a device stop everything that moves.
+ *         at_zero: It stops at zero, not at one.
+ *   reset()
+ *       Ends the emergency stop.
+ *   pause([devices]) -> list of text
+ *       Suspends what is done with these logical devices, or with all, and waits until it is. Returns the
+ *       names of these instances.
+ *   paused(instances, names) -> list of text
+ *       Waits until these instances have stopped. Returns their names.
+ *   resume_program([devices]) -> list of text
+ *       Takes a pause back. Returns the names of the instances that go on or begin.
+ *   mode() -> Mode
+ *       Returns "automatic" or "manual".
+ *   set_mode(mode)
+ *       Changes the mode.
+ *   enabling_switch(device, channel)
+ *       Names the channel of the enabling switch, without which nothing moves in manual mode.
+ * alarms
+ *   define_alarm(code, ...said)
+ *       Says what the alarms of a code mean.
+ *   raise_alarm(code, [source], [text])
+ *       Raises an alarm.
+ *         source: Where it comes from.
+ *   clear_alarm(code, [source]) -> boolean
+ *       Says that the cause of an alarm is gone. Returns whether there was one.
+ *   alarms() -> Alarms
+ *       Returns all alarms and their history.
+ *   acknowledge_alarms([number]) -> integer
+ *       Acknowledges one alarm, or all. Returns how many.
+ *   restore_alarms(history)
+ *       Enters the history of an earlier life.
+ * observation
+ *   names() -> Names
+ *       Returns the names of what there is.
+ *   configuration() -> Configuration
+ *       Returns processors, sources, devices as their drivers describe them, device types.
+ *   installed() -> Installed
+ *       Returns every instance with its blocks, ports, cells, command lists, conditions and transitions.
+ *   verbs() -> list of VerbSummary
+ *       Returns the verbs that are entered.
+ *   verb_form(name) -> VerbForm
+ *       Returns what a form that starts a verb needs: its arguments and input parameters.
+ *   geometry(device) -> Geometry
+ *       Returns the bodies, joints, shapes and meshes of a physical device, for drawing.
+ *   statistics() -> Statistics
+ *       Returns how sources, instances and devices run.
+ *   probe(for_ns, [source])
+ *       Visits the blocks of a source, or of all, one a firing: then `statistics` tells how long they take.
+ *         for_ns: For how much real time, an hour at most.
+ *   log([since]) -> list of LogEntry
+ *       Returns commands, conditions, faults, transitions and ends.
+ *         since: The number of the first one.
+ * recordings
+ *   record(path, [svvs], [cells], [replay]) -> RecordingBegun
+ *       Begins to record into a new MCAP file. Returns its number.
+ *         svvs: Names of SVVs, with * and ?; all where they are left out.
+ *         cells: The private cells of all verb instances too.
+ *         replay: Everything that comes from outside too, so that the run can be run again.
+ *   recording(recording) -> RecordingSummary
+ *       Returns how a recording stands.
+ *   stop_recording(recording) -> RecordingSummary
+ *       Ends a recording. Returns how it stands; where it still runs, it is to be called again.
+ * ---- end of the calls ----
  *
  * A verb: {"name", "blocks": {label: {"block": {"subroutine": "library.pid"}, "constants": {}}}, "instantiation_parameters": {name: [ports]},
  * "cells", "input_parameters": {name: {"targets": [ports], "default"}}, "output_values": {name: port}, "command_lists": {name: {"commands":

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The C package: the programming system's side of OpenGPAC for C programs. `include/opengpac_ps.h` is its manual.
 //!
-//! It converts texts and catches panics; every call is [`session::call`].
+//! It converts texts and catches panics; every call is [`api::call`].
 use serde_json::Value as Json;
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// A real-time system in this process, opaque to C.
-pub struct OpengpacSystem(session::System);
+pub struct OpengpacSystem(api::System);
 
 /// Why the last call of this thread was refused: as text, and as JSON.
 struct Refused {
@@ -26,19 +26,19 @@ fn text(of: &str) -> CString {
     CString::new(&of[..end]).expect("what is before the first NUL has none")
 }
 
-fn remember(refusals: &session::Refusals) {
+fn remember(refusals: &api::Refusals) {
     let lines: Vec<String> = refusals.iter().map(|refusal| format!("{:?}: {refusal}", refusal.class)).collect();
-    let json = session::to_json(refusals).unwrap_or_else(|_| "[]".to_owned());
+    let json = api::to_json(refusals).unwrap_or_else(|_| "[]".to_owned());
     REFUSED.with_borrow_mut(|refused| *refused = Refused { text: text(&lines.join("\n")), json: text(&json) });
 }
 
 /// Runs a call: what it refuses is remembered for this thread, and a panic is a refusal too, because none may cross into C.
-fn guarded<T>(call: impl FnOnce() -> Result<T, session::Refusals>) -> Option<T> {
+fn guarded<T>(call: impl FnOnce() -> Result<T, api::Refusals>) -> Option<T> {
     remember(&Vec::new());
     let refusals = match catch_unwind(AssertUnwindSafe(call)) {
         Ok(Ok(result)) => return Some(result),
         Ok(Err(refusals)) => refusals,
-        Err(_) => vec![session::refusal("the call failed inside OpenGPAC; please report it with what was called")],
+        Err(_) => vec![api::refusal("the call failed inside OpenGPAC; please report it with what was called")],
     };
     remember(&refusals);
     None
@@ -48,12 +48,12 @@ fn guarded<T>(call: impl FnOnce() -> Result<T, session::Refusals>) -> Option<T> 
 ///
 /// # Safety
 /// `given` is NULL, or ends in NUL and stays as it is during the call.
-unsafe fn given<'a>(given: *const c_char, what: &str) -> Result<&'a str, session::Refusals> {
+unsafe fn given<'a>(given: *const c_char, what: &str) -> Result<&'a str, api::Refusals> {
     if given.is_null() {
         return Ok("");
     }
     // SAFETY: the caller's promise.
-    unsafe { CStr::from_ptr(given) }.to_str().map_err(|_| vec![session::refusal(&format!("{what}: not UTF-8 text"))])
+    unsafe { CStr::from_ptr(given) }.to_str().map_err(|_| vec![api::refusal(&format!("{what}: not UTF-8 text"))])
 }
 
 /// Opens a system; NULL where it is refused.
@@ -65,7 +65,7 @@ pub unsafe extern "C" fn opengpac_open(name: *const c_char, clock: *const c_char
     let opened = guarded(|| {
         // SAFETY: the caller's promise, for each.
         let (name, clock, options) = unsafe { (given(name, "the name")?, given(clock, "the clock")?, given(options, "the options")?) };
-        session::open(name, clock, if options.trim().is_empty() { "{}" } else { options })
+        api::open(name, clock, if options.trim().is_empty() { "{}" } else { options })
     });
     opened.map_or(std::ptr::null_mut(), |system| Box::into_raw(Box::new(OpengpacSystem(system))))
 }
@@ -78,10 +78,10 @@ pub unsafe extern "C" fn opengpac_open(name: *const c_char, clock: *const c_char
 pub unsafe extern "C" fn opengpac_call(system: *mut OpengpacSystem, call: *const c_char, arguments: *const c_char) -> *mut c_char {
     let answer = guarded(|| {
         // SAFETY: the caller's promise: it is alive, or NULL.
-        let system = unsafe { system.as_ref() }.ok_or_else(|| vec![session::refusal("there is no system: opengpac_open() gave NULL, or it was not called")])?;
+        let system = unsafe { system.as_ref() }.ok_or_else(|| vec![api::refusal("there is no system: opengpac_open() gave NULL, or it was not called")])?;
         // SAFETY: the caller's promise, for each.
         let (call, arguments) = unsafe { (given(call, "the name of the call")?, given(arguments, "the arguments")?) };
-        session::call(&system.0, call, arguments)
+        api::call(&system.0, call, arguments)
     });
     answer.map_or(std::ptr::null_mut(), |json: Json| text(&json.to_string()).into_raw())
 }

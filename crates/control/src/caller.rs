@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Who calls, from where, and as what: tokens, client certificates, the user of a Unix socket; the host and origin of a request.
 use crate::failure::Failure;
-use crate::role::Role;
-use crate::tokens::{Rejected, RunToken, Tokens, now_s};
+use crate::tokens::{Rejected, RunToken, Tokens, digest, now_s};
+use api::Role;
 use axum::http::{HeaderMap, StatusCode, header};
 use model::refusal::Class;
 use std::net::{IpAddr, SocketAddr};
@@ -43,6 +43,17 @@ pub struct Caller {
     pub from: String,
 }
 
+/// What a caller was let in by, so that it can be looked at again.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Pass {
+    /// It lasts as long as the daemon: the user of a Unix socket, the token of this run, anybody where everybody is let in.
+    Lasting,
+    /// SHA-256 of a token.
+    Token([u8; 32]),
+    /// SHA-256 of a client certificate.
+    Certificate([u8; 32]),
+}
+
 /// Who is let in.
 pub struct Gate {
     pub tokens: Option<Tokens>,
@@ -61,6 +72,11 @@ pub struct Gate {
 impl Gate {
     /// Who calls, or why nobody is let in.
     pub fn admit(&self, peer: &Peer, headers: &HeaderMap) -> Result<Caller, Failure> {
+        Ok(self.let_in(peer, headers)?.0)
+    }
+
+    /// Who calls, and by what it was let in.
+    pub fn let_in(&self, peer: &Peer, headers: &HeaderMap) -> Result<(Caller, Pass), Failure> {
         self.check_site(peer, headers)?;
         let from = match peer {
             Peer::Unix { .. } => "unix".to_owned(),
@@ -68,25 +84,43 @@ impl Gate {
         };
         if let Some(token) = bearer(headers)? {
             if let Some(run) = self.run.as_ref().filter(|run| run.is(token)) {
-                return Ok(Caller { who: "studio".to_owned(), role: run.role, from });
+                return Ok((Caller { who: "studio".to_owned(), role: run.role, from }, Pass::Lasting));
             }
-            let entry = match &self.tokens {
-                Some(tokens) => tokens.verify(token, now_s()).map_err(rejected)?,
-                None => return Err(rejected(Rejected::Wrong)),
-            };
-            return Ok(Caller { who: format!("token {}", entry.name), role: entry.role, from });
+            let sha256 = digest(token);
+            return Ok((self.of_token(sha256, from)?, Pass::Token(sha256)));
         }
         match peer {
-            Peer::Unix { uid } if *uid == self.uid || *uid == 0 => Ok(Caller { who: format!("user {uid}"), role: Role::Download, from }),
+            Peer::Unix { uid } if *uid == self.uid || *uid == 0 => Ok((Caller { who: format!("user {uid}"), role: Role::Download, from }, Pass::Lasting)),
             Peer::Unix { uid } => Err(Failure::new(Class::NotAllowed, format!("user {uid} may not use this socket"), "give a token")),
-            Peer::Tls { certificate: Some(sha256), .. } => self.of_certificate(*sha256, from),
+            Peer::Tls { certificate: Some(sha256), .. } => Ok((self.of_certificate(*sha256, from)?, Pass::Certificate(*sha256))),
             Peer::Tcp { from: address } if self.insecure_loopback && address.ip().is_loopback() => {
-                Ok(Caller { who: "anybody".to_owned(), role: Role::Observe, from })
+                Ok((Caller { who: "anybody".to_owned(), role: Role::Observe, from }, Pass::Lasting))
             }
             Peer::Tcp { .. } | Peer::Tls { .. } => {
                 Err(Failure::new(Class::NotAllowed, "there is no token", "send the header 'Authorization: Bearer TOKEN'").status(StatusCode::UNAUTHORIZED))
             }
         }
+    }
+
+    /// Looks again at a caller that was let in: its token or certificate still holds, and gives it the same role. What lasts longer than
+    /// a request looks each second.
+    pub fn look_again(&self, caller: &Caller, pass: &Pass) -> Result<(), Failure> {
+        let now = match pass {
+            Pass::Lasting => return Ok(()),
+            Pass::Token(sha256) => self.of_token(*sha256, String::new())?,
+            Pass::Certificate(sha256) => self.of_certificate(*sha256, String::new())?,
+        };
+        if (&now.who, now.role) == (&caller.who, caller.role) {
+            return Ok(());
+        }
+        let message = format!("{} has the role {} no longer", caller.who, caller.role.word());
+        Err(Failure::new(Class::NotAllowed, message, "connect again").status(StatusCode::UNAUTHORIZED))
+    }
+
+    fn of_token(&self, sha256: [u8; 32], from: String) -> Result<Caller, Failure> {
+        let tokens = self.tokens.as_ref().ok_or_else(|| rejected(Rejected::Wrong))?;
+        let entry = tokens.verify_digest(sha256, now_s()).map_err(rejected)?;
+        Ok(Caller { who: format!("token {}", entry.name), role: entry.role, from })
     }
 
     /// Refuses a request that a page of another site makes, whoever calls. The studio's files, which everybody may have, need no more.

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Which code fits: the version of the block interface and the machine that a shared object is for.
-use crate::caller::Caller;
 use crate::failure::Failure;
-use crate::service::Service;
 use model::refusal::Class;
 use serde::Deserialize;
-use serde_json::{Value, json};
 
 /// What `PUT /v1/modules/NAME` says of its body.
 #[derive(Clone, Debug, Deserialize)]
@@ -25,15 +22,6 @@ pub struct Named {
 /// The machine here: `x86_64-linux`.
 pub fn target() -> String {
     format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)
-}
-
-/// `GET /v1/version`.
-pub fn version(service: &Service, caller: &Caller) -> Value {
-    json!({
-        "opengpac": env!("CARGO_PKG_VERSION"), "interface": 1, "abi": opengpac::abi::ABI, "target": target(),
-        "system": service.system.name(), "clock": if service.system.is_virtual() { "virtual" } else { "monotonic" },
-        "role": caller.role,
-    })
 }
 
 /// Refuses a shared object for another machine or another block interface, by name.

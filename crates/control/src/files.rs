@@ -3,7 +3,9 @@
 use crate::failure::Failure;
 use crate::wire::{hex, is_sha256};
 use model::refusal::Class;
+use schemars::JsonSchema;
 use serde::Deserialize;
+use serde::Serialize;
 use serde_json::Value as Json;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -12,6 +14,14 @@ use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
+
+/// A file that is there.
+#[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
+#[schemars(rename = "StoredFile")]
+pub(crate) struct Stored {
+    /// Its size.
+    pub bytes: u64,
+}
 
 /// The largest file, bytes.
 pub const FILE_MAX: usize = 64 << 20;

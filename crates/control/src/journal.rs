@@ -2,18 +2,18 @@
 //! The journal of a daemon: the calls that made its system what it is, so that the daemon knows them when it starts again.
 //!
 //! A call is recorded after it was made and before it is answered. [`lines`] is the form of a file, [`ledger`] what it comes to,
-//! [`file`](self::file) and [`content`] where it lies, [`play`] how it is made again.
-mod content;
+//! [`file`](self::file) and [`content`] where it lies, [`playing`](crate::playing) how it is made again.
+pub(crate) mod content;
 mod file;
 pub mod ledger;
 pub mod lines;
-pub(crate) mod play;
 
 use crate::caller::Caller;
 use crate::calls::Call;
 use crate::failure::Failure;
 use crate::files::{Files, Reference};
-use crate::role::Role;
+use api::Recorded;
+use api::Role;
 use content::Content;
 use file::{LogFile, Unavailable};
 use ledger::Ledger;
@@ -28,45 +28,22 @@ use std::sync::{Mutex, MutexGuard};
 use std::time::{SystemTime, UNIX_EPOCH};
 use supervisor::System;
 
-/// Calls of the role `operate` that change what a daemon has to know, or after which less runs than before.
-const OPERATING: &[&str] = &[
-    "create",
-    "start",
-    "set",
-    "enable",
-    "set_device_parameter",
-    "set_mode",
-    "delete",
-    "halt",
-    "disable",
-    "suspend",
-    "resume",
-    "pause",
-    "paused",
-    "resume_program",
-    "emergency_stop",
-    "reset",
-];
-
-/// Of those, the calls that are recorded themselves; of the others, what has become of that which runs.
-const MADE_AGAIN: &[&str] = &["create", "start", "set", "enable", "set_device_parameter", "set_mode"];
-
 /// An open journal, under which a system is served.
 pub struct Journal {
-    path: PathBuf,
-    content: Content,
+    pub(crate) path: PathBuf,
+    pub(crate) content: Content,
     inner: Mutex<Inner>,
     /// That it cannot be written has been told since it last could be.
     told: AtomicBool,
 }
 
-struct Inner {
+pub(crate) struct Inner {
     head: Head,
     file: LogFile,
     /// All that the file has, or is to have when it can be written again.
-    ledger: Ledger,
+    pub(crate) ledger: Ledger,
     /// Instances of this life of the daemon by their number in the journal.
-    instances: BTreeMap<u64, u64>,
+    pub(crate) instances: BTreeMap<u64, u64>,
     /// The last line could not be written: the whole file is written anew before anything else.
     is_broken: bool,
 }
@@ -120,8 +97,7 @@ impl Journal {
 
     /// Whether a call is any of its business.
     pub fn concerns(call: &Call) -> bool {
-        // Taking over, and a recording, are of this life of the daemon alone.
-        (call.role >= Role::Configure && !matches!(call.name, "take_over" | "record" | "stop_recording")) || OPERATING.contains(&call.name)
+        call.journal.recorded != Recorded::Nothing
     }
 
     /// Before something is made that cannot go unrecorded: there is room for its line. Errors: `AuditFailed`, nothing is done.
@@ -150,7 +126,7 @@ impl Journal {
     /// Records a call that was made. Errors: `AuditFailed` where it configures; what operates goes on, and is told of.
     pub fn made(&self, system: &System, call: &Call, arguments: Map<String, Json>, result: &Json, by: By) -> Result<(), Failure> {
         let mut inner = self.locked();
-        let written = match inner.line(system, call.name, arguments, result, by) {
+        let written = match inner.line(system, call, arguments, result, by) {
             Some(line) => inner.append(line),
             None => Ok(()),
         };
@@ -206,7 +182,7 @@ impl Journal {
         let _said = self.said(system, Role::Operate, written);
     }
 
-    fn locked(&self) -> MutexGuard<'_, Inner> {
+    pub(crate) fn locked(&self) -> MutexGuard<'_, Inner> {
         self.inner.lock().expect("nobody panics with this lock")
     }
 
@@ -246,7 +222,7 @@ fn referred(arguments: &Map<String, Json>) -> Vec<String> {
 }
 
 /// Digests of all content that lines refer to.
-fn needed(ledger: &Ledger) -> BTreeSet<String> {
+pub(crate) fn needed(ledger: &Ledger) -> BTreeSet<String> {
     let of = |line: &Line| match line {
         Line::Module { sha256, .. } => vec![sha256.clone()],
         Line::Call { arguments, .. } => referred(arguments),
@@ -303,23 +279,20 @@ impl Inner {
 
     /// What an instance is in the journal: one that was made under it, or the verb of a device.
     fn subject(&self, system: &System, instance: u64) -> Option<Subject> {
-        self.number(instance).map(Subject::Instance).or_else(|| {
-            let about = system.instance_json(instance).ok()?;
-            about["owner"].as_str().map(|device| Subject::Device(device.to_owned()))
-        })
+        self.number(instance).map(Subject::Instance).or_else(|| system.instance_about(instance).ok()?.owner.map(Subject::Device))
     }
 
     /// The line of a call that was made; nothing where it leaves nothing that has to be known.
-    fn line(&mut self, system: &System, call: &str, mut arguments: Map<String, Json>, result: &Json, by: By) -> Option<Line> {
+    fn line(&mut self, system: &System, call: &Call, mut arguments: Map<String, Json>, result: &Json, by: By) -> Option<Line> {
         let instance = arguments.get("instance").and_then(Json::as_u64);
-        let of = match call {
+        let of = match call.name {
             "create" => {
                 let instance = result.as_u64()?;
                 let number = self.ledger.fresh();
                 self.instances.insert(number, instance);
                 // Others may know it by its name, which the next life of the daemon would give to another one.
-                if let Ok(about) = system.instance_json(instance) {
-                    arguments.insert("name".to_owned(), about["name"].clone());
+                if let Ok(about) = system.instance_about(instance) {
+                    arguments.insert("name".to_owned(), about.name.into());
                 }
                 Some(Subject::Instance(number))
             }
@@ -327,18 +300,18 @@ impl Inner {
             "set" => Some(self.subject(system, instance?).filter(|subject| self.ledger.runs(subject))?),
             "enable" => Some(Subject::Device(arguments.get("name")?.as_str()?.to_owned())),
             "halt" | "delete" => {
-                let state = if call == "halt" { State::Ended } else { State::Deleted };
+                let state = if call.name == "halt" { State::Ended } else { State::Deleted };
                 let of = self.subject(system, instance?).filter(|of| state == State::Deleted || self.ledger.runs(of))?;
                 return Some(Line::Became { of, state });
             }
-            _ if OPERATING.contains(&call) && !MADE_AGAIN.contains(&call) => return None,
+            _ if call.journal.recorded != Recorded::Call => return None,
             _ => None,
         };
         if matches!(of, Some(Subject::Instance(_))) {
             arguments.shift_remove("instance");
         }
-        let withheld = lines::withhold(call, &mut arguments);
-        Some(Line::Call { call: call.to_owned(), of, arguments, withheld, by })
+        let withheld = lines::withhold(call.name, &mut arguments);
+        Some(Line::Call { call: call.name.to_owned(), of, arguments, withheld, by })
     }
 
     /// Records what has become of that which runs, and whether the emergency stop is latched.

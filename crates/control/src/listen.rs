@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Accepting connections: as many as there are places for, each with who is at its other end.
 use crate::caller::Peer;
-use crate::places::{Place, Places};
+use crate::paced::Paced;
+use crate::places::{Doors, Origin, Place, Places};
+use crate::rest::Rest;
 use crate::tls::fingerprint;
 use axum::Router;
 use axum::body::Body;
-use axum::http::Request;
+use axum::http::{Request, header};
 use hyper::body::Incoming;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
@@ -17,14 +19,13 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream, UnixListener};
 use tokio::runtime::Runtime;
-use tokio::sync::Semaphore;
 use tokio_rustls::TlsAcceptor;
 use tower::ServiceExt;
 
-/// Connections of the Unix socket, which only its owner reaches; those of TCP have their [`Places`].
-const CONNECTIONS_MAX: usize = 64;
 /// How long headers may take to arrive, and how long a connection may be idle, of who is known.
 const IDLE_MAX: Duration = Duration::from_secs(60);
+/// How long whoever is at the other end may take nothing of an answer.
+const TAKE_MAX: Duration = Duration::from_secs(10);
 /// The largest headers, bytes.
 const HEADERS_BYTES_MAX: usize = 16 << 10;
 /// How long accepting rests after it failed (no descriptors left).
@@ -51,10 +52,10 @@ impl Listener {
 }
 
 /// Accepts connections as long as the runtime lives.
-pub(crate) async fn accept(listener: Listener, router: Router) {
+pub(crate) async fn accept(listener: Listener, router: Router, doors: Doors) {
     match listener {
-        Listener::Unix(listener) => accept_unix(listener, router).await,
-        Listener::Tcp(listener, acceptor) => accept_tcp(listener, acceptor, router).await,
+        Listener::Unix(listener) => accept_unix(listener, router, doors.socket).await,
+        Listener::Tcp(listener, acceptor) => accept_tcp(listener, acceptor, router, doors.network).await,
     }
 }
 
@@ -65,21 +66,18 @@ async fn rest(why: &io::Error) {
     }
 }
 
-async fn accept_unix(listener: UnixListener, router: Router) {
-    let places = Arc::new(Semaphore::new(CONNECTIONS_MAX));
+/// Only its owner reaches the Unix socket. Its places are as those of TCP, so that a program of the owner that takes too many keeps no
+/// stop out.
+async fn accept_unix(listener: UnixListener, router: Router, places: Arc<Places>) {
     loop {
-        let Ok(place) = places.clone().acquire_owned().await else { return };
         let accepted = match listener.accept().await {
             Ok((stream, _)) => stream.peer_cred().map(|about| (stream, about.uid())),
             Err(why) => Err(why),
         };
         match accepted {
             Ok((stream, uid)) => {
-                let served = serve(stream, Peer::Unix { uid }, router.clone(), None);
-                tokio::spawn(async move {
-                    served.await;
-                    drop(place);
-                });
+                let place = places.enter(Origin::Socket);
+                tokio::spawn(within(place.clone(), serve(stream, Peer::Unix { uid }, router.clone(), Some(place))));
             }
             Err(why) => rest(&why).await,
         }
@@ -87,8 +85,7 @@ async fn accept_unix(listener: UnixListener, router: Router) {
 }
 
 /// Nobody waits to be accepted: a stranger gives way to who comes next.
-async fn accept_tcp(listener: TcpListener, acceptor: Option<TlsAcceptor>, router: Router) {
-    let places = Arc::new(Places::default());
+async fn accept_tcp(listener: TcpListener, acceptor: Option<TlsAcceptor>, router: Router, places: Arc<Places>) {
     loop {
         match listener.accept().await {
             Ok((stream, from)) => {
@@ -127,13 +124,23 @@ async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(stream: S, pe
         if let Some(place) = &place {
             request.extensions_mut().insert(place.clone());
         }
-        router.clone().oneshot(request.map(Body::new))
+        let router = router.clone();
+        async move {
+            // A client that asks before it sends has nothing on its way.
+            let asks_first = request.headers().contains_key(header::EXPECT);
+            let rest = Rest::default();
+            let answer = router.oneshot(request.map(|body| Body::new(rest.of(body)))).await;
+            if !asks_first {
+                rest.take().await;
+            }
+            answer
+        }
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(IDLE_MAX)
         .max_buf_size(HEADERS_BYTES_MAX)
-        .serve_connection(TokioIo::new(stream), service)
+        .serve_connection(TokioIo::new(Paced::new(stream, TAKE_MAX)), service)
         .with_upgrades();
     // A connection that breaks is over; what hung on it sees that by itself.
     let _over = connection.await;
@@ -146,21 +153,97 @@ mod tests {
     use std::net::IpAddr;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
-    #[tokio::test(start_paused = true)]
-    async fn whoever_sends_its_head_slowly_has_the_time_of_a_stranger_and_no_more() {
-        let (mut client, server) = tokio::io::duplex(1024);
+    /// A connection that is served as one of TCP, and the end of its client.
+    fn connected(router: Router, room: usize) -> tokio::io::DuplexStream {
+        let (client, server) = tokio::io::duplex(room);
         let from = SocketAddr::new(IpAddr::from([10, 0, 0, 1]), 1);
         let place = Arc::new(Places::default()).enter(from.ip());
-        tokio::spawn(within(place.clone(), serve(server, Peer::Tcp { from }, Router::new(), Some(place))));
+        tokio::spawn(within(place.clone(), serve(server, Peer::Tcp { from }, router, Some(place))));
+        client
+    }
+
+    /// Sends the same bytes again and again, each after a pause, until that is no longer taken; how long that was.
+    async fn drip(mut client: tokio::io::DuplexStream, begin: &[u8], again: &[u8], pause: Duration) -> (Duration, Vec<u8>) {
         let begun = tokio::time::Instant::now();
         let mut answer = Vec::new();
-        for byte in b"GET / HTTP/1.1\r\nhost: localhost\r\nslow: ".iter().cycle() {
-            if client.write_all(&[*byte]).await.is_err() {
-                break;
-            }
-            tokio::time::sleep(Duration::from_millis(500)).await;
+        let mut taken = client.write_all(begin).await.is_ok();
+        while taken && begun.elapsed() < Duration::from_secs(300) {
+            tokio::time::sleep(pause).await;
+            taken = client.write_all(again).await.is_ok();
         }
         client.read_to_end(&mut answer).await.expect("it is over");
-        assert!(answer.is_empty() && begun.elapsed() <= STRANGER_MAX + Duration::from_secs(1), "{:?}", begun.elapsed());
+        (begun.elapsed(), answer)
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn whoever_sends_its_head_slowly_has_the_time_of_a_stranger_and_no_more() {
+        let client = connected(Router::new(), 1024);
+        let (lasted, answer) = drip(client, b"GET / HTTP/1.1\r\nhost: localhost\r\nslow: ", b"a", Duration::from_millis(500)).await;
+        assert!(answer.is_empty() && lasted <= STRANGER_MAX + Duration::from_secs(1), "{lasted:?}");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_flood_of_headers_is_refused_at_once() {
+        let client = connected(Router::new(), 1024);
+        let (lasted, answer) = drip(client, b"GET / HTTP/1.1\r\nhost: localhost\r\n", &b"flood: abcdefgh\r\n".repeat(64), Duration::ZERO).await;
+        assert!(lasted < Duration::from_secs(1), "{lasted:?}");
+        assert!(answer.starts_with(b"HTTP/1.1 431"), "{}", String::from_utf8_lossy(&answer));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_client_that_is_refused_before_it_has_sent_everything_hears_why() {
+        let mut client = connected(Router::new(), 256);
+        client.write_all(b"POST /nowhere HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\ncontent-length: 65536\r\n\r\n").await.expect("it takes the head");
+        // Everything that can be answered before the body has come is done.
+        tokio::time::sleep(Duration::from_millis(1)).await;
+        client.write_all(&[b' '; 65536]).await.expect("it takes the body");
+        let mut answer = Vec::new();
+        client.read_to_end(&mut answer).await.expect("it answers");
+        assert!(answer.starts_with(b"HTTP/1.1 404"), "{}", String::from_utf8_lossy(&answer));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn whoever_never_sends_the_rest_of_a_refused_body_is_not_waited_for() {
+        let mut client = connected(Router::new(), 1024);
+        let begun = tokio::time::Instant::now();
+        client.write_all(b"POST /nowhere HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\ncontent-length: 65536\r\n\r\n").await.expect("it takes the head");
+        let mut answer = Vec::new();
+        client.read_to_end(&mut answer).await.expect("it answers");
+        assert!(answer.starts_with(b"HTTP/1.1 404") && begun.elapsed() < Duration::from_secs(3), "{:?}", begun.elapsed());
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn whoever_does_not_speak_tls_fast_enough_has_the_time_of_a_stranger() {
+        let (mut client, server) = tokio::io::duplex(1024);
+        let place = Arc::new(Places::default()).enter(IpAddr::from([10, 0, 0, 1]));
+        let key = rcgen::generate_simple_self_signed(["localhost".to_owned()]).expect("a certificate");
+        let private = rustls::pki_types::PrivateKeyDer::try_from(key.key_pair.serialize_der()).expect("a key");
+        let config = rustls::ServerConfig::builder_with_provider(Arc::new(rustls::crypto::ring::default_provider()))
+            .with_safe_default_protocol_versions()
+            .expect("versions")
+            .with_no_client_auth()
+            .with_single_cert(vec![key.cert.der().clone()], private)
+            .expect("a certificate");
+        let handshake = TlsAcceptor::from(Arc::new(config)).accept(server);
+        let served = tokio::spawn(within(place, async move { drop(handshake.await) }));
+        let begun = tokio::time::Instant::now();
+        // The head of a record that announces a greeting of 512 bytes, then a byte a second.
+        client.write_all(&[22, 3, 1, 2, 0]).await.expect("it takes it");
+        while !served.is_finished() {
+            let _over = client.write_all(&[1]).await;
+            tokio::time::sleep(Duration::from_secs(1)).await;
+        }
+        assert!(begun.elapsed() <= STRANGER_MAX + Duration::from_secs(1), "{:?}", begun.elapsed());
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn whoever_takes_nothing_of_an_answer_is_cut_off() {
+        let large = Router::new().route("/", axum::routing::get(|| async { "x".repeat(1 << 20) }));
+        let (mut client, server) = tokio::io::duplex(1024);
+        let served = tokio::spawn(serve(server, Peer::Unix { uid: 0 }, large, None));
+        client.write_all(b"GET / HTTP/1.1\r\nhost: localhost\r\n\r\n").await.expect("it takes it");
+        let begun = tokio::time::Instant::now();
+        served.await.expect("it ends");
+        assert!(begun.elapsed() <= TAKE_MAX + Duration::from_secs(1), "{:?}", begun.elapsed());
     }
 }

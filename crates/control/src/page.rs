@@ -45,7 +45,7 @@ impl Page {
     pub fn load(folder: &Path) -> Result<Page, Refusals> {
         let missing = || {
             let message = format!("the studio's page is not in '{}'", folder.display());
-            refuse(message, "build it, npm ci && npm run build in the folder studio of the sources, or install OpenGPAC from its wheel")
+            refuse(message, "`make page` builds it in the sources, with Node 20.19 or newer; the wheel has it")
         };
         let mut files = HashMap::new();
         let mut left = BYTES_MAX;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Places of the connections of TCP. Whoever has not said who it is has a place for a short time, and gives way to the next who
+//! Places of connections. Whoever has not said who it is has a place for a short time, and gives way to the next who
 //! comes; whoever is known keeps its place. So nobody without a token can keep out somebody who has one.
-use crate::caller::Caller;
+use crate::caller::{Caller, Gate, Pass};
 use crate::failure::Failure;
-use crate::role::Role;
+use api::Role;
 use model::refusal::Class;
 use std::collections::{BTreeMap, HashMap};
+use std::fmt;
 use std::net::{IpAddr, Ipv6Addr};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
@@ -24,19 +25,38 @@ pub(crate) const KNOWN_MAX: usize = 256;
 pub(crate) const KNOWN_EACH_MAX: usize = 64;
 /// How many places of the known are kept for roles that may command and stop.
 pub(crate) const RESERVED: usize = 64;
-/// How many more there are for an emergency stop, of one caller and of all.
+/// How many more there are for what stops, of one caller and of all.
 const STOPS: usize = 16;
+
+/// Origins of connections that gave way which are told one by one.
+const ORIGINS_MAX: usize = 64;
 
 /// Whose a connection is.
 #[derive(Debug)]
 enum Standing {
-    Stranger { until: Instant },
-    Known { who: String },
+    Stranger {
+        until: Instant,
+    },
+    /// `doubted`: the caller was let in no longer when it was looked last.
+    Known {
+        caller: Caller,
+        pass: Pass,
+        doubted: bool,
+    },
+}
+
+/// Where strangers come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Origin {
+    /// The Unix socket.
+    Socket,
+    /// An address; of IPv6 its network: one machine has as many addresses there as it likes.
+    Network(IpAddr),
 }
 
 #[derive(Debug)]
 struct Held {
-    origin: IpAddr,
+    origin: Origin,
     standing: Standing,
     end: Arc<Notify>,
 }
@@ -46,6 +66,29 @@ struct Held {
 struct Table {
     next: u64,
     held: BTreeMap<u64, Held>,
+    /// How many gave way to others since it was told last, by where they came from.
+    gave_way: HashMap<Origin, u64>,
+}
+
+/// The places of both listeners: nobody on the network takes one of the Unix socket.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Doors {
+    pub socket: Arc<Places>,
+    pub network: Arc<Places>,
+}
+
+impl Doors {
+    /// Ends the connections of callers who are let in no longer, at the second look: what runs on them has had time to say so itself.
+    pub fn look_again(&self, gate: &Gate) {
+        [&self.socket, &self.network].into_iter().for_each(|places| places.look_again(gate));
+    }
+
+    /// Who gave way since the last time, those that were most first.
+    pub fn gave_way(&self) -> Vec<(Origin, u64)> {
+        let mut gave: Vec<_> = [&self.socket, &self.network].into_iter().flat_map(|places| std::mem::take(&mut places.locked().gave_way)).collect();
+        gave.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        gave
+    }
 }
 
 /// All places of one listener.
@@ -60,23 +103,33 @@ pub(crate) struct Place {
     end: Arc<Notify>,
 }
 
-/// Where a stranger comes from. Of IPv6 it is the network: one machine has as many addresses there as it likes.
-fn origin_of(from: IpAddr) -> IpAddr {
-    match from.to_canonical() {
-        IpAddr::V6(address) => IpAddr::V6(Ipv6Addr::from_bits(address.to_bits() & (u128::MAX << 64))),
-        four => four,
+impl From<IpAddr> for Origin {
+    fn from(from: IpAddr) -> Origin {
+        Origin::Network(match from.to_canonical() {
+            IpAddr::V6(address) => IpAddr::V6(Ipv6Addr::from_bits(address.to_bits() & (u128::MAX << 64))),
+            four => four,
+        })
+    }
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Origin::Socket => f.write_str("the Unix socket"),
+            Origin::Network(address) => address.fmt(f),
+        }
     }
 }
 
 impl Table {
-    fn strangers(&self) -> impl Iterator<Item = (u64, IpAddr)> {
+    fn strangers(&self) -> impl Iterator<Item = (u64, Origin)> {
         self.held.iter().filter(|(_, held)| matches!(held.standing, Standing::Stranger { .. })).map(|(number, held)| (*number, held.origin))
     }
 
     /// The stranger that gives way to one more from there: where an address has too many, its oldest; where all together are too many,
     /// the oldest of the address that has most.
-    fn gives_way(&self, origin: IpAddr) -> Option<u64> {
-        let mut of_each: HashMap<IpAddr, usize> = HashMap::new();
+    fn gives_way(&self, origin: Origin) -> Option<u64> {
+        let mut of_each: HashMap<Origin, usize> = HashMap::new();
         self.strangers().for_each(|(_, from)| *of_each.entry(from).or_default() += 1);
         let from = if of_each.get(&origin).is_some_and(|own| *own >= STRANGERS_EACH_MAX) {
             origin
@@ -91,7 +144,7 @@ impl Table {
 
     /// Refuses a caller one more place among the known. `more`: places there are beyond the usual ones.
     fn check_known(&self, caller: &Caller, more: usize) -> Result<(), Failure> {
-        let known = || self.held.values().filter_map(|held| if let Standing::Known { who } = &held.standing { Some(who) } else { None });
+        let known = || self.held.values().filter_map(|held| if let Standing::Known { caller, .. } = &held.standing { Some(&caller.who) } else { None });
         let own = known().filter(|who| **who == caller.who).count();
         let kept = if caller.role >= Role::Operate { 0 } else { RESERVED };
         let full = if own >= KNOWN_EACH_MAX + more {
@@ -111,17 +164,31 @@ impl Places {
     }
 
     /// The place of a connection that has just come: that of a stranger.
-    pub fn enter(self: &Arc<Places>, from: IpAddr) -> Arc<Place> {
-        let (origin, end) = (origin_of(from), Arc::new(Notify::new()));
+    pub fn enter(self: &Arc<Places>, from: impl Into<Origin>) -> Arc<Place> {
+        let (origin, end) = (from.into(), Arc::new(Notify::new()));
         let mut table = self.locked();
         if let Some(held) = table.gives_way(origin).and_then(|number| table.held.remove(&number)) {
             held.end.notify_one();
+            if table.gave_way.len() < ORIGINS_MAX || table.gave_way.contains_key(&held.origin) {
+                *table.gave_way.entry(held.origin).or_default() += 1;
+            }
         }
         let number = table.next;
         table.next += 1;
         let standing = Standing::Stranger { until: Instant::now() + STRANGER_MAX };
         table.held.insert(number, Held { origin, standing, end: end.clone() });
         Arc::new(Place { places: self.clone(), number, end })
+    }
+
+    fn look_again(&self, gate: &Gate) {
+        for Held { standing, end, .. } in self.locked().held.values_mut() {
+            let Standing::Known { caller, pass, doubted } = standing else { continue };
+            let is_out = gate.look_again(caller, pass).is_err();
+            if is_out && *doubted {
+                end.notify_one();
+            }
+            *doubted = is_out;
+        }
     }
 }
 
@@ -133,18 +200,18 @@ impl Place {
         }
     }
 
-    /// It is known whose the connection is: it keeps its place. `stops`: it carries an emergency stop, for which there is always room.
+    /// It is known whose the connection is: it keeps its place. `stops`: it carries what stops, for which there is always room.
     /// Errors: `LimitExceeded`.
-    pub fn know(&self, caller: &Caller, stops: bool) -> Result<(), Failure> {
+    pub fn know(&self, caller: &Caller, pass: &Pass, stops: bool) -> Result<(), Failure> {
         let mut table = self.places.locked();
         let before = table.held.get(&self.number).map(|held| &held.standing);
-        if matches!(before, Some(Standing::Known { who }) if *who == caller.who) {
+        if matches!(before, Some(Standing::Known { caller: before, pass: by, .. }) if before == caller && by == pass) {
             return Ok(());
         }
         table.check_known(caller, if stops { STOPS } else { 0 })?;
         // One that has just given way has no place any more, and its request ends with it.
         if let Some(held) = table.held.get_mut(&self.number) {
-            held.standing = Standing::Known { who: caller.who.clone() };
+            held.standing = Standing::Known { caller: caller.clone(), pass: pass.clone(), doubted: false };
         }
         Ok(())
     }
@@ -199,10 +266,13 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn strangers_of_one_address_give_way_to_each_other_only() {
-        let places = Arc::new(Places::default());
+        let places: Arc<Places> = Arc::default();
         let other = places.enter(address(1));
         let crowd: Vec<_> = (0..STRANGERS_EACH_MAX + 3).map(|_| places.enter(address(2))).collect();
         assert!(crowd.iter().take(3).all(|place| is_over(place)), "the oldest give way");
+        let doors = Doors { network: places, ..Doors::default() };
+        assert_eq!(doors.gave_way(), [(address(2).into(), 3)], "they are counted");
+        assert_eq!(doors.gave_way(), [], "and told once");
         assert!(!crowd.iter().skip(3).any(|place| is_over(place)) && !is_over(&other));
     }
 
@@ -220,16 +290,16 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn addresses_of_one_network_of_ipv6_are_one() {
         let of = |last: u16| IpAddr::from([0x2001, 0xdb8, 0, 1, 0, 0, 0, last]);
-        assert_eq!(origin_of(of(1)), origin_of(of(2)));
-        assert_ne!(origin_of(of(1)), origin_of(IpAddr::from([0x2001, 0xdb8, 0, 2, 0, 0, 0, 1])));
-        assert_eq!(origin_of(IpAddr::from([0, 0, 0, 0, 0, 0xffff, 0x0a00, 1])), address(1), "one of IPv4, as a socket of IPv6 says it");
+        assert_eq!(Origin::from(of(1)), Origin::from(of(2)));
+        assert_ne!(Origin::from(of(1)), Origin::from(IpAddr::from([0x2001, 0xdb8, 0, 2, 0, 0, 0, 1])));
+        assert_eq!(Origin::from(IpAddr::from([0, 0, 0, 0, 0, 0xffff, 0x0a00, 1])), Origin::from(address(1)), "one of IPv4, as a socket of IPv6 says it");
     }
 
     #[tokio::test(start_paused = true)]
     async fn a_stranger_has_a_short_time_and_who_is_known_has_not() {
         let places = Arc::new(Places::default());
         let (silent, read, known) = (places.enter(address(1)), places.enter(address(1)), places.enter(address(1)));
-        known.know(&caller("token panel", Role::Operate), false).expect("there is room");
+        known.know(&caller("token panel", Role::Operate), &Pass::Lasting, false).expect("there is room");
         tokio::time::advance(STRANGER_MAX - Duration::from_millis(1)).await;
         read.heard();
         assert!(!is_over(&silent));
@@ -244,7 +314,7 @@ mod tests {
         let places = Arc::new(Places::default());
         let enter = |caller: &Caller, stops| {
             let place = places.enter(address(1));
-            place.know(caller, stops).map(|()| place)
+            place.know(caller, &Pass::Lasting, stops).map(|()| place)
         };
         let fill = |caller: &Caller| std::iter::from_fn(|| enter(caller, false).ok()).collect::<Vec<_>>();
         let observers: Vec<_> = (0..4).map(|number| fill(&caller(&format!("token o{number}"), Role::Observe))).collect();

@@ -1,96 +1,95 @@
 // SPDX-License-Identifier: Apache-2.0
-//! JSON Schemas of the calls, made from the table of calls and the types themselves.
-use crate::calls::{Argument, CALLS, Call, Of};
+//! JSON Schemas of the calls, from their declarations, and of the other requests.
+use crate::calls::{self, Call};
+use crate::definitions::unite;
+use crate::files::Stored;
+use crate::sessions::{Holder, Listed, Reports, Returned};
+use crate::told::Told;
+use crate::version::Version;
 use crate::wire::{OpenSession, StreamFrame, TakeCommand};
-use model::compose::Composition;
-use model::definition::{Application, DeviceType, Graph, Verb};
-use model::refusal::{Place, Refusal};
-use model::{PortName, Verdict};
+use model::refusal::Refusal;
 use schemars::{JsonSchema, SchemaGenerator, generate::SchemaSettings};
 use serde_json::{Map, Value, json};
-use supervisor::{Alarm, DeviceRequest, Entry, InProcess, Limits, Mode, Report, Severity, SvvRequest};
+use supervisor::ModuleAbout;
 
-/// All schemas: `{"version", "calls": {name: {"role", "arguments", "result"}}, "requests": {name: schema}, "$defs": {…}}`, draft 2020-12.
+/// All schemas, draft 2020-12: `{"version", "calls": {name: {"role", "subject", "words", "lasts", "arguments", "result"}}, "requests": {"METHOD
+/// path": {"body", "answer"}}, "errors", "$defs": {…}}`. `answer` is what stands under `result`, and of requests that have no such
+/// member, all of it.
 pub fn all() -> Value {
-    let mut generator = SchemaSettings::draft2020_12().into_generator();
-    let calls: Map<String, Value> = CALLS.iter().map(|call| (call.name.to_owned(), of_call(&mut generator, call))).collect();
-    let requests = json!({
-        "POST /v1/sessions": generator.subschema_for::<OpenSession>(),
-        "POST /v1/command": generator.subschema_for::<TakeCommand>(),
-        "stream": generator.subschema_for::<StreamFrame>(),
-        "errors": { "type": "object", "properties": { "errors": generator.subschema_for::<Vec<Refusal>>() }, "required": ["errors"] },
+    let mut sent = SchemaSettings::draft2020_12().into_generator();
+    let mut answered = SchemaSettings::draft2020_12().for_serialize().into_generator();
+    let mut bodies = json!({
+        "calls": calls::all().map(|call| (call.name.to_owned(), arguments(&mut sent, call))).collect::<Map<_, _>>(),
+        "requests": {
+            "POST /v1/sessions": sent.subschema_for::<OpenSession>(),
+            "POST /v1/command": sent.subschema_for::<TakeCommand>(),
+            "GET /v1/stream": sent.subschema_for::<StreamFrame>(),
+        },
     });
-    let definitions = generator.take_definitions(true);
-    json!({ "version": 1, "calls": calls, "requests": requests, "$defs": definitions })
+    let results: Map<String, Value> = calls::all().map(|call| (call.name.to_owned(), call.answer_schema(&mut answered).to_value())).collect();
+    let answers = answers(&mut answered);
+    let errors = json!({ "type": "object", "properties": { "errors": one::<Vec<Refusal>>(&mut answered) }, "required": ["errors"] });
+    let definitions = unite(&mut bodies, sent.take_definitions(true), answered.take_definitions(true));
+    let calls: Map<String, Value> = calls::all()
+        .map(|call| {
+            let described = json!({
+                "role": call.role.word(), "subject": call.subject, "words": call.words(), "lasts": call.lasts,
+                "arguments": bodies["calls"][call.name], "result": results[call.name],
+            });
+            (call.name.to_owned(), described)
+        })
+        .collect();
+    let requests: Map<String, Value> =
+        answers.into_iter().map(|(request, answer)| (request.to_owned(), json!({ "body": bodies["requests"].get(request), "answer": answer }))).collect();
+    json!({ "version": 1, "calls": calls, "requests": requests, "errors": errors, "$defs": definitions })
 }
 
-fn of_call(generator: &mut SchemaGenerator, call: &Call) -> Value {
-    let mut properties: Map<String, Value> = call.arguments.iter().map(|a| (a.name.to_owned(), schema(generator, a.of))).collect();
-    if call.lasts() {
-        properties.insert("slice_ms".to_owned(), json!({ "type": "integer", "minimum": 1, "maximum": 1000, "default": 1000 }));
+/// The arguments of a call: an object of named ones, one definition, or both in one object.
+fn arguments(generator: &mut SchemaGenerator, call: &Call) -> Value {
+    let mut named = call.named_schema(generator).to_value();
+    if call.lasts {
+        named["properties"]["slice_ms"] = json!({
+            "description": "How long this request may last, ms.", "type": "integer", "minimum": 1, "maximum": 1000, "default": 1000,
+        });
     }
-    let required: Vec<&str> = call.arguments.iter().filter(|a| a.required).map(|a: &Argument| a.name).collect();
-    let named = json!({ "type": "object", "properties": properties, "required": required });
-    let arguments = match call.whole {
+    let is_empty = named["properties"].as_object().is_none_or(Map::is_empty);
+    match call.whole_schema(generator).map(Into::into) {
         None => {
-            let mut named = named;
             named["additionalProperties"] = json!(false);
             named
         }
-        Some(of) if call.arguments.is_empty() => schema(generator, of),
-        Some(of) => json!({ "allOf": [named, schema(generator, of)] }),
-    };
-    json!({ "role": call.role.word(), "arguments": arguments, "result": schema(generator, call.result) })
+        Some(whole) if is_empty => whole,
+        Some(whole) => {
+            named.as_object_mut().into_iter().for_each(|named| drop(named.remove("additionalProperties")));
+            json!({ "allOf": [named, whole] })
+        }
+    }
+}
+
+/// What requests are answered that are no calls.
+fn answers(of: &mut SchemaGenerator) -> Vec<(&'static str, Value)> {
+    let document = || json!({ "type": "object" });
+    vec![
+        ("GET /v1/version", one::<Version>(of)),
+        ("GET /v1/schema", document()),
+        ("GET /v1/openapi.json", document()),
+        ("GET /v1/sessions", one::<Vec<Listed>>(of)),
+        ("POST /v1/sessions", one::<Returned>(of)),
+        ("DELETE /v1/sessions", one::<()>(of)),
+        ("GET /v1/sessions/{name}/reports", one::<Reports>(of)),
+        ("DELETE /v1/sessions/{name}/reports", one::<()>(of)),
+        ("POST /v1/heartbeat", one::<()>(of)),
+        ("GET /v1/hold", one::<()>(of)),
+        ("GET /v1/command", one::<Holder>(of)),
+        ("POST /v1/command", one::<Holder>(of)),
+        ("DELETE /v1/command", one::<Holder>(of)),
+        ("PUT /v1/modules/{name}", one::<ModuleAbout>(of)),
+        ("GET /v1/files/{sha256}", one::<Stored>(of)),
+        ("PUT /v1/files/{sha256}", one::<Stored>(of)),
+        ("GET /v1/stream", one::<Told>(of)),
+    ]
 }
 
 fn one<T: JsonSchema>(generator: &mut SchemaGenerator) -> Value {
     generator.subschema_for::<T>().to_value()
-}
-
-/// A value with its number and time, as `value` or as `bytes`.
-fn reading() -> Value {
-    json!({
-        "type": "object", "required": ["number", "time_ns"],
-        "properties": {
-            "value": true, "bytes": { "type": "string", "contentEncoding": "base64" }, "number": { "type": "integer" }, "time_ns": { "type": "integer" }
-        },
-    })
-}
-
-fn schema(generator: &mut SchemaGenerator, of: Of) -> Value {
-    match of {
-        Of::Nothing => json!({ "type": "null" }),
-        Of::Any => json!(true),
-        Of::Text => one::<String>(generator),
-        Of::Int => json!({ "type": "integer" }),
-        Of::Bool => one::<bool>(generator),
-        Of::Names => one::<Vec<String>>(generator),
-        Of::Numbers => json!({ "type": "array", "items": { "type": "integer", "minimum": 0 } }),
-        Of::Map => json!({ "type": "object" }),
-        Of::Intervals => json!({ "type": "object", "additionalProperties": { "type": "integer", "minimum": 0 } }),
-        Of::Place => one::<Option<Place>>(generator),
-        Of::InProcess => one::<InProcess>(generator),
-        Of::Limits => one::<Limits>(generator),
-        Of::Report => one::<Option<Report>>(generator),
-        Of::Snapshot => json!({
-            "type": "object", "required": ["time_ns", "values"],
-            "properties": { "time_ns": { "type": "integer" }, "values": { "type": "object", "additionalProperties": reading() } },
-        }),
-        Of::History => json!({ "type": "array", "items": reading() }),
-        Of::Log => one::<Vec<Entry>>(generator),
-        Of::Alarms => one::<Vec<Alarm>>(generator),
-        Of::Mode => one::<Mode>(generator),
-        Of::Severity => one::<Severity>(generator),
-        Of::Verb => one::<Verb>(generator),
-        Of::Graph => one::<Graph>(generator),
-        Of::Findings => one::<Vec<Refusal>>(generator),
-        Of::Port => one::<PortName>(generator),
-        Of::Wired => json!({ "anyOf": [generator.subschema_for::<Option<String>>(), generator.subschema_for::<Vec<Verdict>>()] }),
-        Of::Composition => one::<Composition>(generator),
-        Of::DeviceType => one::<DeviceType>(generator),
-        Of::Device => one::<DeviceRequest>(generator),
-        Of::Svv => one::<SvvRequest>(generator),
-        Of::Application => one::<Application>(generator),
-        Of::Placement => json!({ "type": "object", "additionalProperties": { "type": "string" } }),
-    }
 }

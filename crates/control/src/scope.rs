@@ -3,14 +3,14 @@
 //!
 //! A frame goes when there is room for it at once, or never: what a slow reader does not get is counted, value by value, and the
 //! count is in the next frame that it gets. So what is shown is never old, and what is missing is known exactly.
+use crate::told::{ScopeChannel, ScopeHead, Told};
+use api::Refusals;
 use model::types::{Scalar, Type};
 use model::value::Value;
-use serde_json::{Value as Json, json};
-use session::Refusals;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
-use supervisor::{Run, Samples, System, Tap};
+use supervisor::{Run, Samples, System, Tap, TapChannel};
 
 /// Channels of one stream.
 pub(crate) const CHANNELS_MAX: usize = 256;
@@ -71,11 +71,15 @@ impl Scope {
     }
 
     /// The first frame: what the channels are.
-    pub fn head(&self) -> Json {
-        let channels: Vec<Json> = (self.tap.channels().iter().zip(&self.components))
-            .map(|(c, components)| json!({ "name": c.name, "type_text": c.type_text, "unit": c.unit, "components": components.len() }))
-            .collect();
-        json!({ "id": self.id, "scope": { "channels": channels } })
+    pub fn head(&self) -> Told {
+        let channel = |(of, components): (&TapChannel, &Vec<_>)| ScopeChannel {
+            name: of.name.clone(),
+            type_text: of.type_text.clone(),
+            unit: of.unit.clone(),
+            components: components.len(),
+        };
+        let channels = self.tap.channels().iter().zip(&self.components).map(channel).collect();
+        Told { scope: Some(ScopeHead { channels }), ..Told::of(&self.id) }
     }
 
     /// Waits until it is time for the next frame: the time between two, and less where virtual time waits for it.

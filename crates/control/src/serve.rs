@@ -2,18 +2,21 @@
 //! Serving a system: what is asked for is checked before anything listens; then threads of their own answer.
 use crate::audit::Audit;
 use crate::caller::Gate;
+use crate::clock::now;
 use crate::files::Files;
 use crate::journal::Journal;
-use crate::journal::play::{Unwatched, Watcher, play};
+use crate::lanes::{Lanes, Runtimes};
 use crate::listen::{self, Listener};
 use crate::page::Page;
+use crate::places::Doors;
+use crate::playing::{Unwatched, Watcher, play};
 use crate::rates::Rates;
-use crate::role::Role;
-use crate::service::{Service, WAITS_MAX};
+use crate::service::Service;
 use crate::sessions::Sessions;
 use crate::socket;
 use crate::tls;
 use crate::tokens::{RunToken, Tokens};
+use api::Role;
 use model::refusal::{Class, Refusal, Refusals};
 use serde::Deserialize;
 use std::io::ErrorKind;
@@ -21,10 +24,8 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::os::unix::net::UnixListener;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use supervisor::System;
-use tokio::runtime::Runtime;
-use tokio::sync::Semaphore;
 use tokio_rustls::TlsAcceptor;
 
 /// How the control interface is served.
@@ -66,12 +67,13 @@ pub struct Options {
 
 /// How often sessions are looked after.
 const LOOK: Duration = Duration::from_millis(100);
-/// Threads for calls: those that wait, and some that are never taken by waits.
-const BLOCKING_THREADS: usize = WAITS_MAX + 16;
+/// After how many of these looks it is looked whether callers are still let in, and after how many it is told who gave way.
+const LOOKS_A_SECOND: u64 = 10;
+const TOLD_EVERY: u64 = 100;
 
 /// A system that is served.
 pub struct Server {
-    runtime: Option<Runtime>,
+    runtimes: Option<Runtimes>,
     service: Arc<Service>,
     addresses: Vec<String>,
     socket: Option<PathBuf>,
@@ -141,7 +143,14 @@ fn audit(options: &Options, socket: Option<&Path>) -> Result<Audit, Refusals> {
     Audit::open(&path).map_err(|why| refuse(format!("cannot open the audit file '{}': {why}", path.display()), "give another with --audit"))
 }
 
-fn service(system: Arc<System>, options: &Options, audit: Audit, run: Option<RunToken>, journal: Option<Journal>) -> Result<Service, Refusals> {
+pub(crate) fn service(
+    system: Arc<System>,
+    options: &Options,
+    audit: Audit,
+    run: Option<RunToken>,
+    journal: Option<Journal>,
+    lanes: Arc<Lanes>,
+) -> Result<Service, Refusals> {
     let tokens =
         options.tokens.as_deref().map(Tokens::open).transpose().map_err(|why| refuse(format!("tokens: {why}"), "make the file with opengpac token new"))?;
     Ok(Service {
@@ -159,7 +168,8 @@ fn service(system: Arc<System>, options: &Options, audit: Audit, run: Option<Run
         page: options.page.as_deref().map(Page::load).transpose()?,
         rates: Rates::new(20_000.0, 20_000.0),
         failures: Rates::new(10.0, 20.0),
-        waits: Arc::new(Semaphore::new(WAITS_MAX)),
+        lanes,
+        doors: Doors::default(),
         files: Files::new().map_err(|why| refuse(format!("cannot make a folder for files: {why}"), "make room among the temporary files"))?,
         journal,
         records: options.records.clone(),
@@ -207,22 +217,17 @@ impl Server {
         let failed = |why: std::io::Error| refuse(format!("cannot serve: {why}"), "close other programs and try again");
         let (run, token) = options.run_token.map(RunToken::new).transpose().map_err(failed)?.unzip();
         let audit = audit(options, bound.as_ref().map(|(_, path)| *path))?;
-        let service = Arc::new(service(system, options, audit, run, journal)?);
+        let runtimes = Runtimes::start().map_err(failed)?;
+        let runtime = &runtimes.serving;
+        let service = Arc::new(service(system, options, audit, run, journal, Lanes::new(Some(&runtimes)))?);
         if let Some(journal) = &service.journal {
             play(&service, journal, options.journal_strict, watcher)?;
         }
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            .worker_threads(2)
-            .max_blocking_threads(BLOCKING_THREADS)
-            .thread_name("control")
-            .enable_all()
-            .build()
-            .map_err(failed)?;
         let (mut addresses, mut listeners, mut studio) = (Vec::new(), Vec::new(), None);
         let socket = bound.as_ref().map(|(_, path)| path.to_path_buf());
         if let Some((bound, path)) = bound {
             addresses.push(format!("unix://{}", path.display()));
-            listeners.push(Listener::unix(&runtime, bound).map_err(failed)?);
+            listeners.push(Listener::unix(runtime, bound).map_err(failed)?);
         }
         if let Some((address, acceptor)) = tcp {
             let cannot = |why: std::io::Error| {
@@ -235,14 +240,14 @@ impl Server {
             let fragment = token.map(|token| format!("#token={token}")).unwrap_or_default();
             studio = service.page.is_some().then(|| format!("{url}/{fragment}"));
             addresses.push(url);
-            listeners.push(Listener::tcp(&runtime, listener, acceptor).map_err(failed)?);
+            listeners.push(Listener::tcp(runtime, listener, acceptor).map_err(failed)?);
         }
         let router = crate::http::router(service.clone());
         for listener in listeners {
-            runtime.spawn(listen::accept(listener, router.clone()));
+            runtime.spawn(listen::accept(listener, router.clone(), service.doors.clone()));
         }
         runtime.spawn(look_after(service.clone()));
-        Ok(Server { runtime: Some(runtime), service, addresses, socket, studio })
+        Ok(Server { runtimes: Some(runtimes), service, addresses, socket, studio })
     }
 
     /// Where it listens: `unix://PATH`, `http://HOST:PORT`, `https://HOST:PORT`.
@@ -263,12 +268,12 @@ impl Server {
 
     /// Stops answering and removes the socket. Twice is once.
     pub fn stop(&mut self) {
-        if let Some(runtime) = self.runtime.take() {
+        if let Some(runtimes) = self.runtimes.take() {
             if let Some(socket) = &self.socket {
                 // It may have gone with its folder.
                 let _gone = std::fs::remove_file(socket);
             }
-            runtime.shutdown_timeout(Duration::from_secs(2));
+            runtimes.end(Duration::from_secs(2));
             if let Some(journal) = &self.service.journal {
                 journal.end(&self.service.system);
             }
@@ -285,11 +290,19 @@ impl Drop for Server {
 async fn look_after(service: Arc<Service>) {
     let mut tick = tokio::time::interval(LOOK);
     tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
-    loop {
+    for looks in 0_u64.. {
         tick.tick().await;
+        if looks.is_multiple_of(LOOKS_A_SECOND) {
+            service.doors.look_again(&service.gate);
+        }
         let service = service.clone();
-        let looked = tokio::task::spawn_blocking(move || service.look_after(Instant::now())).await;
-        if looked.is_err() {
+        let looked = tokio::task::spawn_blocking(move || {
+            service.look_after(now());
+            if looks.is_multiple_of(TOLD_EVERY) {
+                service.tell_who_gave_way();
+            }
+        });
+        if looked.await.is_err() {
             eprintln!("control: looking after the sessions failed; please report it");
         }
     }

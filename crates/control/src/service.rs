@@ -2,28 +2,27 @@
 //! What all requests share, and what a call does from its arguments to its answer. Nothing here is of HTTP.
 use crate::audit::{Act, Audit};
 use crate::caller::{Caller, Gate};
-use crate::calls::Call;
+use crate::calls::{self, Call};
+use crate::clock::now;
 use crate::code::Named;
 use crate::failure::Failure;
 use crate::files::Files;
 use crate::journal::Journal;
 use crate::journal::lines::By;
+use crate::lanes::Lanes;
 use crate::page::Page;
+use crate::places::Doors;
 use crate::rates::Rates;
-use crate::role::Role;
-use crate::sessions::Sessions;
-use crate::wire::Asked;
+use crate::sessions::{Described, Sessions};
+use crate::wire::{self, Asked};
+use api::Answered;
+use api::Role;
 use model::refusal::Class;
-use serde_json::{Value as Json, json};
-use session::Answered;
+use serde_json::{Map, Value as Json, json};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Instant;
-use supervisor::System;
-use tokio::sync::Semaphore;
-
-/// Waits at a time.
-pub const WAITS_MAX: usize = 24;
+use std::time::{Duration, Instant};
+use supervisor::{ModuleAbout, System};
 
 /// A system and all that stands between it and its callers.
 pub struct Service {
@@ -37,7 +36,8 @@ pub struct Service {
     pub rates: Rates,
     /// Requests that nobody was let in with, from each address.
     pub failures: Rates,
-    pub waits: Arc<Semaphore>,
+    pub lanes: Arc<Lanes>,
+    pub doors: Doors,
     pub files: Files,
     /// What is recorded for a daemon that starts again.
     pub journal: Option<Journal>,
@@ -56,7 +56,7 @@ pub struct Presence {
 
 impl Drop for Presence {
     fn drop(&mut self) {
-        self.service.sessions.end(&self.id, Instant::now());
+        self.service.sessions.end(&self.id, now());
     }
 }
 
@@ -64,7 +64,7 @@ impl Service {
     /// A request of the session of this ID begins; nothing without one.
     pub fn present(self: &Arc<Self>, id: Option<&str>, caller: &Caller) -> Result<Option<Presence>, Failure> {
         let Some(id) = id else { return Ok(None) };
-        let name = self.sessions.begin(id, caller, Instant::now())?;
+        let name = self.sessions.begin(id, caller, now())?;
         Ok(Some(Presence { service: self.clone(), id: id.to_owned(), name }))
     }
 
@@ -82,11 +82,11 @@ impl Service {
     pub fn call(self: &Arc<Self>, call: &Call, asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         let role = call.role_under(self.system.is_virtual());
         let mut act = Act::new(caller, presence.map_or("", |p| &p.name), call.name, asked_text(&asked).as_bytes());
-        let commands = session::commanded(&self.system, call.name, &asked.arguments);
+        let commands = api::commanded(&self.system, call.name, &asked.arguments);
         act.about = commands.clone().unwrap_or_default();
         let allowed = self.require_role(caller, role, call.name).and_then(|()| match role {
             Role::Observe => Ok(()),
-            _ if call.is_free() => Ok(()),
+            _ if call.free => Ok(()),
             _ => self.sessions.require_command(presence.map(|p| p.name.as_str())),
         });
         let result = self.audited(&act, role, || allowed.and_then(|()| self.kept(call, asked, caller, presence)));
@@ -134,6 +134,9 @@ impl Service {
 
     /// Makes a call under the journal, where there is one: what configures is not made where its line would have no room.
     fn kept(&self, call: &Call, asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
+        if call.name == "perform" {
+            return self.perform(asked, caller, presence);
+        }
         let Some(journal) = self.journal.as_ref().filter(|_| Journal::concerns(call)) else { return self.make(call, asked, presence) };
         let arguments = asked.arguments.clone();
         if call.role >= Role::Configure {
@@ -146,8 +149,37 @@ impl Service {
         Ok(answer)
     }
 
+    /// A call of a verb in one request. An instance is somebody's, and in the journal, before it starts: so it is made step by step.
+    fn perform(&self, asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
+        let Asked { mut arguments, slice } = asked;
+        let one = |name: &str, arguments: Map<String, Json>| {
+            let call = calls::find(name).ok_or_else(|| Failure::new(Class::CallError, format!("there is no call '{name}'"), "please report it"))?;
+            self.kept(call, Asked { arguments, slice }, caller, presence)
+        };
+        let of_start: Vec<(String, Json)> = ["values", "limits"].into_iter().filter_map(|name| arguments.shift_remove_entry(name)).collect();
+        let instance = one("create", arguments)?["result"].take();
+        let with_instance = || Map::from_iter([("instance".to_owned(), instance.clone())]);
+        let mut start = with_instance();
+        start.extend(of_start);
+        if let Err(failure) = one("start", start) {
+            one("delete", with_instance())?;
+            return Err(failure);
+        }
+        one("performed", with_instance())
+    }
+
+    /// Goes on with what an answer told to go on with, which has been judged and recorded when it began.
+    pub fn go_on(self: &Arc<Self>, with: &Json, slice: Duration, presence: Option<&Presence>) -> Result<Json, Failure> {
+        let (name, arguments) = (with["call"].as_str().unwrap_or(""), with["arguments"].as_object().cloned().unwrap_or_default());
+        let call = calls::find(name).ok_or_else(|| Failure::new(Class::CallError, format!("there is no call '{name}'"), "please report it"))?;
+        self.make(call, Asked { arguments, slice }, presence)
+    }
+
     fn make(&self, call: &Call, mut asked: Asked, presence: Option<&Presence>) -> Result<Json, Failure> {
         let instance = asked.arguments.get("instance").and_then(Json::as_u64);
+        if call.costs {
+            wire::check_extent(&asked.arguments)?;
+        }
         if call.name == "physical_device"
             && let Some(options) = asked.arguments.get_mut("options")
         {
@@ -160,7 +192,7 @@ impl Service {
         if let (Some(presence), "start", Some(instance)) = (presence, call.name, instance) {
             self.sessions.own(&presence.name, instance);
         }
-        let answered = session::begin(&self.system, call.name, &asked_text(&asked), asked.slice)?;
+        let answered = api::begin(&self.system, call.name, &asked_text(&asked), asked.slice)?;
         let result = match answered {
             Answered::Done(result) => result,
             Answered::Waiting { call, arguments } => {
@@ -168,6 +200,9 @@ impl Service {
                 return Ok(json!({ "waiting": true, "go_on": go_on, "now_ns": self.system.now_ns() }));
             }
         };
+        if let ("performed", Some(instance), Some(journal)) = (call.name, instance, &self.journal) {
+            journal.deleted(&self.system, instance);
+        }
         if let Some(presence) = presence {
             self.follow(call, &result, instance, &presence.name);
         }
@@ -181,6 +216,11 @@ impl Service {
                 if let Some(made) = result.as_u64().filter(|made| *made > 0) {
                     self.sessions.own(name, made);
                 }
+            }
+            ("performed", Some(instance)) => {
+                self.drain();
+                self.sessions.told(name, instance);
+                self.sessions.disown(instance);
             }
             ("delete", Some(instance)) => self.sessions.disown(instance),
             ("wait" | "halt" | "report", Some(instance)) if !result.is_null() => {
@@ -224,6 +264,14 @@ impl Service {
         }
     }
 
+    /// Enters into the log which connections gave way to others, since they did not say whose they are.
+    pub fn tell_who_gave_way(&self) {
+        let gave = self.doors.gave_way();
+        let (Some((most, count)), all) = (gave.first(), gave.iter().map(|(_, count)| count).sum::<u64>()) else { return };
+        let text = format!("{all} connections that did not say whose they are gave way to others, {count} of them from {most}");
+        self.system.log_control(&text);
+    }
+
     /// Closes a session in order.
     pub fn close_session(&self, id: &str) -> Result<(), Failure> {
         let name = self.sessions.close(id)?;
@@ -234,13 +282,16 @@ impl Service {
     }
 
     /// Number, name and state of instances that are still there.
-    pub fn described(&self, instances: &[u64]) -> Vec<Json> {
-        let there = instances.iter().filter_map(|id| Some((id, self.system.instance_json(*id).ok()?)));
-        there.map(|(id, about)| json!({ "instance": id, "name": about["name"], "state": about["state"] })).collect()
+    pub fn described(&self, instances: &[u64]) -> Vec<Described> {
+        let described = |instance: &u64| {
+            let about = self.system.instance_about(*instance).ok()?;
+            Some(Described { instance: *instance, name: about.name, state: about.state })
+        };
+        instances.iter().filter_map(described).collect()
     }
 
     /// Downloads a code module under the journal, where there is one.
-    pub fn download_kept(&self, name: &str, named: &Named, bytes: &[u8], by: By) -> Result<Json, Failure> {
+    pub fn download_kept(&self, name: &str, named: &Named, bytes: &[u8], by: By) -> Result<ModuleAbout, Failure> {
         let Some(journal) = &self.journal else { return self.download(name, &named.file, bytes) };
         journal.ready_for_module(&named.sha256, bytes)?;
         let about = self.download(name, &named.file, bytes)?;
@@ -249,7 +300,7 @@ impl Service {
     }
 
     /// Downloads a code module from the bytes of a file. Places in messages name the file as the caller does.
-    pub fn download(&self, name: &str, file: &str, bytes: &[u8]) -> Result<Json, Failure> {
+    pub fn download(&self, name: &str, file: &str, bytes: &[u8]) -> Result<ModuleAbout, Failure> {
         self.files.with(file, bytes, |path| {
             let named = path.display().to_string();
             self.system.download(path, Some(name), &self.python).map_err(|mut refusals| {

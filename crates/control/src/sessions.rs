@@ -2,18 +2,21 @@
 //! Sessions: who is there, who commands, whose the instances are, and the end reports that wait for who was away.
 //!
 //! Nothing here looks at a clock: whoever calls says what time it is.
+mod answers;
+
 use crate::caller::Caller;
 use crate::failure::Failure;
-use crate::role::Role;
 use crate::wire::{OpenSession, hex};
+use api::Role;
 use axum::http::StatusCode;
 use indexmap::IndexMap;
 use model::refusal::Class;
-use serde::Serialize;
 use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
-use supervisor::{End, Report};
+use supervisor::End;
+
+pub use answers::{Described, Holder, Kept, Listed, Opened, Reports, Returned};
 
 /// Sessions that are kept, alive and lost.
 pub const SESSIONS_MAX: usize = 64;
@@ -24,17 +27,6 @@ pub const REPORTS_MAX: usize = 256;
 
 /// What stands for the ID of a session of a daemon before this one: no ID, and not empty as that of a session that was never open.
 const RESTORED: &str = "restored";
-
-/// An end report that waits for its session.
-#[derive(Clone, Debug, Serialize)]
-pub struct Kept {
-    pub number: u64,
-    pub instance: u64,
-    pub report: Report,
-    /// It was in an answer; it goes when the session shows that it has had that.
-    #[serde(skip)]
-    told: bool,
-}
 
 struct Session {
     id: String,
@@ -66,36 +58,6 @@ struct State {
 /// All sessions with one system.
 #[derive(Default)]
 pub struct Sessions(Mutex<State>);
-
-/// What the answer to an opened session says.
-#[derive(Debug, Serialize)]
-pub struct Opened {
-    pub session: String,
-    pub name: String,
-    pub role: Role,
-    pub heartbeat_ms: u64,
-    pub lost_after_ms: u64,
-    /// It was there before, and lost.
-    pub returned: bool,
-    #[serde(skip)]
-    pub instances: Vec<u64>,
-    pub kept_reports: usize,
-    pub lost_reports: u64,
-}
-
-/// One line of the list of sessions.
-#[derive(Debug, Serialize)]
-pub struct Listed {
-    pub name: String,
-    pub who: String,
-    pub role: Role,
-    pub from: String,
-    pub commands: bool,
-    pub alive: bool,
-    /// A connection holds it: where that breaks it is lost at once.
-    pub held: bool,
-    pub kept_reports: usize,
-}
 
 impl Session {
     /// One that is lost, and has nothing.

@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The stream: a WebSocket that carries values, statistics, the log and end reports to who subscribes. A slow reader loses frames, never holds
 //! anybody up, and is told how many.
-use crate::caller::Caller;
+use crate::caller::{Caller, Pass};
 use crate::failure::Failure;
-use crate::http::{Held, present};
+use crate::lanes::Lane;
 use crate::places::Place;
+use crate::presence::{Held, present, shut_out};
 use crate::scope::{self, CHANNELS_MAX, Scope, Slot};
 use crate::service::Service;
+use crate::shares::Share;
+use crate::told::Told;
 use crate::wire::{self, Topic, Wanted};
-use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::ws::{CloseFrame, Message, WebSocket, WebSocketUpgrade};
 use axum::extract::{Extension, Query, State};
 use axum::http::HeaderMap;
 use axum::response::{IntoResponse, Response};
 use model::refusal::Class;
 use serde::Deserialize;
-use serde_json::{Value, json};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
@@ -35,6 +37,9 @@ const ENTRIES_MAX: usize = 256;
 /// How often a silent reader is asked whether it is there, and how long a frame may take to leave.
 const PING: Duration = Duration::from_secs(5);
 const LEAVE_MAX: Duration = Duration::from_secs(10);
+/// The code with which a stream is closed whose caller is let in no longer, and how long saying so may take.
+const SHUT_OUT: u16 = 4401;
+const PARTING_MAX: Duration = Duration::from_millis(500);
 
 /// `?hold=true`: where the stream breaks, its session is lost.
 #[derive(Default, Deserialize)]
@@ -46,6 +51,7 @@ pub(crate) struct Options {
 pub(crate) async fn open(
     State(service): State<Arc<Service>>,
     Extension(caller): Extension<Caller>,
+    Extension(pass): Extension<Pass>,
     place: Option<Extension<Arc<Place>>>,
     query: Result<Query<Options>, axum::extract::rejection::QueryRejection>,
     headers: HeaderMap,
@@ -63,7 +69,7 @@ pub(crate) async fn open(
             (false, _) => None,
         };
         Ok(upgrade.protocols([PROTOCOL]).max_message_size(FRAME_MAX).max_frame_size(FRAME_MAX).on_upgrade(move |socket| async move {
-            serve(service, socket, held).await;
+            Stream { service, caller, pass }.serve(socket, held).await;
             // It has the place of the connection that it was before.
             drop(place);
         }))
@@ -73,15 +79,19 @@ pub(crate) async fn open(
 
 /// What leaves on a stream.
 enum Frame {
-    Text(Value),
+    Text(Box<Told>),
     /// Of a scope, with its slot until it has left.
     Binary(Vec<u8>, Slot),
 }
 
 impl Frame {
+    fn text(told: Told) -> Frame {
+        Frame::Text(Box::new(told))
+    }
+
     fn message(self) -> (Message, Option<Slot>) {
         match self {
-            Frame::Text(text) => (Message::Text(text.to_string().into()), None),
+            Frame::Text(told) => (Message::Text(serde_json::to_string(&told).expect("its maps have texts as keys").into()), None),
             Frame::Binary(bytes, slot) => (Message::Binary(bytes.into()), Some(slot)),
         }
     }
@@ -89,66 +99,92 @@ impl Frame {
 
 /// A subscription of a stream that runs, and how many channels it has.
 type Running = (JoinHandle<()>, usize);
+/// Those of one stream, by the names that its client gave them.
+type Subscriptions = HashMap<String, Running>;
 
-/// Serves one stream to its end.
-async fn serve(service: Arc<Service>, mut socket: WebSocket, mut held: Option<Held>) {
-    let (sender, mut frames): (Sender<Frame>, Receiver<Frame>) = channel(FRAMES_MAX);
-    let mut subscriptions: HashMap<String, Running> = HashMap::new();
-    let mut ping = tokio::time::interval(PING);
-    loop {
-        let leaving = tokio::select! {
-            Some(frame) = frames.recv() => Some(frame.message()),
-            _ = ping.tick() => Some((Message::Ping(Vec::new().into()), None)),
-            received = socket.recv() => match received {
-                Some(Ok(Message::Text(text))) => follow(&service, &sender, &mut subscriptions, &text).err().map(|f| Frame::Text(json!({ "errors": f.refusals })).message()),
-                Some(Ok(Message::Close(_))) => {
-                    held.iter_mut().for_each(|held| held.in_order = true);
-                    break;
-                }
-                Some(Ok(_)) => None,
-                Some(Err(_)) | None => break,
-            },
-        };
-        if let Some((message, _slot)) = leaving
-            && !matches!(tokio::time::timeout(LEAVE_MAX, socket.send(message)).await, Ok(Ok(())))
-        {
-            break;
-        }
-    }
-    subscriptions.values().for_each(|(subscription, _)| subscription.abort());
+/// A stream, and whose it is.
+struct Stream {
+    service: Arc<Service>,
+    caller: Caller,
+    pass: Pass,
 }
 
-/// Does what a frame of the client says.
-fn follow(service: &Arc<Service>, sender: &Sender<Frame>, subscriptions: &mut HashMap<String, Running>, text: &str) -> Result<(), Failure> {
-    let subscription = match wire::frame(text)? {
-        Wanted::Unsubscribe(id) => {
-            let Some((subscription, _)) = subscriptions.remove(&id) else {
-                return Err(Failure::new(Class::UnknownName, format!("there is no subscription '{id}'"), "it was never made, or is over"));
-            };
-            subscription.abort();
-            return Ok(());
+impl Stream {
+    /// Serves it to its end, or until its caller is let in no longer.
+    async fn serve(&self, mut socket: WebSocket, mut held: Option<Held>) {
+        let mut subscriptions: Subscriptions = HashMap::new();
+        let out = tokio::select! {
+            () = self.carry(&mut socket, &mut held, &mut subscriptions) => None,
+            failure = shut_out(&self.service, &self.caller, &self.pass) => failure.refusals.into_iter().next(),
+        };
+        subscriptions.values().for_each(|(subscription, _)| subscription.abort());
+        if let Some(refusal) = out {
+            let close = Message::Close(Some(CloseFrame { code: SHUT_OUT, reason: refusal.message.into() }));
+            // Who does not read that is cut off all the same.
+            let _told = tokio::time::timeout(PARTING_MAX, socket.send(close)).await;
         }
-        Wanted::Subscribe { id, topic, names, every, raw, since } => Subscription { id, topic, names, every, raw, since, dropped: 0 },
-    };
-    let id = subscription.id.clone();
-    subscriptions.retain(|_, (subscription, _)| !subscription.is_finished());
-    if subscriptions.contains_key(&id) {
-        return Err(Failure::new(Class::InUse, format!("there is a subscription '{id}' already"), "take another id"));
     }
-    if subscriptions.len() >= SUBSCRIPTIONS_MAX {
-        return Err(Failure::new(Class::LimitExceeded, format!("a stream has {SUBSCRIPTIONS_MAX} subscriptions at the most"), "open another stream"));
+
+    async fn carry(&self, socket: &mut WebSocket, held: &mut Option<Held>, subscriptions: &mut Subscriptions) {
+        let (sender, mut frames): (Sender<Frame>, Receiver<Frame>) = channel(FRAMES_MAX);
+        let mut ping = tokio::time::interval(PING);
+        loop {
+            let leaving = tokio::select! {
+                Some(frame) = frames.recv() => Some(frame.message()),
+                _ = ping.tick() => Some((Message::Ping(Vec::new().into()), None)),
+                received = socket.recv() => match received {
+                    Some(Ok(Message::Text(text))) => self.follow(&sender, subscriptions, &text).err().map(|f| Frame::text(Told { errors: Some(f.refusals), ..Told::default() }).message()),
+                    Some(Ok(Message::Close(_))) => {
+                        held.iter_mut().for_each(|held| held.in_order = true);
+                        return;
+                    }
+                    Some(Ok(_)) => None,
+                    Some(Err(_)) | None => return,
+                },
+            };
+            if let Some((message, _slot)) = leaving
+                && !matches!(tokio::time::timeout(LEAVE_MAX, socket.send(message)).await, Ok(Ok(())))
+            {
+                return;
+            }
+        }
     }
-    let channels = if subscription.topic == Topic::Scope { subscription.names.len() } else { 0 };
-    if channels + subscriptions.values().map(|(_, channels)| channels).sum::<usize>() > CHANNELS_MAX {
-        return Err(Failure::new(Class::LimitExceeded, format!("the scopes of a stream have {CHANNELS_MAX} channels at the most"), "open another stream"));
+
+    /// Does what a frame of the client says.
+    fn follow(&self, sender: &Sender<Frame>, subscriptions: &mut Subscriptions, text: &str) -> Result<(), Failure> {
+        let subscription = match wire::frame(text)? {
+            Wanted::Unsubscribe(id) => {
+                let Some((subscription, _)) = subscriptions.remove(&id) else {
+                    return Err(Failure::new(Class::UnknownName, format!("there is no subscription '{id}'"), "it was never made, or is over"));
+                };
+                subscription.abort();
+                return Ok(());
+            }
+            Wanted::Subscribe { id, topic, names, every, raw, since } => Subscription { id, topic, names, every, raw, since, dropped: 0 },
+        };
+        let id = subscription.id.clone();
+        subscriptions.retain(|_, (subscription, _)| !subscription.is_finished());
+        if subscriptions.contains_key(&id) {
+            return Err(Failure::new(Class::InUse, format!("there is a subscription '{id}' already"), "take another id"));
+        }
+        if subscriptions.len() >= SUBSCRIPTIONS_MAX {
+            return Err(Failure::new(Class::LimitExceeded, format!("a stream has {SUBSCRIPTIONS_MAX} subscriptions at the most"), "open another stream"));
+        }
+        let channels = if subscription.topic == Topic::Scope { subscription.names.len() } else { 0 };
+        if channels + subscriptions.values().map(|(_, channels)| channels).sum::<usize>() > CHANNELS_MAX {
+            return Err(Failure::new(Class::LimitExceeded, format!("the scopes of a stream have {CHANNELS_MAX} channels at the most"), "open another stream"));
+        }
+        let (service, sender) = (self.service.clone(), sender.clone());
+        let running = match subscription.topic {
+            Topic::Scope => {
+                let share = service.lanes.scopes.take(&self.caller, 1)?;
+                tokio::spawn(subscription.observe(service, sender, share))
+            }
+            _ => tokio::spawn(subscription.run(service, sender, self.caller.clone())),
+        };
+        subscriptions.insert(id, (running, channels));
+        Ok(())
     }
-    let (service, sender) = (service.clone(), sender.clone());
-    let running = match subscription.topic {
-        Topic::Scope => tokio::spawn(subscription.observe(service, sender)),
-        _ => tokio::spawn(subscription.run(service, sender)),
-    };
-    subscriptions.insert(id, (running, channels));
-    Ok(())
 }
 
 /// One subscription: what it looks at, and how far it has come.
@@ -166,19 +202,19 @@ struct Subscription {
 
 impl Subscription {
     /// The scope: what its channels are, then every value of them.
-    async fn observe(self, service: Arc<Service>, sender: Sender<Frame>) {
+    async fn observe(self, service: Arc<Service>, sender: Sender<Frame>, _share: Share) {
         let (id, every) = (self.id.clone(), self.every.min(scope::EVERY_MAX));
         let opened = tokio::task::spawn_blocking(move || Scope::open(&service.system, &self.id, &self.names)).await;
         let mut scope = match opened {
             Ok(Ok(scope)) => scope,
             Ok(Err(refusals)) => {
                 // Who does not take it learns it by the silence.
-                let _told = sender.send(Frame::Text(json!({ "id": id, "errors": refusals }))).await;
+                let _told = sender.send(Frame::text(Told { errors: Some(refusals), ..Told::of(&id) })).await;
                 return;
             }
             Err(_) => return,
         };
-        if sender.send(Frame::Text(scope.head())).await.is_err() {
+        if sender.send(Frame::text(scope.head())).await.is_err() {
             return;
         }
         let mut tick = tokio::time::interval(if scope.is_virtual() { Duration::from_millis(1) } else { every });
@@ -206,15 +242,17 @@ impl Subscription {
         }
     }
 
-    async fn run(mut self, service: Arc<Service>, sender: Sender<Frame>) {
+    async fn run(mut self, service: Arc<Service>, sender: Sender<Frame>, caller: Caller) {
         let mut tick = tokio::time::interval(self.every);
         tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         loop {
             tick.tick().await;
-            let service = service.clone();
-            let looked = tokio::task::spawn_blocking(move || {
-                let frame = self.look(&service);
-                (self, frame)
+            // It waits for its turn as every look of its caller does.
+            let Ok(entered) = service.lanes.enter(Lane::Usual, &caller) else { return };
+            let here = service.clone();
+            let looked = entered.run(move || {
+                let frame = self.look(&here);
+                Ok((self, frame))
             });
             let Ok((this, looked)) = looked.await else { return };
             self = this;
@@ -223,11 +261,11 @@ impl Subscription {
                 Ok(Some(found)) => found,
                 Err(failure) => {
                     // A subscription that fails is over; who reads too slowly learns it by its silence.
-                    let _told = sender.try_send(Frame::Text(json!({ "id": self.id, "errors": failure.refusals })));
+                    let _told = sender.try_send(Frame::text(Told { errors: Some(failure.refusals), ..Told::of(&self.id) }));
                     return;
                 }
             };
-            match sender.try_send(Frame::Text(frame)) {
+            match sender.try_send(Frame::text(frame)) {
                 Ok(()) => (self.since, self.dropped) = (next, 0),
                 // Values are gone; entries are looked at again, as long as they are kept.
                 Err(TrySendError::Full(_)) if matches!(self.topic, Topic::Svvs | Topic::Statistics) => self.dropped += 1,
@@ -238,40 +276,32 @@ impl Subscription {
     }
 
     /// The next frame and what comes after it; nothing where nothing is new.
-    fn look(&self, service: &Service) -> Result<Option<(Value, u64)>, Failure> {
-        let (name, content, first, next) = match self.topic {
-            Topic::Svvs => {
-                let values = session::read(&service.system, &self.names, self.raw)?;
-                return Ok(Some((json!({ "id": self.id, "svvs": values, "dropped": self.dropped }), 0)));
-            }
-            Topic::Statistics => {
-                let statistics = service.system.statistics_json();
-                return Ok(Some((json!({ "id": self.id, "statistics": statistics, "dropped": self.dropped }), 0)));
-            }
+    fn look(&self, service: &Service) -> Result<Option<(Told, u64)>, Failure> {
+        let system = &service.system;
+        let told = Told { dropped: Some(self.dropped), ..Told::of(&self.id) };
+        Ok(match self.topic {
+            Topic::Svvs => Some((Told { svvs: Some(api::snapshot(system, &self.names, self.raw)?), ..told }, 0)),
+            Topic::Statistics => Some((Told { statistics: Some(system.statistics()), ..told }, 0)),
             Topic::Installed => {
-                let version = service.system.installed_version().max(1);
-                if version == self.since {
-                    return Ok(None);
-                }
-                return Ok(Some((json!({ "id": self.id, "installed": service.system.installed_json(), "dropped": 0 }), version)));
+                let version = system.installed_version().max(1);
+                (version != self.since).then(|| (Told { installed: Some(system.installed()), dropped: Some(0), ..told }, version))
             }
             // It has its own way: `observe`.
-            Topic::Scope => return Ok(None),
+            Topic::Scope => None,
             Topic::Log => {
-                let mut entries = service.system.log_since(self.since);
+                let mut entries = system.log_since(self.since);
                 entries.truncate(ENTRIES_MAX);
                 let (Some(first), Some(last)) = (entries.first(), entries.last()) else { return Ok(None) };
-                ("log", json!(entries), first.sequence, last.sequence + 1)
+                let (dropped, next) = (first.sequence.saturating_sub(self.since), last.sequence + 1);
+                Some((Told { log: Some(entries), dropped: Some(dropped), ..told }, next))
             }
             Topic::Ends => {
-                let mut ends = service.system.ends_since(self.since);
+                let mut ends = system.ends_since(self.since);
                 ends.truncate(ENTRIES_MAX);
                 let (Some(first), Some(last)) = (ends.first(), ends.last()) else { return Ok(None) };
-                ("ends", json!(ends), first.number, last.number + 1)
+                let (dropped, next) = (first.number.saturating_sub(self.since), last.number + 1);
+                Some((Told { ends: Some(ends), dropped: Some(dropped), ..told }, next))
             }
-        };
-        let mut frame = json!({ "id": self.id, "dropped": first.saturating_sub(self.since) });
-        frame[name] = content;
-        Ok(Some((frame, next)))
+        })
     }
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Tokens: a file of mode 0600 that keeps their SHA-256, with role, expiry and revocation. A token has 256 random bits, so that one
 //! round of a fast hash is enough; comparison takes the same time whatever is equal.
-use crate::role::Role;
 use crate::secret;
 use crate::wire::hex;
+use api::Role;
 use base64::Engine;
 use base64::engine::general_purpose::URL_SAFE_NO_PAD;
 use serde::{Deserialize, Serialize};
@@ -77,7 +77,12 @@ impl Tokens {
 
     /// Whose token it is.
     pub fn verify(&self, token: &str, now_s: u64) -> Result<Entry, Rejected> {
-        self.find(&Sha256::digest(token.as_bytes()).into(), false, now_s)
+        self.verify_digest(digest(token), now_s)
+    }
+
+    /// Whose token it is, by the SHA-256 of its text.
+    pub fn verify_digest(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, Rejected> {
+        self.find(&sha256, false, now_s)
     }
 
     /// Whose certificate it is, by the SHA-256 of its DER.
@@ -125,6 +130,11 @@ impl RunToken {
     pub fn is(&self, token: &str) -> bool {
         self.sha256.as_bytes().ct_eq(hex(&Sha256::digest(token.as_bytes())).as_bytes()).into()
     }
+}
+
+/// What the file keeps of a token's text.
+pub(crate) fn digest(token: &str) -> [u8; 32] {
+    Sha256::digest(token.as_bytes()).into()
 }
 
 /// A token that nobody has had.

@@ -43,6 +43,59 @@ fn wrong(message: String, remedy: &str) -> Failure {
     Failure::new(Class::CallError, message, remedy)
 }
 
+/// Blocks, graphs in each other, and values of any kind that a definition may have which is checked for a caller.
+pub const BLOCKS_MAX: usize = 4_096;
+pub const NESTED_MAX: usize = 16;
+pub const VALUES_MAX: usize = 100_000;
+
+/// What a definition is made of.
+#[derive(Default)]
+struct Extent {
+    blocks: usize,
+    nested: usize,
+    values: usize,
+}
+
+impl Extent {
+    fn add(&mut self, of: &Json, depth: usize) {
+        self.values += 1;
+        match of {
+            Json::Object(members) => self.add_members(members, depth),
+            Json::Array(values) => values.iter().for_each(|value| self.add(value, depth)),
+            _ => {}
+        }
+    }
+
+    fn add_members(&mut self, members: &Map<String, Json>, depth: usize) {
+        for (name, value) in members {
+            let is_graph = name == "graph" && value.is_object();
+            self.nested = self.nested.max(depth + usize::from(is_graph));
+            if name == "blocks" {
+                self.blocks += value.as_object().map_or(0, Map::len);
+            }
+            self.add(value, depth + usize::from(is_graph));
+        }
+    }
+}
+
+/// Refuses a definition whose check would take too long, before anything is done with it.
+pub fn check_extent(arguments: &Map<String, Json>) -> Result<(), Failure> {
+    let mut of = Extent::default();
+    of.add_members(arguments, 0);
+    let bounds = [
+        (of.blocks, BLOCKS_MAX, format!("{} blocks", of.blocks)),
+        (of.nested, NESTED_MAX, format!("graphs {} deep", of.nested)),
+        (of.values, VALUES_MAX, format!("{} values", of.values)),
+    ];
+    match bounds.into_iter().find(|(is, most, _)| is > most) {
+        None => Ok(()),
+        Some((_, most, has)) => {
+            let message = format!("the definition has {has}, and {most} at the most are checked for a caller");
+            Err(Failure::new(Class::LimitExceeded, message, "check its parts one by one"))
+        }
+    }
+}
+
 /// `POST /v1/sessions`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -1,26 +1,162 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Physical devices: what stands behind the kernel's [`kernel::Driver`].
+//! The drivers that come with OpenGPAC: physical devices behind the interface of crate [`device`].
 //!
-//! A driver is chosen by name with [`open`]; it knows channels and time, nothing of verbs, state vector variables or Python.
+//! A driver is a file or a folder here, with a declaration that names its options; `ALL` is the list of them. It knows channels and time,
+//! nothing of verbs, state vector variables or Python, and nobody above names it: what is asked for comes in as a text. A driver of
+//! another crate calls [`device::register`], and is asked for in the same way.
 //!
 //! | kind | what it is |
 //! |---|---|
 //! | `mujoco` | a robot arm simulated by MuJoCo, from any MJCF file |
 //! | `loopback` | parts that follow their effort, `x' = u`, for tests; it can fail on purpose |
+//! | `ethercat` | drives by CiA 402 on EtherCAT, an axis each; its crate is `ethercat` |
 //! | `plant_process` | any of the others in a process of its own, at its own pace, which outlives the one that commands it |
+//! | `feetech`, `dynamixel` | servos on a serial bus, each a joint that takes goals |
+//! | `python` | a driver written in Python, in a process of its own |
+//! | `modbus` | a Modbus device over TCP or a serial line |
+//! | `modbus_server` | channels of this machine, offered by Modbus over TCP |
+//! | `text` | a device that speaks in lines of text, over TCP or a serial line |
+//! | `ur` | an arm of Universal Robots over RTDE, which takes positions |
 //! | `scripted` | channels of any type that read a table of values and record what is written, for tests |
-pub mod driver;
-pub mod error;
-mod geometry;
-pub mod loopback;
-pub mod mujoco;
-pub mod part;
-pub mod plant_process;
-pub mod scripted;
+mod loopback;
+mod modbus;
+mod mujoco;
+mod plant_process;
+mod scripted;
+mod serial;
+mod servos;
+mod stream;
+mod text;
+mod ur;
 
-mod bytes;
+use device::{Declaration, DriverError, Found, Geometry, Manual, Opened};
+pub use driver_kit::conformance::{Report, Settings};
+use serde_json::Value;
+use std::path::Path;
+use std::sync::Once;
 
-pub use driver::{KINDS, open};
-pub use error::DriverError;
-pub use geometry::geometry;
-pub use part::{Part, Servo};
+pub use plant_process::{PlantState, clean as clean_processes, state as process_state};
+
+/// Every driver of this crate.
+#[rustfmt::skip]
+static ALL: &[&Declaration] = &[
+    &mujoco::DRIVER,
+    &ethercat::DRIVER,
+    &loopback::DRIVER,
+    &plant_process::DRIVER,
+    &plant_process::PYTHON,
+    &scripted::DRIVER,
+    &modbus::DRIVER,
+    &modbus::server::DRIVER,
+    &text::DRIVER,
+    &servos::FEETECH,
+    &servos::DYNAMIXEL,
+    &ur::DRIVER,
+];
+
+/// Makes the drivers of this crate known in this process; again is nothing.
+fn register() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        driver_kit::lend();
+        for driver in ALL {
+            device::register(driver).unwrap_or_else(|taken| panic!("a driver took a name of this crate before: {taken}"));
+        }
+    });
+}
+
+/// The drivers that are known here, those of other crates included, by name.
+pub fn declarations() -> Vec<&'static Declaration> {
+    register();
+    device::declarations()
+}
+
+/// What each driver that is known here declares, by name.
+pub fn manuals() -> Vec<Manual> {
+    declarations().into_iter().map(Manual::from).collect()
+}
+
+/// Looks for devices that a driver could open; as [`device::scan`].
+///
+/// # Errors
+/// An unknown kind, one that cannot look, and each driver's own.
+pub fn scan(kind: &str, options: &Value) -> Result<Vec<Found>, DriverError> {
+    register();
+    device::scan(kind, options)
+}
+
+/// Makes the driver `kind` from its options; as [`device::open`].
+///
+/// # Errors
+/// An unknown kind, a wrong option, and each driver's own.
+pub fn open(kind: &str, options: &Value) -> Result<Opened, DriverError> {
+    register();
+    device::open(kind, options)
+}
+
+/// The drivers in a file; as [`device::load`].
+///
+/// # Errors
+/// What is wrong with the file.
+pub fn load(file: &Path) -> Result<Vec<&'static Declaration>, DriverError> {
+    register();
+    device::load(file)
+}
+
+/// Checks options against a declaration; as [`device::check`].
+///
+/// # Errors
+/// An unknown kind, an option that is wrong, unknown or missing.
+pub fn check(kind: &str, options: &Value) -> Result<(), DriverError> {
+    register();
+    device::check(kind, options)
+}
+
+/// What the machine of a driver looks like; as [`device::geometry`].
+///
+/// # Errors
+/// Those of [`open`].
+pub fn geometry(kind: &str, options: &Value) -> Result<Option<Geometry>, DriverError> {
+    register();
+    device::geometry(kind, options)
+}
+
+/// Tries the files that the options of a driver name; as [`device::try_options`].
+///
+/// # Errors
+/// What is wrong with them.
+pub fn try_options(kind: &str, options: &Value) -> Result<(), DriverError> {
+    register();
+    device::try_options(kind, options)
+}
+
+/// What stands for a driver where time is virtual; as [`device::in_virtual_time`].
+pub fn in_virtual_time(kind: &str, options: &Value) -> (String, Value) {
+    register();
+    device::in_virtual_time(kind, options)
+}
+
+/// What a process runs that was started for a driver. Returns when the driver was put away, or nobody has been connected for its time to
+/// linger.
+///
+/// # Errors
+/// For people: it was not started by a driver.
+pub fn run_process() -> Result<(), String> {
+    register();
+    plant_process::run()
+}
+
+/// Checks a driver by the conformance kit; `settings` name a process that calls [`run_check`].
+pub fn check_conformance(kind: &str, options: &Value, settings: &Settings) -> Report {
+    register();
+    driver_kit::conformance::check(kind, options, settings)
+}
+
+/// What a process runs that a driver is checked in.
+///
+/// # Errors
+/// For people: nobody has started it for that.
+pub fn run_check() -> Result<(), String> {
+    register();
+    driver_kit::conformance::serve()
+}

@@ -1,18 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Parts that follow their effort, `x' = u`, exactly: a physical device for tests that needs nothing else.
 //!
-//! Options: `parts` (names; at least one), `initial` (positions, default 0), `fail_at_ns` (from this long after opening on, every
-//! read fails: the device is lost), `nan_at_ns` (from then on positions read as NaN), `slew` (limit of each effort, per second).
-//!
 //! Channels of each part: `<part>.position` (double, rad, read), `<part>.velocity` (double, rad/s, read), `<part>.bias` (double,
 //! N.m, read, always 0) and `<part>.effort` (double, N.m, write, safe value 0). The effort written at one firing moves the part
-//! until the next; a part whose effort is not claimed stands still.
-use crate::bytes::{get, put};
-use crate::part::{Part, Servo, UNLIMITED};
-use crate::{DriverError, driver};
-use kernel::{Channel, DeviceError, Direction, Driver};
+//! until the next; a part whose effort is not claimed stands still. With `command` `"position"` there is `<part>.goal` (double, rad, write)
+//! instead of effort and bias: the part is there at the next firing.
+mod services;
+
+use device::{
+    Channel, Command, Counters, Declaration, DeviceError, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Part, Services, Servo, Slot, Type,
+    UNLIMITED,
+};
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::json;
+use services::{COUNTERS, Placed, READINGS, SERVICES};
+use std::sync::Arc;
+
+pub(crate) static DRIVER: Declaration = Declaration {
+    services: &SERVICES,
+    counters: &COUNTERS,
+    ..Declaration::new("loopback", "parts that follow their effort exactly, x' = u, for tests", &OPTIONS, open)
+};
+
+const OPTIONS: [OptionWord; 6] = [
+    OptionWord::needed("parts", Kind::List, "names, at least one"),
+    OptionWord::with_default("initial", Kind::List, "0 each", "positions at the start").unit("rad"),
+    OptionWord::with_default("fail_at_ns", Kind::Whole, "never", "from so long after opening on every read fails: the device is lost").unit("ns"),
+    OptionWord::with_default("nan_at_ns", Kind::Whole, "never", "from so long after opening on positions read as NaN").unit("ns"),
+    OptionWord::with_default("slew", Kind::Number, "none", "limit of each effort").unit("N.m/s"),
+    OptionWord::with_default("command", Kind::Text, "effort", "what the parts take: effort or position"),
+];
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -23,25 +40,42 @@ struct Options {
     fail_at_ns: Option<i64>,
     nan_at_ns: Option<i64>,
     slew: Option<f64>,
+    #[serde(default)]
+    command: Command,
 }
 
 struct Loopback {
     channels: Vec<Channel>,
+    /// Of each part.
+    slots: Vec<Slots>,
     fail_at_ns: i64,
     nan_at_ns: i64,
     opened_ns: i64,
     time_ns: i64,
     position: Vec<f64>,
     velocity: Vec<f64>,
+    placed: Arc<Placed>,
+    counters: Arc<Counters>,
+    /// Of parts that take positions, and are told one.
+    goal: Vec<Option<f64>>,
+}
+
+/// Where the values of one part lie.
+struct Slots {
+    position: Slot,
+    velocity: Slot,
+    /// Of parts that take efforts.
+    bias: Option<Slot>,
+    command: Slot,
 }
 
 /// Makes the device; positions are `initial`.
-pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverError> {
-    let options: Options = driver::options("loopback", options)?;
-    let wrong = |option: &str, problem: String| DriverError::Option { kind: "loopback".into(), option: option.into(), problem };
+fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+    let options: Options = given.read()?;
+    let wrong = |option: &str, problem: String| given.wrong(option, problem);
     let count = options.parts.len();
     if count == 0 {
-        return Err(wrong("parts", "name at least one part".into()));
+        return Err(wrong("parts", "name at least one part".to_owned()));
     }
     if let Some(i) = (1..count).find(|i| options.parts[..*i].contains(&options.parts[*i])) {
         return Err(wrong("parts", format!("'{}' is named twice", options.parts[i])));
@@ -64,52 +98,46 @@ pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverEr
             home: *home,
             // x' = u is a velocity drive: kp alone, 50 rad/s, makes a first-order servo.
             servo: Servo { kp: 50.0, kd: 0.0 },
+            command: options.command,
         })
         .collect();
+    let (channels, slots) = layout(&options);
     let device = Loopback {
-        channels: channels(&options.parts, options.slew),
+        channels,
+        slots,
         fail_at_ns: options.fail_at_ns.unwrap_or(i64::MAX),
         nan_at_ns: options.nan_at_ns.unwrap_or(i64::MAX),
         opened_ns: 0,
         time_ns: 0,
         velocity: vec![0.0; count],
+        placed: Placed::new(&options.parts),
+        counters: Arc::new(Counters::new(&COUNTERS)),
+        goal: vec![None; count],
         position,
     };
     Ok((Box::new(device), json!({ "parts": parts })))
 }
 
-fn channels(parts: &[String], slew_max: Option<f64>) -> Vec<Channel> {
-    let read = |part: &String, name: &str, unit: &str, doc: &str, offset| Channel {
-        name: format!("{part}.{name}"),
-        direction: Direction::Read,
-        type_text: "double".into(),
-        unit: unit.into(),
-        doc: doc.into(),
-        offset,
-        len: 8,
-        safe: vec![],
-        slew_max: None,
-    };
-    let mut channels = Vec::new();
-    for (i, part) in parts.iter().enumerate() {
-        channels.push(read(part, "position", "rad", "position", 24 * i));
-        channels.push(read(part, "velocity", "rad/s", "velocity", 24 * i + 8));
-        channels.push(read(part, "bias", "N.m", "effort that holds it: none", 24 * i + 16));
-    }
-    for (i, part) in parts.iter().enumerate() {
-        channels.push(Channel {
-            name: format!("{part}.effort"),
-            direction: Direction::Write,
-            type_text: "double".into(),
-            unit: "N.m".into(),
-            doc: "its rate, rad/s for each N.m".into(),
-            offset: 8 * i,
-            len: 8,
-            safe: vec![0; 8],
-            slew_max,
-        });
-    }
-    channels
+fn layout(options: &Options) -> (Vec<Channel>, Vec<Slots>) {
+    let mut layout = Layout::default();
+    let takes_efforts = options.command == Command::Effort;
+    let reads: Vec<(Slot, Slot, Option<Slot>)> = options
+        .parts
+        .iter()
+        .map(|part| {
+            let mut read = |name: &str, unit: &str, doc: &str| layout.add(Channel::read(format!("{part}.{name}"), Type::DOUBLE).unit(unit).doc(doc));
+            let (position, velocity) = (read("position", "rad", "position"), read("velocity", "rad/s", "velocity"));
+            (position, velocity, takes_efforts.then(|| read("bias", "N.m", "effort that holds it: none")))
+        })
+        .collect();
+    let slots = options.parts.iter().zip(reads).map(|(part, (position, velocity, bias))| {
+        let (name, unit, doc) = if takes_efforts { ("effort", "N.m", "its rate, rad/s for each N.m") } else { ("goal", "rad", "where it is next") };
+        let command = Channel::write(format!("{part}.{name}"), Type::DOUBLE).unit(unit).doc(doc).slew(options.slew);
+        let command = if takes_efforts { command } else { command.safe(f64::NAN.to_ne_bytes().to_vec()) };
+        Slots { position, velocity, bias, command: layout.add(command) }
+    });
+    let slots = slots.collect();
+    (layout.into_channels(), slots)
 }
 
 impl Driver for Loopback {
@@ -129,27 +157,51 @@ impl Driver for Loopback {
         }
         let span_s = (release_ns - self.time_ns) as f64 * 1e-9;
         self.time_ns = release_ns;
-        for (i, (position, velocity)) in self.position.iter_mut().zip(&self.velocity).enumerate() {
-            *position += velocity * span_s;
-            put(readings, 24 * i, if since_ns >= self.nan_at_ns { f64::NAN } else { *position });
-            put(readings, 24 * i + 8, *velocity);
-            put(readings, 24 * i + 16, 0.0);
+        self.counters.add(READINGS, 1);
+        for (i, slots) in self.slots.iter().enumerate() {
+            let (position, velocity) = (&mut self.position[i], &mut self.velocity[i]);
+            if let Some(goal) = self.goal[i] {
+                *velocity = if span_s > 0.0 { (goal - *position) / span_s } else { 0.0 };
+            }
+            *position = self.placed.take(i).unwrap_or(*position + *velocity * span_s);
+            slots.position.set_double(readings, 0, if since_ns >= self.nan_at_ns { f64::NAN } else { *position });
+            slots.velocity.set_double(readings, 0, *velocity);
+            if let Some(bias) = slots.bias {
+                bias.set_double(readings, 0, 0.0);
+            }
         }
         Ok(())
     }
 
     fn write(&mut self, _: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
-        for (i, velocity) in self.velocity.iter_mut().enumerate() {
-            *velocity = if engaged[i] { get(commands, 8 * i) } else { 0.0 };
+        for (i, slots) in self.slots.iter().enumerate() {
+            let command = if engaged[i] { slots.command.double(commands, 0) } else { 0.0 };
+            if slots.bias.is_some() {
+                if !command.is_finite() {
+                    return Err(DeviceError { message: format!("the effort written to part {i} is not finite; see which block writes it") });
+                }
+                self.velocity[i] = command;
+            } else {
+                (self.velocity[i], self.goal[i]) = (0.0, Some(command).filter(|goal| engaged[i] && goal.is_finite()));
+            }
         }
         Ok(())
     }
 
     fn safe_state(&mut self) {
         self.velocity.fill(0.0);
+        self.goal.fill(None);
     }
 
     fn close(&mut self) {
         self.safe_state();
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        Some(self.placed.clone())
+    }
+
+    fn counters(&self) -> Option<Arc<Counters>> {
+        Some(self.counters.clone())
     }
 }

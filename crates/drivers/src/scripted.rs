@@ -5,10 +5,16 @@
 //! such a type with `[n]`, unit, safe, slew, loop_of}`, and `table`, a list of rows `{at_ns, values: {name: number or list}}`: from `at_ns` after opening
 //! on, those read channels have those values (0 before). A read channel with `loop_of: "<write channel>"` of the same type reads
 //! what was last written there instead. A write channel whose claim ends gets its safe value from the kernel, as any device.
-use crate::{DriverError, driver};
-use kernel::{Channel, DeviceError, Direction, Driver};
+use device::{Channel, Declaration, DeviceError, Direction, Driver, DriverError, Given, Kind, Layout, Number, Opened, OptionWord, Type};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
+
+pub(crate) static DRIVER: Declaration = Declaration::new("scripted", "channels of any numeric type that read a table of values, for tests", &OPTIONS, open);
+
+const OPTIONS: [OptionWord; 2] = [
+    OptionWord::needed("channels", Kind::List, "tables of name, direction, type, unit, safe, slew and loop_of"),
+    OptionWord::with_default("table", Kind::List, "every read channel stays 0", "rows of at_ns and values"),
+];
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -59,17 +65,18 @@ struct Scripted {
 }
 
 /// Makes the device. Errors name the channel or row that is wrong.
-pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverError> {
-    let options: Options = driver::options("scripted", options)?;
-    let mut channels: Vec<Channel> = Vec::new();
-    let (mut read_len, mut write_len) = (0, 0);
-    for given in &options.channels {
-        let channel = channel(given, &mut read_len, &mut write_len)?;
-        if channels.iter().any(|c| c.name == channel.name) {
-            return Err(wrong("channels", format!("'{}' is named twice", channel.name)));
+fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+    let wrong = |option: &str, problem: String| given.wrong(option, problem);
+    let options: Options = given.read()?;
+    let mut layout = Layout::default();
+    for asked in &options.channels {
+        if layout.has(&asked.name) {
+            return Err(wrong("channels", format!("'{}' is named twice", asked.name)));
         }
-        channels.push(channel);
+        layout.add(channel(asked).map_err(|problem| wrong("channels", format!("'{}': {problem}", asked.name)))?);
     }
+    let (read_len, write_len) = (layout.readings_len(), layout.commands_len());
+    let channels = layout.into_channels();
     let mut loops = Vec::new();
     for (given, channel) in options.channels.iter().zip(&channels) {
         let Some(source) = &given.loop_of else { continue };
@@ -89,7 +96,7 @@ pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverEr
             rows.push(Row {
                 at_ns: row.at_ns,
                 offset: channel.offset,
-                bytes: encode(&channel.type_text, value).map_err(|e| wrong("table", format!("'{name}': {e}")))?,
+                bytes: channel.type_text.parse().and_then(|of| encode(of, value)).map_err(|e| wrong("table", format!("'{name}': {e}")))?,
             });
         }
     }
@@ -98,77 +105,37 @@ pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverEr
     Ok((Box::new(device), json!({ "parts": [] })))
 }
 
-fn wrong(option: &str, problem: String) -> DriverError {
-    DriverError::Option { kind: "scripted".into(), option: option.into(), problem }
-}
-
-fn channel(given: &ChannelOptions, read_len: &mut usize, write_len: &mut usize) -> Result<Channel, DriverError> {
-    let failed = |problem: String| wrong("channels", format!("'{}': {problem}", given.name));
-    let (scalar, count) = split(&given.r#type).map_err(failed)?;
-    let len = width(scalar).map_err(failed)? * count;
-    let direction = match given.direction.as_str() {
-        "read" => Direction::Read,
-        "write" => Direction::Write,
-        other => return Err(failed(format!("direction '{other}' is neither read nor write"))),
+fn channel(given: &ChannelOptions) -> Result<Channel, String> {
+    let of: Type = given.r#type.parse()?;
+    let channel = match given.direction.as_str() {
+        "read" => Channel::read(&given.name, of),
+        "write" => Channel::write(&given.name, of),
+        other => return Err(format!("direction '{other}' is neither read nor write")),
     };
-    let end = if direction == Direction::Read { read_len } else { write_len };
-    // Eight bytes are the widest scalar: aligned for every type.
-    let offset = end.next_multiple_of(8);
-    *end = offset + len;
-    let safe = match (&given.safe, direction) {
-        (_, Direction::Read) => vec![],
-        (None, Direction::Write) => vec![0; len],
-        (Some(value), Direction::Write) => encode(&given.r#type, value).map_err(failed)?,
-    };
-    Ok(Channel {
-        name: given.name.clone(),
-        direction,
-        type_text: given.r#type.clone(),
-        unit: given.unit.clone(),
-        doc: "scripted".into(),
-        offset,
-        len,
-        safe,
-        slew_max: given.slew,
-    })
-}
-
-/// `double[6]` is (`double`, 6); `double` is (`double`, 1).
-fn split(type_text: &str) -> Result<(&str, usize), String> {
-    match type_text.split_once('[') {
-        None => Ok((type_text, 1)),
-        Some((scalar, count)) => count.trim_end_matches(']').parse().map(|n| (scalar, n)).map_err(|_| format!("no type '{type_text}'")),
-    }
-}
-
-fn width(scalar: &str) -> Result<usize, String> {
-    match scalar {
-        "bool" | "int8_t" | "uint8_t" => Ok(1),
-        "int16_t" | "uint16_t" => Ok(2),
-        "float" | "int32_t" | "uint32_t" => Ok(4),
-        "double" | "int64_t" | "uint64_t" => Ok(8),
-        _ => Err(format!("no type '{scalar}'; use double, float, bool, int8_t to int64_t or uint8_t to uint64_t")),
+    let channel = channel.unit(&given.unit).doc("scripted").slew(given.slew);
+    match (&given.safe, channel.direction) {
+        (Some(value), Direction::Write) => Ok(channel.safe(encode(of, value)?)),
+        _ => Ok(channel),
     }
 }
 
 /// The bytes of a number, of a truth value or of a list of them. `"nan"` and `"inf"` are values of a double.
-fn encode(type_text: &str, value: &Value) -> Result<Vec<u8>, String> {
-    let (scalar, count) = split(type_text)?;
+fn encode(of: Type, value: &Value) -> Result<Vec<u8>, String> {
     let one = [value.clone()];
     let values: &[Value] = value.as_array().map_or(&one, |list| list);
-    if values.len() != count {
-        return Err(format!("{} values for a {type_text}", values.len()));
+    if values.len() != of.count() {
+        return Err(format!("{} values for a {of}", values.len()));
     }
     let mut bytes = Vec::new();
     for value in values {
-        let no = || format!("{value} is no {scalar}");
+        let no = || format!("{value} is no {}", of.number.name());
         let whole = || value.as_i64().or_else(|| value.as_bool().map(i64::from)).ok_or_else(no);
-        match scalar {
-            "double" => bytes.extend(real(value).ok_or_else(no)?.to_ne_bytes()),
-            "float" => bytes.extend((real(value).ok_or_else(no)? as f32).to_ne_bytes()),
-            "bool" => bytes.push(value.as_bool().ok_or_else(no)? as u8),
-            "uint64_t" => bytes.extend(value.as_u64().ok_or_else(no)?.to_ne_bytes()),
-            _ => bytes.extend(&whole()?.to_le_bytes()[..width(scalar)?]),
+        match of.number {
+            Number::Double => bytes.extend(real(value).ok_or_else(no)?.to_ne_bytes()),
+            Number::Float => bytes.extend((real(value).ok_or_else(no)? as f32).to_ne_bytes()),
+            Number::Bool => bytes.push(value.as_bool().ok_or_else(no)? as u8),
+            Number::Uint64 => bytes.extend(value.as_u64().ok_or_else(no)?.to_ne_bytes()),
+            other => bytes.extend(&whole()?.to_le_bytes()[..other.width()]),
         }
     }
     Ok(bytes)

@@ -2,10 +2,11 @@
 //! Plants in processes of their own: the channels of the driver that they run, at their own pace, beyond the end of who commands them.
 mod common;
 use common::{Machine, robot, with_mujoco};
-use drivers::plant_process::{PlantState, in_place, state};
-use guard::{Cause, Child, Guard, GuardCommand, GuardEvent, Launch, UnixLink, now_ns};
+use device::SafeHandle;
+use drivers::{PlantState, in_virtual_time as in_place, process_state as state};
+use guard::{Cause, Guard, GuardCommand, GuardEvent};
 use interconnect::Link;
-use kernel::SafeHandle;
+use process_kit::{Child, Launch, UnixLink, now_ns};
 use serde_json::{Value, json};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::channel;
@@ -57,7 +58,7 @@ fn a_plant_apart_has_the_channels_and_parts_of_its_driver() {
         assert_eq!(in_place("plant_process", &apart), (kind.to_owned(), inner.clone()));
         let (here, there) = (drivers::open(kind, &inner).unwrap(), drivers::open("plant_process", &apart).unwrap());
         assert_eq!(format!("{:?}", here.0.channels()), format!("{:?}", there.0.channels()));
-        assert_eq!(here.1, there.1);
+        assert_eq!(here.1["parts"], there.1["parts"]);
     };
     same("loopback", json!({ "parts": ["a", "b"], "initial": [0.5, 1.0], "slew": 2.0 }));
     with_mujoco(|library| same("mujoco", json!({ "path": robot("ur5e.xml"), "library": library })));
@@ -126,7 +127,7 @@ fn a_plant_that_is_gone_or_fails_loses_the_device() {
     assert_eq!(machine.try_read(502 * MS), Err("the plant process has made no step for 501 ms".to_owned()));
 
     drop(machine);
-    let left = guard::run_folder().unwrap().join(format!("plant-{name}"));
+    let left = process_kit::run_folder().unwrap().join(format!("plant-{name}"));
     assert!(!left.exists(), "its socket is taken away by who closes the device");
 
     let mut machine = Machine::open("plant_process", {
@@ -179,9 +180,32 @@ fn a_driver_that_opens_a_plant_anew_cuts_the_one_before_off() {
 }
 
 #[test]
+fn a_plant_with_a_watchdog_makes_itself_safe_and_says_so() {
+    let name = fresh_name();
+    let options = with(with(loopback(&["a"]), "name", name.clone()), "timeout_ns", 50 * MS);
+    let mut machine = Machine::open("plant_process", options.clone());
+    assert_eq!(machine.driver.watchdog_ns(), Some(50 * MS));
+    machine.set("a.effort", &[1.0]);
+    machine.write(0, &[true]);
+    let safe = until("it makes itself safe", || state(&name).ok().filter(|state| state.is_safe));
+    assert!(position(&safe) > 0.0, "it moved until then");
+    let why = machine.try_read(MS).expect_err("it did not wait");
+    assert!(why.contains("no command came for its timeout of 50 ms"), "{why}");
+    machine.write(2 * MS, &[true]);
+    let steps = state(&name).unwrap().steps;
+    let later = until("three more steps", || state(&name).ok().filter(|state| state.steps > steps + 3));
+    assert!(later.is_safe, "until it is opened anew");
+    let mut anew = Machine::open("plant_process", options);
+    assert_eq!(anew.try_read(0), Ok(()));
+    assert!(!state(&name).unwrap().is_safe);
+    anew.driver.close();
+}
+
+#[test]
 fn wrong_options_are_named() {
     assert!(refused(json!({})).contains("'driver'"));
     assert!(refused(json!({ "driver": { "kind": "plant_process" } })).contains("no driver that a process can run"));
+    assert!(refused(with(loopback(&["a"]), "timeout_ns", 10)).contains("at least 1 ms"));
     assert!(refused(with(loopback(&["a"]), "name", "../elsewhere")).contains("letters, digits"));
     assert!(refused(with(loopback(&["a"]), "step_ns", 1)).contains("'step_ns'"));
     assert!(refused(loopback(&[])).contains("name at least one part"), "what the driver refuses in its process");
@@ -198,13 +222,24 @@ fn rtp(options: &Value) -> (Child, SafeHandle) {
     link.send(options.to_string().as_bytes()).unwrap();
     let (writes, mut descriptors) = link.receive_with(LIMIT).unwrap().expect("in time");
     let descriptor = descriptors.pop().expect("the memory of the session");
-    (child, SafeHandle { descriptor, writes: serde_json::from_slice(&writes).unwrap() })
+    (child, SafeHandle { descriptor, writes: serde_json::from_slice(&writes).unwrap(), latches: true })
+}
+
+/// What the guard of the test below runs: this program, started with this test alone.
+#[test]
+#[ignore = "the guard process of another test"]
+fn the_guard_process() {
+    if std::env::var_os(process_kit::DESCRIPTORS).is_some() {
+        guard::run().expect("the test started it");
+    }
 }
 
 #[test]
 fn the_guard_makes_a_plant_safe_that_outlives_who_commanded_it() {
     let (tell, told) = channel();
-    let command = GuardCommand { command: vec![env!("CARGO_BIN_EXE_drivers-stand-in").into(), "guard".into()], path: None };
+    let this = std::env::current_exe().unwrap().into_os_string();
+    let words = ["the_guard_process", "--exact", "--ignored", "--quiet"].map(Into::into);
+    let command = GuardCommand { command: [this].into_iter().chain(words).collect(), path: None };
     let guard = Guard::start(command, move |event| tell.send(event).expect("the test is there")).unwrap();
     let name = fresh_name();
     let options = with(loopback(&["a"]), "name", name.clone());

@@ -33,6 +33,7 @@ fn it_is_drawn_from_its_bodies_joints_and_shapes() {
         let drawn = drivers::geometry("mujoco", &options).expect("it loads").expect("it has a shape");
         let plant = drivers::geometry("plant_process", &json!({ "driver": { "kind": "mujoco", "options": options } })).expect("it loads");
         assert_eq!(plant.as_ref(), Some(&drawn), "that it runs apart does not change how it looks");
+        let drawn = json!(drawn);
         let bodies = drawn["bodies"].as_array().expect("bodies");
         assert_eq!((&bodies[0]["name"], &bodies[0]["parent"]), (&json!("world"), &json!(null)));
         let of_joint = |name: &str| bodies.iter().find(|body| body["joint"]["name"] == name).unwrap_or_else(|| panic!("no body turns with '{name}'"));
@@ -47,6 +48,7 @@ fn it_is_drawn_from_its_bodies_joints_and_shapes() {
             <joint name="j" axis="0 0 1"/><geom type="mesh" mesh="t" material="red" mass="1"/><geom type="sphere" size="0.1" group="3"/></body></worldbody>
             <actuator><motor joint="j"/></actuator></mujoco>"#;
         let drawn = drivers::geometry("mujoco", &json!({ "path": scratch("meshed", text), "library": library })).expect("it loads").expect("it has a shape");
+        let drawn = json!(drawn);
         let shapes = drawn["bodies"][1]["geoms"].as_array().expect("shapes");
         assert_eq!(shapes.len(), 1, "what only collides is left out");
         assert_eq!((&shapes[0]["kind"], &shapes[0]["mesh"], &shapes[0]["rgba"]), (&json!("box"), &json!(null), &json!([1.0, 0.0, 0.0, 1.0])));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a processor elsewhere is told, and what it tells: frames, and the scripts and tables in them.
+//! What a remote processor is told, and what it tells: frames, and the scripts and tables in them.
 use interconnect::{Carrier, Memory, Receiver, Sender};
-use kernel::wire::{CodeName, Ground, Parcel, Reader};
 use kernel::{Device, Way};
 use opengpac::abi::Descriptor;
 use opengpac::read::{BlockFace, TypeFace};
 use rtp::protocol::{News, Order, frame, opened};
+use runtime::wire::{CodeName, Ground, Parcel, Reader};
 use std::any::Any;
 use std::collections::HashMap;
 use std::fmt::Debug;

@@ -1,48 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The supervisor's side of the guard: it starts the guard process, tells it what to guard, and starts another one with
 //! everything that was registered when it is gone.
-use crate::registry::{Registry, Ward};
-use crate::serve::{LINK, PATH};
-use crate::wire::{Ask, Asked, Loss, Tell, WardText, encode};
-use crate::{Child, Heartbeat, Launch, Restarts, UnixLink, connect, now_ns};
+use crate::canary;
+use crate::registry::{Registry, Request, Ward};
+use crate::serve::Hearts;
+use crate::starting::{ANSWER, launch, send, tale};
+use crate::told::{Found, GuardCommand, GuardError, GuardEvent};
+use crate::watch::Bounds;
+use crate::watcher::{self, Watcher};
+use crate::wire::{Loss, Tell, WardText};
+use device::SafeHandle;
 use interconnect::{Closed, Link};
-use kernel::SafeHandle;
-use std::ffi::OsString;
-use std::fmt;
-use std::os::fd::{BorrowedFd, OwnedFd};
-use std::path::{Path, PathBuf};
+use process_kit::{Child, Heartbeat, Restarts, UnixLink, connect, now_ns};
+use std::os::fd::OwnedFd;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// How long the guard may take to answer.
-const ANSWER: Duration = Duration::from_secs(10);
 /// How often a guard that died may be started again.
 const RESTARTS: (u32, Duration) = (20, Duration::from_secs(10));
+/// The number of what another guard is told of its own accord; requests of callers begin behind it.
+const HANDED_OVER: u64 = 0;
 /// How long a guard with nothing to guard may take to end.
 const GRACE: Duration = Duration::from_secs(2);
-
-/// How a guard process is started, and where it can be found.
-#[derive(Clone, Debug)]
-pub struct GuardCommand {
-    /// A command line whose process calls [`guard::run`](crate::run).
-    pub command: Vec<OsString>,
-    /// Where a later supervisor finds it with [`Guard::adopt`]; none: nowhere.
-    pub path: Option<PathBuf>,
-}
-
-/// What the guard has to say, in the order in which it happened.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum GuardEvent {
-    /// A process is lost; its outputs are safe.
-    Lost(Loss),
-    /// What the operating system did not give the guard, one line each; once for each guard process that lacks something.
-    Missing(Vec<String>),
-    /// The guard was gone, how it ended, and another one guards now.
-    Restarted(String),
-    /// There is no guard any more, and why: processes that die from now on leave their outputs as they are.
-    Gone(String),
-}
 
 /// The guard of one supervisor.
 ///
@@ -51,13 +31,15 @@ pub enum GuardEvent {
 /// When it is dropped, the guard goes on with the processes that have not been forgotten, and ends where there are none.
 pub struct Guard {
     shared: Arc<Shared>,
-    keeper: Option<JoinHandle<()>>,
+    /// Who hears the guard, and the watcher.
+    threads: Vec<JoinHandle<()>>,
 }
 
 struct Shared {
     command: GuardCommand,
     state: Mutex<State>,
     answered: Condvar,
+    watcher: Watcher,
     tell: Box<dyn Fn(GuardEvent) + Send + Sync>,
 }
 
@@ -70,24 +52,23 @@ struct State {
     /// Requests that wait for an answer, and those that have one.
     requests: Vec<(u64, Option<Result<(), String>>)>,
     restarts: Restarts,
+    /// What a guard that was started again has not answered yet.
+    handover: Option<Handover>,
     /// Why there is no guard any more.
     gone: Option<String>,
     is_closing: bool,
 }
 
-/// A process that a guard of a predecessor guards.
-#[derive(Debug)]
-pub struct Found {
-    /// The number it was registered with.
-    pub ward: u64,
-    /// Its name.
-    pub name: String,
-    /// The process.
-    pub process: Child,
-    /// Its devices that have safe handles.
-    pub devices: Vec<String>,
-    /// That it was lost, and when.
-    pub loss: Option<Loss>,
+/// What another guard was told. Until it has answered all of it, what is registered is guarded by the watcher alone.
+struct Handover {
+    /// How the last guard ended.
+    how: String,
+    /// Answers that have not come yet, its greeting among them.
+    awaited: usize,
+    /// Requests up to this one are answered by the registrations.
+    last_request: u64,
+    /// What it could not take.
+    refused: Vec<String>,
 }
 
 impl Guard {
@@ -96,8 +77,10 @@ impl Guard {
     /// # Errors
     /// [`GuardError`]: it cannot be started, or ended at once.
     pub fn start(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<Guard, GuardError> {
-        let (link, child) = launch(&command)?;
-        Ok(Guard::of(command, link, Some(child), Registry::default(), Box::new(tell)))
+        let heart = || Heartbeat::new().map_err(|error| GuardError(format!("no memory for the hearts of guard and supervisor: {error}")));
+        let hearts = Hearts { guard: heart()?, supervisor: heart()? };
+        let (link, child) = launch(&command, &hearts)?;
+        Guard::of(command, link, Some(child), (Registry::default(), hearts), Box::new(tell))
     }
 
     /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that is gone.
@@ -107,40 +90,79 @@ impl Guard {
     pub fn adopt(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<(Guard, Vec<Found>), GuardError> {
         let path = command.path.clone().ok_or_else(|| GuardError("a guard is adopted at a path, and none is given".to_owned()))?;
         let link = connect(&path).map_err(|error| GuardError(format!("no guard at '{}': {error}", path.display())))?;
-        let (registry, missing) = tale(&link, &path)?;
+        let (registry, hearts, missing) = tale(&link, &path)?;
         let found = registry.found().map_err(|error| GuardError(format!("cannot adopt what the guard at '{}' guards: {error}", path.display())))?;
         if !missing.is_empty() {
             tell(GuardEvent::Missing(missing));
         }
-        Ok((Guard::of(command, link, None, registry, Box::new(tell)), found))
+        Ok((Guard::of(command, link, None, (registry, hearts), Box::new(tell))?, found))
     }
 
-    fn of(command: GuardCommand, link: UnixLink, child: Option<Child>, registry: Registry, tell: Box<dyn Fn(GuardEvent) + Send + Sync>) -> Guard {
+    fn of(
+        command: GuardCommand,
+        link: UnixLink,
+        child: Option<Child>,
+        (registry, hearts): (Registry, Hearts),
+        tell: Box<dyn Fn(GuardEvent) + Send + Sync>,
+    ) -> Result<Guard, GuardError> {
+        let watcher = Watcher::new(hearts).map_err(|error| GuardError(format!("no descriptor can be made to watch the guard: {error}")))?;
+        let link = Arc::new(link);
+        watcher.guarded_by(child.as_ref(), &link, true);
+        // It fails nowhere: what is said is only passed on.
+        let _all: Result<(), Closed> = registry.everything(|ask, descriptors| {
+            watcher.act(&ask, descriptors);
+            Ok(())
+        });
         let state = State {
-            link: Arc::new(link),
+            link,
             child,
             registry,
             next_request: 1,
             requests: Vec::new(),
             restarts: Restarts::new(RESTARTS.0, RESTARTS.1),
+            handover: None,
             gone: None,
             is_closing: false,
         };
-        let shared = Arc::new(Shared { command, state: Mutex::new(state), answered: Condvar::new(), tell });
-        let keeps = shared.clone();
-        let keeper = std::thread::spawn(move || keeps.keep());
-        Guard { shared, keeper: Some(keeper) }
+        let shared = Arc::new(Shared { command, state: Mutex::new(state), answered: Condvar::new(), watcher, tell });
+        let (keeps, watches) = (shared.clone(), shared.clone());
+        let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| std::thread::Builder::new().name(name.into()).spawn(body).expect("a thread can be started");
+        let threads =
+            vec![spawn("hears-guard", Box::new(move || keeps.keep())), spawn("watcher", Box::new(move || watches.watcher.run(|loss| watches.lost(loss))))];
+        Ok(Guard { shared, threads })
     }
 
-    /// Guards a process from now on, under a number of the caller's. `heartbeat`: it counts as lost too when that stands still for the bound
-    /// (500 ms is a good one, at least 10 ms), from its first beat on.
+    /// Guards a process from now on, under a number of the caller's. `heartbeat`: it counts as lost too when that stands still for its bounds,
+    /// from its first beat on. It is looked at from here, too, beside the guard.
     ///
     /// # Errors
     /// [`GuardError`]: the number is in use, or the guard is gone.
-    pub fn watch(&self, ward: u64, name: &str, process: OwnedFd, heartbeat: Option<(Heartbeat, Duration)>) -> Result<(), GuardError> {
-        let bound_ns = heartbeat.as_ref().map(|(_, bound)| i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX));
-        let text = WardText { ward, name: name.to_owned(), bound_ns };
+    pub fn watch(&self, ward: u64, name: &str, process: OwnedFd, heartbeat: Option<(Heartbeat, Bounds)>) -> Result<(), GuardError> {
+        self.add(ward, name, process, heartbeat, false)
+    }
+
+    /// Guards this process itself, as [`Guard::watch`] does another one: only the guard does, and where it only stands still (somebody stopped it
+    /// in a debugger) its outputs are made safe and it is spared, as far as they latch.
+    ///
+    /// # Errors
+    /// As of [`Guard::watch`].
+    pub fn watch_this(&self, ward: u64, name: &str, heartbeat: Heartbeat, bounds: Bounds) -> Result<(), GuardError> {
+        canary::share(&self.shared.watcher.hearts.supervisor, &heartbeat);
+        let process = process_kit::this_process().map_err(|error| GuardError(format!("no descriptor of this process can be made: {error}")))?;
+        self.add(ward, name, process, Some((heartbeat, bounds)), true)
+    }
+
+    fn add(&self, ward: u64, name: &str, process: OwnedFd, heartbeat: Option<(Heartbeat, Bounds)>, is_spared: bool) -> Result<(), GuardError> {
+        let text = WardText { ward, name: name.to_owned(), bounds: heartbeat.as_ref().map(|(_, bounds)| *bounds), is_spared };
         self.shared.request(|registry| registry.add(Ward::new(text, process, heartbeat.map(|(heartbeat, _)| heartbeat))))
+    }
+
+    /// Descriptors of the hearts of the guard and of this supervisor, for a process that is to see whether anybody watches it.
+    ///
+    /// # Errors
+    /// No descriptors left.
+    pub fn hearts(&self) -> std::io::Result<[OwnedFd; 2]> {
+        self.shared.watcher.hearts.descriptors()
     }
 
     /// What makes the outputs of a device of that process safe; instead of what was registered for that device.
@@ -181,14 +203,18 @@ impl Drop for Guard {
             state.is_closing = true;
             (state.link.clone(), state.registry.is_empty())
         };
+        self.shared.watcher.end();
         link.close();
-        if let Some(keeper) = self.keeper.take() {
+        for thread in self.threads.drain(..) {
             // A panic of the function that events are told to has been printed; there is nothing to add.
-            let _ended = keeper.join();
+            let _ended = thread.join();
         }
         if let Some(child) = self.shared.state().child.take() {
-            // One that still tries to write somewhere goes on doing so, and ends by itself.
+            // One that still tries to write somewhere goes on doing so, and ends by itself; one that is stopped would stay for ever.
             if !is_done || child.wait(GRACE).is_none() {
+                if is_done && watcher::is_stopped(&child) {
+                    child.kill();
+                }
                 child.leave();
             }
         }
@@ -207,6 +233,7 @@ impl Shared {
             return Err(GuardError(format!("there is no guard: {why}")));
         }
         let (ask, descriptors) = change(&mut state.registry).map_err(GuardError)?;
+        self.watcher.act(&ask, &descriptors);
         let request = state.next_request;
         state.next_request += 1;
         state.requests.push((request, None));
@@ -247,15 +274,33 @@ impl Shared {
     fn hear(&self, frame: &[u8]) {
         let Ok(told) = serde_json::from_slice::<Tell>(frame) else { return };
         match told {
-            Tell::Hello { missing } if !missing.is_empty() => (self.tell)(GuardEvent::Missing(missing)),
+            Tell::Hello { missing } => {
+                if !missing.is_empty() {
+                    (self.tell)(GuardEvent::Missing(missing));
+                }
+                self.handed_over(Ok(()));
+            }
+            Tell::Done { request: HANDED_OVER } => self.handed_over(Ok(())),
+            Tell::Refused { request: HANDED_OVER, problem } => self.handed_over(Err(problem)),
             Tell::Done { request } => self.answer(request, Ok(())),
             Tell::Refused { request, problem } => self.answer(request, Err(problem)),
-            Tell::Lost(loss) => {
-                if self.state().registry.lose(&loss) {
-                    (self.tell)(GuardEvent::Lost(loss));
+            Tell::Lost(loss) => self.lost(loss),
+            Tell::MadeSafe(loss) => (self.tell)(GuardEvent::MadeSafe(loss)),
+            Tell::GoesOn { ward } => {
+                let name = self.state().registry.name(ward);
+                if let Some(name) = name {
+                    (self.tell)(GuardEvent::GoesOn(name));
                 }
             }
-            Tell::Hello { .. } | Tell::Ward(_) | Tell::Handle(_) => {}
+            Tell::Hearts | Tell::Ward(_) | Tell::Handle(_) => {}
+        }
+    }
+
+    /// Whoever says first that a process is lost is heard.
+    fn lost(&self, loss: Loss) {
+        let is_news = self.state().registry.lose(&loss);
+        if is_news {
+            (self.tell)(GuardEvent::Lost(loss));
         }
     }
 
@@ -266,12 +311,30 @@ impl Shared {
         self.answered.notify_all();
     }
 
-    /// Starts another guard with everything that is registered. False: this side is closing, or there can be none.
+    /// The guard that was started again has answered one thing that it was told; with the last answer it guards.
+    fn handed_over(&self, answer: Result<(), String>) {
+        let mut state = self.state();
+        let Some(handover) = state.handover.as_mut() else { return };
+        handover.awaited -= 1;
+        handover.refused.extend(answer.err());
+        if handover.awaited > 0 {
+            return;
+        }
+        let Some(Handover { how, last_request, refused, .. }) = state.handover.take() else { return };
+        self.watcher.is_guarded();
+        state.answer_all(last_request, &Ok(()));
+        drop(state);
+        self.answered.notify_all();
+        (self.tell)(GuardEvent::Restarted { how, refused });
+    }
+
+    /// Starts another guard and tells it everything that is registered. False: this side is closing, or there can be none.
     fn restore(&self) -> bool {
         let mut state = self.state();
         if state.is_closing {
             return false;
         }
+        let stood_still = self.watcher.is_gone();
         let how = match state.child.take() {
             Some(child) => {
                 // One that lives but does not talk is of no use.
@@ -280,81 +343,50 @@ impl Shared {
             }
             None => "is gone".to_owned(),
         };
-        let outcome = if state.restarts.allow(now_ns()) {
-            launch(&self.command).map_err(|error| error.0).and_then(|(link, child)| {
-                state.registry.everything(|ask, descriptors| send(&link, 0, ask, descriptors)).map_err(|Closed| "it ended at once".to_owned())?;
-                Ok((link, child))
-            })
-        } else {
-            Err(format!("it ended too often: {}", state.restarts))
-        };
-        let (event, answer) = match outcome {
-            Ok((link, child)) => {
-                (state.link, state.child) = (Arc::new(link), Some(child));
-                (GuardEvent::Restarted(format!("the guard {how}; another one guards now")), Ok(()))
+        let how = if stood_still { "stood still, and was ended".to_owned() } else { how };
+        self.watcher.hearts.guard.begin();
+        match self.start_again(&mut state) {
+            Ok(awaited) => {
+                let last_request = state.next_request - 1;
+                state.handover = Some(Handover { how, awaited, last_request, refused: Vec::new() });
+                true
             }
             Err(problem) => {
                 let why = format!("the guard {how}, and another one cannot be started: {problem}");
+                state.handover = None;
                 state.gone = Some(why.clone());
-                (GuardEvent::Gone(why.clone()), Err(why))
+                let last_request = state.next_request - 1;
+                state.answer_all(last_request, &Err(why.clone()));
+                drop(state);
+                self.answered.notify_all();
+                (self.tell)(GuardEvent::Gone(why));
+                false
             }
-        };
-        let is_there = state.gone.is_none();
-        state.requests.iter_mut().filter(|(_, place)| place.is_none()).for_each(|(_, place)| *place = Some(answer.clone()));
-        drop(state);
-        self.answered.notify_all();
-        (self.tell)(event);
-        is_there
-    }
-}
-
-/// An ask, and the descriptors that go with it.
-pub(crate) type Request = (Ask, Vec<OwnedFd>);
-
-fn send(link: &UnixLink, request: u64, ask: Ask, descriptors: &[OwnedFd]) -> Result<(), Closed> {
-    use std::os::fd::AsFd;
-    let borrowed: Vec<BorrowedFd<'_>> = descriptors.iter().map(AsFd::as_fd).collect();
-    link.send_with(&encode(&Asked { request, ask }), &borrowed, Some(ANSWER))
-}
-
-fn launch(command: &GuardCommand) -> Result<(UnixLink, Child), GuardError> {
-    let (link, theirs) = UnixLink::pair().map_err(|error| GuardError(format!("no link to a guard can be made: {error}")))?;
-    let mut launch = Launch::new(command.command.iter().cloned()).descriptor(LINK, theirs);
-    if let Some(path) = &command.path {
-        launch = launch.variable(PATH, path);
-    }
-    let child = launch.start().map_err(|error| GuardError(error.to_string()))?;
-    Ok((link, child))
-}
-
-/// What a guard tells to who adopts it, and what it lacks.
-fn tale(link: &UnixLink, path: &Path) -> Result<(Registry, Vec<String>), GuardError> {
-    let silent = || GuardError(format!("what listens at '{}' does not answer as a guard does", path.display()));
-    let (mut registry, mut lacks) = (Registry::default(), Vec::new());
-    send(link, 0, Ask::Adopt, &[]).map_err(|Closed| silent())?;
-    loop {
-        let (frame, descriptors) = link.receive_with(ANSWER).map_err(|Closed| silent())?.ok_or_else(silent)?;
-        match serde_json::from_slice::<Tell>(&frame).map_err(|_| silent())? {
-            Tell::Hello { missing } => lacks = missing,
-            Tell::Ward(text) => registry.told_ward(text, descriptors).ok_or_else(silent)?,
-            Tell::Handle(text) => registry.told_handle(text, descriptors).ok_or_else(silent)?,
-            Tell::Lost(loss) => {
-                registry.lose(&loss);
-            }
-            Tell::Done { .. } => return Ok((registry, lacks)),
-            Tell::Refused { problem, .. } => return Err(GuardError(problem)),
         }
     }
-}
 
-/// Why the guard could not do what it was asked for.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct GuardError(pub String);
-
-impl fmt::Display for GuardError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
+    /// Returns how many answers the new guard owes: its greeting, and one for each registration.
+    fn start_again(&self, state: &mut State) -> Result<usize, String> {
+        if !state.restarts.allow(now_ns()) {
+            return Err(format!("it ended too often: {}", state.restarts));
+        }
+        let (link, child) = launch(&self.command, &self.watcher.hearts).map_err(|error| error.0)?;
+        let mut awaited = 1;
+        let told = state.registry.everything(|ask, descriptors| {
+            awaited += 1;
+            send(&link, HANDED_OVER, ask, descriptors)
+        });
+        told.map_err(|Closed| "it ended at once".to_owned())?;
+        (state.link, state.child) = (Arc::new(link), Some(child));
+        self.watcher.guarded_by(state.child.as_ref(), &state.link, false);
+        Ok(awaited)
     }
 }
 
-impl std::error::Error for GuardError {}
+impl State {
+    /// Answers the requests that wait, up to this one.
+    fn answer_all(&mut self, last_request: u64, answer: &Result<(), String>) {
+        let waiting = self.requests.iter_mut().filter(|(request, place)| *request <= last_request && place.is_none());
+        waiting.for_each(|(_, place)| *place = Some(answer.clone()));
+    }
+}

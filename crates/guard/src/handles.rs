@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Safe handles on their way from the process that runs a device to the supervisor that registers them with the guard.
-use crate::{DESCRIPTORS_MAX, UnixLink};
+use device::SafeHandle;
 use interconnect::{Closed, Link};
-use kernel::SafeHandle;
+use process_kit::{DESCRIPTORS_MAX, UnixLink};
 use serde::{Deserialize, Serialize};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::Duration;
@@ -15,6 +15,8 @@ struct Text {
     device: String,
     /// The writes of each handle; its descriptor has the same place among those of the frame.
     writes: Vec<Vec<(u64, Vec<u8>)>>,
+    /// Of each handle: what is written there stays in force.
+    latches: Vec<bool>,
 }
 
 /// Sends what makes a device safe, at most [`DESCRIPTORS_MAX`] handles; none: the device is closed. Over a link that carries nothing else.
@@ -22,7 +24,11 @@ struct Text {
 /// # Errors
 /// [`Closed`]: the other side is gone, does not read, or there are too many handles.
 pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Result<(), Closed> {
-    let text = Text { device: device.to_owned(), writes: handles.iter().map(|handle| handle.writes.clone()).collect() };
+    let text = Text {
+        device: device.to_owned(),
+        writes: handles.iter().map(|handle| handle.writes.clone()).collect(),
+        latches: handles.iter().map(|handle| handle.latches).collect(),
+    };
     let descriptors: Vec<BorrowedFd<'_>> = handles.iter().map(|handle| handle.descriptor.as_fd()).collect();
     if descriptors.len() > DESCRIPTORS_MAX {
         return Err(Closed);
@@ -37,8 +43,9 @@ pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Re
 pub fn receive_handles(link: &UnixLink, limit: Duration) -> Result<Option<(String, Vec<SafeHandle>)>, Closed> {
     let Some((frame, descriptors)) = link.receive_with(limit)? else { return Ok(None) };
     match serde_json::from_slice::<Text>(&frame) {
-        Ok(text) if text.writes.len() == descriptors.len() => {
-            let handles = descriptors.into_iter().zip(text.writes).map(|(descriptor, writes)| SafeHandle { descriptor, writes }).collect();
+        Ok(text) if text.writes.len() == descriptors.len() && text.latches.len() == descriptors.len() => {
+            let texts = text.writes.into_iter().zip(text.latches);
+            let handles = descriptors.into_iter().zip(texts).map(|(descriptor, (writes, latches))| SafeHandle { descriptor, writes, latches }).collect();
             Ok(Some((text.device, handles)))
         }
         _ => {

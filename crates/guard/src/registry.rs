@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a supervisor has registered with its guard: kept, so that another guard can be told all of it.
-use crate::guard::{Found, Request};
+use crate::told::Found;
 use crate::wire::{Ask, HandleText, Loss, WardText};
-use crate::{Child, Heartbeat};
-use kernel::SafeHandle;
+use device::SafeHandle;
+use process_kit::{Child, Heartbeat};
 use std::collections::BTreeMap;
 use std::io;
 use std::os::fd::OwnedFd;
+
+/// An ask, and the descriptors that go with it.
+pub(crate) type Request = (Ask, Vec<OwnedFd>);
 
 /// Processes by number.
 #[derive(Debug, Default)]
@@ -39,7 +42,7 @@ impl Ward {
 }
 
 fn ask_to_hold(ward: u64, device: &str, handle: &SafeHandle) -> io::Result<Request> {
-    let text = HandleText { ward, device: device.to_owned(), writes: handle.writes.clone() };
+    let text = HandleText { ward, device: device.to_owned(), writes: handle.writes.clone(), latches: handle.latches };
     Ok((Ask::Handle(text), vec![handle.descriptor.try_clone()?]))
 }
 
@@ -54,6 +57,11 @@ impl Registry {
 
     fn ward(&mut self, ward: u64) -> Result<&mut Ward, String> {
         self.wards.get_mut(&ward).ok_or_else(|| format!("no process {ward} is registered with the guard"))
+    }
+
+    /// What a process is called.
+    pub fn name(&self, ward: u64) -> Option<String> {
+        self.wards.get(&ward).map(|ward| ward.text.name.clone())
     }
 
     pub fn add(&mut self, ward: Ward) -> Result<Request, String> {
@@ -109,7 +117,7 @@ impl Registry {
     pub fn told_ward(&mut self, text: WardText, descriptors: Vec<OwnedFd>) -> Option<()> {
         let mut descriptors = descriptors.into_iter();
         let process = descriptors.next()?;
-        let heartbeat = match text.bound_ns {
+        let heartbeat = match text.bounds {
             Some(_) => Some(Heartbeat::received(descriptors.next()?).ok()?),
             None => None,
         };
@@ -120,7 +128,7 @@ impl Registry {
     /// From a guard that is adopted: a safe handle.
     pub fn told_handle(&mut self, text: HandleText, descriptors: Vec<OwnedFd>) -> Option<()> {
         let descriptor = descriptors.into_iter().next()?;
-        self.wards.get_mut(&text.ward)?.handles.push((text.device, SafeHandle { descriptor, writes: text.writes }));
+        self.wards.get_mut(&text.ward)?.handles.push((text.device, SafeHandle { descriptor, writes: text.writes, latches: text.latches }));
         Some(())
     }
 

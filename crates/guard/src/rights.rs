@@ -22,7 +22,7 @@ pub(crate) fn take() -> Vec<String> {
         missing.push(format!("the guard runs without priority {PRIORITY}: no right to real-time scheduling (set rtprio in limits.conf)"));
     }
     // SAFETY: the memory of this process itself.
-    if !(kernel::may_lock_all() && unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) } == 0) {
+    if !(process_kit::may_lock_all() && unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) } == 0) {
         missing.push("the guard's memory is not locked: no right to lock all of it (set memlock in limits.conf to unlimited)".to_owned());
     }
     missing

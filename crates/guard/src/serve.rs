@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The guard process: it waits for processes to end or stop answering, and makes their outputs safe.
 //!
-//! One thread, one loop. In each round it first looks at every process that it guards, and only then hears who talks to it; nothing
+//! One thread, one loop. In each round its own heart beats, then it looks at every process that it guards, and only then hears who talks to it; nothing
 //! in a round waits: neither a write to a device nor a supervisor that does not read. It guards on when its supervisor is gone, and ends
 //! when nothing is left to guard and nobody is connected.
-use crate::heartbeat::{Heartbeat, Pulse};
-use crate::ward::Ward;
+use crate::rights;
+use crate::ward::Seen;
+use crate::wards::Wards;
 use crate::wire::{Ask, Asked, Tell, encode};
-use crate::{Listener, UnixLink, inherited, now_ns, rights};
 use interconnect::Closed;
-use std::collections::VecDeque;
+use process_kit::{Heartbeat, Listener, UnixLink, inherited, now_ns};
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
 use std::path::Path;
@@ -19,6 +19,11 @@ use std::time::Duration;
 pub(crate) const PATH: &str = "OPENGPAC_GUARD_PATH";
 /// The name of the descriptor of the first link.
 pub(crate) const LINK: &str = "link";
+/// The names of the descriptors of hearts: its own, that of its supervisor.
+pub(crate) const HEART: &str = "heart";
+pub(crate) const SUPERVISOR: &str = "supervisor";
+/// Between two beats of its own heart.
+pub(crate) const BEAT_NS: i64 = 20_000_000;
 /// Frames of one supervisor that are heard in a round.
 const FRAMES_MAX: usize = 64;
 
@@ -30,19 +35,22 @@ const FRAMES_MAX: usize = 64;
 pub fn run() -> Result<(), String> {
     let descriptor = inherited(LINK).map_err(|error| error.to_string())?;
     let link = UnixLink::from_descriptor(descriptor).map_err(|error| format!("the link of the guard cannot be used: {error}"))?;
+    let heart = |name: &str| inherited(name).map_err(|error| error.to_string()).and_then(|heart| Heartbeat::received(heart).map_err(|error| error.to_string()));
+    let hearts = Hearts { guard: heart(HEART)?, supervisor: heart(SUPERVISOR)? };
     let path = std::env::var_os(PATH);
-    serve(link, path.as_deref().map(Path::new)).map_err(|error| format!("the guard cannot serve: {error}"))
+    serve(link, hearts, path.as_deref().map(Path::new)).map_err(|error| format!("the guard cannot serve: {error}"))
 }
 
 /// Guards for whoever talks over `link`, or connects to `path`. Takes over the process: scheduling, signals, memory.
 ///
 /// # Errors
 /// `AddrInUse` where another guard listens at `path`; else what the operating system refuses.
-pub fn serve(link: UnixLink, path: Option<&Path>) -> io::Result<()> {
+pub fn serve(link: UnixLink, hearts: Hearts, path: Option<&Path>) -> io::Result<()> {
     let listener = path.map(Listener::listen).transpose()?;
-    let mut guarding = Guarding { listener, links: Vec::new(), wards: Vec::new(), waits: Vec::new(), missing: rights::take() };
+    let mut guarding = Guarding { hearts, listener, links: Vec::new(), wards: Wards::default(), waits: Vec::new(), missing: rights::take() };
     guarding.welcome(link);
     while guarding.has_reason() {
+        guarding.hearts.guard.beat();
         guarding.wait();
         guarding.look();
         guarding.accept();
@@ -51,10 +59,30 @@ pub fn serve(link: UnixLink, path: Option<&Path>) -> io::Result<()> {
     Ok(())
 }
 
+/// The hearts of those who watch: each sees whether the other stands still.
+#[derive(Debug)]
+pub struct Hearts {
+    /// Of the guard.
+    pub guard: Heartbeat,
+    /// Of its supervisor.
+    pub supervisor: Heartbeat,
+}
+
+impl Hearts {
+    /// Descriptors of both, in this order.
+    ///
+    /// # Errors
+    /// No descriptors left.
+    pub fn descriptors(&self) -> io::Result<[OwnedFd; 2]> {
+        Ok([self.guard.descriptor()?, self.supervisor.descriptor()?])
+    }
+}
+
 struct Guarding {
+    hearts: Hearts,
     listener: Option<Listener>,
     links: Vec<UnixLink>,
-    wards: Vec<Ward>,
+    wards: Wards,
     /// What is waited for: the wards in their order, then the links, then the listener. Its room stays.
     waits: Vec<libc::pollfd>,
     missing: Vec<String>,
@@ -62,43 +90,37 @@ struct Guarding {
 
 impl Guarding {
     fn has_reason(&self) -> bool {
-        !self.links.is_empty() || self.wards.iter().any(|ward| !ward.is_settled())
+        !self.links.is_empty() || self.wards.has_reason()
     }
 
     fn wait(&mut self) {
-        let wait = |descriptor: Option<BorrowedFd<'_>>| {
-            // A negative number is passed over.
-            libc::pollfd { fd: descriptor.map_or(-1, |descriptor| descriptor.as_raw_fd()), events: libc::POLLIN, revents: 0 }
-        };
+        let wait = |descriptor: BorrowedFd<'_>| libc::pollfd { fd: descriptor.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         self.waits.clear();
-        self.waits.extend(self.wards.iter().map(|ward| wait(ward.waits_for())));
-        self.waits.extend(self.links.iter().map(|link| wait(Some(link.as_fd()))));
-        self.waits.extend(self.listener.iter().map(|listener| wait(Some(listener.as_fd()))));
-        let limit_ns = self.wards.iter().filter_map(Ward::interval_ns).min();
-        let limit = limit_ns.map(|ns| libc::timespec { tv_sec: ns / 1_000_000_000, tv_nsec: ns % 1_000_000_000 });
-        let limit = limit.as_ref().map_or(std::ptr::null(), std::ptr::from_ref);
-        // SAFETY: the list has the length given; the limit, where there is one, lives until the call returns.
-        let ready = unsafe { libc::ppoll(self.waits.as_mut_ptr(), self.waits.len() as libc::nfds_t, limit, std::ptr::null()) };
-        if ready < 0 {
-            // Interrupted: nothing is known to be ready.
-            self.waits.iter_mut().for_each(|wait| wait.revents = 0);
-        }
+        self.waits.extend(self.wards.waits().map(wait));
+        self.waits.extend(self.links.iter().map(|link| wait(link.as_fd())));
+        self.waits.extend(self.listener.iter().map(|listener| wait(listener.as_fd())));
+        let limit_ns = self.wards.interval_ns().map_or(BEAT_NS, |ns| ns.min(BEAT_NS));
+        let limit = libc::timespec { tv_sec: 0, tv_nsec: limit_ns };
+        // What is ready is asked again, one by one; a wait that was interrupted is a round more.
+        // SAFETY: the list has the length given; the limit lives until the call returns.
+        unsafe { libc::ppoll(self.waits.as_mut_ptr(), self.waits.len() as libc::nfds_t, &limit, std::ptr::null()) };
     }
 
     /// Looks at every ward; what is lost is safe before anybody is told.
     fn look(&mut self) {
-        let now_ns = now_ns();
-        let mut lost = false;
-        for (ward, wait) in self.wards.iter_mut().zip(&self.waits) {
-            lost |= ward.look(wait.revents != 0, now_ns);
+        for seen in self.wards.look(true, now_ns()) {
+            let frame = encode(&match seen {
+                Seen::Lost(loss) => Tell::Lost(loss),
+                Seen::MadeSafe(loss) => Tell::MadeSafe(loss),
+                Seen::GoesOn(ward) => Tell::GoesOn { ward },
+            });
+            self.tell_everyone(&frame);
         }
-        if lost {
-            let fresh = |ward: &&Ward| ward.loss().is_some_and(|loss| loss.safe_ns >= now_ns);
-            for loss in self.wards.iter().filter(fresh).filter_map(Ward::loss) {
-                let frame = encode(&Tell::Lost(loss.clone()));
-                self.links.retain(|link| tell(link, &frame, &[]));
-            }
-        }
+    }
+
+    /// A supervisor that is gone may have said something before: its link stays until that is heard.
+    fn tell_everyone(&self, frame: &[u8]) {
+        self.links.iter().for_each(|link| tell(link, frame, &[]));
     }
 
     fn accept(&mut self) {
@@ -109,11 +131,10 @@ impl Guarding {
         }
     }
 
+    /// Its supervisor may be gone already, and have said what is to be guarded: that is heard all the same.
     fn welcome(&mut self, link: UnixLink) {
-        let hello = encode(&Tell::Hello { missing: self.missing.clone() });
-        if tell(&link, &hello, &[]) {
-            self.links.push(link);
-        }
+        tell(&link, &encode(&Tell::Hello { missing: self.missing.clone() }), &[]);
+        self.links.push(link);
     }
 
     /// Hears every supervisor. What one said before it was gone counts.
@@ -132,7 +153,7 @@ impl Guarding {
                 Err(Closed) => return false,
             };
             let Ok(Asked { request, ask }) = serde_json::from_slice(&frame) else { return false };
-            let answer = match self.act(ask, descriptors.into(), link) {
+            let answer = match self.act(ask, descriptors, link) {
                 Ok(()) => Tell::Done { request },
                 Err(problem) => Tell::Refused { request, problem },
             };
@@ -141,44 +162,24 @@ impl Guarding {
         true
     }
 
-    fn act(&mut self, ask: Ask, mut descriptors: VecDeque<OwnedFd>, link: &UnixLink) -> Result<(), String> {
-        let mut next = |what: &str| descriptors.pop_front().ok_or_else(|| format!("{what} did not come along"));
-        match ask {
-            Ask::Ward(text) => {
-                let process = next("the process")?;
-                let heartbeat = text.bound_ns.map(|_| next("the heartbeat")).transpose()?;
-                if self.wards.iter().any(|ward| ward.text.ward == text.ward) {
-                    return Err(format!("process {} is guarded already", text.ward));
-                }
-                let heartbeat = heartbeat.map(Heartbeat::received).transpose().map_err(|error| error.to_string())?;
-                let pulse = heartbeat.zip(text.bound_ns).map(|(heartbeat, bound_ns)| Pulse::new(heartbeat, bound_ns, now_ns()));
-                self.wards.push(Ward::new(text, process, pulse));
-            }
-            Ask::Handle(text) => {
-                let descriptor = next("the descriptor of the handle")?;
-                self.ward(text.ward)?.add(text, descriptor);
-            }
-            Ask::Release { ward, device } => self.ward(ward)?.handles.retain(|handle| handle.text.device != device),
-            Ask::Forget { ward } => self.wards.retain(|one| one.text.ward != ward),
-            Ask::Adopt => self.tell_all(link)?,
+    fn act(&mut self, ask: Ask, descriptors: Vec<OwnedFd>, link: &UnixLink) -> Result<(), String> {
+        if let Ask::Adopt = ask {
+            return self.tell_all(link);
         }
-        Ok(())
-    }
-
-    fn ward(&mut self, ward: u64) -> Result<&mut Ward, String> {
-        self.wards.iter_mut().find(|one| one.text.ward == ward).ok_or_else(|| format!("no process {ward} is guarded"))
+        self.wards.act(ask, descriptors)
     }
 
     /// Tells everything that is guarded, with descriptors.
     fn tell_all(&self, link: &UnixLink) -> Result<(), String> {
-        for ward in &self.wards {
-            let heartbeat = ward.pulse.as_ref().map(|pulse| pulse.heartbeat().descriptor()).transpose().map_err(|error| error.to_string())?;
-            let text = crate::wire::WardText { bound_ns: ward.pulse.as_ref().map(Pulse::bound_ns), ..ward.text.clone() };
-            let descriptors: Vec<BorrowedFd<'_>> = [ward.process.as_fd()].into_iter().chain(heartbeat.as_ref().map(AsFd::as_fd)).collect();
-            tell(link, &encode(&Tell::Ward(text)), &descriptors);
-            for handle in &ward.handles {
-                let text = crate::wire::HandleText { ward: handle.text.ward, device: handle.text.device.clone(), writes: handle.text.writes.clone() };
-                tell(link, &encode(&Tell::Handle(text)), &[handle.descriptor.as_fd()]);
+        let hearts = self.hearts.descriptors().map_err(|error| error.to_string())?;
+        tell(link, &encode(&Tell::Hearts), &[hearts[0].as_fd(), hearts[1].as_fd()]);
+        for ward in self.wards.iter() {
+            let parts = ward.parts();
+            let heartbeat = parts.heartbeat.as_ref().map(Heartbeat::descriptor).transpose().map_err(|error| error.to_string())?;
+            let descriptors: Vec<BorrowedFd<'_>> = [parts.process.as_fd()].into_iter().chain(heartbeat.as_ref().map(AsFd::as_fd)).collect();
+            tell(link, &encode(&Tell::Ward(ward.text.clone())), &descriptors);
+            for handle in &parts.handles {
+                tell(link, &encode(&Tell::Handle(handle.text.clone())), &[handle.descriptor.as_fd()]);
             }
             if let Some(loss) = ward.loss() {
                 tell(link, &encode(&Tell::Lost(loss.clone())), &[]);
@@ -188,7 +189,7 @@ impl Guarding {
     }
 }
 
-/// False when the link is gone, or whoever is behind it does not read: then it is closed.
-fn tell(link: &UnixLink, frame: &[u8], descriptors: &[BorrowedFd<'_>]) -> bool {
-    link.send_with(frame, descriptors, Some(Duration::ZERO)).is_ok()
+/// Where the link is gone, or the supervisor behind it does not read, the link is closed: [`Guarding::hear`] hears the rest and drops it.
+fn tell(link: &UnixLink, frame: &[u8], descriptors: &[BorrowedFd<'_>]) {
+    let _closed = link.send_with(frame, descriptors, Some(Duration::ZERO));
 }

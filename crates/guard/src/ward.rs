@@ -1,27 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A process that is guarded: how its loss is seen, and what makes its outputs safe.
-//!
-//! The order is what matters: a process that only stopped answering is killed first, and written for only when it has ended, so that it can
-//! never come back and write over a safe value.
-use crate::child::signal;
-use crate::heartbeat::Pulse;
-use crate::wire::{Cause, HandleText, Loss, WardText};
+//! A process that is guarded, as the operating system shows it: what [`Watch`] judges, and what it does to it.
+use crate::canary::Canary;
+use crate::stopped::Stops;
+use crate::watch::{Cause, Event, Pulse, Subject, Watch};
+use crate::wire::{HandleText, Loss, WardText};
+use process_kit::Heartbeat;
+use process_kit::{has_ended, pid_of, signal};
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
-
-/// How long a killed process may take to end before its outputs are made safe all the same (and again when it has ended).
-const DEATH_NS_MAX: i64 = 100_000_000;
-/// How long writes that failed are tried again, and how often.
-const RETRY_NS_MAX: i64 = 10_000_000_000;
-const RETRY_NS: i64 = 10_000_000;
 
 /// A guarded process.
 pub(crate) struct Ward {
     pub text: WardText,
+    parts: Parts,
+    watch: Watch,
+    loss: Option<Loss>,
+}
+
+/// What is held of it.
+pub(crate) struct Parts {
     pub process: OwnedFd,
-    pub pulse: Option<Pulse>,
+    pub heartbeat: Option<Heartbeat>,
     pub handles: Vec<Handle>,
-    state: State,
+    stops: Stops,
+    pid: Option<i32>,
+    canary: Canary,
+    has_ended: bool,
+    /// What could not be written at the latest attempt, in words.
+    failed: Vec<String>,
 }
 
 /// Where to write what makes outputs safe.
@@ -31,110 +37,131 @@ pub(crate) struct Handle {
     is_owed: bool,
 }
 
-enum State {
-    Guarded,
-    /// It stopped answering, was killed, and has not ended yet.
-    Killed {
-        seen_ns: i64,
-    },
-    /// Latched. `is_over`: it has ended, which a killed one may not have at first.
-    Lost {
-        loss: Loss,
-        is_over: bool,
-    },
+/// What is to be told of a process.
+#[derive(Debug)]
+pub(crate) enum Seen {
+    Lost(Loss),
+    MadeSafe(Loss),
+    GoesOn(u64),
 }
 
 impl Ward {
-    pub fn new(text: WardText, process: OwnedFd, pulse: Option<Pulse>) -> Ward {
-        Ward { text, process, pulse, handles: Vec::new(), state: State::Guarded }
+    pub fn new(text: WardText, process: OwnedFd, heartbeat: Option<Heartbeat>, now_ns: i64) -> Ward {
+        let pulse = heartbeat.as_ref().zip(text.bounds).map(|(heartbeat, bounds)| Pulse::new(bounds, heartbeat.count(), now_ns));
+        let watch = Watch::new(pulse, text.is_spared);
+        let stops = Stops::of(process.as_fd());
+        let pid = pid_of(process.as_fd()).ok();
+        let mut parts = Parts { process, heartbeat, handles: Vec::new(), stops, pid, canary: Canary::default(), has_ended: false, failed: Vec::new() };
+        parts.look_for_canary();
+        Ward { text, parts, watch, loss: None }
     }
 
-    /// Adds a handle; of a process that is lost already it is written to at once.
+    pub fn parts(&self) -> &Parts {
+        &self.parts
+    }
+
+    /// Adds a handle; of a process whose outputs are safe already it is written to at once.
     pub fn add(&mut self, text: HandleText, descriptor: OwnedFd) {
-        self.handles.push(Handle { text, descriptor, is_owed: true });
-        if let State::Lost { .. } = self.state {
-            self.write_owed();
-        }
+        self.parts.handles.push(Handle { text, descriptor, is_owed: true });
+        self.watch.added(&mut self.parts);
     }
 
-    /// Whether anything of it has to be waited for: its end, or writes that failed.
+    pub fn release(&mut self, device: &str) {
+        self.parts.handles.retain(|handle| handle.text.device != device);
+    }
+
+    /// Nothing of it is waited for any more.
     pub fn is_settled(&self) -> bool {
-        matches!(self.state, State::Lost { is_over: true, .. }) && !self.handles.iter().any(|handle| handle.is_owed)
+        self.watch.is_settled()
     }
 
     /// Its loss, if it is lost.
     pub fn loss(&self) -> Option<&Loss> {
-        match &self.state {
-            State::Lost { loss, .. } => Some(loss),
-            _ => None,
-        }
+        self.loss.as_ref()
     }
 
-    /// What to wait for: the end of the process. None when that has come.
-    pub fn waits_for(&self) -> Option<BorrowedFd<'_>> {
-        match self.state {
-            State::Lost { is_over: true, .. } => None,
-            _ => Some(self.process.as_fd()),
-        }
+    /// What to wait for: the end of its canary, and of the process. Nothing when that has come.
+    pub fn waits_for(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
+        let process = (!self.watch.is_over()).then(|| self.parts.process.as_fd());
+        let canary = if self.loss.is_none() { self.parts.canary.waits_for() } else { None };
+        process.into_iter().chain(canary)
     }
 
     /// When to look again though nothing comes; none: never.
     pub fn interval_ns(&self) -> Option<i64> {
-        match &self.state {
-            State::Guarded => self.pulse.as_ref().map(Pulse::interval_ns),
-            State::Killed { .. } => Some(RETRY_NS),
-            State::Lost { .. } => (!self.is_settled()).then_some(RETRY_NS),
+        self.watch.interval_ns()
+    }
+
+    /// Looks at it; what is to be told is true by then: its outputs are safe.
+    /// `leads`: not beside a guard that serves.
+    pub fn look(&mut self, leads: bool, now_ns: i64) -> Option<Seen> {
+        self.parts.look_for_canary();
+        let event = if leads { self.watch.look(&mut self.parts, now_ns) } else { self.watch.look_beside(&mut self.parts, now_ns) };
+        match event? {
+            Event::Lost { cause, seen_ns } => {
+                let loss = self.told(cause, seen_ns);
+                self.loss = Some(loss.clone());
+                Some(Seen::Lost(loss))
+            }
+            Event::MadeSafe { cause, seen_ns } => Some(Seen::MadeSafe(self.told(cause, seen_ns))),
+            Event::GoesOn => Some(Seen::GoesOn(self.text.ward)),
         }
     }
 
-    /// Looks at it. `has_ended`: the process has. True when it was lost at this look, and its outputs are safe.
-    pub fn look(&mut self, has_ended: bool, now_ns: i64) -> bool {
-        match &mut self.state {
-            State::Guarded if has_ended => self.lose(Cause::Died, now_ns, true),
-            State::Guarded => {
-                if self.pulse.as_mut().is_some_and(|pulse| pulse.is_frozen(now_ns)) {
-                    signal(self.process.as_fd(), libc::SIGKILL);
-                    self.state = State::Killed { seen_ns: now_ns };
-                }
-                false
-            }
-            State::Killed { seen_ns } => {
-                let seen_ns = *seen_ns;
-                let is_late = now_ns - seen_ns > DEATH_NS_MAX;
-                (has_ended || is_late) && self.lose(Cause::Frozen, seen_ns, has_ended)
-            }
-            State::Lost { loss, is_over } => {
-                if has_ended && !*is_over {
-                    *is_over = true;
-                    self.handles.iter_mut().for_each(|handle| handle.is_owed = true);
-                } else if now_ns - loss.safe_ns > RETRY_NS_MAX {
-                    *is_over = true;
-                    self.handles.iter_mut().for_each(|handle| handle.is_owed = false);
-                }
-                self.write_owed();
-                false
-            }
+    fn told(&self, cause: Cause, seen_ns: i64) -> Loss {
+        let failed = self.parts.failed.clone();
+        let written = self.parts.handles.len() - failed.len();
+        Loss { ward: self.text.ward, name: self.text.name.clone(), cause, seen_ns, safe_ns: process_kit::now_ns(), written, failed }
+    }
+}
+
+impl Parts {
+    fn look_for_canary(&mut self) {
+        if let Some(heart) = self.heartbeat.as_ref().filter(|_| !self.has_ended) {
+            self.canary.look(heart, self.pid);
         }
     }
+}
 
-    fn lose(&mut self, cause: Cause, seen_ns: i64, is_over: bool) -> bool {
-        let failed = self.write_owed();
-        let written = self.handles.len() - failed.len();
-        let loss = Loss { ward: self.text.ward, name: self.text.name.clone(), cause, seen_ns, safe_ns: crate::now_ns(), written, failed };
-        self.state = State::Lost { loss, is_over };
-        true
+impl Subject for Parts {
+    fn has_ended(&mut self) -> bool {
+        self.has_ended = self.has_ended || has_ended(self.process.as_fd());
+        self.has_ended
     }
 
-    /// Writes what has not been written yet; what failed, in words.
-    fn write_owed(&mut self) -> Vec<String> {
-        let mut failed = Vec::new();
-        for handle in self.handles.iter_mut().filter(|handle| handle.is_owed) {
+    fn is_dying(&mut self) -> bool {
+        self.heartbeat.as_ref().is_some_and(|heart| self.canary.is_dying(heart))
+    }
+
+    fn beats(&self) -> u64 {
+        self.heartbeat.as_ref().map_or(0, Heartbeat::count)
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stops.now()
+    }
+
+    fn latches(&self) -> bool {
+        self.handles.iter().all(|handle| handle.text.latches)
+    }
+
+    fn kill(&mut self) {
+        signal(self.process.as_fd(), libc::SIGKILL);
+    }
+
+    fn write(&mut self, afresh: bool) -> bool {
+        self.failed.clear();
+        for handle in &mut self.handles {
+            handle.is_owed |= afresh;
+            if !handle.is_owed {
+                continue;
+            }
             match handle.write() {
                 Ok(()) => handle.is_owed = false,
-                Err(error) => failed.push(format!("device '{}': {error}", handle.text.device)),
+                Err(error) => self.failed.push(format!("device '{}': {error}", handle.text.device)),
             }
         }
-        failed
+        self.failed.is_empty()
     }
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a supervisor and the guard say to each other: one JSON text a frame, descriptors beside it.
+use crate::watch::{Bounds, Cause};
 use serde::{Deserialize, Serialize};
 
 /// To the guard. Each is answered by one [`Tell::Done`] or [`Tell::Refused`] with its number.
@@ -9,7 +10,7 @@ pub(crate) struct Asked {
     pub ask: Ask,
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Ask {
     /// Guard a process. Descriptors: the process, then its heartbeat where there is a bound for it.
@@ -28,15 +29,18 @@ pub(crate) enum Ask {
 pub(crate) struct WardText {
     pub ward: u64,
     pub name: String,
-    /// How long its heartbeat may stand still.
-    pub bound_ns: Option<i64>,
+    /// How long its heart may stand still, where it has one.
+    pub bounds: Option<Bounds>,
+    /// It is not killed where it stands still.
+    pub is_spared: bool,
 }
 
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct HandleText {
     pub ward: u64,
     pub device: String,
     pub writes: Vec<(u64, Vec<u8>)>,
+    pub latches: bool,
 }
 
 /// From the guard.
@@ -56,12 +60,20 @@ pub(crate) enum Tell {
     },
     /// A process is lost and its outputs are safe.
     Lost(Loss),
+    /// A process that is spared stands still, and its outputs are safe.
+    MadeSafe(Loss),
+    /// It goes on.
+    GoesOn {
+        ward: u64,
+    },
+    /// For [`Ask::Adopt`]. Descriptors: the hearts of guard and supervisor.
+    Hearts,
     /// For [`Ask::Adopt`], with the descriptors of [`Ask::Ward`] and [`Ask::Handle`].
     Ward(WardText),
     Handle(HandleText),
 }
 
-/// A process that was lost, and what the guard did. Times are of the monotonic clock, which all processes of a host share.
+/// A process that was lost, or stands still and is spared, and what the guard did. Times are of the monotonic clock, which all processes of a host share.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Loss {
     /// The number it was registered with.
@@ -80,21 +92,12 @@ pub struct Loss {
     pub failed: Vec<String>,
 }
 
-/// Why a process counts as lost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Cause {
-    /// It has ended: killed, aborted, crashed, or by itself without a word.
-    Died,
-    /// Its heartbeat stood still for its bound; the guard has killed it.
-    Frozen,
-}
-
 impl std::fmt::Display for Loss {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let what = match self.cause {
             Cause::Died => "has ended",
-            Cause::Frozen => "stopped answering and was killed",
+            Cause::Frozen => "stood still (its heart did not beat)",
+            Cause::Stopped => "was stopped (SIGSTOP, a debugger)",
         };
         let span_us = (self.safe_ns - self.seen_ns) as f64 * 1e-3;
         write!(f, "process '{}' {what}; {} safe handles written after {span_us:.0} us", self.name, self.written)?;

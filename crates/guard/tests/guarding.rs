@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The guard over real processes: whatever ends a process, its outputs are safe, and nothing is left behind.
-use guard::{Cause, Child, Found, Guard, GuardCommand, GuardEvent, Heartbeat, Launch, Loss, SharedMemory, Status, UnixLink, fresh_folder, now_ns};
+use device::SafeHandle;
+use guard::{Bounds, Cause, Found, Guard, GuardCommand, GuardEvent, Loss};
 use interconnect::Link;
-use kernel::SafeHandle;
+use process_kit::{Child, Heartbeat, Launch, SharedMemory, Status, UnixLink, fresh_folder, now_ns};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -39,14 +40,14 @@ impl Rtp {
         Rtp { child, output, heartbeat }
     }
 
-    fn guarded(&self, guard: &Guard, ward: u64, bound: Duration) {
+    fn guarded(&self, guard: &Guard, ward: u64, bounds: impl Into<Bounds>) {
         let heartbeat = Heartbeat::received(self.heartbeat.descriptor().unwrap()).unwrap();
-        guard.watch(ward, "rtp1", self.child.descriptor().unwrap(), Some((heartbeat, bound))).unwrap();
+        guard.watch(ward, "rtp1", self.child.descriptor().unwrap(), Some((heartbeat, bounds.into()))).unwrap();
         guard.hold(ward, "arm", vec![self.handle()]).unwrap();
     }
 
     fn handle(&self) -> SafeHandle {
-        SafeHandle { descriptor: self.output.descriptor().unwrap(), writes: vec![(0, vec![0; 8]), (8, SAFE.to_ne_bytes().to_vec())] }
+        SafeHandle { descriptor: self.output.descriptor().unwrap(), writes: vec![(0, vec![0; 8]), (8, SAFE.to_ne_bytes().to_vec())], latches: false }
     }
 
     /// Waits until it has stored `more` commands from now.
@@ -82,10 +83,15 @@ fn loss(told: &Receiver<GuardEvent>) -> Loss {
     loop {
         match next(told) {
             GuardEvent::Lost(loss) => return loss,
-            GuardEvent::Restarted(_) => {}
+            GuardEvent::Restarted { .. } => {}
             other => panic!("{other:?}"),
         }
     }
+}
+
+fn signal(pid: i32, signal: i32) {
+    // SAFETY: signals a child of ours, which is not reaped meanwhile.
+    unsafe { libc::kill(pid, signal) };
 }
 
 /// No process of that number, or only what its parent has not reaped.
@@ -134,15 +140,15 @@ fn a_killed_process_leaves_safe_outputs_every_time() {
 fn a_process_that_stops_answering_is_killed_before_its_outputs_are_made_safe() {
     let (guard, told) = guard(None);
     let rtp = Rtp::start();
-    rtp.guarded(&guard, 1, Duration::from_millis(200));
+    rtp.guarded(&guard, 1, Bounds::default());
     rtp.runs(5);
-    // SAFETY: signals our child.
-    unsafe { libc::kill(rtp.child.pid(), libc::SIGSTOP) };
+    let stopped_ns = now_ns();
+    signal(rtp.child.pid(), libc::SIGSTOP);
     let loss = loss(&told);
-    assert_eq!(loss.cause, Cause::Frozen);
+    assert_eq!(loss.cause, Cause::Stopped);
     assert!(rtp.is_safe(), "{loss}");
     assert_eq!(rtp.child.wait(LIMIT), Some(Status::Killed { signal: libc::SIGKILL, core: false }), "it cannot come back and write");
-    println!("frozen process: safe {:.0} us after its bound", (loss.safe_ns - loss.seen_ns) as f64 * 1e-3);
+    println!("stopped process: safe {:.1} ms after it was stopped", (loss.safe_ns - stopped_ns) as f64 * 1e-6);
 }
 
 #[test]
@@ -152,16 +158,165 @@ fn another_guard_takes_over_with_everything() {
     rtp.guarded(&guard, 1, LIMIT);
     for _ in 0..3 {
         let pid = guard.pid().expect("ours");
-        // SAFETY: signals the guard, which is our child and not reaped before another is there.
-        unsafe { libc::kill(pid, libc::SIGKILL) };
+        signal(pid, libc::SIGKILL);
         let event = next(&told);
-        assert!(matches!(&event, GuardEvent::Restarted(how) if how.contains("SIGKILL")), "{event:?}");
+        assert!(matches!(&event, GuardEvent::Restarted { how, .. } if how.contains("SIGKILL")), "{event:?}");
         assert_ne!(guard.pid(), Some(pid));
     }
     rtp.runs(1);
     rtp.child.kill();
     assert_eq!(loss(&told).cause, Cause::Died);
     assert!(rtp.is_safe());
+}
+
+/// A program that is guarded itself, whose second guard takes nothing until it is let go on.
+struct Delayed {
+    folder: PathBuf,
+    program: Child,
+    output: SharedMemory,
+    link: UnixLink,
+}
+
+impl Delayed {
+    fn start() -> Delayed {
+        let folder = fresh_folder().unwrap();
+        let (script, gate) = (folder.join("guard.sh"), folder.join("gate"));
+        assert!(std::process::Command::new("mkfifo").arg(&gate).status().unwrap().success());
+        let first = folder.join("first");
+        let text = format!("#!/bin/sh\nmkdir '{}' 2>/dev/null || : <'{}'\nexec '{}'\n", first.display(), gate.display(), program().display());
+        std::fs::write(&script, text).unwrap();
+        std::fs::set_permissions(&script, std::os::unix::fs::PermissionsExt::from_mode(0o700)).unwrap();
+        let (output, (link, theirs)) = (SharedMemory::new(16).unwrap(), UnixLink::pair().unwrap());
+        let launch = Launch::new([env!("CARGO_BIN_EXE_guard-stand-in").into(), "program".into()]).descriptor("link", theirs);
+        let program = launch.descriptor("output", output.descriptor().unwrap()).variable("TEST_GUARD", &script).start().unwrap();
+        Delayed { folder, program, output, link }
+    }
+
+    /// The next words of the program.
+    fn words(&self) -> String {
+        String::from_utf8(self.link.receive(LIMIT).unwrap().expect("in time")).unwrap()
+    }
+
+    /// The number of its guard. What it says meanwhile is kept.
+    fn guard(&self, said: &mut Vec<String>) -> i32 {
+        self.link.send(b"guard").unwrap();
+        loop {
+            match self.words() {
+                words if words.starts_with("Some(") => return words[5..words.len() - 1].parse().unwrap(),
+                words => said.push(words),
+            }
+        }
+    }
+
+    /// Kills the first guard; returns when the second one has been told everything, and has heard nothing. What was said until then.
+    fn replaces_its_guard(&self) -> Vec<String> {
+        let mut said = Vec::new();
+        let first = self.guard(&mut said);
+        signal(first, libc::SIGKILL);
+        until("another guard is started", || self.guard(&mut said) != first);
+        said
+    }
+
+    /// Lets the second guard go on.
+    fn goes_on(&self) {
+        std::fs::write(self.folder.join("gate"), "").unwrap();
+    }
+}
+
+impl Drop for Delayed {
+    fn drop(&mut self) {
+        self.program.kill();
+        let _gone = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+#[test]
+fn another_guard_is_told_of_when_it_has_taken_what_it_guards() {
+    let delayed = Delayed::start();
+    let said = delayed.replaces_its_guard();
+    assert!(!said.iter().any(|words| words.contains("Restarted")), "{said:?}");
+    delayed.goes_on();
+    until("it is told", || delayed.words().contains(r#"Restarted { how: "was ended by SIGKILL"#));
+}
+
+#[test]
+fn a_guard_that_hears_of_a_program_after_its_end_makes_it_safe() {
+    let delayed = Delayed::start();
+    delayed.replaces_its_guard();
+    delayed.program.kill();
+    assert!(delayed.program.wait(LIMIT).is_some());
+    assert_eq!(delayed.output.word(8).load(Ordering::Acquire), 0);
+    delayed.goes_on();
+    until("it is safe", || delayed.output.word(8).load(Ordering::Acquire) == SAFE);
+}
+
+#[test]
+fn a_guard_that_stands_still_is_replaced() {
+    let (guard, told) = guard(None);
+    let rtp = Rtp::start();
+    rtp.guarded(&guard, 1, LIMIT);
+    rtp.runs(1);
+    let pid = guard.pid().expect("ours");
+    signal(pid, libc::SIGSTOP);
+    let event = next(&told);
+    assert!(matches!(&event, GuardEvent::Restarted { how, .. } if how.contains("stood still")), "{event:?}");
+    assert!(guard.pid() != Some(pid) && is_gone(pid));
+    signal(rtp.child.pid(), libc::SIGSTOP);
+    rtp.child.kill();
+    assert_eq!(loss(&told).cause, Cause::Died);
+    assert!(rtp.is_safe());
+}
+
+#[test]
+fn what_the_guard_does_not_see_the_supervisor_sees() {
+    for how in [libc::SIGKILL, libc::SIGSTOP] {
+        let (guard, told) = guard(None);
+        let rtp = Rtp::start();
+        rtp.guarded(&guard, 1, Bounds::default());
+        rtp.runs(5);
+        let begun_ns = now_ns();
+        signal(guard.pid().expect("ours"), libc::SIGSTOP);
+        signal(rtp.child.pid(), how);
+        until("the outputs are safe", || rtp.is_safe());
+        println!("guard stopped, process {how}: safe after {:.1} ms", (now_ns() - begun_ns) as f64 * 1e-6);
+        assert!(matches!(loss(&told).cause, Cause::Died | Cause::Stopped));
+        drop(guard);
+    }
+}
+
+#[test]
+fn a_stopped_guard_with_nothing_to_guard_does_not_stay() {
+    let (guard, _) = guard(None);
+    let pid = guard.pid().expect("ours");
+    signal(pid, libc::SIGSTOP);
+    drop(guard);
+    until("the guard is gone", || is_gone(pid));
+}
+
+#[test]
+fn a_program_that_is_guarded_itself_is_spared_where_it_only_stands_still() {
+    let (output, (link, theirs)) = (SharedMemory::new(16).unwrap(), UnixLink::pair().unwrap());
+    let launch = Launch::new([env!("CARGO_BIN_EXE_guard-stand-in").into(), "program".into()]).descriptor("link", theirs);
+    let program = launch.descriptor("output", output.descriptor().unwrap()).variable("TEST_GUARD", program()).start().unwrap();
+    let heard = |what: &str| {
+        until(what, || {
+            let (frame, _) = link.receive_with(LIMIT).unwrap().expect("in time");
+            String::from_utf8(frame).unwrap().contains(what)
+        })
+    };
+    let is_safe = || output.word(8).load(Ordering::Acquire) == SAFE;
+    heard("begun");
+    for _ in 0..2 {
+        assert!(!is_safe());
+        signal(program.pid(), libc::SIGSTOP);
+        until("its outputs are safe", is_safe);
+        signal(program.pid(), libc::SIGCONT);
+        heard("cause: Stopped");
+        heard("GoesOn");
+        output.word(8).store(0, Ordering::Release);
+    }
+    program.kill();
+    until("its outputs are safe", is_safe);
 }
 
 #[test]
@@ -178,7 +333,7 @@ fn a_process_that_dies_while_there_is_no_guard_is_safe_when_there_is_one() {
     // A later guard is not told of it again: it was dealt with.
     // SAFETY: as above.
     unsafe { libc::kill(guard.pid().expect("ours"), libc::SIGKILL) };
-    assert!(matches!(next(&told), GuardEvent::Restarted(_)));
+    assert!(matches!(next(&told), GuardEvent::Restarted { .. }));
     // The answer of that guard comes after all that it has to say of what it was told before.
     guard.forget(1).unwrap();
     assert!(!told.try_iter().any(|event| matches!(event, GuardEvent::Lost(_))));
@@ -223,9 +378,9 @@ fn a_handle_that_cannot_be_written_is_named_and_the_others_are_safe() {
     let rtp = Rtp::start();
     guard.watch(1, "rtp1", rtp.child.descriptor().unwrap(), None).unwrap();
     let read_only = std::fs::File::open("/dev/null").unwrap().into();
-    guard.hold(1, "broken", vec![SafeHandle { descriptor: read_only, writes: vec![(0, vec![0])] }]).unwrap();
+    guard.hold(1, "broken", vec![SafeHandle { descriptor: read_only, writes: vec![(0, vec![0])], latches: false }]).unwrap();
     let (mut reads, writes) = std::io::pipe().unwrap();
-    guard.hold(1, "line", vec![SafeHandle { descriptor: writes.into(), writes: vec![(5, b"safe".to_vec())] }]).unwrap();
+    guard.hold(1, "line", vec![SafeHandle { descriptor: writes.into(), writes: vec![(5, b"safe".to_vec())], latches: false }]).unwrap();
     guard.hold(1, "arm", vec![rtp.handle()]).unwrap();
     rtp.runs(1);
     rtp.child.kill();
@@ -312,7 +467,7 @@ fn a_new_supervisor_adopts_the_guard_and_what_it_guards() {
     // What was adopted is enough to start another guard.
     // SAFETY: a number of the test's own: the guard was started by its supervisor, and nothing has reaped it.
     unsafe { libc::kill(orphans.guard_pid, libc::SIGKILL) };
-    assert!(matches!(next(&told), GuardEvent::Restarted(_)));
+    assert!(matches!(next(&told), GuardEvent::Restarted { .. }));
     found.process.kill();
     assert_eq!(loss(&told).cause, Cause::Died);
     assert!(orphans.is_safe());

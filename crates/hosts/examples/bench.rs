@@ -53,7 +53,7 @@ impl Way {
     fn options(&self, name: &str) -> Options {
         let security = match self.files.as_slice() {
             [authority, certificate, key] => Security::Certificates { authority: authority.into(), certificate: certificate.into(), key: key.into() },
-            _ => Security::Loopback,
+            _ => Security::Loopback { secret: "the-secret-of-the-tests".to_owned() },
         };
         Options { security, ..Options::new("bench", name, &self.at) }
     }

@@ -2,10 +2,11 @@
 //! What hosts say to each other beside values and commands: who they are, what time it is, that they go. All little-endian; eight
 //! bytes of checksum, one that says which, then its fields; a text is four bytes of length and UTF-8.
 use crate::agreement::ClockOffset;
+use crate::secret::{DRAWN_LEN, PROOF_LEN};
 use interconnect::message::packet::checksum;
 
 /// The version of everything that travels between hosts. Hosts of different ones refuse each other.
-pub const PROTOCOL_VERSION: u32 = 1;
+pub const PROTOCOL_VERSION: u32 = 2;
 
 /// A name, a target or a reason is no longer, bytes.
 const TEXT_BYTES_MAX: usize = 1024;
@@ -14,8 +15,8 @@ const TEXT_BYTES_MAX: usize = 1024;
 pub(crate) enum Control {
     /// A host wants to join.
     Hello(Hello),
-    /// It is taken in by the host with this number.
-    Welcome { id: u64, name: String, target: String },
+    /// It is taken in by the host with this number. `proof`: that it has the secret, where there is one.
+    Welcome { id: u64, name: String, target: String, proof: [u8; PROOF_LEN] },
     /// It is not.
     Refusal { reason: String },
     /// What time is it? With what the asking host knows already: the listener's clocks minus its own.
@@ -36,6 +37,8 @@ pub(crate) struct Hello {
     pub(crate) id: u64,
     pub(crate) name: String,
     pub(crate) target: String,
+    /// Who listens is to show by it that it has the secret.
+    pub(crate) drawn: [u8; DRAWN_LEN],
 }
 
 impl Control {
@@ -50,12 +53,14 @@ impl Control {
                 fields.extend(hello.id.to_le_bytes());
                 put_text(&mut fields, &hello.name);
                 put_text(&mut fields, &hello.target);
+                fields.extend(hello.drawn);
             }
-            Control::Welcome { id, name, target } => {
+            Control::Welcome { id, name, target, proof } => {
                 fields.push(2);
                 fields.extend(id.to_le_bytes());
                 put_text(&mut fields, name);
                 put_text(&mut fields, target);
+                fields.extend(proof);
             }
             Control::Refusal { reason } => {
                 fields.push(3);
@@ -97,8 +102,9 @@ impl Control {
                 id: take_u64(fields)?,
                 name: take_text(fields)?,
                 target: take_text(fields)?,
+                drawn: *take(fields)?,
             }),
-            2 => Control::Welcome { id: take_u64(fields)?, name: take_text(fields)?, target: take_text(fields)? },
+            2 => Control::Welcome { id: take_u64(fields)?, name: take_text(fields)?, target: take_text(fields)?, proof: *take(fields)? },
             3 => Control::Refusal { reason: take_text(fields)? },
             4 => {
                 let (from, [left_ns, left_wall_ns, known, clock_offset_ns, uncertainty_ns, wall_offset_ns]) = take_times(fields)?;
@@ -170,8 +176,8 @@ mod tests {
         let (name, target) = ("cell-b".to_owned(), "x86_64-unknown-linux-gnu".to_owned());
         let offset = ClockOffset { clock_offset_ns: -3, uncertainty_ns: 2, wall_offset_ns: i64::MIN };
         vec![
-            Control::Hello(Hello { protocol: 1, abi: 2, little_endian: true, id: u64::MAX, name: name.clone(), target: target.clone() }),
-            Control::Welcome { id: 4, name, target },
+            Control::Hello(Hello { protocol: 1, abi: 2, little_endian: true, id: u64::MAX, name: name.clone(), target: target.clone(), drawn: [3; 16] }),
+            Control::Welcome { id: 4, name, target, proof: [5; 32] },
             Control::Refusal { reason: "not you, Zoë".to_owned() },
             Control::Ping { from: 1, left_ns: -1, left_wall_ns: 5, offset: Some(offset) },
             Control::Ping { from: 1, left_ns: 0, left_wall_ns: 0, offset: None },

@@ -8,6 +8,7 @@ use crate::link::{HostLink, LinkState, Outlets};
 use crate::options::Options;
 use crate::peers::{Known, Peer};
 use crate::refused::Refused;
+use crate::secret;
 use crate::session::{Side, ZenohWire};
 use crate::wire::{Outlet, Urgency, Wire, WireError};
 use interconnect::{ConnectionSpec, EndError, Ends, Link, Receiver, Sender};
@@ -73,9 +74,9 @@ impl Hosts {
         let no_answer = || Refused::NoAnswer { system: options.system.clone(), endpoint: endpoint.clone(), seconds: options.join_max.as_secs() };
         let until = Instant::now() + options.join_max;
         let id = crate::random::number();
-        let answer = knock(&options, wire.as_ref(), id, until).map_err(no_way)?.ok_or_else(no_answer)?;
+        let answer = knock(&options, wire.as_ref(), (id, port_of(&endpoint)), until).map_err(no_way)?.ok_or_else(no_answer)?;
         let (listener, name, target) = match answer {
-            Control::Welcome { id, name, target } => (id, name, target),
+            Control::Welcome { id, name, target, .. } => (id, name, target),
             Control::Refusal { reason } => return Err(Refused::ByListener { system: options.system, endpoint, name: options.name, reason }),
             _ => return Err(no_answer()),
         };
@@ -195,6 +196,11 @@ pub fn wire_to_join(options: &Options) -> Result<Arc<dyn Wire>, Refused> {
     Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Joins)?))
 }
 
+/// The port of an endpoint that was checked.
+fn port_of(endpoint: &str) -> u16 {
+    endpoint.rsplit(':').next().and_then(|port| port.parse().ok()).unwrap_or_default()
+}
+
 fn no_end(error: WireError) -> EndError {
     EndError { message: format!("no way to the other hosts: {}", error.message) }
 }
@@ -206,7 +212,7 @@ fn with<T>(far: &Weak<T>, act: impl FnOnce(&T)) {
 }
 
 /// Says hello until there is an answer: the listening side's first word. None where nobody answered in time.
-fn knock(options: &Options, wire: &dyn Wire, id: u64, until: Instant) -> Result<Option<Control>, WireError> {
+fn knock(options: &Options, wire: &dyn Wire, (id, port): (u64, u16), until: Instant) -> Result<Option<Control>, WireError> {
     let root = crate::bridge::root(&options.system);
     let (heard, answers) = mpsc::channel();
     let hear = move |bytes: &[u8]| {
@@ -218,12 +224,18 @@ fn knock(options: &Options, wire: &dyn Wire, id: u64, until: Instant) -> Result<
     let _listening = wire.subscribe(&format!("{root}/hello/{id:x}"), Arc::new(hear))?;
     let door = wire.outlet(&format!("{root}/hello"), Urgency::Clock)?;
     let (name, target) = (options.name.clone(), TARGET.to_owned());
-    let hello = Hello { protocol: PROTOCOL_VERSION, abi: options.abi_version, little_endian: cfg!(target_endian = "little"), id, name, target };
+    let drawn = secret::drawn().map_err(|error| WireError { message: format!("no number can be drawn: {error}") })?;
+    let hello = Hello { protocol: PROTOCOL_VERSION, abi: options.abi_version, little_endian: cfg!(target_endian = "little"), id, name, target, drawn };
     let hello = Control::Hello(hello).emit();
     while Instant::now() < until {
         door.send(hello.clone());
-        if let Ok(control) = answers.recv_timeout(Duration::from_millis(HELLO_MS)) {
-            return Ok(Some(control));
+        match answers.recv_timeout(Duration::from_millis(HELLO_MS)) {
+            // Who does not have the secret either is no listener of this system.
+            Ok(Control::Welcome { proof, .. }) if options.security.secret().is_some_and(|secret| !secret::is_proof(secret, &drawn, port, id, &proof)) => {
+                return Err(WireError { message: "whoever listens there does not have the secret: it is not the system, or another user's".to_owned() });
+            }
+            Ok(control) => return Ok(Some(control)),
+            Err(_) => {}
         }
     }
     Ok(None)
@@ -234,7 +246,11 @@ fn greet(core: &Weak<Core>, bytes: &[u8]) {
     let Some(Control::Hello(hello)) = Control::parse(bytes) else { return };
     with(core, |core| {
         let answer = match admit(core, &hello) {
-            Ok(()) => Control::Welcome { id: core.id, name: core.options.name.clone(), target: TARGET.to_owned() },
+            Ok(()) => {
+                let port = port_of(&core.options.endpoint);
+                let proof = core.options.security.secret().map_or([0; _], |secret| secret::proof(secret, &hello.drawn, port, hello.id));
+                Control::Welcome { id: core.id, name: core.options.name.clone(), target: TARGET.to_owned(), proof }
+            }
             Err(reason) => Control::Refusal { reason },
         };
         // Without a way back it hears nothing and asks again.

@@ -37,13 +37,13 @@ pub struct Options {
 }
 
 impl Options {
-    /// A host of a system, with every default: only loopback is let in.
+    /// A host of a system, with every default, but for the secret: without one nobody is let in.
     pub fn new(system: &str, name: &str, endpoint: &str) -> Self {
         Options {
             system: system.to_owned(),
             name: name.to_owned(),
             endpoint: endpoint.to_owned(),
-            security: Security::Loopback,
+            security: Security::Loopback { secret: String::new() },
             abi_version: 0,
             silent_max: Duration::from_secs(5),
             join_max: Duration::from_secs(10),
@@ -68,11 +68,14 @@ impl Options {
 }
 
 /// Who is let in. The key file of a certificate must be readable by its owner only.
-#[derive(Clone, Default)]
+#[derive(Clone)]
 pub enum Security {
-    /// Everyone on this host: only for loopback addresses, `tcp/127.0.0.1:PORT`.
-    #[default]
-    Loopback,
+    /// Programs of this host that have a secret, which never travels: each side shows that it has it. Only for loopback addresses,
+    /// `tcp/127.0.0.1:PORT`: other users of this host reach them too.
+    Loopback {
+        /// 16 characters or more, without white space; [`secret_of_user`](crate::secret_of_user) has one for all programs of a user.
+        secret: String,
+    },
     /// TLS; each side shows a certificate of an authority that the other knows.
     Certificates {
         /// PEM file of the authority.
@@ -95,14 +98,14 @@ pub enum Security {
 
 impl Security {
     fn check(&self, endpoint: &Endpoint) -> Result<(), Refused> {
-        let plain = matches!(self, Security::Loopback);
+        let plain = matches!(self, Security::Loopback { .. });
         match endpoint.scheme {
             Scheme::Tcp if !plain => return Err(Refused::CertificatesUnused { endpoint: endpoint.to_string() }),
             Scheme::Tcp if !endpoint.is_loopback() => return Err(Refused::PlainOutside { endpoint: endpoint.to_string() }),
             Scheme::Tls if plain => return Err(Refused::NoCertificates { endpoint: endpoint.to_string() }),
             Scheme::Tcp | Scheme::Tls => {}
         }
-        if let Security::Token { token, .. } = self
+        if let Security::Token { token, .. } | Security::Loopback { secret: token } = self
             && (token.len() < 16 || token.contains(char::is_whitespace))
         {
             return Err(Refused::WeakToken);
@@ -110,10 +113,18 @@ impl Security {
         self.files().try_for_each(|(what, path, secret)| check_file(what, path, secret))
     }
 
+    /// What both sides of a plain connection know.
+    pub(crate) fn secret(&self) -> Option<&str> {
+        match self {
+            Security::Loopback { secret } => Some(secret),
+            Security::Certificates { .. } | Security::Token { .. } => None,
+        }
+    }
+
     /// Each file: what it is, where, whether it is secret.
     fn files(&self) -> impl Iterator<Item = (&'static str, &Path, bool)> {
         let (authority, certificate, key) = match self {
-            Security::Loopback => (None, None, None),
+            Security::Loopback { .. } => (None, None, None),
             Security::Certificates { authority, certificate, key } => (Some(authority), Some(certificate), Some(key)),
             Security::Token { authority, certificate, .. } => {
                 (authority.as_ref(), certificate.as_ref().map(|(certificate, _)| certificate), certificate.as_ref().map(|(_, key)| key))
@@ -138,7 +149,7 @@ impl fmt::Debug for Security {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // No secret gets into a log.
         f.write_str(match self {
-            Security::Loopback => "Loopback",
+            Security::Loopback { .. } => "Loopback",
             Security::Certificates { .. } => "Certificates",
             Security::Token { .. } => "Token",
         })

@@ -31,13 +31,13 @@ pub enum Refused {
         /// As it was given.
         endpoint: String,
     },
-    /// Certificates or a token that would have no effect.
-    #[error("certificates and tokens have no effect on '{endpoint}'; write tls/HOST:PORT")]
+    /// Certificates that would have no effect.
+    #[error("certificates have no effect on '{endpoint}'; write tls/HOST:PORT")]
     CertificatesUnused {
         /// As it was given.
         endpoint: String,
     },
-    /// A token that could be guessed.
+    /// A token that could be guessed, or none.
     #[error("the token is too weak; use 16 characters or more, without white space")]
     WeakToken,
     /// What one side needs and was not given.

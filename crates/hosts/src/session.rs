@@ -26,6 +26,9 @@ const OPEN_MS: u32 = 1_000;
 /// The name of all who have the token.
 const USER: &str = "opengpac";
 
+/// What else it may be where nobody lets in who joins on loopback.
+const ANOTHER_SECRET: &str = "; if a system listens there, it is another user's: what joins it then needs the token that it was given to listen with";
+
 /// A way between hosts over zenoh.
 pub(crate) struct ZenohWire(Session);
 
@@ -33,7 +36,7 @@ impl ZenohWire {
     pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Self, Refused> {
         // Removed when this returns: zenoh has read it by then.
         let dictionary = match (&options.security, side) {
-            (Security::Token { token, .. }, Side::Listens) => Some(Dictionary::write(token)?),
+            (Security::Token { token, .. } | Security::Loopback { secret: token }, Side::Listens) => Some(Dictionary::write(token)?),
             _ => None,
         };
         threads::one_for_links();
@@ -45,7 +48,8 @@ impl ZenohWire {
         if let Some(Dictionary(path)) = &dictionary {
             config.insert_json5("transport/auth/usrpwd/dictionary_file", &text(path)).map_err(|error| no_way(error.to_string()))?;
         }
-        let session = zenoh::open(config).wait().map_err(|error| no_way(plain(&error.to_string())))?;
+        let hint = if options.security.secret().is_some() && side == Side::Joins { ANOTHER_SECRET } else { "" };
+        let session = zenoh::open(config).wait().map_err(|error| no_way(plain(&error.to_string()) + hint))?;
         Ok(ZenohWire(session))
     }
 }
@@ -127,7 +131,8 @@ fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)
     const LISTEN: [&str; 2] = ["transport/link/tls/listen_certificate", "transport/link/tls/listen_private_key"];
     const CONNECT: [&str; 2] = ["transport/link/tls/connect_certificate", "transport/link/tls/connect_private_key"];
     Ok(match (security, side) {
-        (Security::Loopback, _) => Vec::new(),
+        (Security::Loopback { .. }, Side::Listens) => Vec::new(),
+        (Security::Loopback { secret }, Side::Joins) => shown(secret).into(),
         (Security::Certificates { authority, certificate, key }, side) => {
             let [for_certificate, for_key] = if side == Side::Listens { LISTEN } else { CONNECT };
             vec![
@@ -145,9 +150,14 @@ fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)
         }
         (Security::Token { token, authority, .. }, Side::Joins) => {
             let authority = authority.as_ref().ok_or(Refused::TokenAlone { purpose: "join", needed: "the authority of the other side's certificate" })?;
-            vec![(ROOT, text(authority)), ("transport/auth/usrpwd/user", format!("{USER:?}")), ("transport/auth/usrpwd/password", format!("{token:?}"))]
+            [(ROOT, text(authority))].into_iter().chain(shown(token)).collect()
         }
     })
+}
+
+/// What the joining side shows: not itself, but what follows from it and a number that the listening side draws.
+fn shown(secret: &str) -> [(&'static str, String); 2] {
+    [("transport/auth/usrpwd/user", format!("{USER:?}")), ("transport/auth/usrpwd/password", format!("{secret:?}"))]
 }
 
 /// A path as a JSON text.

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 fn pair(system: &str) -> (Hosts, Hosts, Box<dyn Link>, Box<dyn Link>) {
     let (a, endpoint) = listening(system);
-    let b = Hosts::join(Options::new(system, "cell-b", &endpoint)).expect("cell-a listens");
+    let b = Hosts::join(options_of(system, "cell-b", &endpoint)).expect("cell-a listens");
     let near = a.link("cell-b", 1).expect("cell-b has joined");
     let far = b.link("cell-a", 1).expect("cell-a listens");
     (a, b, near, far)
@@ -95,8 +95,8 @@ fn a_receiver_that_waits_learns_of_a_close_here() {
 fn a_silent_host_closes_its_links_and_a_shorter_silence_does_not() {
     let endpoint = format!("tcp/127.0.0.1:{}", free_port());
     let silent_max = Duration::from_millis(1_500);
-    let a = Hosts::listen(Options { silent_max, ..Options::new("silent", "cell-a", &endpoint) }).expect("loopback");
-    let options = Options { silent_max, ..Options::new("silent", "cell-b", &endpoint) };
+    let a = Hosts::listen(Options { silent_max, ..options_of("silent", "cell-a", &endpoint) }).expect("loopback");
+    let options = Options { silent_max, ..options_of("silent", "cell-b", &endpoint) };
     let wire = Faulty::new(wire_to_join(&options).expect("cell-a listens"), 1, WireFaults::default());
     let b = Hosts::join_over(options, Arc::new(wire.clone())).expect("cell-a listens");
     let (near, far) = (a.link("cell-b", 1).expect("joined"), b.link("cell-a", 1).expect("listens"));

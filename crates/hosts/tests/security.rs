@@ -2,7 +2,7 @@
 //! Who is let in, and what is refused before anything starts.
 mod common;
 use common::*;
-use hosts::{Hosts, Options, Refused, Security};
+use hosts::{Hosts, Options, Refused, Security, wire_to_listen};
 use interconnect::Link;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -48,17 +48,17 @@ fn only_loopback_may_be_plain_and_each_refusal_says_what_to_do() {
     let token = |token: &str| Security::Token { token: token.to_owned(), authority: None, certificate: None };
     let missing = Security::Certificates { authority: PathBuf::from("no/such.pem"), certificate: PathBuf::new(), key: PathBuf::new() };
     for (endpoint, security, words) in [
-        ("tcp/0.0.0.0:7447", Security::Loopback, "so it needs TLS; use tls/HOST:PORT with certificates or a token"),
-        ("tcp/[::]:7447", Security::Loopback, "so it needs TLS"),
-        ("tcp/192.0.2.1:7447", Security::Loopback, "so it needs TLS"),
-        ("tls/0.0.0.0:7447", Security::Loopback, "needs certificates: give authority, certificate and key, or a token"),
-        ("tls/127.0.0.1:7447", Security::Loopback, "needs certificates"),
+        ("tcp/0.0.0.0:7447", loopback(), "so it needs TLS; use tls/HOST:PORT with certificates or a token"),
+        ("tcp/[::]:7447", loopback(), "so it needs TLS"),
+        ("tcp/192.0.2.1:7447", loopback(), "so it needs TLS"),
+        ("tls/0.0.0.0:7447", loopback(), "needs certificates: give authority, certificate and key, or a token"),
+        ("tls/127.0.0.1:7447", loopback(), "needs certificates"),
         ("tcp/127.0.0.1:7447", full.clone(), "have no effect on 'tcp/127.0.0.1:7447'; write tls/HOST:PORT"),
         ("tcp/192.0.2.1:7447", token(TOKEN), "have no effect"),
         ("tls/127.0.0.1:7447", token("short"), "use 16 characters or more"),
         ("tls/127.0.0.1:7447", token(TOKEN), "a token alone does not do to"),
         ("tls/127.0.0.1:7447", missing, "the authority 'no/such.pem' cannot be used"),
-        ("http://127.0.0.1", Security::Loopback, "write tcp/HOST:PORT or tls/HOST:PORT"),
+        ("http://127.0.0.1", loopback(), "write tcp/HOST:PORT or tls/HOST:PORT"),
     ] {
         for make in [Hosts::listen, Hosts::join] {
             let refused = refusal(make(Options { security: security.clone(), ..Options::new("cell", "cell-a", endpoint) }));
@@ -120,9 +120,53 @@ fn a_token_lets_in_and_another_does_not() {
 }
 
 #[test]
+fn on_loopback_each_side_must_have_the_secret() {
+    let endpoint = format!("tcp/127.0.0.1:{}", free_port());
+    let of = |name: &str, secret: &str| {
+        let security = Security::Loopback { secret: secret.to_owned() };
+        Options { security, join_max: Duration::from_secs(2), ..Options::new("secret", name, &endpoint) }
+    };
+    let a = Hosts::listen(of("cell-a", SECRET)).expect("it has a secret");
+    let _b = Hosts::join(of("cell-b", SECRET)).expect("it has the secret");
+    assert!(a.wait_for("cell-b", LONG));
+    let refused = refusal(Hosts::join(of("cell-c", "another-secret-of-length")));
+    assert!(refused.contains(&endpoint) && refused.contains("it is another user's"), "{refused}");
+    for weak in ["", "short", "with white space in it"] {
+        assert!(refusal(Hosts::join(of("cell-c", weak))).contains("16 characters or more"), "{weak}");
+        assert!(refusal(Hosts::listen(of("cell-c", weak))).contains("16 characters or more"), "{weak}");
+    }
+    // As any program can that knows the address and the names: it is let into nothing, so it neither hears nor says anything.
+    let mut config = zenoh::Config::default();
+    let settings = [
+        ("mode", "\"client\"".to_owned()),
+        ("connect/endpoints", format!("[{endpoint:?}]")),
+        ("connect/timeout_ms", "1000".to_owned()),
+        ("connect/exit_on_failure", "true".to_owned()),
+        ("scouting/multicast/enabled", "false".to_owned()),
+    ];
+    settings.iter().for_each(|(key, value)| config.insert_json5(key, value).expect("zenoh knows it"));
+    assert!(zenoh::Wait::wait(zenoh::open(config)).is_err(), "a stranger has a way in");
+    assert_eq!(a.peers().len(), 1, "nobody else was let in");
+}
+
+#[test]
+fn who_listens_without_the_secret_is_given_no_host() {
+    // The transport lets the joining side in, as whoever listens can have it do.
+    let endpoint = format!("tcp/127.0.0.1:{}", free_port());
+    let of = |name: &str, secret: &str| {
+        let security = Security::Loopback { secret: secret.to_owned() };
+        Options { security, ..Options::new("false", name, &endpoint) }
+    };
+    let wire = wire_to_listen(&of("cell-a", SECRET)).expect("the address is free");
+    let _a = Hosts::listen_over(of("cell-a", "another-secret-of-length"), wire).expect("it listens");
+    let refused = refusal(Hosts::join(of("cell-b", SECRET)));
+    assert!(refused.contains("does not have the secret"), "{refused}");
+}
+
+#[test]
 fn a_host_that_does_not_fit_is_refused_with_words() {
     let endpoint = format!("tcp/127.0.0.1:{}", free_port());
-    let options = |name: &str| Options { abi_version: 7, ..Options::new("fits", name, &endpoint) };
+    let options = |name: &str| Options { abi_version: 7, ..options_of("fits", name, &endpoint) };
     let _a = Hosts::listen(options("cell-a")).expect("loopback");
     let _b = Hosts::join(options("cell-b")).expect("it fits");
     let older = refusal(Hosts::join(Options { abi_version: 6, ..options("cell-c") }));
@@ -133,7 +177,7 @@ fn a_host_that_does_not_fit_is_refused_with_words() {
     assert!(listeners.contains("the host that listens is named 'cell-a' too"), "{listeners}");
     let elsewhere = Options { join_max: Duration::from_secs(1), system: "another".to_owned(), ..options("cell-d") };
     assert!(refusal(Hosts::join(elsewhere)).contains("no system 'another' answered"));
-    let nobody = Options { join_max: Duration::from_secs(1), ..Options::new("fits", "cell-d", &format!("tcp/127.0.0.1:{}", free_port())) };
+    let nobody = Options { join_max: Duration::from_secs(1), ..options_of("fits", "cell-d", &format!("tcp/127.0.0.1:{}", free_port())) };
     assert!(refusal(Hosts::join(nobody)).contains("no way to"));
     let taken = refusal(Hosts::listen(options("cell-e")));
     assert!(taken.contains("no way to"), "the address is in use: {taken}");

@@ -14,7 +14,7 @@ fn nobody() -> Box<dyn Fn() + Send + Sync> {
 #[test]
 fn values_cross_in_either_direction() {
     let (mut a, endpoint) = listening("values");
-    let mut b = Hosts::join(Options::new("values", "cell-b", &endpoint)).expect("cell-a listens");
+    let mut b = Hosts::join(options_of("values", "cell-b", &endpoint)).expect("cell-a listens");
     assert!(a.wait_for("cell-b", LONG) && !a.wait_for("cell-c", std::time::Duration::ZERO));
     for (number, there) in [(1, true), (2, false)] {
         let (writer, reader) = if there { (&mut a, &mut b) } else { (&mut b, &mut a) };
@@ -37,7 +37,7 @@ fn a_reader_that_comes_later_finds_the_newest_group() {
     let (mut a, endpoint) = listening("later");
     let mut sender = a.sender(7, &SPEC).expect("there is room");
     (1..=3).for_each(|value| publish(sender.as_mut(), value, monotonic_ns()));
-    let mut b = Hosts::join(Options::new("later", "cell-b", &endpoint)).expect("cell-a listens");
+    let mut b = Hosts::join(options_of("later", "cell-b", &endpoint)).expect("cell-a listens");
     let mut receiver = b.receiver(7, &SPEC, nobody()).expect("there is room");
     let mut found = None;
     wait_until("the newest group", || {
@@ -50,7 +50,7 @@ fn a_reader_that_comes_later_finds_the_newest_group() {
 #[test]
 fn every_row_comes_in_order_once_and_raises_once() {
     let (mut a, endpoint) = listening("rows");
-    let mut b = Hosts::join(Options::new("rows", "cell-b", &endpoint)).expect("cell-a listens");
+    let mut b = Hosts::join(options_of("rows", "cell-b", &endpoint)).expect("cell-a listens");
     let raised = Arc::new(AtomicUsize::new(0));
     let counting = raised.clone();
     let raise = Box::new(move || {
@@ -76,7 +76,7 @@ fn every_row_comes_in_order_once_and_raises_once() {
 #[test]
 fn a_writer_whose_reader_pops_nothing_is_full_and_gets_room_again() {
     let (mut a, endpoint) = listening("full");
-    let mut b = Hosts::join(Options::new("full", "cell-b", &endpoint)).expect("cell-a listens");
+    let mut b = Hosts::join(options_of("full", "cell-b", &endpoint)).expect("cell-a listens");
     let mut receiver = b.receiver(1, &SPEC, nobody()).expect("there is room");
     let mut sender = a.sender(1, &SPEC).expect("there is room");
     let mut pushed = 0;
@@ -96,8 +96,8 @@ fn a_writer_whose_reader_pops_nothing_is_full_and_gets_room_again() {
 #[test]
 fn three_hosts_share_one_address() {
     let (mut a, endpoint) = listening("three");
-    let mut b = Hosts::join(Options::new("three", "cell-b", &endpoint)).expect("cell-a listens");
-    let mut c = Hosts::join(Options::new("three", "cell-c", &endpoint)).expect("cell-a listens");
+    let mut b = Hosts::join(options_of("three", "cell-b", &endpoint)).expect("cell-a listens");
+    let mut c = Hosts::join(options_of("three", "cell-c", &endpoint)).expect("cell-a listens");
     assert!(a.wait_for("cell-b", LONG) && a.wait_for("cell-c", LONG));
     assert_eq!(a.peers().len(), 2);
     assert_eq!(b.peers().iter().map(|peer| peer.name.as_str()).collect::<Vec<_>>(), ["cell-a"]);
@@ -115,7 +115,7 @@ fn three_hosts_share_one_address() {
 #[test]
 fn what_was_pushed_last_arrives_after_the_writer_is_gone() {
     let (mut a, endpoint) = listening("last");
-    let mut b = Hosts::join(Options::new("last", "cell-b", &endpoint)).expect("cell-a listens");
+    let mut b = Hosts::join(options_of("last", "cell-b", &endpoint)).expect("cell-a listens");
     let mut receiver = b.receiver(1, &SPEC, nobody()).expect("there is room");
     let mut sender = a.sender(1, &SPEC).expect("there is room");
     publish(sender.as_mut(), 9, monotonic_ns());
@@ -128,7 +128,7 @@ fn what_was_pushed_last_arrives_after_the_writer_is_gone() {
 #[test]
 fn a_connection_without_a_queue_or_without_a_group_is_one_too() {
     let (mut a, endpoint) = listening("halves");
-    let mut b = Hosts::join(Options::new("halves", "cell-b", &endpoint)).expect("cell-a listens");
+    let mut b = Hosts::join(options_of("halves", "cell-b", &endpoint)).expect("cell-a listens");
     let (group, rows) = (ConnectionSpec { queue_row_len: 0, queue_depth: 0, ..SPEC }, ConnectionSpec { asynchronous_len: 0, ..SPEC });
     let (mut sends_group, mut sends_rows) = (a.sender(1, &group).expect("room"), a.sender(2, &rows).expect("room"));
     let mut has_group = b.receiver(1, &group, nobody()).expect("room");
@@ -151,8 +151,8 @@ fn ahead(steady_ns: i64, wall_ns: i64) -> Clocks {
 fn times_are_converted_to_the_readers_clock_and_the_offset_is_shown() {
     const HOUR: i64 = 3_600_000_000_000;
     let (a, endpoint) = listening("clocks");
-    let mut b = Hosts::join(Options { clocks: ahead(5 * HOUR, HOUR), ..Options::new("clocks", "cell-b", &endpoint) }).expect("cell-a listens");
-    let mut c = Hosts::join(Options { clocks: ahead(-3 * HOUR, 0), ..Options::new("clocks", "cell-c", &endpoint) }).expect("cell-a listens");
+    let mut b = Hosts::join(Options { clocks: ahead(5 * HOUR, HOUR), ..options_of("clocks", "cell-b", &endpoint) }).expect("cell-a listens");
+    let mut c = Hosts::join(Options { clocks: ahead(-3 * HOUR, 0), ..options_of("clocks", "cell-c", &endpoint) }).expect("cell-a listens");
     assert!(a.wait_for("cell-b", LONG));
 
     let seen_by_b = b.clock_offset("cell-a").expect("it is measured before joining is done");
@@ -189,12 +189,8 @@ fn clocks_that_agree_too_little_are_told() {
     let (told, reports) = std::sync::mpsc::channel();
     let told = std::sync::Mutex::new(told);
     let watch = Arc::new(move |report: &hosts::ClockReport| told.lock().expect("one at a time").send(report.clone()).expect("the test listens"));
-    let options = Options {
-        clocks: ahead(0, 2_000_000_000),
-        clock_limit_ns: Some(1_000_000_000),
-        clock_watch: Some(watch),
-        ..Options::new("watch", "cell-b", &endpoint)
-    };
+    let options =
+        Options { clocks: ahead(0, 2_000_000_000), clock_limit_ns: Some(1_000_000_000), clock_watch: Some(watch), ..options_of("watch", "cell-b", &endpoint) };
     let _b = Hosts::join(options).expect("cell-a listens");
     let report = reports.recv_timeout(LONG).expect("the wall clock is 2 s ahead");
     assert_eq!((report.host.as_str(), report.beyond, report.limit_ns), ("cell-a", true, 1_000_000_000));

@@ -107,7 +107,7 @@ impl Header {
 
     /// How old the group is at `now_ns`, ns.
     pub fn age_ns(&self, now_ns: i64) -> i64 {
-        now_ns - self.time_ns
+        now_ns.saturating_sub(self.time_ns)
     }
 }
 

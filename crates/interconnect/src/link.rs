@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What leads out of a process: ends of connections that are made one at a time, each where its source runs, and the link between a
-//! supervisor and a processor elsewhere.
+//! supervisor and a remote processor.
 use crate::carrier::{ConnectionSpec, Receiver, Sender};
 use std::fmt;
 use std::time::Duration;
@@ -20,9 +20,26 @@ pub trait Ends: Send {
     /// # Errors
     /// As for [`Ends::sender`].
     fn receiver(&mut self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError>;
+
+    /// Connections that were lost since the last call although both ends are there, as where the other side wrote what no end writes. Not on the
+    /// real-time path; to be asked now and then.
+    fn lost(&mut self) -> Vec<LostConnection> {
+        Vec::new()
+    }
 }
 
-/// Between a supervisor and a processor elsewhere: whole frames, in order, each once, or the link is closed. Used by any thread but a
+/// A connection over which nothing comes any more.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LostConnection {
+    /// The writing source.
+    pub writer: u32,
+    /// The reading source.
+    pub reader: u32,
+    /// Why, for people.
+    pub message: String,
+}
+
+/// Between a supervisor and a remote processor: whole frames, in order, each once, or the link is closed. Used by any thread but a
 /// real-time one; one thread receives at a time.
 pub trait Link: Send + Sync {
     /// Sends a frame. It may wait for room, but not longer than the link lives.

@@ -43,6 +43,19 @@ pub unsafe trait QueueMemory {
 
     /// As [`for_reading`](Self::for_reading), to write into.
     fn for_writing(&self, slot: usize) -> (*mut u64, *mut [u8]);
+
+    /// The reader's count, for a writer that has pushed `pushed`: 0 to `depth` behind it. Where other processes write the counts too this is
+    /// where they are checked; between two threads it costs nothing.
+    #[inline]
+    fn popped_of(&self, _pushed: usize) -> usize {
+        self.popped().load(Ordering::Acquire)
+    }
+
+    /// The writer's count, for a reader that has popped `popped`: 0 to `depth` ahead of it.
+    #[inline]
+    fn pushed_of(&self, _popped: usize) -> usize {
+        self.pushed().load(Ordering::Acquire)
+    }
 }
 
 /// The writing end.
@@ -63,7 +76,8 @@ impl<M: QueueMemory> QueueWriter<M> {
     /// # Safety
     /// No other writer of it lives, and the counts are those that the ends before left.
     pub unsafe fn in_memory(memory: M) -> Self {
-        let (pushed, popped_seen) = (memory.pushed().load(Ordering::Acquire), memory.popped().load(Ordering::Acquire));
+        let pushed = memory.pushed().load(Ordering::Acquire);
+        let popped_seen = memory.popped_of(pushed);
         QueueWriter { next: pushed % memory.depth(), memory, pushed, popped_seen }
     }
 
@@ -73,7 +87,7 @@ impl<M: QueueMemory> QueueWriter<M> {
     pub fn push(&mut self, number: u64, fill: impl FnOnce(&mut [u8])) -> Result<(), Full> {
         let depth = self.memory.depth();
         if self.pushed.wrapping_sub(self.popped_seen) == depth {
-            self.popped_seen = self.memory.popped().load(Ordering::Acquire);
+            self.popped_seen = self.memory.popped_of(self.pushed);
             if self.pushed.wrapping_sub(self.popped_seen) == depth {
                 return Err(Full);
             }
@@ -92,7 +106,7 @@ impl<M: QueueMemory> QueueWriter<M> {
 
     /// Rows that wait. The reader may be taking some meanwhile.
     pub fn len(&self) -> usize {
-        self.pushed.wrapping_sub(self.memory.popped().load(Ordering::Acquire))
+        self.pushed.wrapping_sub(self.memory.popped_of(self.pushed))
     }
 
     /// True where no row waits.
@@ -119,7 +133,8 @@ impl<M: QueueMemory> QueueReader<M> {
     /// # Safety
     /// No other reader of it lives, and the counts are those that the ends before left.
     pub unsafe fn in_memory(memory: M) -> Self {
-        let (pushed_seen, popped) = (memory.pushed().load(Ordering::Acquire), memory.popped().load(Ordering::Acquire));
+        let popped = memory.popped().load(Ordering::Acquire);
+        let pushed_seen = memory.pushed_of(popped);
         QueueReader { next: popped % memory.depth(), memory, popped, pushed_seen }
     }
 
@@ -149,7 +164,7 @@ impl<M: QueueMemory> QueueReader<M> {
 
     /// Rows that wait. The writer may be adding some meanwhile.
     pub fn len(&self) -> usize {
-        self.memory.pushed().load(Ordering::Acquire).wrapping_sub(self.popped)
+        self.memory.pushed_of(self.popped).wrapping_sub(self.popped)
     }
 
     /// True where no row waits.
@@ -160,7 +175,7 @@ impl<M: QueueMemory> QueueReader<M> {
     #[inline]
     fn waits(&mut self) -> bool {
         if self.pushed_seen == self.popped {
-            self.pushed_seen = self.memory.pushed().load(Ordering::Acquire);
+            self.pushed_seen = self.memory.pushed_of(self.popped);
         }
         self.pushed_seen != self.popped
     }

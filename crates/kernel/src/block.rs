@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A function block instance as the kernel sees it: memory with an entry.
-use crate::BlockTimes;
+use crate::guard::trust;
 use crate::memory::Cell;
-use crate::probe::Times;
+use crate::probe::{BlockTimes, Times};
 use opengpac::abi::{Descriptor, Header, Item, NONE, flag, kind};
 use std::any::Any;
 use std::sync::Arc;
@@ -44,6 +44,7 @@ impl Block {
     /// `module` keeps the code loaded. The code module's memory must be as `opengpac::abi` says. Panics where `memory` is too
     /// small or not aligned.
     pub fn install(id: BlockId, name: &str, descriptor: &'static Descriptor, module: Arc<dyn Any + Send + Sync>, memory: Cell) -> Block {
+        trust(descriptor.run);
         let size = descriptor.instance_size as usize;
         let whole = memory;
         let memory = whole.part(0, size);
@@ -138,13 +139,13 @@ impl Block {
     }
 
     /// Its memory, what a reset goes back to, and what each item is bound to.
-    pub(crate) fn parts(&self) -> (&Cell, &[u8], &[Option<Cell>]) {
+    pub fn parts(&self) -> (&Cell, &[u8], &[Option<Cell>]) {
         (&self.whole, &self.initial, &self.bound)
     }
 
-    /// Installs a block as another one is installed elsewhere: `initial` but for the addresses, which are those of `bound`. Errors:
+    /// Installs a block as another one is installed in a remote processor: `initial` but for the addresses, which are those of `bound`. Errors:
     /// what does not fit the descriptor, in words.
-    pub(crate) fn like(
+    pub fn like(
         (id, name): (BlockId, &str),
         descriptor: &'static Descriptor,
         module: Arc<dyn Any + Send + Sync>,
@@ -160,7 +161,11 @@ impl Block {
             return Err(format!("the memory of block '{name}' is not aligned"));
         }
         for (item, cell) in items.iter().zip(bound) {
-            let fits = cell.as_ref().is_none_or(|cell| item.address != NONE && (item.flags & flag::SIZED != 0 || cell.len() >= item.size as usize));
+            // `abi::Run` promises its code that every address is bound.
+            if cell.is_none() != (item.address == NONE) {
+                return Err(format!("an item of block '{name}' is not bound, or is none that could be"));
+            }
+            let fits = cell.as_ref().is_none_or(|cell| item.flags & flag::SIZED != 0 || cell.len() >= item.size as usize);
             if !fits {
                 return Err(format!("an item of block '{name}' is bound to a cell that is too short"));
             }
@@ -192,8 +197,13 @@ impl Block {
         self.memory.start()
     }
 
+    /// The memory of the instance.
+    pub(crate) fn memory(&self) -> &Cell {
+        &self.memory
+    }
+
     /// The first bytes of the instance, which the kernel writes between two invocations.
-    pub(crate) fn header(&self) -> *mut Header {
+    pub fn header(&self) -> *mut Header {
         self.memory.start().cast()
     }
 
@@ -237,7 +247,7 @@ impl Block {
 
     /// Takes over states, outputs and invocation number of another block of the same code; nothing where the code differs. The source's
     /// own thread, between two invocations.
-    pub(crate) fn keep(&self, from: &Block) {
+    pub fn keep(&self, from: &Block) {
         if !self.is_same_code(from) || std::ptr::eq(self, from) {
             return;
         }
@@ -256,19 +266,19 @@ impl Block {
     }
 
     /// True where an output of this block stores to `cell` (all of it or a part).
-    pub(crate) fn writes(&self, cell: &Cell) -> bool {
+    pub fn writes(&self, cell: &Cell) -> bool {
         let (start, end) = (cell.start() as usize, cell.start() as usize + cell.len());
         let outputs = self.items().iter().zip(&self.bound).filter(|(item, _)| item.kind == kind::OUTPUT);
         outputs.filter_map(|(_, bound)| bound.as_ref()).any(|bound| (bound.start() as usize) < end && start < bound.start() as usize + bound.len())
     }
 
     /// The items that it stores through addresses, each with its cell: outputs and channels of devices.
-    pub(crate) fn stores(&self) -> impl Iterator<Item = (&'static Item, &Cell)> {
+    pub fn stores(&self) -> impl Iterator<Item = (&'static Item, &Cell)> {
         let stored = self.items().iter().zip(&self.bound).filter(|(item, _)| matches!(item.kind, kind::OUTPUT | kind::DEVICE_WRITE));
         stored.filter_map(|(item, cell)| Some((item, cell.as_ref()?)))
     }
 
-    pub(crate) fn items(&self) -> &'static [Item] {
+    pub fn items(&self) -> &'static [Item] {
         items(self.descriptor)
     }
 

@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Between two firings: scripts are carried out.
-use crate::conditions::{is_so, word_of};
-use crate::firing::Kernel;
-use crate::script::Submission;
+use crate::event::Event;
+use crate::memory::Cell;
+use crate::phase::Paced;
+use crate::process::Process;
+use crate::running_time::TimeState;
+use crate::schedule::{Activation, Due, Inbound, Outbound};
+use crate::script::{Op, Submission};
+use crate::state::{Kernel, is_so, word_of};
+use crate::table::Table;
 use crate::tape::Occasion;
-use crate::{Activation, Cell, Due, Op, Process, Table};
 use std::mem;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 impl Kernel {
     /// Carries out every script that has come, in the order of submission.
-    pub(crate) fn carry_out_all(&mut self, now_ns: i64) {
+    pub fn carry_out_all(&mut self, now_ns: i64) {
         if self.source.restarting.swap(false, Ordering::AcqRel) {
             self.begin();
             self.restart();
@@ -26,14 +31,31 @@ impl Kernel {
     }
 
     /// What stopped it is over.
-    pub(crate) fn restart(&mut self) {
+    pub fn restart(&mut self) {
+        if self.source.is_lost.load(Ordering::Acquire) {
+            return;
+        }
         self.stopped = false;
         self.source.counters.stopped.store(false, Ordering::Release);
     }
 
+    /// The end of a source: devices are safe, and closed though others may still hold them; but where an heir has them.
+    pub fn close(&mut self) {
+        if self.source.leaving.load(Ordering::Acquire) {
+            return;
+        }
+        for device in &self.table.devices {
+            // SAFETY: this is the kernel of the device's source, and its last call.
+            unsafe {
+                device.safe_state();
+                device.close();
+            }
+        }
+    }
+
     /// One script as one: then what it stored is published, the conditions of its executes are served, and it is acknowledged.
     #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
-    pub(crate) fn carry_out(&mut self, mut submission: Box<Submission>, now_ns: i64) {
+    pub fn carry_out(&mut self, mut submission: Box<Submission>, now_ns: i64) {
         self.begin();
         let mut captured = mem::take(&mut submission.captured);
         for op in &mut submission.script.ops {
@@ -52,7 +74,11 @@ impl Kernel {
                 }
                 // SAFETY: an activation of this source.
                 Op::Follow { activation, due, had } => unsafe { activation.swap(due, had) },
-                Op::Inherit(heritage) => self.inherit(heritage),
+                Op::Inherit(inheritance) => {
+                    // SAFETY: this is the kernel of the source; whoever submitted it has seen the others end.
+                    unsafe { inheritance.carry_out(self.source.id) };
+                    self.stored = true;
+                }
                 op => self.apply(op, now_ns, &mut captured),
             }
         }
@@ -71,7 +97,7 @@ impl Kernel {
 
     /// While a firing of the virtual clock is not over: scripts that only read are answered with what was there before it. Others wait for
     /// its end, readings behind them too; where a record is made all do.
-    pub(crate) fn answer_readings(&mut self, now_ns: i64) {
+    pub fn answer_readings(&mut self, now_ns: i64) {
         if self.source.tape.is_some() {
             return;
         }
@@ -104,9 +130,9 @@ impl Kernel {
         }
         // SAFETY: this is the kernel of the connections' source.
         unsafe {
-            let sent = |outbound: &Arc<crate::Outbound>| table.outbound.iter().any(|old| Arc::ptr_eq(old, outbound));
+            let sent = |outbound: &Arc<Outbound>| table.outbound.iter().any(|old| Arc::ptr_eq(old, outbound));
             self.table.outbound.iter().filter(|outbound| !sent(outbound)).for_each(|outbound| outbound.publish_at_once(self.firing, now_ns));
-            let known = |inbound: &Arc<crate::Inbound>| table.inbound.iter().any(|old| Arc::ptr_eq(old, inbound));
+            let known = |inbound: &Arc<Inbound>| table.inbound.iter().any(|old| Arc::ptr_eq(old, inbound));
             self.table.inbound.iter().filter(|inbound| !known(inbound)).for_each(|inbound| inbound.latch_at_once(now_ns));
         }
         self.table.look_for_blind();
@@ -189,13 +215,13 @@ impl Kernel {
                 // SAFETY: a device of this source.
                 if let Err(error) = unsafe { device.make_safe(now_ns, channels, self.source.tape.as_deref()) } {
                     let (name, message) = (device.name().to_owned(), error.message);
-                    self.tell(crate::Event::DeviceLost { source: self.source.id, device: name, message, time_ns: now_ns }, &[], &[]);
+                    self.tell(Event::DeviceLost { source: self.source.id, device: name, message, time_ns: now_ns }, &[], &[]);
                 }
             }
         }
     }
 
-    fn with_time(&self, process: &Process, change: impl FnOnce(&mut crate::process::TimeState)) {
+    fn with_time(&self, process: &Process, change: impl FnOnce(&mut TimeState)) {
         if let Some(time) = process.time(self.source.id) {
             // SAFETY: the process's time in this source.
             change(unsafe { &mut *time.state() });
@@ -235,9 +261,15 @@ impl Kernel {
         }
         // SAFETY: an activation of this source.
         if let Due::Queued { members, .. } = unsafe { activation.due() } {
+            for (index, (inbound, _)) in members.iter().enumerate() {
+                if !members[..index].iter().any(|(before, _)| Arc::ptr_eq(before, inbound)) {
+                    // SAFETY: a connection to this source.
+                    unsafe { inbound.skip(&|member| members.iter().any(|(of, read)| *read == member && Arc::ptr_eq(of, inbound))) };
+                }
+            }
             for ((inbound, member), had) in members.iter().zip(state.had.iter_mut()) {
                 // SAFETY: a connection to this source.
-                *had = unsafe { inbound.skip(*member) };
+                *had = unsafe { inbound.sequence(*member) };
             }
         }
     }

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! When a condition acts: at the end of the firing that reported it, by priority, order of declaration, order of creation; only
 //! the first that moves its process.
-use crate::firing::Kernel;
-use crate::process::{TimeState, Watch, Word};
-use crate::source::Source;
+use crate::block::BlockId;
+use crate::event::Event;
+use crate::phase::Paced;
+use crate::process::{Process, Reaction, Response, Watch};
+use crate::running_time::TimeState;
+use crate::script::{Op, Script};
+use crate::serving::{self, Moved, Occurrence, Server};
+use crate::state::{Kernel, is_so, word_of};
 use crate::steps::{SIGNAL, fault};
-use crate::table::{Candidate, Report};
-use crate::{BlockId, Event, Op, Process, Response};
+use crate::table::{Candidate, ColdStep, Report};
+use crate::word::Word;
 use opengpac::What;
 use opengpac::abi::outcome;
 use std::cmp::Reverse;
@@ -83,8 +88,7 @@ impl Kernel {
         let found = &table.processes[process as usize];
         let block = block_of(&table.steps, report.step);
         let stage = word_of(&self.source, found).stage;
-        let lines = found.watches(stage).iter().enumerate().filter(|(_, watch)| watch.matches(block, item));
-        let watch = lines.min_by_key(|(line, watch)| (Reverse(watch.priority), *line));
+        let watch = found.watch_of(stage, block, item);
         let (priority, order) = watch.map_or((i32::MIN, u32::MAX), |(line, watch)| (watch.priority, line as u32));
         let candidate = Candidate {
             priority,
@@ -118,90 +122,28 @@ impl Kernel {
         // SAFETY: the block is in the table, and no step runs.
         let number = self.table.header(candidate.step).map_or(0, |header| unsafe { (*header).number }.saturating_sub(1));
         let fault = fault(candidate.result);
-        let (source, id, generation, item, time_ns) = (self.source.id, process.id(), word.running_generation(), candidate.item, candidate.now_ns);
+        let (generation, time_ns, item) = (word.running_generation(), candidate.now_ns, candidate.item);
+        let came = Occurrence { source: self.source.id, process: process.id(), generation, block, item, fault, number, time_ns };
+        self.captured.clear();
         let Some((stage, line)) = candidate.watch else {
-            let event = Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns, value: Vec::new() };
-            self.captured.clear();
-            return self.tell_condition(event, candidate.step, item, candidate.result);
+            return self.tell_condition(came.unwatched(Vec::new()), candidate.step, item, candidate.result);
         };
         let watch = &process.watches(stage)[usize::from(line)];
-        let moved = self.act(process, word, stage, watch, candidate.process, now_ns);
-        let (acted, ended, next) = (moved.is_some(), moved == Some(Moved::Ended), if let Some(Moved::To(next)) = moved { Some(next) } else { None });
-        let (condition, alone, value, captured) = (watch.condition, self.table.candidates.len() <= 1, Vec::new(), Vec::new());
-        let event = Event::Condition {
-            source,
-            process: id,
-            generation,
-            condition,
-            block,
-            item,
-            fault,
-            number,
-            time_ns,
-            alone,
-            acted,
-            ended,
-            stage: next,
-            value,
-            captured,
-        };
-        self.tell_condition(event, candidate.step, item, candidate.result);
+        let time: *mut TimeState = self.table.times[candidate.process as usize];
+        // SAFETY: the process's time in this source.
+        let may_act = word.acts() && word.stage == stage && unsafe { (*time).moved } != self.pass;
+        let moved = serving::act(&mut InFiring { kernel: self, now_ns }, process, word, watch, may_act);
+        if moved.is_some() {
+            // SAFETY: as above.
+            unsafe { (*time).moved = self.pass };
+        }
+        let alone = self.table.candidates.len() <= 1;
+        self.tell_condition(came.watched(watch, moved, alone, Vec::new()), candidate.step, item, candidate.result);
         self.serve_entered(now_ns);
     }
 
-    /// Lets a condition act, if nothing moved the process before it.
-    fn act(&mut self, process: &Process, word: Word, stage: u16, watch: &Watch, place: u32, now_ns: i64) -> Option<Moved> {
-        self.captured.clear();
-        let time: *mut TimeState = self.table.times[place as usize];
-        // SAFETY: the process's time in this source.
-        if !word.acts() || word.stage != stage || unsafe { (*time).moved } == self.pass {
-            if word.remembers() && matches!(watch.response, Response::Remember) {
-                process.remember(watch.condition);
-            }
-            return None;
-        }
-        let moved = self.respond(process, word, watch, now_ns)?;
-        // SAFETY: as above.
-        unsafe { (*time).moved = self.pass };
-        Some(moved)
-    }
-
-    fn respond(&mut self, process: &Process, word: Word, watch: &Watch, now_ns: i64) -> Option<Moved> {
-        match &watch.response {
-            Response::Remember => {
-                process.remember(watch.condition);
-                None
-            }
-            Response::Tell => is_so(&self.source, process.freeze(word)).then_some(Moved::Frozen),
-            // Nothing that it leads to would run here.
-            Response::React { .. } if self.stopped => is_so(&self.source, process.freeze(word)).then_some(Moved::Frozen),
-            Response::React { script, next } => {
-                if !is_so(&self.source, process.react(word, *next)) {
-                    return None;
-                }
-                let mut captured = std::mem::take(&mut self.captured);
-                for op in &script.ops {
-                    if let Op::While { process, generation } = op {
-                        let word = word_of(&self.source, process);
-                        if word.generation != *generation || !word.acts() {
-                            break;
-                        }
-                    }
-                    if matches!(op, Op::Forget) {
-                        process.forget_all();
-                    }
-                    self.apply(op, now_ns, &mut captured);
-                }
-                self.captured = captured;
-                let Some(next) = *next else { return Some(Moved::Ended) };
-                self.enter(process);
-                Some(Moved::To(next))
-            }
-        }
-    }
-
     /// Looks, later in this boundary, at what `process` remembers.
-    pub(crate) fn enter(&mut self, process: &Process) {
+    pub fn enter(&mut self, process: &Process) {
         if self.entered.len() < self.entered.capacity() {
             self.entered.push(process);
         } else {
@@ -214,32 +156,10 @@ impl Kernel {
         while let Some(process) = self.entered.pop() {
             // SAFETY: the script that entered the stage, or the table, holds the process.
             let process = unsafe { &*process };
-            let word = word_of(&self.source, process);
-            if !word.acts() {
-                continue;
-            }
-            let remembered = self.source.tape.as_ref().map_or_else(|| process.remembered(), |tape| tape.number(process.remembered()));
-            let Some(watch) = process.awaited_of(word.stage, remembered) else { continue };
-            process.forget(watch.condition);
             self.captured.clear();
-            let Some(moved) = self.respond(process, word, watch, now_ns) else { continue };
-            let event = Event::Condition {
-                source: self.source.id,
-                process: process.id(),
-                generation: word.generation,
-                condition: watch.condition,
-                block: watch.block.unwrap_or(BlockId(u32::MAX)),
-                item: watch.item,
-                fault: None,
-                number: 0,
-                time_ns: now_ns,
-                alone: self.table.candidates.len() <= 1,
-                acted: true,
-                ended: moved == Moved::Ended,
-                stage: if let Moved::To(next) = moved { Some(next) } else { None },
-                value: Vec::new(),
-                captured: Vec::new(),
-            };
+            let Some((word, watch, moved)) = serving::act_late(&mut InFiring { kernel: self, now_ns }, process) else { continue };
+            let came = Occurrence::late(self.source.id, process, word, watch, now_ns);
+            let event = came.watched(watch, Some(moved), self.table.candidates.len() <= 1, Vec::new());
             let step = self.table.steps.iter().position(|step| step.block.as_ref().is_some_and(|block| Some(block.id()) == watch.block));
             match step {
                 Some(step) => self.tell_condition(event, step as u32, watch.item, outcome::DONE),
@@ -269,25 +189,53 @@ impl Kernel {
     }
 }
 
-/// Where a process stands, which others move too; where a record is made that is part of it.
-pub(crate) fn word_of(source: &Source, process: &Process) -> Word {
-    let word = process.word();
-    source.tape.as_ref().map_or(word, |tape| Word::unpack(tape.number(word.pack())))
+/// The kernel as it serves what came in its own firings.
+struct InFiring<'a> {
+    kernel: &'a mut Kernel,
+    now_ns: i64,
 }
 
-/// Whether a process could be moved, in the same way.
-pub(crate) fn is_so(source: &Source, moved: bool) -> bool {
-    source.tape.as_ref().map_or(moved, |tape| tape.whether(moved))
+impl Server for InFiring<'_> {
+    fn word(&self, process: &Process) -> Word {
+        word_of(&self.kernel.source, process)
+    }
+
+    fn remembered(&self, process: &Process) -> u64 {
+        self.kernel.source.tape.as_ref().map_or_else(|| process.remembered(), |tape| tape.number(process.remembered()))
+    }
+
+    fn is_so(&self, moved: bool) -> bool {
+        is_so(&self.kernel.source, moved)
+    }
+
+    fn react(&mut self, process: &Process, word: Word, reaction: &dyn Reaction, next: Option<u16>) -> Option<Moved> {
+        if self.kernel.stopped {
+            // Nothing that it leads to would run here.
+            return self.freeze(process, word);
+        }
+        if !self.is_so(process.react(word, next)) {
+            return None;
+        }
+        let mut captured = std::mem::take(&mut self.kernel.captured);
+        for op in &Script::of(reaction).ops {
+            if let Op::While { process, generation } = op {
+                let word = self.word(process);
+                if word.generation != *generation || !word.acts() {
+                    break;
+                }
+            }
+            if matches!(op, Op::Forget) {
+                process.forget_all();
+            }
+            self.kernel.apply(op, self.now_ns, &mut captured);
+        }
+        self.kernel.captured = captured;
+        let Some(next) = next else { return Some(Moved::Ended) };
+        self.kernel.enter(process);
+        Some(Moved::To(next))
+    }
 }
 
-/// What a condition did.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Moved {
-    Frozen,
-    To(u16),
-    Ended,
-}
-
-fn block_of(steps: &[crate::table::ColdStep], step: u32) -> BlockId {
+fn block_of(steps: &[ColdStep], step: u32) -> BlockId {
     steps[step as usize].block.as_ref().map_or(BlockId(u32::MAX), |block| block.id())
 }

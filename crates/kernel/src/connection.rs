@@ -3,26 +3,23 @@
 //!
 //! A row of a queue starts with [`row_prefix`] bytes: one bit for each member that is in the row, then the number of each
 //! member's update. The members' values follow, where `QueueMember::offset` says.
-mod inbound;
-
-pub use inbound::Inbound;
-
-use crate::far::Way;
-use crate::memory::{Span, spans};
-use crate::{Activation, Cell};
+use crate::memory::{Cell, Span, spans};
+use crate::phase::{Paced, State, stores};
+use crate::source::SourceId;
+use crate::way::{Nowhere, Way};
 use interconnect::{Full, Sender};
 use std::cell::UnsafeCell;
 use std::sync::Arc;
 
 /// A member of a connection's queue.
-pub struct QueueMember {
+pub struct QueueMember<A> {
     /// In the writer's image (outbound) or the reader's (inbound).
     pub cell: Cell,
     /// Where it lies in a row, from [`row_prefix`] of the connection's number of members on.
     pub offset: usize,
     /// The writer's activation (outbound): the member is in the rows of the firings in which it was due and did not fault. Of a
     /// ratio input (inbound): the reader's activation, whose invocations choose the row.
-    pub activation: Option<Arc<Activation>>,
+    pub activation: Option<Arc<A>>,
     /// Inbound: 0 for a synchronous member, n for a ratio input n (taken by number). Outbound: n where the writer's output is a
     /// ratio output n, else 0.
     pub ratio: u32,
@@ -33,9 +30,9 @@ pub fn row_prefix(members: usize) -> usize {
     WORD * (members.div_ceil(64) + members)
 }
 
-const WORD: usize = 8;
+pub(crate) const WORD: usize = 8;
 
-/// One end of a connection, and, where the other may lie elsewhere, how both are named.
+/// One end of a connection, and, where the other may be remote, how both are named.
 pub struct End<T: ?Sized> {
     /// The end itself.
     pub end: Box<T>,
@@ -51,28 +48,37 @@ impl<T: ?Sized> From<Box<T>> for End<T> {
 
 /// The writing end: a publication of the group once a firing, a row in the queue when a queue member was updated. It raises
 /// `wake` (a software source) after publishing, where asked.
-pub struct Outbound {
+pub struct Outbound<A> {
     sender: UnsafeCell<Box<dyn Sender>>,
     spans: Vec<Span>,
     group_len: usize,
-    pub(crate) queue: Vec<QueueMember>,
-    pub(crate) wake: Option<crate::SourceId>,
-    pub(crate) way: Option<Way>,
-    pub(crate) group: Vec<Cell>,
+    pub queue: Vec<QueueMember<A>>,
+    pub wake: Option<SourceId>,
+    pub way: Option<Way>,
+    pub group: Vec<Cell>,
 }
 
 // SAFETY: the sender and the cells are touched only by the kernel of the writing source.
-unsafe impl Send for Outbound {}
+unsafe impl<A: Send + Sync> Send for Outbound<A> {}
 // SAFETY: as for `Send`.
-unsafe impl Sync for Outbound {}
+unsafe impl<A: Send + Sync> Sync for Outbound<A> {}
 
-impl Outbound {
+impl<A: Paced> Outbound<A> {
     /// `group`: the asynchronous members, in the order in which they lie in the group. `wake` is raised once a firing in which a
     /// row was sent, or, of a connection without a queue, in each firing.
-    pub fn new(sender: impl Into<End<dyn Sender>>, group: Vec<Cell>, queue: Vec<QueueMember>, wake: Option<crate::SourceId>) -> Arc<Outbound> {
+    pub fn new(sender: impl Into<End<dyn Sender>>, group: Vec<Cell>, queue: Vec<QueueMember<A>>, wake: Option<SourceId>) -> Arc<Outbound<A>> {
         let (spans, group_len) = spans(&group);
         let End { end, way } = sender.into();
         Arc::new(Outbound { sender: UnsafeCell::new(end), spans, group_len, queue, wake, way, group })
+    }
+
+    /// Lets go of what carries it, with its descriptors: nothing goes there any more.
+    ///
+    /// # Safety
+    /// The kernel of the writing source has ended.
+    pub unsafe fn sever(&self) {
+        // SAFETY: nobody else touches it any more.
+        unsafe { *self.sender.get() = Box::new(Nowhere::default()) };
     }
 
     /// Publishes the group. `midway` is called with half of it copied.
@@ -164,67 +170,12 @@ impl Outbound {
     }
 }
 
-fn stores_member(state: &crate::schedule::State, n: u32) -> bool {
-    crate::schedule::stores(state.number - state.activated, n)
+fn stores_member(state: &State, n: u32) -> bool {
+    stores(state.number - state.activated, n)
 }
 
 /// Which update of the member this one is, from 0 at activation.
-fn update_number(state: &crate::schedule::State, n: u32) -> u64 {
+fn update_number(state: &State, n: u32) -> u64 {
     let phase = state.number - state.activated;
     phase / u64::from(n.max(1))
-}
-
-/// The writing end of a ring of rows, used by one source at a time.
-pub struct RowsEnd(pub(crate) UnsafeCell<interconnect::RowsWriter>);
-
-// SAFETY: used by the kernel of one source at a time.
-unsafe impl Send for RowsEnd {}
-// SAFETY: as for `Send`.
-unsafe impl Sync for RowsEnd {}
-
-impl RowsEnd {
-    /// Takes the writing end that `interconnect::rows` made.
-    pub fn new(writer: interconnect::RowsWriter) -> Arc<RowsEnd> {
-        Arc::new(RowsEnd(UnsafeCell::new(writer)))
-    }
-
-    /// Bytes of a row, and rows that the ring holds.
-    pub fn shape(&self) -> (usize, usize) {
-        // SAFETY: neither ever changes.
-        let writer = unsafe { &*self.0.get() };
-        (writer.row_len(), writer.depth())
-    }
-
-    /// A reader of the ring.
-    pub fn reader(&self) -> interconnect::RowsReader {
-        // SAFETY: the shared part of a writer never changes.
-        unsafe { &*self.0.get() }.reader()
-    }
-
-    /// Writes a row that a kernel elsewhere wrote there, `lost` rows after the one before. By the one thread that takes what comes from
-    /// there. Nothing where it is of another length.
-    pub fn repeat(&self, lost: u64, number: u64, time_ns: i64, bytes: &[u8]) {
-        // SAFETY: the caller is the one that touches it: the ring's source has no kernel here.
-        let writer = unsafe { &mut *self.0.get() };
-        writer.skip(lost.min(u64::from(u32::MAX)));
-        if bytes.len() == writer.row_len() {
-            writer.write(number, time_ns, |sink| sink.put(bytes));
-        }
-    }
-
-    /// Writes one row of `spans`.
-    ///
-    /// # Safety
-    /// Called by the kernel of its source alone.
-    #[inline]
-    pub(crate) unsafe fn write(&self, number: u64, now_ns: i64, spans: &[Span]) {
-        // SAFETY: the caller is the one that touches it.
-        let writer = unsafe { &mut *self.0.get() };
-        writer.write(number, now_ns, |sink| {
-            for span in spans {
-                // SAFETY: a span lies within its cells, which the table holds.
-                sink.put(unsafe { std::slice::from_raw_parts(span.start, span.len) });
-            }
-        });
-    }
 }

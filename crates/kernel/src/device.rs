@@ -1,111 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Physical devices as the kernel serves them: read at the start of a firing of their source, written at its end.
-mod driver;
-mod elsewhere;
-mod heir;
-mod renewal;
-
-pub use driver::{Channel, DeviceError, Direction, Driver, SafeHandle};
-pub use elsewhere::{DeviceCall, DeviceState};
-pub(crate) use heir::Looks;
-pub use renewal::{Renewal, Retired};
-
+use crate::block::Block;
+use crate::memory::{Cell, Extent};
+use crate::service::{Seen, Service};
+use crate::standing::{AT_ZERO, Ask, DeviceCall, OFF, STOP, Standing, TELL};
 use crate::tape::Tape;
-use crate::{Cell, Extent};
-use elsewhere::Unreached;
-use heir::Seen;
-use interconnect::Sender;
+use device::{Channel, DeviceError, Direction, Driver, SafeHandle};
 use std::cell::UnsafeCell;
-use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 
 /// A device in the image of its source.
 pub struct Device {
-    name: String,
-    channels: Vec<Channel>,
-    readings: Cell,
+    pub(crate) name: String,
+    pub(crate) channels: Vec<Channel>,
+    pub(crate) readings: Cell,
     /// What blocks stored for the write channels.
-    commands: Cell,
+    pub(crate) commands: Cell,
     /// For each channel: claimed by a running verb.
-    engaged: Vec<AtomicBool>,
-    /// For each channel: how often its slew limit acted.
-    limited: Vec<AtomicU64>,
-    lost: AtomicBool,
+    pub(crate) engaged: Vec<AtomicBool>,
+    pub(crate) standing: Standing,
     /// While it is set, every write is the safe one.
-    stop: OnceLock<Arc<AtomicBool>>,
-    /// For each channel: which reading of it asks for something, and how that stands.
-    asking: Vec<Asking>,
-    is_asking: AtomicBool,
-    /// Calls of `forget`.
-    forgotten: AtomicU64,
-    /// Of one that lies elsewhere: whom to ask.
-    calls: OnceLock<Box<dyn Fn(DeviceCall) + Send + Sync>>,
-    safe_handles: Mutex<Arc<Vec<SafeHandle>>>,
+    pub(crate) stop: OnceLock<Arc<AtomicBool>>,
+    pub(crate) is_asking: AtomicBool,
+    /// Of a remote one: whom to ask.
+    pub(crate) calls: OnceLock<Box<dyn Fn(DeviceCall) + Send + Sync>>,
+    pub(crate) safe_handles: Mutex<Arc<Vec<SafeHandle>>>,
     /// For an heir.
-    seen: Seen,
-    service: UnsafeCell<Service>,
-}
-
-/// What a read channel asks for when it reads so.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum Ask {
-    /// The emergency stop: outputs are safe from the write of the firing that read it on.
-    Stop,
-    /// Nothing of the kernel: the supervisor is told of each change.
-    Tell,
-}
-
-/// A channel whose readings are looked at. Flags only, each by itself: the kernel sets, the supervisor reads.
-#[derive(Default)]
-struct Asking {
-    /// `OFF`, or what it asks for and whether it does so at 0 (`AT_ZERO`).
-    what: AtomicU8,
-    /// It does now.
-    now: AtomicBool,
-    /// It did, since somebody last forgot.
-    once: AtomicBool,
-}
-
-const OFF: u8 = 0;
-const STOP: u8 = 1;
-const TELL: u8 = 2;
-const AT_ZERO: u8 = 4;
-
-/// What the kernel of the device's source alone touches.
-struct Service {
-    driver: Box<dyn Driver>,
-    /// What goes to the driver: commands with safe values and slew limits applied; it also remembers what was written last.
-    out: Vec<u8>,
-    engaged: Vec<bool>,
-    written_ns: Option<i64>,
-    /// How much the driver's clock is ahead of the source's: that of the host which opened it.
-    ahead_ns: i64,
-    /// Where what it read last goes, for an heir.
-    shows: Option<Box<dyn Sender>>,
-    /// It is an heir: the driver is another device's so far.
-    looks: Option<Looks>,
-    /// It was taken over, and has not been written since.
-    is_new: bool,
-    is_closed: bool,
-}
-
-impl Service {
-    /// What is to go out goes to the driver.
-    fn send(&mut self, release_ns: i64, tape: Option<&Tape>) -> Result<(), DeviceError> {
-        let mut live = || self.driver.write(release_ns + self.ahead_ns, &self.out, &self.engaged);
-        match tape {
-            None => live(),
-            Some(tape) => tape.written(live, |message| DeviceError { message }),
-        }
-    }
-
-    /// Once: safe state, then the end of the driver.
-    fn close(&mut self) {
-        if !std::mem::replace(&mut self.is_closed, true) {
-            self.driver.safe_state();
-            self.driver.close();
-        }
-    }
+    pub(crate) seen: Seen,
+    pub(crate) service: UnsafeCell<Service>,
 }
 
 // SAFETY: `service` is touched only by the kernel of the device's source; the rest is atomic or never changes.
@@ -142,13 +65,10 @@ impl Device {
             readings,
             commands,
             engaged: channels.iter().map(|_| AtomicBool::new(false)).collect(),
-            limited: channels.iter().map(|_| AtomicU64::new(0)).collect(),
-            asking: channels.iter().map(|_| Asking::default()).collect(),
+            standing: Standing::new(channels.len()),
             channels,
-            lost: AtomicBool::new(false),
             stop: OnceLock::new(),
             is_asking: AtomicBool::new(false),
-            forgotten: AtomicU64::new(0),
             calls: OnceLock::new(),
             safe_handles,
             seen: Seen::default(),
@@ -156,16 +76,8 @@ impl Device {
         }))
     }
 
-    /// One of a record, with these channels: what it reads comes from there.
-    ///
-    /// # Errors
-    /// None: as of [`Device::open`].
-    pub fn recorded(name: &str, channels: Vec<Channel>) -> Result<Arc<Device>, DeviceError> {
-        Device::open(name, Box::new(Unreached(channels)), 0)
-    }
-
     /// Its readings and its commands, whole.
-    pub(crate) fn images(&self) -> (&Cell, &Cell) {
+    pub fn images(&self) -> (&Cell, &Cell) {
         (&self.readings, &self.commands)
     }
 
@@ -184,6 +96,47 @@ impl Device {
         self.safe_handles.lock().expect("nobody panics with the lock held").clone()
     }
 
+    /// From now on these are its safe handles: another driver serves it.
+    pub fn set_safe_handles(&self, handles: Arc<Vec<SafeHandle>>) {
+        *self.safe_handles.lock().expect("nobody panics with the lock held") = handles;
+    }
+
+    /// How it stands.
+    pub fn standing(&self) -> &Standing {
+        &self.standing
+    }
+
+    /// Of a remote one: whom to ask. Once in the life of a device.
+    pub fn ask_through(&self, calls: Box<dyn Fn(DeviceCall) + Send + Sync>) {
+        let _first = self.calls.set(calls);
+    }
+
+    /// What an heir sees of it.
+    pub fn seen(&self) -> &Seen {
+        &self.seen
+    }
+
+    /// What an exchange between two firings changes: driver, last outputs, what an heir looks at.
+    ///
+    /// # Safety
+    /// Called where nobody else touches it: by the kernel of its source alone, or where no kernel has it in a table.
+    #[expect(clippy::mut_from_ref, reason = "the caller is the one that touches it")]
+    pub unsafe fn service(&self) -> &mut Service {
+        // SAFETY: the caller's word.
+        unsafe { &mut *self.service.get() }
+    }
+
+    /// The same while nobody else has the device.
+    pub fn service_mut(&mut self) -> &mut Service {
+        self.service.get_mut()
+    }
+
+    /// Whether a block reads a channel of it.
+    pub(crate) fn is_read_by(&self, block: &Block) -> bool {
+        let readings = self.readings.start() as usize..self.readings.start() as usize + self.readings.len();
+        block.parts().2.iter().flatten().any(|cell| readings.contains(&(cell.start() as usize)))
+    }
+
     /// The cell of a channel: blocks with a device item bind to it.
     pub fn cell(&self, channel: usize) -> Cell {
         let declared = &self.channels[channel];
@@ -200,7 +153,7 @@ impl Device {
 
     /// How often the slew limit of a channel acted.
     pub fn slew_limited(&self, channel: usize) -> u64 {
-        self.limited[channel].load(Ordering::Relaxed)
+        self.standing.limited[channel].load(Ordering::Relaxed)
     }
 
     /// Every write is the safe one while `stop` is set. Once in the life of a device.
@@ -214,39 +167,46 @@ impl Device {
         let asked = what;
         let what = if what == Ask::Stop { STOP } else { TELL };
         // What nobody has read yet is not known to be granted; what would stop is not there until it is read.
-        self.asking[channel].now.store(what == TELL, Ordering::Release);
-        self.asking[channel].what.store(if at_zero { what | AT_ZERO } else { what }, Ordering::Release);
+        self.standing.asking[channel].now.store(what == TELL, Ordering::Release);
+        self.standing.asking[channel].what.store(if at_zero { what | AT_ZERO } else { what }, Ordering::Release);
         self.is_asking.store(true, Ordering::Release);
         self.call(DeviceCall::Ask { channel: channel as u32, what: asked, at_zero });
     }
 
     /// Whether `channel` asked in the latest reading; one of a lost device does.
     pub fn asks(&self, channel: usize) -> bool {
-        self.asking[channel].now.load(Ordering::Acquire)
+        self.standing.asking[channel].now.load(Ordering::Acquire)
     }
 
     /// Whether it asked in some reading since `forget`.
     pub fn asked(&self, channel: usize) -> bool {
-        self.asking[channel].once.load(Ordering::Acquire)
+        self.standing.asking[channel].once.load(Ordering::Acquire)
+    }
+
+    /// Asks whoever runs a remote one; nothing of one that runs here.
+    pub fn call(&self, call: DeviceCall) {
+        if let Some(calls) = self.calls.get() {
+            calls(call);
+        }
     }
 
     /// Forgets that `channel` asked.
     pub fn forget(&self, channel: usize) {
-        self.asking[channel].once.store(false, Ordering::Release);
-        self.forgotten.fetch_add(1, Ordering::AcqRel);
+        self.standing.asking[channel].once.store(false, Ordering::Release);
+        self.standing.forgotten.fetch_add(1, Ordering::AcqRel);
         self.call(DeviceCall::Forget { channel: channel as u32 });
     }
 
     /// True after it failed: it is neither read nor written any more.
     pub fn is_lost(&self) -> bool {
-        self.lost.load(Ordering::Acquire)
+        self.standing.lost.load(Ordering::Acquire)
     }
 
     /// Reads every channel.
     ///
     /// # Safety
     /// Called by the kernel of its source alone.
-    pub(crate) unsafe fn read(&self, release_ns: i64, tape: Option<&Tape>) -> Result<(), DeviceError> {
+    pub(crate) unsafe fn read(&self, release_ns: i64, tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
         if self.is_lost() {
             return Ok(());
         }
@@ -258,7 +218,7 @@ impl Device {
         };
         let read = match tape {
             None => live(readings),
-            Some(tape) => tape.read(readings, live, |message| DeviceError { message }),
+            Some(tape) => tape.read(readings, &mut live),
         };
         if let Some(shows) = &mut service.shows {
             shows.group()[..readings.len()].copy_from_slice(readings);
@@ -277,7 +237,7 @@ impl Device {
             return false;
         }
         let mut changed = false;
-        for (asking, channel) in self.asking.iter().zip(&self.channels) {
+        for (asking, channel) in self.standing.asking.iter().zip(&self.channels) {
             let what = asking.what.load(Ordering::Acquire);
             if what == OFF {
                 continue;
@@ -303,7 +263,7 @@ impl Device {
     ///
     /// # Safety
     /// As for `read`.
-    pub(crate) unsafe fn write(&self, release_ns: i64, tape: Option<&Tape>) -> Result<(), DeviceError> {
+    pub(crate) unsafe fn write(&self, release_ns: i64, tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
         if self.is_lost() {
             return Ok(());
         }
@@ -325,7 +285,7 @@ impl Device {
             match channel.slew_max {
                 Some(slew_max) if channel.len == size_of::<f64>() => {
                     if limit(out, command, slew_max * elapsed_s) {
-                        let count = &self.limited[index];
+                        let count = &self.standing.limited[index];
                         count.store(count.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
                     }
                 }
@@ -340,14 +300,11 @@ impl Device {
         self.checked(service, written)
     }
 
-    /// Stores the safe values of `channels`, which are free from now on, and writes them at once.
+    /// Stores the safe values of `channels`, which are free from now on, and writes them at once where the device is not lost.
     ///
     /// # Safety
     /// As for `read`.
-    pub(crate) unsafe fn make_safe(&self, release_ns: i64, channels: &[u16], tape: Option<&Tape>) -> Result<(), DeviceError> {
-        if self.is_lost() {
-            return Ok(());
-        }
+    pub(crate) unsafe fn make_safe(&self, release_ns: i64, channels: &[u16], tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
         // SAFETY: the caller is the one that touches it.
         let service = unsafe { &mut *self.service.get() };
         for (place, (index, channel)) in self.channels.iter().enumerate().filter(|(_, channel)| channel.direction == Direction::Write).enumerate() {
@@ -358,6 +315,10 @@ impl Device {
                 unsafe { self.commands.start().add(channel.offset).copy_from_nonoverlapping(channel.safe.as_ptr(), channel.len) };
                 service.out[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
             }
+        }
+        // Of a lost one the channels are free all the same: nobody's command goes out when it is opened again.
+        if self.is_lost() {
+            return Ok(());
         }
         let written = service.send(release_ns, tape);
         self.checked(service, written)
@@ -381,15 +342,19 @@ impl Device {
     /// Closes the driver: the last call of its kernel, before the value itself goes, which others may hold for long.
     ///
     /// # Safety
-    /// As for `read`.
-    pub(crate) unsafe fn close(&self) {
+    /// As for `service`.
+    pub unsafe fn close(&self) {
         // SAFETY: the caller is the one that touches it.
         unsafe { &mut *self.service.get() }.close();
+        // The guard has its own of what it registered.
+        if let Ok(mut handles) = self.safe_handles.lock() {
+            *handles = Arc::default();
+        }
     }
 
     fn checked(&self, service: &mut Service, result: Result<(), DeviceError>) -> Result<(), DeviceError> {
         if result.is_err() {
-            self.lost.store(true, Ordering::Release);
+            self.standing.lost.store(true, Ordering::Release);
             service.driver.safe_state();
         }
         result

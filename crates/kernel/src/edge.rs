@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Edges: a read channel of a device that raises an interrupt source whenever it goes from zero to something else.
-use crate::{Device, SourceId};
+use crate::device::Device;
+use crate::memory;
+use crate::source::SourceId;
 use std::cell::Cell as Remembered;
 use std::sync::Arc;
 
@@ -15,12 +17,12 @@ pub enum Number {
 
 /// A channel that is watched, and whom it raises. Shared by successive tables of the device's source.
 pub struct Edge {
-    pub(crate) device: Arc<Device>,
+    pub device: Arc<Device>,
     /// Its index.
-    pub(crate) index: usize,
-    channel: crate::Cell,
-    pub(crate) number: Number,
-    pub(crate) raises: SourceId,
+    pub index: usize,
+    channel: memory::Cell,
+    pub number: Number,
+    pub raises: SourceId,
     /// Whether it was above zero when it was read last; what the first reading finds is no edge.
     was_set: Remembered<Option<bool>>,
 }
@@ -33,7 +35,7 @@ unsafe impl Sync for Edge {}
 impl Edge {
     /// Watches read channel `channel` of `device`, a scalar. Panics where it is none that is read.
     pub fn new(device: &Arc<Device>, channel: usize, number: Number, raises: SourceId) -> Arc<Edge> {
-        assert!(device.channels()[channel].direction == crate::Direction::Read, "only a channel that is read has edges");
+        assert!(device.channels()[channel].direction == device::Direction::Read, "only a channel that is read has edges");
         let cell = device.cell(channel);
         assert!(cell.len() <= size_of::<u64>(), "only a scalar has edges");
         Arc::new(Edge { device: device.clone(), index: channel, channel: cell, number, raises, was_set: Remembered::new(None) })

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What kernels tell the supervisor.
-use crate::script::{Mailbox, Submission};
-use crate::{BlockId, Script, SourceId};
+use crate::block::BlockId;
+use crate::script::{Mailbox, Script, Submission};
+use crate::source::SourceId;
 use rtrb::{Consumer, Producer, RingBuffer};
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Why an invocation faulted.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Fault {
     /// The body returned a fault with this code.
     Returned(u32),
@@ -15,12 +16,17 @@ pub enum Fault {
     Panic,
     /// Output item that was not finite.
     NonFinite(u8),
-    /// A signal (SIGSEGV, SIGFPE, SIGBUS, SIGILL) inside block code: the source has stopped, its devices are safe.
+    /// A signal (SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGTRAP, SIGABRT) inside block code: the source has stopped, its devices are safe.
     Signal(i32),
     /// The time budget ran out inside block code: as for a signal.
     Budget,
+    /// One of these two (0: the budget) in code of a library that may hold a lock: the source has ended for good, and its process is not to be
+    /// trusted any more.
+    Lost(i32),
     /// A C++ exception left the body; what it says is the `value` of the event.
     Threw,
+    /// The body changed the floating-point control words; where the source has stopped, one of its blocks has.
+    Floats,
 }
 
 /// One event. Sent through a queue of fixed size that the kernel never waits for; what did not fit is counted and announced.
@@ -52,6 +58,8 @@ pub enum Event {
     Unwatched { source: SourceId, process: u64, generation: u32, block: BlockId, item: u8, fault: Option<Fault>, number: u64, time_ns: i64, value: Vec<u8> },
     /// The source stopped after a signal or a spent budget in `block`; pending and later scripts are still carried out.
     Stopped { source: SourceId, block: BlockId, process: u64, fault: Fault, time_ns: i64 },
+    /// A block that does not return has masked the signal that would end it.
+    Deaf { source: SourceId, time_ns: i64 },
     /// A device failed at reading or writing; it is in its safe state.
     DeviceLost { source: SourceId, device: String, message: String, time_ns: i64 },
     /// A channel that asks for something (`Device::ask`) began or ended to, or cannot be seen any more.
@@ -60,7 +68,7 @@ pub enum Event {
     Overrun { source: SourceId, reader: SourceId, member: u32, time_ns: i64 },
     /// A ratio value was absent when its number was due: the old one is kept.
     Late { source: SourceId, member: u32, time_ns: i64 },
-    /// Whoever ran a source elsewhere is gone. `block`: the one that ran, where that is known.
+    /// Whoever ran a remote source is gone. `block`: the one that ran, where that is known.
     Gone { source: SourceId, block: Option<BlockId>, message: String, time_ns: i64 },
     /// An end of a connection could not be made: nothing will come over it.
     Unconnected { writer: SourceId, reader: SourceId, message: String },
@@ -85,7 +93,7 @@ const EVENTS: usize = 1024;
 const BYTES: usize = 256 * 1024;
 
 /// A source's end: tells without waiting or allocating.
-pub(crate) struct Teller {
+pub struct Teller {
     events: Producer<Told>,
     bytes: Producer<u8>,
     lost: u64,
@@ -134,14 +142,14 @@ impl Teller {
 }
 
 /// The supervisor's end of one source.
-pub(crate) struct Listener {
+pub struct Listener {
     events: Consumer<Told>,
     bytes: Consumer<u8>,
     done: VecDeque<Box<Submission>>,
 }
 
 /// Makes both ends.
-pub(crate) fn telling(source: SourceId) -> (Teller, Listener) {
+pub fn telling(source: SourceId) -> (Teller, Listener) {
     let (events, told) = RingBuffer::new(EVENTS);
     let (bytes, said) = RingBuffer::new(BYTES);
     (Teller { events, bytes, lost: 0, source }, Listener { events: told, bytes: said, done: VecDeque::new() })
@@ -151,7 +159,7 @@ impl Listener {
     /// Serial of the next event of this source, if there is one. A `done` acknowledgement and an event of the ring come in the
     /// order in which the source made them: what was made before something that is seen is seen too, so looking at the
     /// acknowledgements before and after the ring finds the older one.
-    pub(crate) fn next_serial(&mut self, done: &Mailbox) -> Option<u64> {
+    pub fn next_serial(&mut self, done: &Mailbox) -> Option<u64> {
         self.done.extend(done.take());
         let acknowledged = self.done.front().map(|submission| submission.serial);
         let told = self.events.peek().ok().map(|told| told.serial);
@@ -166,7 +174,7 @@ impl Listener {
     }
 
     /// Takes the event with `serial`, which `next_serial` gave.
-    pub(crate) fn take(&mut self, source: SourceId, serial: u64) -> Option<Event> {
+    pub fn take(&mut self, source: SourceId, serial: u64) -> Option<Event> {
         if let Some(submission) = self.done.pop_front_if(|submission| submission.serial == serial) {
             let Submission { script, captured, firing, time_ns, .. } = *submission;
             return Some(Event::Done { source, script, firing, time_ns, captured });

@@ -1,62 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One firing of a source, the same under both clocks: latch connections, read devices, run the steps that are due, write
 //! devices, publish connections, serve conditions.
+use crate::block::{Block, BlockId};
 use crate::clock::monotonic_ns;
-use crate::event::{Event, Teller};
-use crate::futex::Bell;
-use crate::memory::Span;
+use crate::counters::add;
+use crate::device::Device;
+use crate::event::Event;
+use crate::floats;
+use crate::guard;
+use crate::phase::Paced;
 use crate::preempt::{Never, Preempt};
-use crate::schedule::stores;
-use crate::source::{Source, add};
+use crate::schedule::Due;
+use crate::source::SourceId;
+use crate::state::Kernel;
 use crate::steps::{self, Ended};
-use crate::tape::{Occasion, Tape, digest};
-use crate::{Activation, Block, Device, DeviceError, Due, Process, Table};
+use crate::tape::{Occasion, Tape};
+use device::DeviceError;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-
-/// What all kernels of a host share.
-#[derive(Default)]
-pub(crate) struct Shared {
-    /// Order of the events of the host.
-    pub(crate) serials: AtomicU64,
-    /// What the supervisor sleeps on.
-    pub(crate) supervisor: Bell,
-}
-
-/// The kernel of one source. Its own thread alone touches it; under the virtual clock, the one thread.
-pub(crate) struct Kernel {
-    pub(crate) source: Arc<Source>,
-    pub(crate) shared: Arc<Shared>,
-    pub(crate) table: Box<Table>,
-    pub(crate) teller: Teller,
-    /// Number of the last firing. Scripts switch intervals on from the next.
-    pub(crate) firing: u64,
-    /// A step faulted in this firing, or it is one of `execute`: `Table::ran` says what ran.
-    pub(crate) careful: bool,
-    /// A signal or a spent budget ended a firing: no step runs until a restart.
-    pub(crate) stopped: bool,
-    /// Something was told: the supervisor is to be woken.
-    pub(crate) told: bool,
-    /// A script stored something that is not published yet.
-    pub(crate) stored: bool,
-    /// A source was raised: it is to be woken.
-    pub(crate) raised: bool,
-    /// Number of the pass that serves conditions.
-    pub(crate) pass: u64,
-    /// Processes that entered a stage in the present script, to be looked at for what they remember.
-    pub(crate) entered: Vec<*const Process>,
-    /// What a reaction captures.
-    pub(crate) captured: Vec<u8>,
-    /// Time budget of a firing whose activations declare none.
-    pub(crate) budget_ns: i64,
-}
-
-// SAFETY: the pointers of `entered` live only within one script, whose processes it keeps.
-unsafe impl Send for Kernel {}
+use std::sync::atomic::Ordering;
 
 /// How the first part of a firing went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Computed {
+pub enum Computed {
     /// The source was stopped before.
     Nothing,
     /// A step stopped it.
@@ -64,47 +29,24 @@ pub(crate) enum Computed {
     All,
 }
 
-/// Bytes that a reaction may capture.
-pub(crate) const CAPTURED_MAX: usize = 128 * 1024;
-
 impl Kernel {
-    pub(crate) fn new(source: Arc<Source>, shared: Arc<Shared>, teller: Teller, firing: u64, budget_ns: i64) -> Kernel {
-        let (entered, captured) = (Vec::with_capacity(1024), Vec::with_capacity(CAPTURED_MAX));
-        let table = Box::new(Table::empty());
-        Kernel {
-            source,
-            shared,
-            table,
-            teller,
-            firing,
-            careful: false,
-            stopped: false,
-            told: false,
-            stored: false,
-            raised: false,
-            pass: 0,
-            entered,
-            captured,
-            budget_ns,
-        }
-    }
-
     /// Firing `number`, released at `release_ns` on the host's clock, started at `started_ns` of CLOCK_MONOTONIC (for the budget).
     #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
-    pub(crate) fn fire<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) {
+    pub fn fire<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) {
         let computed = self.compute(number, release_ns, started_ns, preempt);
         self.conclude(computed, release_ns, preempt);
     }
 
     /// The first part of a firing: nobody else sees anything of it yet.
     #[inline]
-    pub(crate) fn compute<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) -> Computed {
+    pub fn compute<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) -> Computed {
         self.firing = number;
         self.begin();
         if self.stopped {
             return Computed::Nothing;
         }
         self.careful = false;
+        floats::begin();
         self.latch(release_ns, preempt);
         self.decide(number, release_ns);
         if self.work(release_ns, started_ns, preempt) { Computed::All } else { Computed::Stopped }
@@ -112,7 +54,7 @@ impl Kernel {
 
     /// The second part: devices are written, what was computed is published, conditions are served.
     #[inline]
-    pub(crate) fn conclude<P: Preempt>(&mut self, computed: Computed, release_ns: i64, preempt: &P) {
+    pub fn conclude<P: Preempt>(&mut self, computed: Computed, release_ns: i64, preempt: &P) {
         if computed == Computed::All {
             self.write_devices(release_ns);
             self.stamp(release_ns);
@@ -127,34 +69,12 @@ impl Kernel {
         add(&self.source.counters.firings, 1);
     }
 
-    /// A stretch of its record begins, where one is made.
-    #[inline]
-    pub(crate) fn begin(&self) {
-        if let Some(tape) = &self.source.tape {
-            tape.begin();
-        }
-    }
-
-    /// The stretch is over.
-    #[inline]
-    pub(crate) fn end(&self, occasion: Occasion, time_ns: i64) {
-        if let Some(tape) = self.source.tape.as_ref().filter(|tape| tape.records()) {
-            tape.end(occasion, self.firing, time_ns, self.digest(), self.stopped);
-        }
-    }
-
-    /// Digest of everything that its blocks have stored.
-    pub(crate) fn digest(&self) -> u64 {
-        // SAFETY: a span lies within its cells, which the table's blocks hold; this source's own image.
-        let bytes = |span: &Span| unsafe { std::slice::from_raw_parts(span.start, span.len) };
-        self.table.stored.iter().fold(0, |of, span| digest(of, bytes(span)))
-    }
-
     /// `execute`: an extra firing at `now_ns` in which `blocks` are due, and what they drive, where that is on.
     pub(crate) fn execute(&mut self, blocks: &[Arc<Block>], now_ns: i64) {
         if self.stopped {
             return;
         }
+        floats::begin();
         self.latch(now_ns, &Never);
         self.table.due.fill(false);
         self.careful = true;
@@ -181,19 +101,6 @@ impl Kernel {
             self.stored = false;
             self.publish_groups(now_ns, &Never);
             self.write_row(now_ns);
-        }
-    }
-
-    /// After firings and scripts: wakes who is to be woken. The one system call, and only where somebody sleeps.
-    pub(crate) fn wake(&mut self) {
-        if self.raised {
-            self.raised = false;
-            self.table.wakes.iter().chain(&self.table.edge_sources).flatten().for_each(|source| source.bell.wake());
-        }
-        self.told |= self.teller.tell_lost(&self.shared.serials);
-        if self.told {
-            self.told = false;
-            self.shared.supervisor.ring();
         }
     }
 
@@ -306,7 +213,7 @@ impl Kernel {
         });
     }
 
-    fn devices(&mut self, now_ns: i64, serve: impl Fn(&Device, Option<&Tape>) -> Result<(), DeviceError>) {
+    fn devices(&mut self, now_ns: i64, serve: impl Fn(&Device, Option<&dyn Tape>) -> Result<(), DeviceError>) {
         for index in 0..self.table.devices.len() {
             if let Err(error) = serve(&self.table.devices[index], self.source.tape.as_deref()) {
                 self.device_lost(index, error, now_ns);
@@ -326,10 +233,6 @@ impl Kernel {
         }
     }
 
-    pub(crate) fn tell_asked(&mut self, now_ns: i64) {
-        self.tell(Event::Asked { source: self.source.id, time_ns: now_ns }, &[], &[]);
-    }
-
     #[cold]
     fn device_lost(&mut self, index: usize, error: DeviceError, time_ns: i64) {
         let device = self.table.devices[index].name().to_owned();
@@ -345,7 +248,7 @@ impl Kernel {
                 // SAFETY: an activation of this source; no step runs.
                 unsafe {
                     activation.stamp((*activation.state()).number, now_ns);
-                    self.table.stamp(slot, now_ns, self.careful);
+                    self.table.marks.stamp(slot, now_ns, self.careful.then_some(&self.table.ran[..]));
                 }
             }
         }
@@ -359,6 +262,12 @@ impl Kernel {
         }
     }
 
+    /// Stamps of what was through when a step stopped the source.
+    #[cold]
+    fn stamp_through(&mut self, now_ns: i64) {
+        if self.table.chosen.contains(&true) { self.stamp_executed(now_ns) } else { self.stamp(now_ns) }
+    }
+
     /// Stamps of what an `execute` ran, with the numbers of the blocks themselves.
     fn stamp_executed(&mut self, now_ns: i64) {
         for (slot, activation) in self.table.activations.iter().enumerate() {
@@ -367,10 +276,11 @@ impl Kernel {
             // SAFETY: the block is in the table and no step runs; an activation of this source.
             unsafe {
                 let state = &mut *activation.state();
-                state.number = (*header).number - 1;
+                // A reset has set both back in the block; here what it was in the last life may stand yet.
+                (state.number, state.activated) = ((*header).number - 1, (*header).activated);
                 if !self.table.is_blind_at(slot) {
                     activation.stamp(state.number, now_ns);
-                    self.table.stamp(slot, now_ns, true);
+                    self.table.marks.stamp(slot, now_ns, Some(&self.table.ran));
                 }
                 state.due = true;
                 self.table.due[slot] = true;
@@ -417,7 +327,7 @@ impl Kernel {
             }
             Ok(false) => {}
             Err(member) => {
-                let reader = outbound.wake.unwrap_or(crate::SourceId(u32::MAX));
+                let reader = outbound.wake.unwrap_or(SourceId(u32::MAX));
                 self.tell(Event::Overrun { source: self.source.id, reader, member, time_ns: now_ns }, &[], &[]);
             }
         }
@@ -430,10 +340,16 @@ impl Kernel {
         }
     }
 
-    /// A signal or a spent budget in a block: nothing more of the firing happens, devices go to their safe state.
+    /// A signal or a spent budget in a block: nothing more of the firing happens, devices go to their safe state. Invocations that were
+    /// through have stored their values where anybody may come to read them: these get their numbers.
     #[cold]
     fn stop(&mut self, ended: Ended, time_ns: i64) {
         self.stopped = true;
+        if ended.is_lost {
+            self.lose_source(ended.step);
+        }
+        steps::settle_ended(self, ended.at);
+        self.stamp_through(time_ns);
         self.source.counters.stopped.store(true, Ordering::Release);
         for device in &self.table.devices {
             // SAFETY: this is the kernel of the device's source.
@@ -441,37 +357,24 @@ impl Kernel {
         }
         self.stored = false;
         let step = &self.table.steps[ended.step as usize];
-        let (block, process) = (step.block.as_ref().map_or(crate::BlockId(u32::MAX), |block| block.id()), self.table.processes[step.process as usize].id());
+        let (block, process) = (step.block.as_ref().map_or(BlockId(u32::MAX), |block| block.id()), self.table.processes[step.process as usize].id());
         self.tell(Event::Stopped { source: self.source.id, block, process, fault: ended.fault(), time_ns }, &[], &[]);
         // The fault first: it is what ends the verbs here, whatever an input that nobody reads any more stops besides.
         self.look(time_ns, true);
         steps::report(self, ended.step, ended.result, time_ns);
     }
 
-    pub(crate) fn tell(&mut self, event: Event, value: &[u8], captured: &[u8]) {
-        self.told = true;
-        if !self.teller.tell(&self.shared.serials, event, value, captured) {
-            add(&self.source.counters.lost, 1);
-        }
-    }
-
-    /// A condition found no place: it is counted, and told when there is room.
+    /// The thread must call no library again. A process that was started for its processors ends here, its devices safe.
     #[cold]
-    pub(crate) fn lose(&mut self) {
-        self.told = true;
-        self.teller.lose();
-        add(&self.source.counters.lost, 1);
-    }
-
-    /// In an execute firing: whether `slot` is driven by what ran, on this invocation.
-    pub(crate) fn drives(activation: &Activation) -> bool {
-        // SAFETY: activations of this source.
-        unsafe {
-            (*activation.state()).on
-                && activation.due().drivers().iter().all(|(driver, n)| {
-                    let state = &*driver.state();
-                    stores(state.number - state.activated.min(state.number), *n)
-                })
+    fn lose_source(&mut self, step: u32) {
+        self.source.is_lost.store(true, Ordering::Release);
+        if guard::is_retiring() {
+            self.source.guard.retire(step);
+            for device in &self.table.devices {
+                // SAFETY: this is the kernel of the device's source.
+                unsafe { device.safe_state() };
+            }
+            guard::end_process();
         }
     }
 }

@@ -1,22 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
 // The guard: runs a step loop so that a signal inside block code ends the loop, not the process.
 //
-// One `sigsetjmp` a firing (5 ns; no signal mask is saved, since the handlers are installed with SA_NODEFER and an empty mask). The
+// One `sigsetjmp` a firing (5 ns; no signal mask is saved: what handlers block is let through again after a jump). The
 // kernel writes `step` before each call of a block; it is GUARD_OUTSIDE while no block runs. Guards of one thread nest where the
 // virtual clock preempts: `outer` is the one below.
+//
+// An invocation stores all of its outputs or none. A signal that its entry can wait for (a spent budget) ends it only while it is marked as
+// running (abi.rs); once it stores it finishes, and the loop looks at `late` when it is through.
+//
+// A jump out of a library may leave a lock of that library held for ever (malloc, stdio). So an invocation that has used up its budget there
+// goes on, an instruction at a time, until it is back in the block's own code; what crashes there, or does not come back, is `lost`: its
+// thread must not call such a library again, and the process is not to be trusted any more.
+#define _GNU_SOURCE
+#include "foreign.h"
 #include <setjmp.h>
 #include <signal.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
+#include <sys/prctl.h>
 #include <time.h>
+#include <unistd.h>
 
 #define GUARD_OUTSIDE UINT32_MAX
+#define RUNNING ((uint64_t)1 << 63) // abi.rs: in the first word of an instance
+#define WATCHED ((uint64_t)1 << 62) // floats.rs: the rest of that word is the address of the instance
+
+// One call of the step loop (table.rs): every instance begins with the word that holds its mark.
+typedef struct {
+    void *run;
+    const volatile uint64_t *instance;
+    const void *invocation;
+} opengpac_call;
 
 typedef struct opengpac_guard {
     volatile uint32_t step;
     volatile uint32_t armed;
     volatile int64_t started_ns; // 0: no loop runs
     volatile int64_t budget_ns;
+    const opengpac_call *volatile calls;
+    volatile uint32_t late;  // 1 + the step in which the budget ran out; 0: it has not
+    volatile uint32_t lost;  // it was ended in code that may hold a lock
+    volatile uint32_t heard; // the budget's signal has come through
+    volatile uint32_t handling; // a handler of ours runs for it: what interrupts that is not what it looks at
+    volatile int64_t foreign_ns; // since when it is led out of foreign code; 0: it is not
+    volatile uint32_t steps, steps_seen;
     struct opengpac_guard *outer;
     sigjmp_buf place;
 } opengpac_guard;
@@ -26,11 +54,21 @@ static struct sigaction earlier[NSIG];
 static volatile sig_atomic_t passed_on[NSIG];
 static int budget_signal;
 
-static int64_t now_ns(void)
+static int64_t time_ns(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
+// What says that time is spent. It waits while a handler runs: what it would interrupt there is our code, and below it may be a library's.
+static sigset_t of_time(void)
+{
+    sigset_t signals;
+    sigemptyset(&signals);
+    sigaddset(&signals, SIGXCPU);
+    sigaddset(&signals, budget_signal);
+    return signals;
 }
 
 size_t opengpac_guard_size(void)
@@ -43,17 +81,41 @@ int opengpac_guard_run(opengpac_guard *guard, void (*body)(void *), void *argume
 {
     guard->outer = current;
     guard->step = GUARD_OUTSIDE;
+    guard->late = guard->lost = guard->heard = guard->handling = 0;
+    guard->foreign_ns = 0;
     guard->started_ns = started_ns;
     int ended_by = sigsetjmp(guard->place, 0);
     if (ended_by == 0) {
         guard->armed = 1;
         current = guard;
         body(argument);
+    } else {
+        // Out of a handler, in which they wait.
+        sigset_t waiting = of_time();
+        pthread_sigmask(SIG_UNBLOCK, &waiting, NULL);
     }
     guard->armed = 0;
     guard->started_ns = 0;
     current = guard->outer;
     return ended_by;
+}
+
+static int is_in_a_block(const opengpac_guard *guard)
+{
+    return guard && guard->armed && guard->step != GUARD_OUTSIDE;
+}
+
+// The end of the process while a block runs is not without a word. The thread is called as its source is.
+static void last_word(const char *what)
+{
+    char text[256] = "opengpac: the process ", name[16] = "?";
+    prctl(PR_GET_NAME, name);
+    strcat(text, what);
+    strcat(text, " while a block ran on interrupt source '");
+    strcat(text, name);
+    strcat(text, "'\n");
+    if (write(STDERR_FILENO, text, strlen(text)) < 0)
+        return; // nobody is there to read it
 }
 
 // What is not ours goes to whoever was there before.
@@ -70,6 +132,8 @@ static void pass_on(int number, siginfo_t *what, void *context)
     if (before->sa_flags & SA_SIGINFO) {
         before->sa_sigaction(number, what, context);
     } else if (before->sa_handler == SIG_DFL) {
+        if (is_in_a_block(current))
+            last_word("was ended by a signal that was sent to the process");
         signal(number, SIG_DFL);
         // A fault comes again by itself when its instruction does.
         if (what->si_code <= 0 || number == SIGXCPU)
@@ -80,25 +144,129 @@ static void pass_on(int number, siginfo_t *what, void *context)
     passed_on[number] = 0;
 }
 
+// How an invocation may come back from foreign code: in so many instructions (printf takes some thousands, each trap some microseconds), and
+// where it takes none, since it waits, in this time.
+enum { STEPS_MAX = 50 * 1000, WAIT_MAX_NS = 300 * 1000 * 1000 };
+
+// Something was left in code that may hold a lock: at its end the process must not wait for it.
+static volatile sig_atomic_t untrusted;
+
+static void leave(opengpac_guard *guard, int number, int is_lost)
+{
+    if (is_lost)
+        untrusted = 1;
+    guard->lost = is_lost;
+    siglongjmp(guard->place, number);
+}
+
+// True where what was interrupted at `place` may be left.
+static int may_be_left(uintptr_t place)
+{
+    return foreign_is_ours(place) || foreign_is_harmless(place);
+}
+
+// A block has done what no block may.
+static void faulted(opengpac_guard *guard, int number, siginfo_t *what, const void *context)
+{
+    uintptr_t place = foreign_place(context);
+    if (number == SIGSEGV || number == SIGBUS)
+        place = foreign_caller(context, place, what->si_addr);
+    leave(guard, number, !may_be_left(place));
+}
+
+// The invocation that runs has stored nothing so far.
+static int may_be_ended(const opengpac_guard *guard)
+{
+    uint64_t mark = *guard->calls[guard->step].instance;
+    if (mark & WATCHED)
+        mark = *(const volatile uint64_t *)(uintptr_t)(mark & ~WATCHED);
+    return (mark & RUNNING) != 0;
+}
+
+// One instruction further on the way out of foreign code.
+static void stepped(opengpac_guard *guard, void *context)
+{
+    if (!is_in_a_block(guard) || !may_be_ended(guard)) {
+        guard->foreign_ns = 0;
+        foreign_step(context, 0);
+    } else if (foreign_is_ours(foreign_place(context))) {
+        leave(guard, budget_signal, 0);
+    } else if (guard->steps++ >= STEPS_MAX) {
+        leave(guard, budget_signal, 1);
+    }
+}
+
 static void fault(int number, siginfo_t *what, void *context)
 {
     opengpac_guard *guard = current;
-    // A signal that a process sent (si_code <= 0) is not a fault of the block.
-    if (guard && guard->armed && guard->step != GUARD_OUTSIDE && what->si_code > 0)
-        siglongjmp(guard->place, number);
+    // Of a handler: the stack that it walked up is not one.
+    if (is_in_a_block(guard) && guard->handling && what->si_code > 0)
+        leave(guard, number, 1);
+    if (guard)
+        guard->handling = 1;
+    if (number == SIGTRAP && what->si_code == TRAP_TRACE && guard && guard->foreign_ns) {
+        stepped(guard, context);
+        guard->handling = 0;
+        return;
+    }
+    if (is_in_a_block(guard)) {
+        if (what->si_code > 0)
+            faulted(guard, number, what, context);
+        // By itself, as abort() and raise() do; what another thread or process sends is not a fault of the block.
+        if (what->si_code == SI_TKILL && what->si_pid == getpid() && !foreign_is_ours(foreign_place(context))) {
+            int is_harmless = may_be_left(foreign_place(context));
+            if (is_harmless || number == SIGABRT)
+                leave(guard, number, !is_harmless);
+        }
+    }
+    if (guard)
+        guard->handling = 0;
     pass_on(number, what, context);
+}
+
+// The budget is spent: the block that runs now is late. It is ended unless it stores, or is in foreign code.
+static void is_late(opengpac_guard *guard, void *context)
+{
+    if (!guard->late)
+        guard->late = guard->step + 1;
+    if (!may_be_ended(guard))
+        return;
+    if (may_be_left(foreign_place(context)))
+        leave(guard, budget_signal, 0);
+    if (!guard->foreign_ns) {
+        guard->steps = 0;
+        guard->foreign_ns = time_ns();
+    } else if (guard->steps == guard->steps_seen && time_ns() - guard->foreign_ns > WAIT_MAX_NS) {
+        leave(guard, budget_signal, 1);
+    }
+    guard->steps_seen = guard->steps;
+    foreign_step(context, 1);
 }
 
 // The watchdog sends this signal to the thread of a loop that is too old. It may come late, so it looks for itself.
 static void budget(int number, siginfo_t *what, void *context)
 {
     opengpac_guard *guard = current;
-    if (guard && guard->armed && guard->step != GUARD_OUTSIDE && guard->started_ns)
-        if (number == SIGXCPU || now_ns() - guard->started_ns > guard->budget_ns)
-            siglongjmp(guard->place, budget_signal);
+    if (guard)
+        guard->heard = 1;
+    if (is_in_a_block(guard) && !guard->handling && guard->started_ns && (number == SIGXCPU || time_ns() - guard->started_ns > guard->budget_ns)) {
+        guard->handling = 1;
+        is_late(guard, context);
+        guard->handling = 0;
+    }
     // RLIMIT_RTTIME ran out on a thread that is none of ours.
     if (number == SIGXCPU && !guard)
         pass_on(number, what, context);
+}
+
+// The end of the process: what flushes and frees after us would wait for a lock that nobody gives back.
+static void at_exit(int status, void *argument)
+{
+    (void)argument;
+    if (is_in_a_block(current))
+        last_word("was ended by exit()");
+    if (untrusted)
+        _exit(status);
 }
 
 // Puts `handler` in front for a signal, unless it is there.
@@ -110,7 +278,7 @@ static int put_in_front(int number, void (*handler)(int, siginfo_t *, void *), i
     if ((present.sa_flags & SA_SIGINFO) && present.sa_sigaction == handler)
         return 0;
     memset(&action, 0, sizeof action);
-    sigemptyset(&action.sa_mask);
+    action.sa_mask = of_time();
     action.sa_flags = SA_SIGINFO | SA_ONSTACK | SA_NODEFER | flags;
     action.sa_sigaction = handler;
     return sigaction(number, &action, &earlier[number]);
@@ -120,21 +288,22 @@ static int put_in_front(int number, void (*handler)(int, siginfo_t *, void *), i
 // switched on later). One thread at a time. Gives the signal of a spent budget, or -1.
 int opengpac_guard_install(void)
 {
-    static const int faults[] = {SIGSEGV, SIGFPE, SIGBUS, SIGILL};
+    static const int faults[] = {SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGTRAP, SIGABRT};
+    if (!budget_signal) {
+        foreign_prepare();
+        opengpac_guard_trust(opengpac_guard_install);
+        on_exit(at_exit, NULL);
+    }
+    // The first real-time signal that nobody has taken.
+    for (int signal = SIGRTMIN + 3; !budget_signal && signal < SIGRTMAX; signal++) {
+        struct sigaction present;
+        if (sigaction(signal, NULL, &present) == 0 && !(present.sa_flags & SA_SIGINFO) && present.sa_handler == SIG_DFL)
+            budget_signal = signal;
+    }
+    if (!budget_signal || put_in_front(budget_signal, budget, SA_RESTART) != 0 || put_in_front(SIGXCPU, budget, SA_RESTART) != 0)
+        return -1;
     for (unsigned i = 0; i < sizeof faults / sizeof *faults; i++)
         if (put_in_front(faults[i], fault, 0) != 0)
             return -1;
-    if (put_in_front(SIGXCPU, budget, SA_RESTART) != 0)
-        return -1;
-    if (budget_signal)
-        return budget_signal;
-    // The first real-time signal that nobody has taken.
-    for (int signal = SIGRTMIN + 3; signal < SIGRTMAX; signal++) {
-        struct sigaction present;
-        if (sigaction(signal, NULL, &present) == 0 && !(present.sa_flags & SA_SIGINFO) && present.sa_handler == SIG_DFL) {
-            budget_signal = signal;
-            return put_in_front(signal, budget, SA_RESTART) == 0 ? signal : -1;
-        }
-    }
-    return -1;
+    return budget_signal;
 }

@@ -1,10 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The guard's face: a step loop that a signal inside block code ends, and the stack that its handlers run on.
+use opengpac::abi::{Invocation, Run};
 use std::cell::Cell;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicI32, AtomicI64, AtomicPtr, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, AtomicI64, AtomicPtr, AtomicU32, Ordering};
+
+/// One call of the hot loop: 24 bytes, read by `guard.c` too. The first word of each instance says whether it may be ended: `abi::RUNNING`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub struct Call {
+    pub run: Run,
+    pub instance: *mut c_void,
+    pub invocation: *const Invocation,
+}
 
 /// One source's guard. The first fields are shared with `guard.c`; the jump buffer follows, in memory of C's size.
 #[repr(C)]
@@ -13,12 +23,17 @@ struct Shared {
     armed: AtomicU32,
     started_ns: AtomicI64,
     budget_ns: AtomicI64,
+    calls: AtomicPtr<Call>,
+    late: AtomicU32,
+    lost: AtomicU32,
+    heard: AtomicU32,
 }
 
 unsafe extern "C" {
     fn opengpac_guard_size() -> usize;
     fn opengpac_guard_run(guard: *mut Shared, body: unsafe extern "C" fn(*mut c_void), argument: *mut c_void, started_ns: i64) -> c_int;
     fn opengpac_guard_install() -> c_int;
+    fn opengpac_guard_trust(address: *const c_void);
 }
 
 /// `step` while no block runs.
@@ -27,13 +42,55 @@ pub const OUTSIDE: u32 = u32::MAX;
 /// Bytes of one source in a black box. The first four are the step that runs (`u32::MAX`: none).
 pub const BLACK_BOX_LEN: usize = 1024;
 
+/// How a loop ended that did not end well.
+pub struct Over {
+    pub(crate) signal: i32,
+    /// Whose fault it is.
+    pub(crate) step: u32,
+    /// The step that was ended; `None`: it ran to its end, too late.
+    pub(crate) at: Option<u32>,
+    /// It was ended in code of a library that may hold a lock: this thread must not call it again.
+    pub is_lost: bool,
+}
+
 /// Guards the step loop of one source. Its thread runs it; the watchdog reads how old the loop is.
-pub(crate) struct Guard {
+pub struct Guard {
     shared: *mut Shared,
     /// Of memory of its own; none where it lies in a black box.
     words: Option<usize>,
     /// The thread that runs the loop, for the watchdog.
     thread: AtomicPtr<c_void>,
+    /// Signals that the watchdog has sent for the present loop, and that nobody has heard.
+    unheard: AtomicU32,
+    /// Looks of the watchdog since the process was to end; 0: it is not.
+    retires: AtomicU32,
+}
+
+/// Signals after which a thread is deaf: more than a thread without a core of its own needs to come to run.
+const UNHEARD_MAX: u32 = 50;
+
+/// Looks of the watchdog, each a hundredth of a second apart, that devices get to be safe before a process ends.
+const RETIRE_LOOKS: u32 = 20;
+
+/// How a process ends that cannot be trusted: EX_SOFTWARE.
+pub const RETIRED: i32 = 70;
+
+static RETIRES: AtomicBool = AtomicBool::new(false);
+
+/// From now on this process ends where a block was ended in code of a library that may hold a lock: for one that was started for its
+/// processors, whose guard and supervisor go on without it.
+pub fn retire_when_lost() {
+    RETIRES.store(true, Ordering::Release);
+}
+
+pub fn is_retiring() -> bool {
+    RETIRES.load(Ordering::Acquire)
+}
+
+/// At once: nothing is flushed or freed, for that may wait for a lock that nobody gives back.
+pub fn end_process() -> ! {
+    // SAFETY: ends the process.
+    unsafe { libc::_exit(RETIRED) }
 }
 
 // SAFETY: the shared fields are atomic; the jump buffer is touched by the thread that runs the loop alone.
@@ -42,13 +99,13 @@ unsafe impl Send for Guard {}
 unsafe impl Sync for Guard {}
 
 impl Guard {
-    pub(crate) fn new(budget_ns: i64) -> Guard {
+    pub fn new(budget_ns: i64) -> Guard {
         // SAFETY: a constant.
         let words = unsafe { opengpac_guard_size() }.div_ceil(size_of::<u128>());
         let shared = Box::leak(vec![0u128; words].into_boxed_slice()).as_mut_ptr().cast::<Shared>();
         // SAFETY: all zeroes is a valid `Shared`.
         unsafe { &*shared }.budget_ns.store(budget_ns, Ordering::Relaxed);
-        Guard { shared, words: Some(words), thread: AtomicPtr::new(ptr::null_mut()) }
+        Guard::of(shared, Some(words))
     }
 
     /// The same in memory that others read when this process is gone: [`BLACK_BOX_LEN`] bytes at `memory`, on a cache line, zero, for as long as the
@@ -56,13 +113,17 @@ impl Guard {
     ///
     /// # Safety
     /// Nobody else writes there.
-    pub(crate) unsafe fn at(memory: *mut u8, budget_ns: i64) -> Guard {
+    pub unsafe fn at(memory: *mut u8, budget_ns: i64) -> Guard {
         // SAFETY: a constant.
         assert!(unsafe { opengpac_guard_size() } <= BLACK_BOX_LEN, "a guard fits into its place in a black box");
         let shared = memory.cast::<Shared>();
         // SAFETY: the caller's word; all zeroes is a valid `Shared`.
         unsafe { &*shared }.budget_ns.store(budget_ns, Ordering::Relaxed);
-        Guard { shared, words: None, thread: AtomicPtr::new(ptr::null_mut()) }
+        Guard::of(shared, None)
+    }
+
+    fn of(shared: *mut Shared, words: Option<usize>) -> Guard {
+        Guard { shared, words, thread: AtomicPtr::new(ptr::null_mut()), unheard: AtomicU32::new(0), retires: AtomicU32::new(0) }
     }
 
     fn shared(&self) -> &Shared {
@@ -70,22 +131,36 @@ impl Guard {
         unsafe { &*self.shared }
     }
 
-    /// Runs `body(argument)`. `None` if it returned, else the signal that ended it and the step in which it did.
+    /// Runs `body(argument)`. `None` if it returned in time, else how it ended.
     ///
     /// # Safety
     /// `body` keeps nothing on its stack that must be dropped while [`Guard::enter`] has a step set: a signal jumps over it.
-    pub(crate) unsafe fn run(&self, body: unsafe extern "C" fn(*mut c_void), argument: *mut c_void, started_ns: i64) -> Option<(i32, u32)> {
+    pub unsafe fn run(&self, body: unsafe extern "C" fn(*mut c_void), argument: *mut c_void, started_ns: i64) -> Option<Over> {
         // SAFETY: an identity.
         self.thread.store(unsafe { libc::pthread_self() } as *mut c_void, Ordering::Relaxed);
         // SAFETY: the caller's word for `body`; the guard is run by one thread at a time.
         let ended_by = unsafe { opengpac_guard_run(self.shared, body, argument, started_ns) };
-        (ended_by != 0).then(|| (ended_by, self.shared().step.load(Ordering::Relaxed)))
+        let late = self.shared().late.load(Ordering::Relaxed).checked_sub(1);
+        let at = (ended_by != 0).then(|| self.shared().step.load(Ordering::Relaxed));
+        let is_lost = self.shared().lost.load(Ordering::Relaxed) != 0;
+        match (at, late) {
+            (None, None) => None,
+            (None, Some(late)) => Some(Over { signal: budget_signal(), step: late, at, is_lost }),
+            // Whoever is ended for the time is the one that ran when it was spent.
+            (Some(step), late) => Some(Over { signal: ended_by, step: late.filter(|_| ended_by == budget_signal()).unwrap_or(step), at, is_lost }),
+        }
     }
 
     /// The word that says which step runs.
     #[inline]
-    pub(crate) fn step(&self) -> *mut u32 {
+    pub fn step(&self) -> *mut u32 {
         self.shared().step.as_ptr()
+    }
+
+    /// What the steps of the loop that begins call.
+    #[inline]
+    pub fn set_calls(&self, calls: *const Call) {
+        self.shared().calls.store(calls.cast_mut(), Ordering::Relaxed);
     }
 
     pub(crate) fn set_budget(&self, budget_ns: i64) {
@@ -93,7 +168,7 @@ impl Guard {
     }
 
     /// Takes time that others used within the loop off its age; nothing where no loop runs.
-    pub(crate) fn excuse(&self, ns: i64) {
+    pub fn excuse(&self, ns: i64) {
         let started = &self.shared().started_ns;
         let present = started.load(Ordering::Relaxed);
         if present != 0 {
@@ -101,14 +176,42 @@ impl Guard {
         }
     }
 
-    /// Sends the budget signal to the thread of a loop that is too old. `now_ns` of CLOCK_MONOTONIC.
-    pub(crate) fn watch(&self, now_ns: i64) {
+    /// Sends the budget signal to the thread of a loop that is too old. `now_ns` of CLOCK_MONOTONIC. True where it does not come through.
+    pub fn watch(&self, now_ns: i64) -> bool {
         let started = self.shared().started_ns.load(Ordering::Relaxed);
         let thread = self.thread.load(Ordering::Relaxed);
         if started != 0 && !thread.is_null() && now_ns - started > self.shared().budget_ns.load(Ordering::Relaxed) {
+            if self.retires.load(Ordering::Relaxed) > RETIRE_LOOKS {
+                end_process();
+            }
+            if self.retires.load(Ordering::Relaxed) > 0 {
+                self.retires.fetch_add(1, Ordering::Relaxed);
+                return false;
+            }
             // SAFETY: a thread whose loop runs is alive.
             unsafe { libc::pthread_kill(thread as libc::pthread_t, budget_signal()) };
+            self.unheard.fetch_add(1, Ordering::Relaxed);
         }
+        if started == 0 || self.shared().heard.load(Ordering::Relaxed) != 0 {
+            self.unheard.store(0, Ordering::Relaxed);
+        }
+        self.unheard.load(Ordering::Relaxed) > UNHEARD_MAX
+    }
+
+    /// Takes the real-time priority from the thread: one that nothing can end must not keep the others from its core, and the program from its end.
+    pub fn demote(&self) {
+        let thread = self.thread.load(Ordering::Relaxed);
+        let none = libc::sched_param { sched_priority: 0 };
+        // SAFETY: a thread whose loop runs is alive.
+        unsafe { libc::pthread_setschedparam(thread as libc::pthread_t, libc::SCHED_OTHER, &none) };
+    }
+
+    /// This process ends, soon: others read in the black box that `step` was the last to run, and the watchdog waits only so long.
+    pub(crate) fn retire(&self, step: u32) {
+        self.shared().step.store(step, Ordering::Relaxed);
+        // Long ago: whoever looks finds a loop that is too old.
+        self.shared().started_ns.store(1, Ordering::Relaxed);
+        self.retires.store(1, Ordering::Relaxed);
     }
 }
 
@@ -120,6 +223,15 @@ impl Drop for Guard {
         }
     }
 }
+
+/// Takes the code of the module that this entry is of for the blocks' own, which may be left at any instruction. Not for the real-time path.
+pub fn trust(run: Run) {
+    let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
+    // SAFETY: one thread at a time; handlers may read what it adds to.
+    unsafe { opengpac_guard_trust(run as *const c_void) };
+}
+
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
 /// The signal of a spent budget. Installs the handlers when called for the first time.
 pub(crate) fn budget_signal() -> i32 {
@@ -133,8 +245,7 @@ static BUDGET_SIGNAL: AtomicI32 = AtomicI32::new(0);
 
 /// Puts the handlers in front of those that are there: for each host that is made, because a crash reporter may have been
 /// switched on since the last.
-pub(crate) fn install() -> i32 {
-    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+pub fn install() -> i32 {
     let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
     // SAFETY: one thread at a time; handlers of others are called for what is not ours.
     let signal = unsafe { opengpac_guard_install() };
@@ -155,8 +266,8 @@ struct HandlerStack {
 
 const STACK_LEN: usize = 64 * 1024;
 
-/// Gives this thread a stack for its handlers, where it has none. Cheap after the first time.
-pub(crate) fn prepare_thread() {
+/// Gives this thread a stack for its handlers, where it has none with room for nested ones. Cheap after the first time.
+pub fn prepare_thread() {
     if PREPARED.replace(true) {
         return;
     }
@@ -164,7 +275,8 @@ pub(crate) fn prepare_thread() {
     unsafe {
         let mut present: libc::stack_t = std::mem::zeroed();
         libc::sigaltstack(ptr::null(), &mut present);
-        if present.ss_flags & libc::SS_DISABLE == 0 {
+        // That of Rust's standard library has room for one frame: where signals nest it overflows.
+        if present.ss_flags & libc::SS_DISABLE == 0 && present.ss_size >= STACK_LEN {
             return;
         }
         let memory = libc::mmap(ptr::null_mut(), STACK_LEN, libc::PROT_READ | libc::PROT_WRITE, libc::MAP_PRIVATE | libc::MAP_ANONYMOUS, -1, 0);

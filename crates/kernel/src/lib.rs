@@ -8,64 +8,69 @@
 //! A firing of a source, in order: latch connections, read devices, run the steps that are due, write devices, publish
 //! connections, serve conditions. On that path: no lock, allocation, system call (but one wake), hash look-up or page fault.
 //!
-//! `firing` is that path, `steps` its hot loop, `conditions` what answers, `boundary` what changes between two firings; `thread`
-//! and `virtual_clock` are the two ways to drive it.
+//! `firing` is that path, `steps` its hot loop, `conditions` what answers, `boundary` what changes between two firings. Threads and clocks,
+//! which drive it, remote sources and records stand above it, in crate `runtime`.
 #![cfg_attr(rtsan, feature(sanitize))]
-mod abroad;
+pub mod aside;
+pub mod bell;
 pub mod block;
 mod boundary;
 pub mod clock;
 mod conditions;
 pub mod connection;
-pub mod device;
+pub mod counters;
+mod device;
 pub mod edge;
 pub mod event;
-pub mod far;
-mod firing;
-mod futex;
-mod guard;
-pub mod heritage;
-pub mod host;
+pub mod firing;
+pub mod floats;
+pub mod guard;
+pub mod inbound;
 pub mod memory;
-mod preempt;
+pub mod phase;
+pub mod preempt;
 pub mod probe;
 pub mod process;
-mod relay;
-mod rights;
-mod sandbox;
+pub mod rows;
+pub mod running_time;
 pub mod schedule;
 pub mod script;
+mod service;
+pub mod serving;
+pub mod shared;
 pub mod source;
 pub mod stamped;
-mod steps;
+mod standing;
+pub mod state;
+pub mod step;
+pub mod steps;
 pub mod table;
 pub mod tape;
-mod thread;
-pub mod trace;
-mod virtual_clock;
-mod watchdog;
+mod visits;
+mod way;
 pub mod window;
-pub mod wire;
+pub mod word;
 
+pub use self::device::Device;
 pub use block::{Block, BlockId};
-pub use clock::ClockKind;
-pub use connection::{End, Inbound, Outbound, QueueMember, RowsEnd, row_prefix};
-pub use device::{Ask, Channel, Device, DeviceCall, DeviceError, DeviceState, Direction, Driver, Renewal, Retired, SafeHandle};
+pub use connection::{End, row_prefix};
+pub use counters::Statistics;
 pub use edge::{Edge, Number};
 pub use event::{Event, Fault};
-pub use far::{Far, Reach, Way};
-pub use guard::{BLACK_BOX_LEN, OUTSIDE as NO_STEP};
-pub use heritage::{Heritage, Holding, Passed};
-pub use host::Host;
+pub use guard::{BLACK_BOX_LEN, OUTSIDE as NO_STEP, RETIRED, retire_when_lost};
 pub use memory::{Cell, Extent};
+pub use phase::STAMP_LEN;
 pub use probe::BlockTimes;
-pub use process::{Process, Response, Stage, Taken, Watch};
-pub use rights::{may_lock_all, take_for_supervisor};
-pub use sandbox::Sandbox;
-pub use schedule::{Activation, Due, STAMP_LEN};
-pub use script::{Op, Script};
-pub use source::{SourceId, SourceKind, SourceSpec, Statistics};
+pub use process::{Home, Process, Reaction, RemoteWord, Response, Stage, Taken, Watch};
+pub use rows::RowsEnd;
+pub use schedule::{Activation, Due, Inbound, Outbound, QueueMember};
+pub use script::{Inheritance, Op, Reopening, Script};
+pub use service::{Seen, Service, View};
+pub use source::{SourceId, SourceKind, SourceSpec};
 pub use stamped::{NEVER_NS, Stamped, unstamped};
-pub use table::{Append, Rows, Step, StepKind, Table};
-pub use tape::{Occasion, Stretch};
+pub use standing::{Ask, Asking, DeviceCall, Standing};
+pub use step::{Append, Rows, Step, StepKind};
+pub use table::Table;
+pub use tape::Occasion;
+pub use way::{Nowhere, Reach, Way};
 pub use window::Window;

@@ -45,7 +45,7 @@ impl Extent {
     }
 
     /// The cell of `len` bytes at `offset`; none where it does not lie within.
-    pub(crate) fn find(self: &Arc<Self>, offset: usize, len: usize) -> Option<Cell> {
+    pub fn find(self: &Arc<Self>, offset: usize, len: usize) -> Option<Cell> {
         (offset.checked_add(len)? <= self.len).then(|| Cell { extent: self.clone(), offset, len })
     }
 
@@ -124,12 +124,12 @@ impl Cell {
     }
 
     /// The extent that it lies in, and where.
-    pub(crate) fn place(&self) -> (&Arc<Extent>, usize) {
+    pub fn place(&self) -> (&Arc<Extent>, usize) {
         (&self.extent, self.offset)
     }
 
     /// Address of the first byte; valid for `len` bytes while the cell is held.
-    pub(crate) fn start(&self) -> *mut u8 {
+    pub fn start(&self) -> *mut u8 {
         // SAFETY: the offset lies within the extent (checked when the cell was made).
         unsafe { self.extent.start.as_ptr().add(self.offset) }
     }
@@ -137,7 +137,7 @@ impl Cell {
 
 /// A stretch of cells that lie side by side, and where it lies in a group of bytes.
 #[derive(Clone, Copy)]
-pub(crate) struct Span {
+pub struct Span {
     pub(crate) start: *mut u8,
     pub(crate) at: usize,
     pub(crate) len: usize,

@@ -3,7 +3,7 @@
 //! costs them anything.
 
 /// Called at the points of a firing between which it is one piece: between latches, between steps, inside publications.
-pub(crate) trait Preempt {
+pub trait Preempt {
     /// False where no point ever does anything: the compiler leaves them out.
     const POSSIBLE: bool;
     /// Runs whatever preempts here.
@@ -11,7 +11,7 @@ pub(crate) trait Preempt {
 }
 
 /// Nothing preempts from here.
-pub(crate) struct Never;
+pub struct Never;
 
 impl Preempt for Never {
     const POSSIBLE: bool = false;

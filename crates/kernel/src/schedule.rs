@@ -1,8 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Activations: when a set of steps is due.
-use crate::Cell;
+use crate::memory::Cell;
+use crate::phase::{Paced, STAMP_LEN, State, stores};
+use crate::{connection, inbound};
 use std::cell::UnsafeCell;
 use std::sync::{Arc, Mutex};
+
+/// The reading end of a connection between sources.
+pub type Inbound = inbound::Inbound<Activation>;
+/// The writing end of a connection between sources.
+pub type Outbound = connection::Outbound<Activation>;
+/// A member of a connection's queue.
+pub type QueueMember = connection::QueueMember<Activation>;
 
 /// When the steps of an activation are due, while it is on.
 #[derive(Clone)]
@@ -14,7 +23,7 @@ pub enum Due {
     /// ratio output): blocks with synchronous inputs whose writers sit in the same source.
     Driven { by: Vec<(Arc<Activation>, u32)> },
     /// When every one of these inbound queue members (connection, member) has a value that it has not had, and all of `by` as above.
-    Queued { members: Vec<(Arc<crate::Inbound>, usize)>, by: Vec<(Arc<Activation>, u32)> },
+    Queued { members: Vec<(Arc<Inbound>, usize)>, by: Vec<(Arc<Activation>, u32)> },
 }
 
 impl Due {
@@ -27,7 +36,7 @@ impl Due {
     }
 
     /// Room for the sequence of the value that each member had last.
-    fn had(&self) -> Box<[u64]> {
+    pub(crate) fn had(&self) -> Box<[u64]> {
         let members = if let Due::Queued { members, .. } = self { members.len() } else { 0 };
         vec![0; members].into()
     }
@@ -50,26 +59,11 @@ unsafe impl Send for Activation {}
 // SAFETY: as for `Send`.
 unsafe impl Sync for Activation {}
 
-/// What changes while it runs.
-#[derive(Default)]
-pub(crate) struct State {
-    pub(crate) on: bool,
-    pub(crate) due: bool,
-    pub(crate) every: u32,
-    /// The interval that was set while it ran; 0: it has the declared one.
-    pub(crate) tuned: u32,
-    /// The next firing at which an interval is due.
-    pub(crate) next: u64,
-    /// Number of the next invocation, or of the present one in a firing in which it is due.
-    pub(crate) number: u64,
-    /// `number` when it was switched on.
-    pub(crate) activated: u64,
-    /// Invocations that were skipped with the releases before this firing.
-    pub(crate) missed: u64,
-    /// For each queue member, the sequence of the value that it had last.
-    pub(crate) had: Box<[u64]>,
-    /// Its place in the table that is in force.
-    pub(crate) slot: u32,
+impl Paced for Activation {
+    #[inline]
+    fn state(&self) -> *mut State {
+        self.state.get()
+    }
 }
 
 impl Activation {
@@ -90,11 +84,9 @@ impl Activation {
         Arc::new(Activation { due: UnsafeCell::new(due.clone()), planned: Mutex::new(due), stamp, budget_ns, state: UnsafeCell::new(state) })
     }
 
-    /// The operation that lets it be due by `due` from now on: others drive it. State, numbers and phase stay. It goes to its source in
-    /// one script with a table that was built after this call. Not for the real-time path.
-    pub fn follow(self: &Arc<Self>, due: Due) -> crate::Op {
+    /// From now on whoever builds tables knows it as due by `due`.
+    pub(crate) fn plan(&self, due: &Due) {
         *self.planned.lock().expect("nobody panics with the lock held") = due.clone();
-        crate::Op::Follow { activation: self.clone(), had: due.had(), due: Box::new(due) }
     }
 
     /// Puts `due` in force, with the sequences of what its members had; gives those before.
@@ -116,22 +108,16 @@ impl Activation {
         unsafe { &*self.due.get() }
     }
 
-    pub(crate) fn budget_ns(&self) -> Option<u64> {
+    pub fn budget_ns(&self) -> Option<u64> {
         self.budget_ns
     }
 
-    /// What changes. The pointer is used by the kernel of its source alone.
-    #[inline]
-    pub(crate) fn state(&self) -> *mut State {
-        self.state.get()
-    }
-
     /// When it is due, as whoever builds tables knows it.
-    pub(crate) fn planned(&self) -> Due {
+    pub fn planned(&self) -> Due {
         self.planned.lock().expect("nobody panics with the lock held").clone()
     }
 
-    pub(crate) fn stamp_cell(&self) -> Option<&Cell> {
+    pub fn stamp_cell(&self) -> Option<&Cell> {
         self.stamp.as_ref()
     }
 
@@ -182,16 +168,6 @@ impl Activation {
             }
         }
     }
-}
-
-/// Bytes of a stamp.
-pub const STAMP_LEN: usize = 24;
-
-/// True where a ratio output n is stored on the invocation that follows `phase` others since activation: on the nth, the 2nth, …
-/// as the entries of blocks do it.
-#[inline]
-pub(crate) fn stores(phase: u64, n: u32) -> bool {
-    n <= 1 || (phase + 1).is_multiple_of(u64::from(n))
 }
 
 /// Firing `firing` is at or after the next due one: due, or were there skipped ones?

@@ -1,6 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scripts: what changes between two firings of a source, prepared off the real-time path.
-use crate::{Activation, Block, Cell, Process, Table, Window};
+use crate::block::Block;
+use crate::device::Device;
+use crate::memory::Cell;
+use crate::process::{Process, Reaction};
+use crate::schedule::{Activation, Due};
+use crate::source::SourceId;
+use crate::table::Table;
+use crate::window::Window;
+use std::any::Any;
 use std::ptr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicPtr, Ordering};
@@ -27,7 +35,7 @@ pub enum Op {
     /// with the same `every` already: instance, state and phase stay.
     On(Arc<Activation>, u32),
     /// Lets it be driven by others; made by [`Activation::follow`]. What drove it goes back with the acknowledgement. Not in a reaction.
-    Follow { activation: Arc<Activation>, due: Box<crate::Due>, had: Box<[u64]> },
+    Follow { activation: Arc<Activation>, due: Box<Due>, had: Box<[u64]> },
     /// From now on its interval is `every` firings, whatever `On` says, and at once where it is on: next due at the first multiple after
     /// the last firing, so that no invocation is lost or doubled. 0: as `On` says, from the next on.
     Tune(Arc<Activation>, u32),
@@ -59,22 +67,46 @@ pub enum Op {
     /// Copies cells into the acknowledgement (ω, a read of SVVs): all of one boundary.
     Capture(Vec<Cell>),
     /// Write channels of a device are claimed from now on: what their cells hold goes out at the end of the firing.
-    Engage { device: Arc<crate::Device>, channels: Vec<u16> },
+    Engage { device: Arc<Device>, channels: Vec<u16> },
     /// Write channels of a device go to their safe values at once (exempt from the slew limit), and are free.
-    Safe { device: Arc<crate::Device>, channels: Vec<u16> },
+    Safe { device: Arc<Device>, channels: Vec<u16> },
     /// Goes on where sources that have ended stopped. Stays where it was made: no parcel carries it. Not in a reaction.
-    Inherit(Box<crate::Heritage>),
+    Inherit(Box<dyn Inheritance>),
     /// What the device read last is looked at for what its channels ask: what was asked since is known without a firing.
-    Look(Arc<crate::Device>),
+    Look(Arc<Device>),
     /// A lost device is opened again. What it had goes back with the acknowledgement.
-    Renew(Box<crate::Renewal>),
+    Renew(Box<dyn Reopening>),
 }
 
 impl Op {
     /// It changes what a source has, beyond what blocks and devices hold: only a script that is submitted may, never a reaction.
-    pub(crate) fn swaps(&self) -> bool {
+    pub fn swaps(&self) -> bool {
         matches!(self, Op::Table(_) | Op::Follow { .. } | Op::Inherit(_))
     }
+}
+
+/// What a source takes over from sources that have ended, prepared off the real-time path.
+pub trait Inheritance: Send + Sync {
+    /// Goes on where those before stopped.
+    ///
+    /// # Safety
+    /// Called by the kernel of `source` alone, between two firings, when the sources before have ended.
+    unsafe fn carry_out(&mut self, source: SourceId);
+}
+
+/// Another driver for a device, prepared off the real-time path.
+pub trait Reopening: Send + Sync {
+    /// The device.
+    fn device(&self) -> &Arc<Device>;
+
+    /// Whether the device is no longer lost when it has been carried out.
+    fn is_open(&self) -> bool;
+
+    /// Puts the driver in the place of the one that the device has.
+    ///
+    /// # Safety
+    /// Called by the kernel of the device's source alone, or where it has none.
+    unsafe fn carry_out(&self);
 }
 
 /// Operations carried out in order between two firings of one source, as one.
@@ -92,24 +124,48 @@ impl std::fmt::Debug for Script {
 }
 
 impl Script {
+    /// The script that a process keeps as a prepared answer.
+    pub fn of(reaction: &dyn Reaction) -> &Script {
+        (reaction as &dyn Any).downcast_ref().expect("nothing else is a reaction")
+    }
+
     /// Bytes that its captures take.
-    pub(crate) fn captured_len(&self) -> usize {
+    pub fn captured_len(&self) -> usize {
         self.ops.iter().map(|op| if let Op::Capture(cells) = op { cells.iter().map(Cell::len).sum() } else { 0 }).sum()
+    }
+}
+
+impl Reaction for Script {
+    fn captured_len(&self) -> usize {
+        Script::captured_len(self)
+    }
+
+    fn swaps(&self) -> bool {
+        self.ops.iter().any(Op::swaps)
+    }
+}
+
+impl Activation {
+    /// The operation that lets it be due by `due` from now on: others drive it. State, numbers and phase stay. It goes to its source in
+    /// one script with a table that was built after this call. Not for the real-time path.
+    pub fn follow(self: &Arc<Self>, due: Due) -> Op {
+        self.plan(&due);
+        Op::Follow { activation: self.clone(), had: due.had(), due: Box::new(due) }
     }
 }
 
 /// A script under way: to a source, and, carried out, back. The box is the place of its own acknowledgement, so that none can
 /// be lost and none is allocated on the real-time path.
-pub(crate) struct Submission {
-    pub(crate) script: Box<Script>,
+pub struct Submission {
+    pub script: Box<Script>,
     /// With room for what is captured.
     pub(crate) captured: Vec<u8>,
-    pub(crate) firing: u64,
+    pub firing: u64,
     pub(crate) time_ns: i64,
     /// Order among the events of the host.
     pub(crate) serial: u64,
     /// Its number in a record of the host; 0 where none is made.
-    pub(crate) recorded: u64,
+    pub recorded: u64,
     next: *mut Submission,
 }
 
@@ -117,7 +173,7 @@ pub(crate) struct Submission {
 unsafe impl Send for Submission {}
 
 impl Submission {
-    pub(crate) fn new(script: Box<Script>) -> Box<Submission> {
+    pub fn new(script: Box<Script>) -> Box<Submission> {
         let captured = Vec::with_capacity(script.captured_len());
         Box::new(Submission { script, captured, firing: 0, time_ns: 0, serial: 0, recorded: 0, next: ptr::null_mut() })
     }
@@ -129,10 +185,10 @@ impl Submission {
 /// |---|---|---|
 /// | may block the other | never; a put retries only when another put or a take came between | never; one swap |
 #[derive(Default)]
-pub(crate) struct Mailbox(AtomicPtr<Submission>);
+pub struct Mailbox(AtomicPtr<Submission>);
 
 impl Mailbox {
-    pub(crate) fn put(&self, submission: Box<Submission>) {
+    pub fn put(&self, submission: Box<Submission>) {
         let submission = Box::into_raw(submission);
         let mut head = self.0.load(Ordering::Relaxed);
         loop {
@@ -146,12 +202,12 @@ impl Mailbox {
     }
 
     #[inline]
-    pub(crate) fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.0.load(Ordering::Acquire).is_null()
     }
 
     /// Everything that was put, oldest first.
-    pub(crate) fn take(&self) -> Submissions {
+    pub fn take(&self) -> Submissions {
         let mut newest = self.0.swap(ptr::null_mut(), Ordering::SeqCst);
         let mut oldest = ptr::null_mut();
         while !newest.is_null() {
@@ -171,7 +227,7 @@ impl Drop for Mailbox {
 }
 
 /// Submissions that were taken, oldest first.
-pub(crate) struct Submissions(*mut Submission);
+pub struct Submissions(*mut Submission);
 
 impl Iterator for Submissions {
     type Item = Box<Submission>;

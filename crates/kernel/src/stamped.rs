@@ -2,12 +2,11 @@
 //! Values that outlive whoever stores them. An SVV has a stamp beside its value in each image, and, where it has a history, a ring of its
 //! last values. The block that stores the value stamps it and appends it at the end of its firing, whichever block that is: so number, time
 //! and history go on from one writer to the next, and nobody who was not due, or who faulted, leaves anything there.
-use crate::connection::RowsEnd;
-use crate::memory::Span;
-use crate::table::Table;
-use crate::{Block, BlockId, Cell, STAMP_LEN};
+use crate::block::{Block, BlockId};
+use crate::memory::{Cell, Span};
+use crate::phase::STAMP_LEN;
+use crate::rows::RowsEnd;
 use opengpac::abi::Header;
-use std::collections::HashMap;
 use std::sync::Arc;
 
 /// The time in the stamp of a value that no block has stored.
@@ -34,54 +33,49 @@ pub struct Stamped {
 }
 
 /// The same as a firing uses it.
-pub(crate) struct Mark {
+pub struct Mark {
     step: u32,
     ratio: u64,
     header: *const Header,
     stamp: *mut u8,
     row: Option<[Span; 1]>,
-    pub(crate) of: Stamped,
+    pub of: Stamped,
 }
 
 /// Those of a table, by activation.
 #[derive(Default)]
-pub(crate) struct Marks {
-    pub(crate) all: Vec<Mark>,
+pub struct Marks {
+    pub all: Vec<Mark>,
     /// For each slot its part of `all`.
     ranges: Vec<(u32, u32)>,
 }
 
-impl Table {
-    /// The same with values that are stamped where its blocks store them; those of other blocks are left out.
-    #[must_use]
-    pub fn with_stamped(mut self, stamped: Vec<Stamped>) -> Table {
-        let blocks = self.steps.iter().zip(0..).filter_map(|(step, index)| Some((step.block.as_ref()?.id(), index)));
-        let steps: HashMap<BlockId, u32> = blocks.collect();
+impl Marks {
+    /// Of a table with `slots` activations: `found` gives step, slot and header of a block; values of blocks that it has not are left out.
+    pub(crate) fn new(stamped: Vec<Stamped>, slots: usize, found: impl Fn(BlockId) -> Option<(u32, u32, *const Header)>) -> Marks {
         let mark = |of: Stamped| {
             assert!(of.stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number, a time, and the number at activation");
-            let step = *steps.get(&of.block.id())?;
-            let header = self.header(step)?.cast_const();
+            let (step, slot, header) = found(of.block.id())?;
             let row = of.history.as_ref().map(|(value, _)| [Span { start: value.start(), at: 0, len: value.len() }]);
-            Some(Mark { step, ratio: u64::from(of.ratio.max(1)), header, stamp: of.stamp.start(), row, of })
+            Some((slot, Mark { step, ratio: u64::from(of.ratio.max(1)), header, stamp: of.stamp.start(), row, of }))
         };
-        let mut all: Vec<Mark> = stamped.into_iter().filter_map(mark).collect();
-        let slot = |mark: &Mark| self.steps[mark.step as usize].slot;
-        all.sort_by_key(slot);
-        let range = |of: u32| (all.partition_point(|mark| slot(mark) < of) as u32, all.partition_point(|mark| slot(mark) <= of) as u32);
-        let ranges = if all.is_empty() { Vec::new() } else { (0..self.activations.len() as u32).map(range).collect() };
-        self.marks = Marks { all, ranges };
-        self
+        let mut all: Vec<(u32, Mark)> = stamped.into_iter().filter_map(mark).collect();
+        all.sort_by_key(|(slot, _)| *slot);
+        let range = |of: u32| (all.partition_point(|(slot, _)| *slot < of) as u32, all.partition_point(|(slot, _)| *slot <= of) as u32);
+        let ranges = if all.is_empty() { Vec::new() } else { (0..slots as u32).map(range).collect() };
+        Marks { all: all.into_iter().map(|(_, mark)| mark).collect(), ranges }
     }
 
-    /// Stamps what the blocks of the activation at `slot` have stored in this firing. `careful`: only those that ran and did not fault.
+    /// Stamps what the blocks of the activation at `slot` have stored in this firing; of those of which `ran` says whether they ran and did
+    /// not fault.
     ///
     /// # Safety
     /// Called by the kernel of the table's source alone, while no step runs.
     #[inline]
-    pub(crate) unsafe fn stamp(&self, slot: usize, now_ns: i64, careful: bool) {
-        let Some(&(start, end)) = self.marks.ranges.get(slot) else { return };
-        for mark in &self.marks.all[start as usize..end as usize] {
-            if careful && !self.ran[mark.step as usize] {
+    pub(crate) unsafe fn stamp(&self, slot: usize, now_ns: i64, ran: Option<&[bool]>) {
+        let Some(&(start, end)) = self.ranges.get(slot) else { return };
+        for mark in &self.all[start as usize..end as usize] {
+            if ran.is_some_and(|ran| !ran[mark.step as usize]) {
                 continue;
             }
             // SAFETY: the block is held and no step runs; its number is that of the next invocation.

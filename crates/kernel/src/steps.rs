@@ -1,20 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The step loop: the hot one, and the careful one that a firing goes over to when a step has faulted.
 #![allow(clippy::needless_borrow, reason = "behind a raw pointer the compiler asks for the borrow to be seen")]
+use crate::counters::add;
 use crate::event::Fault;
-use crate::firing::Kernel;
-use crate::guard::{OUTSIDE, budget_signal};
+use crate::floats;
+use crate::guard::{OUTSIDE, Over, budget_signal};
+use crate::phase::{Paced, stores};
 use crate::preempt::Preempt;
-use crate::source::add;
+use crate::schedule::Activation;
+use crate::state::Kernel;
 use crate::table::{Report, Table};
-use opengpac::abi::outcome;
+use opengpac::abi::{RUNNING, mark, outcome};
+use opengpac::floats::Words;
 use std::ffi::c_void;
 use std::sync::atomic::Ordering;
 
 /// How a guarded loop ended before its end.
 pub(crate) struct Ended {
+    /// Whose fault it is.
     pub(crate) step: u32,
+    /// The step that was ended, which stored nothing; `None`: all ran.
+    pub(crate) at: Option<u32>,
     pub(crate) result: u64,
+    /// Its thread must not call a library any more.
+    pub is_lost: bool,
 }
 
 impl Ended {
@@ -26,9 +35,14 @@ impl Ended {
 /// Result of a step that a signal ended: the outcome that no entry gives, the signal above; 0 stands for a spent budget.
 pub(crate) const SIGNAL: u64 = outcome::SIGNAL;
 
-/// That result for a signal.
-pub(crate) fn ended_by(signal: i32) -> u64 {
-    SIGNAL | if signal == budget_signal() { 0 } else { (signal as u64) << outcome::SHIFT }
+/// That result where the words that blocks compute with had changed when the steps were through.
+pub(crate) const FLOATS: u64 = SIGNAL | NO_SIGNAL << outcome::SHIFT;
+const NO_SIGNAL: u64 = 0xffff;
+
+/// That result for a loop that has ended so.
+pub fn ended_by(over: &Over) -> u64 {
+    let signal = if over.signal == budget_signal() { 0 } else { over.signal as u64 };
+    SIGNAL | (signal | if over.is_lost { outcome::LOST } else { 0 }) << outcome::SHIFT
 }
 
 /// Why `result` is a fault, if it is one.
@@ -39,6 +53,9 @@ pub(crate) fn fault(result: u64) -> Option<Fault> {
         outcome::PANIC => Some(Fault::Panic),
         outcome::NONFINITE => Some(Fault::NonFinite(detail as u8)),
         outcome::THREW => Some(Fault::Threw),
+        outcome::FLOATS => Some(Fault::Floats),
+        SIGNAL if detail == NO_SIGNAL => Some(Fault::Floats),
+        SIGNAL if detail & outcome::LOST != 0 => Some(Fault::Lost((detail & !outcome::LOST) as i32)),
         SIGNAL if detail == 0 => Some(Fault::Budget),
         SIGNAL => Some(Fault::Signal(detail as i32)),
         _ => Some(Fault::Returned(detail as u32)),
@@ -61,7 +78,23 @@ pub(crate) fn guarded<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns: 
     let mut frame = Frame { kernel, now_ns, probes, preempt };
     // SAFETY: the guard lives as long as the kernel's source; the body keeps nothing that must be dropped.
     let ended = unsafe { (*guard).run(body::<P>, (&raw mut frame).cast::<c_void>(), started_ns) };
-    ended.map(|(signal, step)| Ended { step, result: ended_by(signal) })
+    let changed = changed(&kernel.table);
+    ended.map(|over| Ended { step: over.step, at: over.at, result: ended_by(&over), is_lost: over.is_lost }).or(changed)
+}
+
+/// When the steps of a firing are through: the step that is answerable where the words have changed, if there is any.
+#[inline]
+fn changed(table: &Table) -> Option<Ended> {
+    if Words::standardise() { answerable(table) } else { None }
+}
+
+/// A block of a module rather than one that this program was built with; the last of those that were due.
+#[cold]
+fn answerable(table: &Table) -> Option<Ended> {
+    floats::DISTRUST.store(true, Ordering::Relaxed);
+    let blocks = table.steps.iter().enumerate().filter(|(_, step)| table.due[step.slot as usize]);
+    let blocks = blocks.filter_map(|(index, step)| Some((step.block.as_ref()?.descriptor().reserved & mark::LOADED != 0, index)));
+    blocks.max().map(|(_, index)| Ended { step: index as u32, at: None, result: FLOATS, is_lost: false })
 }
 
 /// What the guard runs. Everything is reached through raw pointers: a signal may end it inside any call of a block, and what
@@ -71,6 +104,7 @@ unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
     unsafe {
         let frame = frame.cast::<Frame<P>>();
         let (kernel, now_ns, probes, preempt) = ((*frame).kernel, (*frame).now_ns, (*frame).probes, (*frame).preempt);
+        (&(*kernel).source).guard.set_calls((&(*kernel).table).calls.as_ptr());
         if (*kernel).careful {
             careful(kernel, 0, now_ns, probes, preempt);
         } else if probes {
@@ -157,6 +191,22 @@ fn begin_careful(kernel: *mut Kernel, faulted: u32) {
     table.ran[faulted as usize] = false;
 }
 
+/// A signal has ended the loop in step `at`, or it ran to its end: `Table::ran` says of every step whether it has stored what it had to.
+#[cold]
+pub(crate) fn settle_ended(kernel: &mut Kernel, at: Option<u32>) {
+    let end = at.unwrap_or(kernel.table.steps.len() as u32);
+    if !kernel.careful {
+        kernel.careful = true;
+        let table = &mut *kernel.table;
+        table.ran.iter_mut().zip(&table.steps).for_each(|(ran, step)| *ran = table.due[step.slot as usize]);
+    }
+    kernel.table.ran[end as usize..].fill(false);
+    if let Some(header) = at.and_then(|at| kernel.table.header(at)) {
+        // SAFETY: the block is in the table, and no step runs.
+        unsafe { (*header).number &= !RUNNING };
+    }
+}
+
 /// The rest of a firing in which a step has faulted, or one of `execute`: each step looks at what drives it. `probes`: takes the times
 /// of what is executed, which no firing visits.
 ///
@@ -176,7 +226,7 @@ unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, probe
             let scheduled = (&(*table).due)[cold.slot as usize];
             let driven = cold.drivers.iter().all(|&driver| (&(*table).ran)[driver as usize]);
             let chosen = (&(*table).chosen)[place];
-            let executed = || execute && !cold.drivers.is_empty() && Kernel::drives(&(&(*table).activations)[cold.slot as usize]);
+            let executed = || execute && !cold.drivers.is_empty() && drives(&(&(*table).activations)[cold.slot as usize]);
             let copies = || execute && cold.block.is_none() && (*table).steps_of(cold.slot as usize).any(|other| (&(*table).chosen)[other as usize]);
             if !(chosen || driven && (scheduled || executed() || copies())) {
                 (&mut (*table).ran)[place] = false;
@@ -202,5 +252,17 @@ unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, probe
                 preempt.point();
             }
         }
+    }
+}
+
+/// In an execute firing: whether `slot` is driven by what ran, on this invocation.
+fn drives(activation: &Activation) -> bool {
+    // SAFETY: activations of this source.
+    unsafe {
+        (*activation.state()).on
+            && activation.due().drivers().iter().all(|(driver, n)| {
+                let state = &*driver.state();
+                stores(state.number - state.activated.min(state.number), *n)
+            })
     }
 }

@@ -1,61 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What one interrupt source runs.
-use crate::memory::{Span, spans};
-use crate::probe::Visits;
-use crate::process::{RunningTime, TimeState};
-use crate::source::Source;
-use crate::stamped::Marks;
-use crate::window::Window;
-use crate::{Activation, Block, Cell, Device, Edge, Inbound, Outbound, Process, SourceId};
-use opengpac::abi::{Header, Invocation, Run};
+use crate::aside::{Appends, Aside, Copies, append, copy};
+use crate::block::{Block, BlockId};
+use crate::clock::monotonic_ns;
+use crate::device::Device;
+use crate::edge::Edge;
+use crate::floats::{self, Watched};
+use crate::guard::{Call, OUTSIDE};
+use crate::memory::{Cell, Span, spans};
+use crate::phase::Paced;
+use crate::process::Process;
+use crate::running_time::{RunningTime, TimeState};
+use crate::schedule::{Activation, Inbound, Outbound};
+use crate::source::{Requests, SourceId};
+use crate::stamped::{Marks, Stamped};
+use crate::step::{Rows, Step, StepKind, in_driving_order};
+use crate::visits::Visits;
+use opengpac::abi::Header;
 use std::collections::HashMap;
-use std::ffi::c_void;
 use std::ptr;
 use std::sync::Arc;
-
-/// What a step does.
-pub enum StepKind {
-    /// One invocation of a block.
-    Block(Arc<Block>),
-    /// Copies cells: a gather or scatter of an array port, the delay of a ratio input inside a source.
-    Copy(Vec<(Cell, Cell)>),
-    /// Appends to windows what the block of an earlier step has stored.
-    Append(Vec<Append>),
-}
-
-/// A value that a block stores, and a window of the last values of it: input items that ask for a history are bound to windows.
-#[derive(Clone)]
-pub struct Append {
-    /// The block that stores it.
-    pub block: Arc<Block>,
-    /// n where its output is a ratio output n, else 1: it stores on the nth, 2nth, … invocation.
-    pub ratio: u32,
-    /// The newest value.
-    pub value: Cell,
-    /// The last values, oldest first.
-    pub window: Window,
-}
-
-/// One step, with when it is due and whose it is.
-pub struct Step {
-    /// What it does.
-    pub kind: StepKind,
-    /// When it is due.
-    pub activation: Arc<Activation>,
-    /// Whose conditions it reports and whose running time it sees.
-    pub process: Arc<Process>,
-    /// Indices of the earlier steps of this table whose output it takes synchronously: where one of them faulted in this
-    /// firing, or did not run, this one is not due.
-    pub drivers: Vec<u32>,
-}
-
-/// A ring of rows that the PS, a scope or the recorder reads: these cells are copied into a row at the end of each firing.
-pub struct Rows {
-    /// In order, without gaps.
-    pub cells: Vec<Cell>,
-    /// The writing end.
-    pub writer: Arc<crate::connection::RowsEnd>,
-}
 
 /// Everything that a source does in a firing. Immutable once built, swapped whole between two firings (`Op::Table`); what
 /// changes while it runs (activations, processes, connections, devices) is shared with the table before and after it.
@@ -69,11 +33,11 @@ pub struct Table {
     strip_ranges: Vec<(u32, u32)>,
     strips_of: Vec<u32>,
     /// Each activation once, after those that drive it.
-    pub(crate) activations: Vec<Arc<Activation>>,
+    pub activations: Vec<Arc<Activation>>,
     /// By activation: due in this firing. Scratch of the kernel.
     pub(crate) due: Vec<bool>,
     /// By step: everything that the hot loop does not need.
-    pub(crate) steps: Vec<ColdStep>,
+    pub steps: Vec<ColdStep>,
     /// By step: ran and succeeded in this firing. Scratch of the careful mode.
     pub(crate) ran: Vec<bool>,
     /// By step: chosen by `Op::Execute`. Scratch of the careful mode.
@@ -86,34 +50,37 @@ pub struct Table {
     /// Scratch for serving them in order.
     pub(crate) candidates: Vec<Candidate>,
     /// Each process once.
-    pub(crate) processes: Vec<Arc<Process>>,
+    pub processes: Vec<Arc<Process>>,
     /// Their running times in the table's source; filled in when the table is submitted.
     pub(crate) times: Vec<*mut TimeState>,
-    pub(crate) inbound: Vec<Arc<Inbound>>,
+    pub inbound: Vec<Arc<Inbound>>,
     /// True where a member of a queue comes in.
     pub(crate) queues: bool,
-    pub(crate) outbound: Vec<Arc<Outbound>>,
+    pub outbound: Vec<Arc<Outbound>>,
     /// For each outbound connection and queue member: the step that writes it.
     pub(crate) writers: Vec<Vec<Option<u32>>>,
     /// For each outbound connection: whom it raises; filled in when the table is submitted.
-    pub(crate) wakes: Vec<Option<Arc<Source>>>,
-    pub(crate) devices: Vec<Arc<Device>>,
-    pub(crate) edges: Vec<Arc<Edge>>,
+    pub(crate) wakes: Vec<Option<Arc<Requests>>>,
+    pub devices: Vec<Arc<Device>>,
+    pub edges: Vec<Arc<Edge>>,
     /// Whom each edge raises; filled in when the table is submitted.
-    pub(crate) edge_sources: Vec<Option<Arc<Source>>>,
-    pub(crate) rows: Vec<(Vec<Span>, Rows)>,
+    pub(crate) edge_sources: Vec<Option<Arc<Requests>>>,
+    pub rows: Vec<(Vec<Span>, Rows)>,
     /// What its blocks store to; only where a record is made or played.
     pub(crate) stored: Vec<Span>,
     /// The greatest budget declared, and whether some activation declares none.
     pub(crate) budget_ns: (u64, bool),
     /// Copy steps, at addresses that stay.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
-    pub(crate) copies: Vec<Box<Copies>>,
+    pub copies: Vec<Box<Copies>>,
     /// Steps that append to windows, as above.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
-    pub(crate) appends: Vec<Box<Appends>>,
+    pub appends: Vec<Box<Appends>>,
+    /// Blocks whose invocations are looked at one by one, as above.
+    #[allow(clippy::vec_box, reason = "calls hold the address of each")]
+    pub(crate) watched: Vec<Box<Watched>>,
     /// Values that are stamped where its blocks store them.
-    pub(crate) marks: Marks,
+    pub marks: Marks,
 }
 
 // SAFETY: a table belongs to one thread at a time: whoever builds it, then the kernel of its source, then whoever frees it. Its
@@ -122,38 +89,22 @@ unsafe impl Send for Table {}
 // SAFETY: nothing of a table can be reached through a shared reference from outside; the kernel that has it in force owns it.
 unsafe impl Sync for Table {}
 
-/// One call of the hot loop: 24 bytes.
-#[derive(Clone, Copy)]
-pub(crate) struct Call {
-    pub(crate) run: Run,
-    pub(crate) instance: *mut c_void,
-    pub(crate) invocation: *const Invocation,
-}
-
 /// A maximal run of steps with one activation.
 #[derive(Clone, Copy)]
 pub(crate) struct Strip {
-    pub(crate) slot: u32,
+    pub slot: u32,
     pub(crate) start: u32,
     pub(crate) end: u32,
 }
 
-pub(crate) struct ColdStep {
+pub struct ColdStep {
     /// `None` for a copy or an append.
-    pub(crate) block: Option<Arc<Block>>,
+    pub block: Option<Arc<Block>>,
     /// What a step without a block does.
-    pub(crate) aside: Aside,
-    pub(crate) process: u32,
-    pub(crate) slot: u32,
-    pub(crate) drivers: Vec<u32>,
-}
-
-/// Which of a table's copies or appends a step is.
-#[derive(Clone, Copy)]
-pub(crate) enum Aside {
-    None,
-    Copy(u32),
-    Append(u32),
+    pub aside: Aside,
+    pub process: u32,
+    pub slot: u32,
+    pub drivers: Vec<u32>,
 }
 
 /// What one step gave back.
@@ -173,17 +124,13 @@ pub(crate) struct Candidate {
     pub(crate) created: u64,
     pub(crate) step: u32,
     /// The process; not always that of the step: a stopped source stops all.
-    pub(crate) process: u32,
+    pub process: u32,
     pub(crate) item: u8,
     /// Stage and line of the watch that names it.
     pub(crate) watch: Option<(u16, u16)>,
     pub(crate) result: u64,
     pub(crate) now_ns: i64,
 }
-
-pub(crate) struct Copies(pub(crate) Vec<(Cell, Cell)>);
-
-pub(crate) struct Appends(pub(crate) Vec<Append>);
 
 impl Table {
     /// Builds the flat table: maximal runs of steps with one activation become strips. Panics where a step names a driver that
@@ -193,21 +140,29 @@ impl Table {
         let slots: HashMap<*const Activation, u32> = activations.iter().zip(0..).map(|(activation, slot)| (Arc::as_ptr(activation), slot)).collect();
         let mut table = Table::empty();
         let mut places: HashMap<*const Process, u32> = HashMap::new();
+        table.calls.reserve_exact(steps.len());
+        table.steps.reserve_exact(steps.len());
+        // Most steps have what the one before them has: nothing is looked up for those.
+        let (mut before, mut at) = ((ptr::null(), ptr::null()), (0, 0));
         for (index, step) in steps.into_iter().enumerate() {
             assert!(step.drivers.iter().all(|&driver| (driver as usize) < index), "step {index} is driven by a later one");
-            let process = *places.entry(Arc::as_ptr(&step.process)).or_insert_with(|| {
-                table.processes.push(step.process.clone());
-                table.processes.len() as u32 - 1
-            });
-            let slot = slots[&Arc::as_ptr(&step.activation)];
-            table.add(index as u32, slot, process, step);
+            let of = (Arc::as_ptr(&step.activation), Arc::as_ptr(&step.process));
+            if of != before {
+                let process = *places.entry(of.1).or_insert_with(|| {
+                    table.processes.push(step.process.clone());
+                    table.processes.len() as u32 - 1
+                });
+                (before, at) = (of, (slots[&of.0], process));
+            }
+            table.add(index as u32, at.0, at.1, step);
         }
         table.writers = outbound.iter().map(|outbound| outbound.queue.iter().map(|member| table.writer_of(&member.cell)).collect()).collect();
         let budgets = activations.iter().map(|activation| activation.budget_ns());
         table.budget_ns = (budgets.clone().flatten().max().unwrap_or(0), budgets.clone().any(|budget| budget.is_none()) || activations.is_empty());
         table.due = vec![false; activations.len()];
         table.index_strips(activations.len());
-        table.index_visits();
+        let first = |strip: &Strip| table.block_step(strip.start, strip.end);
+        table.visits = Visits::begin(table.strips.iter().map(first));
         table.ran = vec![false; table.steps.len()];
         table.chosen = vec![false; table.steps.len()];
         table.blind = vec![false; activations.len()];
@@ -220,7 +175,7 @@ impl Table {
     }
 
     /// The block of each step.
-    pub fn blocks(&self) -> Vec<Option<crate::BlockId>> {
+    pub fn blocks(&self) -> Vec<Option<BlockId>> {
         self.steps.iter().map(|step| step.block.as_ref().map(|block| block.id())).collect()
     }
 
@@ -236,6 +191,19 @@ impl Table {
     #[must_use]
     pub fn with_rows(mut self, rows: impl IntoIterator<Item = Rows>) -> Table {
         self.rows.extend(rows.into_iter().map(|rows| (spans(&rows.cells).0, rows)));
+        self
+    }
+
+    /// The same with values that are stamped where its blocks store them; those of other blocks are left out.
+    #[must_use]
+    pub fn with_stamped(mut self, stamped: Vec<Stamped>) -> Table {
+        let blocks = self.steps.iter().zip(0..).filter_map(|(step, index)| Some((step.block.as_ref()?.id(), index)));
+        let steps: HashMap<BlockId, u32> = blocks.collect();
+        let found = |block: BlockId| {
+            let step = *steps.get(&block)?;
+            Some((step, self.steps[step as usize].slot, self.header(step)?.cast_const()))
+        };
+        self.marks = Marks::new(stamped, self.activations.len(), found);
         self
     }
 
@@ -271,6 +239,7 @@ impl Table {
             budget_ns: (0, true),
             copies: Vec::new(),
             appends: Vec::new(),
+            watched: Vec::new(),
             marks: Marks::default(),
         }
     }
@@ -279,12 +248,14 @@ impl Table {
         let mut aside = Aside::None;
         let block = match step.kind {
             StepKind::Block(block) => {
-                self.calls.push(Call { run: block.descriptor().run, instance: block.instance().cast(), invocation: ptr::null() });
+                let (run, instance, watched) = floats::entry(&block);
+                self.calls.push(Call { run, instance, invocation: ptr::null() });
+                self.watched.extend(watched);
                 Some(block)
             }
             StepKind::Copy(cells) => {
                 assert!(cells.iter().all(|(from, to)| from.len() == to.len()), "a copy goes between cells of one length");
-                let copies = Box::new(Copies(cells));
+                let copies = Box::new(Copies(0, cells));
                 self.calls.push(Call { run: copy, instance: ptr::from_ref::<Copies>(&copies).cast_mut().cast(), invocation: ptr::null() });
                 aside = Aside::Copy(self.copies.len() as u32);
                 self.copies.push(copies);
@@ -292,7 +263,7 @@ impl Table {
             }
             StepKind::Append(appends) => {
                 assert!(appends.iter().all(|append| append.window.takes(&append.value)), "a window takes values of one length");
-                let appends = Box::new(Appends(appends));
+                let appends = Box::new(Appends(0, appends));
                 self.calls.push(Call { run: append, instance: ptr::from_ref::<Appends>(&appends).cast_mut().cast(), invocation: ptr::null() });
                 aside = Aside::Append(self.appends.len() as u32);
                 self.appends.push(appends);
@@ -348,8 +319,9 @@ impl Table {
         self.activations.get(slot).is_some_and(|found| Arc::ptr_eq(found, activation)).then_some(slot)
     }
 
-    /// Fills in what depends on the source: running times, and whom connections raise. Off the real-time path.
-    pub(crate) fn place(&mut self, source: SourceId, sources: &[Arc<Source>]) {
+    /// Fills in what depends on the source: running times, and whom connections raise. `stores`: notes what its blocks store to, for a
+    /// record. Off the real-time path.
+    pub fn place(&mut self, source: SourceId, raised: impl Fn(SourceId) -> Option<Arc<Requests>>, stores: bool) {
         for (time, process) in self.times.iter_mut().zip(&self.processes) {
             *time = RunningTime::state(process.prepare_time(source));
         }
@@ -358,15 +330,48 @@ impl Table {
             call.invocation = unsafe { &raw const (*self.times[step.process as usize]).invocation };
         }
         for (wake, outbound) in self.wakes.iter_mut().zip(&self.outbound) {
-            *wake = outbound.wake.and_then(|wake| sources.get(wake.0 as usize).cloned());
+            *wake = outbound.wake.and_then(&raised);
         }
-        for (raised, edge) in self.edge_sources.iter_mut().zip(&self.edges) {
-            *raised = sources.get(edge.raises.0 as usize).cloned();
+        for (source, edge) in self.edge_sources.iter_mut().zip(&self.edges) {
+            *source = raised(edge.raises);
         }
-        if sources.get(source.0 as usize).is_some_and(|source| source.tape.is_some()) {
+        if stores {
             let blocks = self.steps.iter().filter_map(|step| step.block.as_ref());
             let cells: Vec<Cell> = blocks.flat_map(|block| block.stores().map(|(_, cell)| cell.clone())).collect();
             self.stored = spans(&cells).0;
+        }
+    }
+
+    /// The step to be visited by the probe in this firing: the next block of a strip that is due. `OUTSIDE` where no block is due.
+    pub(crate) fn visit(&mut self) -> u32 {
+        let Some((index, step)) = self.visits.due(|strip| self.due[self.strips[strip].slot as usize]) else { return OUTSIDE };
+        let strip = self.strips[index];
+        let next = self.block_step(step + 1, strip.end).or_else(|| self.block_step(strip.start, strip.end)).unwrap_or(step);
+        self.visits.visited(index, next);
+        step
+    }
+
+    /// The first step of these that is a block.
+    fn block_step(&self, start: u32, end: u32) -> Option<u32> {
+        (start..end).find(|&step| self.steps[step as usize].block.is_some())
+    }
+
+    /// Runs one step and takes its time.
+    ///
+    /// # Safety
+    /// As for the hot loop: a step of the table that is in force, called by the kernel of its source.
+    #[inline(never)]
+    pub(crate) unsafe fn run_timed(table: *mut Table, step: u32) -> u64 {
+        // SAFETY: the caller's.
+        unsafe {
+            let call = (&(*table).calls)[step as usize];
+            let (before_ns, start_ns) = (monotonic_ns(), monotonic_ns());
+            let result = (call.run)(call.instance, call.invocation);
+            let taken_ns = monotonic_ns() - start_ns - (start_ns - before_ns);
+            if let Some(block) = &(&(*table).steps)[step as usize].block {
+                block.times().add(taken_ns.max(0) as u64, (*block.header()).number);
+            }
+            result
         }
     }
 
@@ -376,49 +381,10 @@ impl Table {
     }
 
     /// The header of the block of step `step`.
-    pub(crate) fn header(&self, step: u32) -> Option<*mut Header> {
-        // The instance starts with its header, and the call has its address: no look at the block itself.
-        self.steps[step as usize].block.is_some().then(|| self.calls[step as usize].instance.cast())
+    pub fn header(&self, step: u32) -> Option<*mut Header> {
+        self.steps[step as usize].block.as_ref().map(|block| block.header())
     }
 }
 
 /// Conditions of one step that can be served in one firing; an invocation that reports more tells the rest as lost.
 const CANDIDATES_A_STEP: usize = 4;
-
-/// Each activation once, each after those that drive it.
-fn in_driving_order(steps: &[Step]) -> Vec<Arc<Activation>> {
-    fn visit(activation: &Arc<Activation>, seen: &mut HashMap<*const Activation, ()>, order: &mut Vec<Arc<Activation>>) {
-        if seen.insert(Arc::as_ptr(activation), ()).is_none() {
-            activation.planned_drivers().iter().for_each(|(driver, _)| visit(driver, seen, order));
-            order.push(activation.clone());
-        }
-    }
-    let (mut seen, mut order) = (HashMap::new(), Vec::new());
-    steps.iter().for_each(|step| visit(&step.activation, &mut seen, &mut order));
-    order
-}
-
-/// The entry of a copy step.
-unsafe extern "C" fn copy(instance: *mut c_void, _: *const Invocation) -> u64 {
-    // SAFETY: the table keeps its copies, and calls each with its own.
-    let copies = unsafe { &*instance.cast::<Copies>() };
-    for (from, to) in &copies.0 {
-        // SAFETY: both cells are held and of one length (checked when the table was built).
-        unsafe { ptr::copy(from.start(), to.start(), to.len()) };
-    }
-    0
-}
-
-/// The entry of a step that appends to windows.
-unsafe extern "C" fn append(instance: *mut c_void, _: *const Invocation) -> u64 {
-    // SAFETY: the table keeps its appends, and calls each with its own.
-    let appends = unsafe { &*instance.cast::<Appends>() };
-    for append in &appends.0 {
-        // SAFETY: the block is held, and its invocation has returned: its number is that of the next one.
-        let header = unsafe { &*append.block.header() };
-        if header.number.wrapping_sub(header.activated).is_multiple_of(u64::from(append.ratio.max(1))) {
-            append.window.append(&append.value);
-        }
-    }
-    0
-}

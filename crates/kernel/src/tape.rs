@@ -2,13 +2,8 @@
 //! What comes to a source from outside while it fires or carries a script out: groups and rows of other sources, readings of devices,
 //! where a process stood when it was asked. With the firings and scripts themselves that is all that decides what its blocks compute.
 //!
-//! A source that is traced has a [`Tape`]. While it records, each answer from outside is written down in the order in which it was asked
-//! for; while it plays, the same questions get the answers that were written down. What was asked for in one firing or script is one
-//! [`Stretch`].
-use rtrb::{Consumer, Producer, RingBuffer};
-use std::cell::UnsafeCell;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+//! A source that is recorded, or played again, has a [`Tape`], which the kernel asks in the place of the world.
+use device::DeviceError;
 
 /// What a stretch is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -21,331 +16,42 @@ pub enum Occasion {
     Restart,
 }
 
-/// What happened in a source between two moments at which others could see it.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Stretch {
-    /// What it is about.
-    pub occasion: Occasion,
-    /// Place among the stretches of all sources: in this order they were over.
-    pub serial: u64,
-    /// Stretches of this source before it that found no room: 0 in a whole record.
-    pub lost: u64,
-    /// Number of the firing; of a script, of the last one before it.
-    pub number: u64,
-    /// Release of the firing, or when the script was carried out, ns on the clock.
-    pub time_ns: i64,
-    /// Digest of everything that the source's blocks had stored when it was over.
-    pub digest: u64,
-    /// True where a fault stopped the source in it.
-    pub stopped: bool,
-    /// The answers from outside, in order.
-    pub answers: Vec<u8>,
-}
+/// Writes down each answer from outside in the order in which it was asked for, or gives those that were written down. Its source's kernel
+/// alone calls it; real-time safe.
+pub trait Tape: Send + Sync {
+    /// What follows belongs to one firing, script or restart.
+    fn begin(&self);
 
-/// One question with its answer, as a byte in front of the answer.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Ask {
-    NoGroup = 1,
-    Group,
-    NoRow,
-    Row,
-    Rows,
-    Read,
-    ReadFailed,
-    Written,
-    WriteFailed,
-    Word,
-}
+    /// True where it records, and wants to be told of the end.
+    fn records(&self) -> bool;
 
-impl Ask {
-    fn of(byte: u8) -> &'static str {
-        const NAMES: [&str; 11] = [
-            "nothing",
-            "no new group of another source",
-            "a group of another source",
-            "no row of another source",
-            "a row of another source",
-            "how many rows of another source wait",
-            "the readings of a device",
-            "that a device could not be read",
-            "that a device was written",
-            "that a device could not be written",
-            "where a process stood",
-        ];
-        NAMES.get(usize::from(byte)).copied().unwrap_or("what no version of this recorder writes")
-    }
-}
-
-/// Bytes of answers that one stretch can have, and bytes that may wait for whoever takes them.
-const ANSWERS_MAX: usize = 1 << 20;
-const WAITING_MAX: usize = 1 << 23;
-
-/// Of one source. Its kernel alone touches what is inside.
-pub(crate) struct Tape(UnsafeCell<Side>);
-
-// SAFETY: touched only by the kernel of its source: its thread, or the one thread of the virtual clock.
-unsafe impl Send for Tape {}
-// SAFETY: as for `Send`.
-unsafe impl Sync for Tape {}
-
-enum Side {
-    Records(Recording),
-    Plays(Playing),
-}
-
-struct Recording {
-    /// The head of the stretch, then its answers.
-    bytes: Vec<u8>,
-    overflowed: bool,
-    lost: u64,
-    out: Producer<u8>,
-    serials: Arc<AtomicU64>,
-}
-
-#[derive(Default)]
-struct Playing {
-    answers: Vec<u8>,
-    at: usize,
-    /// The first question that the answers did not fit.
-    differs: Option<String>,
-}
-
-/// The end of a tape from which stretches are taken, off the real-time path.
-pub(crate) struct Taker(Consumer<u8>);
-
-impl Tape {
-    /// One that records; `serials` is that of all sources.
-    pub(crate) fn recording(serials: Arc<AtomicU64>) -> (Arc<Tape>, Taker) {
-        let (out, taken) = RingBuffer::new(WAITING_MAX);
-        // Touched: no page fault later.
-        let bytes = vec![1; HEAD_LEN + ANSWERS_MAX];
-        let side = Side::Records(Recording { bytes, overflowed: false, lost: 0, out, serials });
-        (Arc::new(Tape(UnsafeCell::new(side))), Taker(taken))
-    }
-
-    /// One that plays.
-    pub(crate) fn playing() -> Arc<Tape> {
-        Arc::new(Tape(UnsafeCell::new(Side::Plays(Playing::default()))))
-    }
-
-    #[allow(clippy::mut_from_ref, reason = "the kernel of its source alone comes here, and keeps nothing")]
-    fn side(&self) -> &mut Side {
-        // SAFETY: the kernel of the source is the one that touches it, and no call of it is within another.
-        unsafe { &mut *self.0.get() }
-    }
-
-    /// Recording: a stretch begins.
-    pub(crate) fn begin(&self) {
-        if let Side::Records(side) = self.side() {
-            side.bytes.resize(HEAD_LEN, 0);
-        }
-    }
-
-    /// Playing: the answers of the next stretch.
-    pub(crate) fn load(&self, answers: &[u8]) {
-        if let Side::Plays(side) = self.side() {
-            *side = Playing { answers: answers.to_vec(), at: 0, differs: None };
-        }
-    }
-
-    /// True where it records.
-    pub(crate) fn records(&self) -> bool {
-        matches!(self.side(), Side::Records(_))
-    }
-
-    /// Recording: the stretch is over, and is handed on. Wait-free; where there is no room it is counted as lost.
-    pub(crate) fn end(&self, occasion: Occasion, number: u64, time_ns: i64, digest: u64, stopped: bool) {
-        let Side::Records(side) = self.side() else { return };
-        let serial = side.serials.fetch_add(1, Ordering::AcqRel);
-        let (kind, script) = match occasion {
-            Occasion::Firing => (0, 0),
-            Occasion::Script(script) => (1, script),
-            Occasion::Restart => (2, 0),
-        };
-        let len = (side.bytes.len() - HEAD_LEN) as u64;
-        let words = [kind | u64::from(stopped) << 8, serial, side.lost, number, time_ns.cast_unsigned(), digest, script, len];
-        for (place, word) in side.bytes.chunks_exact_mut(8).zip(words) {
-            place.copy_from_slice(&word.to_le_bytes());
-        }
-        // Whole or not at all: whoever takes sees all of it at once.
-        let is_whole = !std::mem::take(&mut side.overflowed) && side.out.push_entire_slice(&side.bytes).is_ok();
-        side.lost = if is_whole { 0 } else { side.lost + 1 };
-    }
-
-    /// Playing: what the answers did not fit, if anything; answers that were left over are such a thing too.
-    pub(crate) fn differs(&self) -> Option<String> {
-        let Side::Plays(side) = self.side() else { return None };
-        side.differs.take().or_else(|| (side.at < side.answers.len()).then(|| format!("the record goes on with {}", Ask::of(side.answers[side.at]))))
-    }
+    /// That is over. `digest`: of everything that the source's blocks have stored; `stopped`: a fault stopped the source.
+    fn end(&self, occasion: Occasion, number: u64, time_ns: i64, digest: u64, stopped: bool);
 
     /// A number from outside.
-    pub(crate) fn number(&self, live: u64) -> u64 {
-        match self.side() {
-            Side::Records(side) => {
-                side.put(Ask::Word, &live.to_le_bytes());
-                live
-            }
-            Side::Plays(side) => side.word(Ask::Word).unwrap_or(live),
-        }
-    }
-
-    /// Whether something is so, outside.
-    pub(crate) fn whether(&self, live: bool) -> bool {
-        self.number(u64::from(live)) != 0
-    }
+    fn number(&self, live: u64) -> u64;
 
     /// How a device was written; `live` does it.
-    pub(crate) fn written<E>(&self, live: impl FnOnce() -> Result<(), E>, failed: impl FnOnce(String) -> E) -> Result<(), E> {
-        match self.side() {
-            Side::Records(side) => {
-                let written = live();
-                side.put(if written.is_ok() { Ask::Written } else { Ask::WriteFailed }, &[]);
-                written
-            }
-            Side::Plays(side) => match side.one_of(&[Ask::Written, Ask::WriteFailed]) {
-                Some(Ask::WriteFailed) => Err(failed(AS_RECORDED.to_owned())),
-                _ => Ok(()),
-            },
-        }
-    }
+    ///
+    /// # Errors
+    /// As of the driver, now or when it was recorded.
+    fn written(&self, live: &mut dyn FnMut() -> Result<(), DeviceError>) -> Result<(), DeviceError>;
 
     /// What a device reads; `live` reads it into the bytes.
-    pub(crate) fn read<E>(&self, readings: &mut [u8], live: impl FnOnce(&mut [u8]) -> Result<(), E>, failed: impl FnOnce(String) -> E) -> Result<(), E> {
-        match self.side() {
-            Side::Records(side) => {
-                let read = live(readings);
-                side.put(if read.is_ok() { Ask::Read } else { Ask::ReadFailed }, readings);
-                read
-            }
-            Side::Plays(side) => {
-                let asked = side.one_of(&[Ask::Read, Ask::ReadFailed]);
-                if asked.is_some()
-                    && let Some(bytes) = side.take(readings.len())
-                {
-                    readings.copy_from_slice(bytes);
-                }
-                if asked == Some(Ask::ReadFailed) { Err(failed(AS_RECORDED.to_owned())) } else { Ok(()) }
-            }
-        }
-    }
+    ///
+    /// # Errors
+    /// As of the driver, now or when it was recorded.
+    fn read(&self, readings: &mut [u8], live: &mut dyn FnMut(&mut [u8]) -> Result<(), DeviceError>) -> Result<(), DeviceError>;
 
-    /// Recording: an answer of a connection.
-    pub(crate) fn put(&self, ask: Ask, words: &[u64], bytes: &[u8]) {
-        if let Side::Records(side) = self.side() {
-            side.put(ask, &[]);
-            words.iter().for_each(|word| side.append(&word.to_le_bytes()));
-            side.append(bytes);
-        }
-    }
-
-    /// Playing: which of these the next answer is.
-    pub(crate) fn one_of(&self, asks: &[Ask]) -> Option<Ask> {
-        if let Side::Plays(side) = self.side() { side.one_of(asks) } else { None }
-    }
-
-    /// Playing: the bytes of an answer.
-    pub(crate) fn take(&self, into: &mut [u8]) {
-        if let Side::Plays(side) = self.side()
-            && let Some(bytes) = side.take(into.len())
-        {
-            into.copy_from_slice(bytes);
-        }
-    }
-
-    /// Playing: a word of an answer.
-    pub(crate) fn take_word(&self) -> u64 {
-        let mut word = [0; 8];
-        self.take(&mut word);
-        u64::from_le_bytes(word)
-    }
-}
-
-const AS_RECORDED: &str = "as it was recorded";
-
-impl Recording {
-    fn put(&mut self, ask: Ask, bytes: &[u8]) {
-        self.append(&[ask as u8]);
-        self.append(bytes);
-    }
-
-    fn append(&mut self, bytes: &[u8]) {
-        if self.bytes.len() + bytes.len() <= self.bytes.capacity() {
-            self.bytes.extend_from_slice(bytes);
-        } else {
-            self.overflowed = true;
-        }
-    }
-}
-
-impl Playing {
-    fn one_of(&mut self, asks: &[Ask]) -> Option<Ask> {
-        if self.differs.is_some() {
-            return None;
-        }
-        let next = self.answers.get(self.at).copied();
-        let found = asks.iter().copied().find(|ask| next == Some(*ask as u8));
-        match found {
-            Some(_) => self.at += 1,
-            None => {
-                let (asked, recorded) = (Ask::of(asks[0] as u8), next.map_or("nothing more", Ask::of));
-                self.differs = Some(format!("asked for {asked}, where the record has {recorded}"));
-            }
-        }
-        found
-    }
-
-    fn take(&mut self, len: usize) -> Option<&[u8]> {
-        if self.differs.is_some() {
-            return None;
-        }
-        let end = self.at.saturating_add(len);
-        if end > self.answers.len() {
-            self.differs = Some("an answer is longer than what is recorded of it".to_owned());
-            return None;
-        }
-        let bytes = &self.answers[self.at..end];
-        self.at = end;
-        Some(bytes)
-    }
-
-    fn word(&mut self, ask: Ask) -> Option<u64> {
-        self.one_of(&[ask])?;
-        Some(u64::from_le_bytes(self.take(8)?.try_into().ok()?))
-    }
-}
-
-const HEAD_LEN: usize = 64;
-
-impl Taker {
-    /// The next stretch, if one waits.
-    pub(crate) fn take(&mut self) -> Option<Stretch> {
-        let mut head = [0; HEAD_LEN];
-        self.0.pop_entire_slice(&mut head).ok()?;
-        let word = |at: usize| u64::from_le_bytes(head[8 * at..8 * at + 8].try_into().expect("eight bytes were cut out"));
-        let occasion = match word(0) & 0xff {
-            0 => Occasion::Firing,
-            1 => Occasion::Script(word(6)),
-            _ => Occasion::Restart,
-        };
-        let mut answers = vec![0; word(7) as usize];
-        // A stretch is there whole or not at all.
-        self.0.pop_entire_slice(&mut answers).ok()?;
-        Some(Stretch {
-            occasion,
-            serial: word(1),
-            lost: word(2),
-            number: word(3),
-            time_ns: word(4).cast_signed(),
-            digest: word(5),
-            stopped: word(0) & 0x100 != 0,
-            answers,
-        })
+    /// Whether something is so, outside.
+    fn whether(&self, live: bool) -> bool {
+        self.number(u64::from(live)) != 0
     }
 }
 
 /// Digest of bytes after others: eight at a time, so that it costs little in every firing.
 #[inline]
-pub(crate) fn digest(mut of: u64, bytes: &[u8]) -> u64 {
+pub fn digest(mut of: u64, bytes: &[u8]) -> u64 {
     let (words, rest) = bytes.as_chunks::<8>();
     for word in words {
         of = mixed(of, u64::from_le_bytes(*word));

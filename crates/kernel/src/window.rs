@@ -3,7 +3,7 @@
 //!
 //! A window is memory of an image like any other cell. The kernel of the source that stores the value appends to it, in the same
 //! firing, and it travels to other sources in the asynchronous group with the value: so nobody reads one that is half written.
-use crate::Cell;
+use crate::memory::Cell;
 use std::ptr;
 
 /// The last values of a cell.

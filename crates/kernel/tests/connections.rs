@@ -4,6 +4,7 @@
 mod support;
 use interconnect::{ConnectionSpec, EndError, Receiver, Sender};
 use kernel::*;
+use runtime::{Host, Remote};
 use std::sync::Arc;
 use support::*;
 
@@ -170,7 +171,13 @@ fn a_store_between_firings_is_published_before_it_is_acknowledged() {
 /// A processor to which nothing can be connected.
 struct Unreachable;
 
-impl Far for Unreachable {
+impl RemoteWord for Unreachable {
+    fn take(&self, _process: u64, _generation: u32, _insist: bool) -> Option<Taken> {
+        None
+    }
+}
+
+impl Remote for Unreachable {
     fn submit(&self, _source: SourceId, _script: Box<Script>) {}
     fn request(&self, _source: SourceId) {}
     fn restart(&self, _source: SourceId) {}
@@ -180,9 +187,6 @@ impl Far for Unreachable {
     fn probe(&self, _source: SourceId, _for_ns: u64) {}
     fn block_times(&self, _block: BlockId) -> BlockTimes {
         BlockTimes::default()
-    }
-    fn take(&self, _process: u64, _generation: u32, _insist: bool) -> Option<Taken> {
-        None
     }
     fn enter(&self, _process: u64, _stage: u16, _generation: u32) {}
     fn stop(&self, _set: bool) {}
@@ -201,7 +205,7 @@ impl Far for Unreachable {
 #[test]
 fn an_end_that_cannot_be_made_is_told_and_the_kernel_here_goes_on() {
     let p = pair(timer("reader", 2 * MS as u64, 80));
-    let far = p.host.add_far_source(timer("far", 2 * MS as u64, 50), Arc::new(Unreachable));
+    let far = p.host.add_remote_source(timer("far", 2 * MS as u64, 50), Arc::new(Unreachable));
     let (away, _) = p.host.connect(&ConnectionSpec { reader: far.0, writer: p.writer.0, ..spec(8, 0) });
     let (_, back) = p.host.connect(&ConnectionSpec { writer: far.0, reader: p.reader.0, ..spec(8, 0) });
     write(&p, Outbound::new(away, vec![p.cells[0].clone()], vec![], None));

@@ -2,8 +2,10 @@
 //! Faults of a block that a signal shows, and endless loops: contained under both clocks.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
+use device::{Channel, DeviceError, Direction, Driver};
 use kernel::*;
 use opengpac::abi::Descriptor;
+use runtime::Host;
 use std::hint::black_box;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -136,9 +138,9 @@ fn contains(host: &Host, faulty: &'static Descriptor, expected: Fault, until: Un
         }
         told.len() == 2
     });
-    assert_eq!(stopped, Some((BlockId(2), 1, expected.clone())));
+    assert_eq!(stopped, Some((BlockId(2), 1, expected)));
     let number = told[0].4;
-    assert_eq!(told, [(1, BlockId(2), Some(expected.clone()), true, number), (2, BlockId(2), Some(expected), true, number)]);
+    assert_eq!(told, [(1, BlockId(2), Some(expected), true, number), (2, BlockId(2), Some(expected), true, number)]);
     assert_eq!(safe.load(Ordering::SeqCst), 1, "the devices of the source are safe");
     assert!(written.lock().unwrap().is_empty(), "nothing is written in the firing that was ended");
     assert!(host.statistics(source).stopped);

@@ -2,7 +2,9 @@
 //! Devices: read at the start of a firing, written at its end; safe values, slew limits, loss.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
+use device::{Channel, DeviceError, Direction, Driver};
 use kernel::*;
+use runtime::{Heritage, Holding, Host, open_seen};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use support::*;
@@ -94,7 +96,7 @@ fn running(device: &Arc<Device>, code: &'static opengpac::abi::Descriptor) -> (H
     let on = interval();
     let steps = vec![step(&Arc::new(install(1, code, Some(&device.cell(0)), Some(&device.cell(1)))), &on, &Process::new(1, 1), &[])];
     let table = Table::new(steps, vec![], vec![], vec![device.clone()], None);
-    let holding = table.holding(source);
+    let holding = Holding::of(&table, source);
     host.submit(source, script(vec![Op::Table(Box::new(table)), Op::On(on, 1)]));
     (host, source, holding)
 }
@@ -102,12 +104,12 @@ fn running(device: &Arc<Device>, code: &'static opengpac::abi::Descriptor) -> (H
 #[test]
 fn an_heir_looks_on_and_then_goes_on_where_the_other_stopped() {
     let (driver, log) = driver(None, i64::MAX);
-    let device = Device::open_seen("drive", driver, 0).unwrap();
+    let device = open_seen("drive", driver, 0).unwrap();
     let (before, _, held) = running(&device, counting());
     device.engage(1, true);
     run_until(&before, 3 * MS);
-    let heir = Device::heir(&device).unwrap();
-    assert!(Device::heir(&device).is_err(), "there is one already");
+    let heir = runtime::heir(&device).unwrap();
+    assert!(runtime::heir(&device).is_err(), "there is one already");
     assert_eq!(value(&heir.cell(0)), 3, "it sees what was read last");
     let (after, source, holding) = running(&heir, counting());
     heir.engage(1, true);
@@ -120,7 +122,7 @@ fn an_heir_looks_on_and_then_goes_on_where_the_other_stopped() {
     after.submit(source, script(vec![Op::Inherit(Box::new(heritage))]));
     run_until(&after, 2 * MS);
     assert_eq!(log.lock().unwrap()[3..], ["4 true"], "the block counts on");
-    assert_eq!((value(&heir.cell(0)), heir.gap_ns()), (4, Some(MS)), "the driver's time goes on");
+    assert_eq!((value(&heir.cell(0)), heir.seen().gap_ns()), (4, Some(MS)), "the driver's time goes on");
     after.close();
     drop((before, after, device, heir));
     assert_eq!(log.lock().unwrap()[4..], ["safe", "safe", "closed"], "once");
@@ -129,19 +131,19 @@ fn an_heir_looks_on_and_then_goes_on_where_the_other_stopped() {
 #[test]
 fn an_heir_that_took_nothing_over_leaves_the_device_for_the_next() {
     let (driver, log) = driver(None, i64::MAX);
-    let device = Device::open_seen("drive", driver, 0).unwrap();
+    let device = open_seen("drive", driver, 0).unwrap();
     let (before, _, held) = running(&device, servo());
     run_until(&before, MS);
-    let (gone, ..) = running(&Device::heir(&device).unwrap(), servo());
+    let (gone, ..) = running(&runtime::heir(&device).unwrap(), servo());
     run_until(&gone, MS);
     drop(gone);
     run_until(&before, 2 * MS);
     assert_eq!(log.lock().unwrap().len(), 2, "the device goes on");
-    let heir = Device::heir(&device).unwrap();
+    let heir = runtime::heir(&device).unwrap();
     assert_eq!(value(&heir.cell(0)), 2);
     let other = Block::install(BlockId(1), "b1", without_items(), Arc::new(()), Extent::new(256).cell(0, 256));
     let table = Table::new(vec![step(&Arc::new(other), &interval(), &Process::new(1, 1), &[])], vec![], vec![], vec![heir.clone()], None);
-    let (_, passed) = Heritage::between(&table.holding(SourceId(0)), &[held], 0);
+    let (_, passed) = Heritage::between(&Holding::of(&table, SourceId(0)), &[held], 0);
     assert_eq!(passed.anew, [("b1".to_owned(), "it has 0 items, the one before had 5".to_owned())]);
 }
 

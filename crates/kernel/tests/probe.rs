@@ -3,6 +3,7 @@
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use kernel::*;
+use runtime::Host;
 use std::sync::Arc;
 use support::*;
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What lies elsewhere: who takes a process there, and connections between a process of this host and another host, which go through here.
+//! Remote sources: who takes a process there, and connections between a process of this host and another host, which go through here.
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use interconnect::{Carrier, ConnectionSpec, EndError, Memory, Receiver, Sender};
 use kernel::*;
+use runtime::{Host, Remote};
 use std::sync::{Arc, Mutex};
 use support::*;
 
@@ -11,7 +12,7 @@ type Raise = Box<dyn Fn() + Send + Sync>;
 type Lying = (u64, Box<dyn Sender>, Raise);
 type Ends = (End<dyn Sender>, End<dyn Receiver>);
 
-/// A place elsewhere: what lies there of each connection that was made to here.
+/// A remote place: what lies there of each connection that was made to here.
 #[derive(Default)]
 struct Place {
     host: Option<&'static str>,
@@ -47,7 +48,13 @@ impl Receiver for Known {
     }
 }
 
-impl Far for Place {
+impl RemoteWord for Place {
+    fn take(&self, _process: u64, _generation: u32, _insist: bool) -> Option<Taken> {
+        self.taken
+    }
+}
+
+impl Remote for Place {
     fn submit(&self, _source: SourceId, _script: Box<Script>) {}
     fn request(&self, _source: SourceId) {}
     fn restart(&self, _source: SourceId) {}
@@ -57,9 +64,6 @@ impl Far for Place {
     fn probe(&self, _source: SourceId, _for_ns: u64) {}
     fn block_times(&self, _block: BlockId) -> BlockTimes {
         BlockTimes::default()
-    }
-    fn take(&self, _process: u64, _generation: u32, _insist: bool) -> Option<Taken> {
-        self.taken
     }
     fn enter(&self, _process: u64, _stage: u16, _generation: u32) {}
     fn stop(&self, _set: bool) {}
@@ -79,12 +83,12 @@ impl Far for Place {
     fn close(&self) {}
 }
 
-/// A process here and a host elsewhere, with a source each, and a connection from the one to the other.
+/// A process here and a remote host, with a source each, and a connection from the one to the other.
 fn between(group_len: usize, depth: usize) -> (Host, Arc<Place>, Arc<Place>, Ends) {
     let host = monotonic_host();
     let (process, other) = (Arc::new(Place::default()), Arc::new(Place { host: Some("cell-b"), ..Place::default() }));
-    let writer = host.add_far_source(software("near", 50), process.clone());
-    let reader = host.add_far_source(software("far", 50), other.clone());
+    let writer = host.add_remote_source(software("near", 50), process.clone());
+    let reader = host.add_remote_source(software("far", 50), other.clone());
     let spec = ConnectionSpec { writer: writer.0, reader: reader.0, asynchronous_len: group_len, queue_row_len: 8 * depth.min(1), queue_depth: depth };
     let ends = host.connect(&spec);
     (host, process, other, ends)
@@ -112,7 +116,7 @@ fn row(place: &Place) -> Option<(u64, u64)> {
 #[test]
 fn what_is_taken_elsewhere_is_in_the_stage_that_a_kernel_there_had_moved_it_to() {
     let host = monotonic_host();
-    let source = host.add_far_source(software("far", 50), Arc::new(Place { taken: Some(Taken::From(3)), ..Place::default() }));
+    let source = host.add_remote_source(software("far", 50), Arc::new(Place { taken: Some(Taken::From(3)), ..Place::default() }));
     let process = host.process(1, 1, &[source]);
     assert_eq!(process.take(1, false), Taken::From(3), "the event that tells of the move has not come yet");
     assert_eq!(process.now(), (2, 3), "what goes on from here goes on there");

@@ -5,11 +5,14 @@
 //! `RUSTC_BOOTSTRAP=1 RUSTFLAGS="-Zsanitizer=realtime --cfg rtsan" cargo test -p kernel --target x86_64-unknown-linux-gnu --test rtsan`
 #![cfg(rtsan)]
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
+#[path = "support/modules.rs"]
+mod modules;
 mod support;
 use interconnect::ConnectionSpec;
 use kernel::*;
-use opengpac::abi::{Descriptor, Module};
-use std::ffi::{CStr, CString};
+use opengpac::abi::Descriptor;
+use runtime::Host;
+use std::ffi::CStr;
 use std::process::Command;
 use std::sync::Arc;
 use support::*;
@@ -29,29 +32,9 @@ fn alone(name: &str, scenario: fn()) -> Option<String> {
     (!process.status.success()).then_some(said)
 }
 
-/// Compiles and loads the blocks in C.
-fn module() -> &'static [*const Descriptor] {
-    let root = env!("CARGO_MANIFEST_DIR");
-    let object = std::env::temp_dir().join(format!("opengpac-rtsan-{}.so", std::process::id()));
-    let include = format!("-I{root}/../block/include");
-    let source = format!("{root}/tests/blocks/module.c");
-    let done = Command::new("cc").args(["-std=c11", "-O2", "-shared", "-fPIC", "-ffp-contract=off", &include, &source, "-o"]).arg(&object).status().unwrap();
-    assert!(done.success());
-    let path = CString::new(object.to_str().unwrap()).unwrap();
-    unsafe {
-        let library = libc::dlopen(path.as_ptr(), libc::RTLD_NOW);
-        std::fs::remove_file(&object).unwrap();
-        assert!(!library.is_null());
-        let entry = libc::dlsym(library, c"opengpac_module".as_ptr());
-        let entry: extern "C" fn() -> *const Module = std::mem::transmute(entry);
-        let module = &*entry();
-        std::slice::from_raw_parts(module.blocks, module.block_count as usize)
-    }
-}
-
 fn c_block(name: &str) -> &'static Descriptor {
-    let found = module().iter().map(|block| unsafe { &**block }).find(|block| unsafe { CStr::from_ptr(block.name) }.to_str() == Ok(name));
-    found.unwrap()
+    let blocks = modules::blocks_of("module", &modules::AS_A_USER);
+    blocks.into_iter().find(|block| unsafe { CStr::from_ptr(block.name) }.to_str() == Ok(name)).unwrap()
 }
 
 fn count() -> &'static Descriptor {

@@ -11,6 +11,7 @@ mod support;
 use interconnect::{Carrier, ConnectionSpec, Full, Header, Memory, Receiver, Sender};
 use kernel::*;
 use opengpac::abi::{Descriptor, Invocation};
+use runtime::{ClockKind, Host};
 use std::ffi::c_void;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::SeqCst};
 use std::sync::{Arc, Mutex, MutexGuard};

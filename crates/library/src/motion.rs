@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Several joints on their way, from any state: what the motion generators share.
 //!
-//! From rest the joints go along a straight line in joint space: one coordinate runs from 0 to 1, with the greatest speed, acceleration
+//! From rest the joints go along a straight line in joint space: one coordinate runs from 0 to 1, with the maximum speed, acceleration
 //! and jerk that no joint's limit forbids. From a moving state each joint has a motion of its own, and those that would arrive earlier
 //! go slower, so that they arrive together where they can. Either way a motion can be planned anew at any time from where it is: for a
 //! new goal, another speed, a stop.

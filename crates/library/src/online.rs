@@ -136,7 +136,7 @@ impl Course {
         change(self.velocity, self.acceleration, speed, self.limits).way + change(speed, 0.0, 0.0, self.limits).way
     }
 
-    /// The greatest speed from which it can still stop at the goal.
+    /// The maximum speed from which it can still stop at the goal.
     fn fastest(&self) -> f64 {
         let most = self.limits.speed;
         if self.way_by(most) <= self.way {

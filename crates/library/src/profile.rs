@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The jerk-limited motion of several joints along a straight line in joint space, rest to rest.
 //!
-//! Joint i is at start_i + (goal_i - start_i) s(t). The path coordinate s runs from 0 to 1 with the greatest speed, acceleration and
+//! Joint i is at start_i + (goal_i - start_i) s(t). The path coordinate s runs from 0 to 1 with the maximum speed, acceleration and
 //! jerk that no joint's limit forbids (limit_i / |goal_i - start_i|, the least over the joints), so all joints start and arrive
 //! together, and each phase is a cubic: jerk up, constant acceleration, jerk down, constant speed, and the same mirrored.
 //! This is the shortest time along that line (Biagiotti and Melchiorri, *Trajectory Planning for Automatic Machines and Robots*,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The reference of a servo: a set-point that is given every so often, approached in even steps.
 //!
-//! A generator at 20 ms gives a servo at 1 ms a staircase, and a stiff servo answers each stair with its greatest torque. With
+//! A generator at 20 ms gives a servo at 1 ms a staircase, and a stiff servo answers each stair with its maximum torque. With
 //! `interpolation` 20, a new set-point is reached after 20 invocations, in equal steps, and the step gives the rate at which it moves
 //! (the *interpolated position mode* of drives). It costs that many invocations of delay.
 
@@ -61,9 +61,76 @@ pub struct Spline {
     left: u32,
 }
 
+/// The reference of a joint: its set-points, smoothed, within its range and its maximum speed, wherever its zero is found to be.
+#[derive(Clone, Copy, Debug)]
+pub struct Approach {
+    spline: Spline,
+    offset_before: f64,
+    /// Running time of the invocation before, ns; -1: there was none.
+    before_ns: i64,
+}
+
+/// What a reference is led by in one invocation.
+#[derive(Clone, Copy, Debug)]
+pub struct Led {
+    pub setpoint: f64,
+    /// Where the joint is.
+    pub position: f64,
+    /// What is added to its readings.
+    pub offset: f64,
+    /// None where its zero is not known: then its numbers mean nothing.
+    pub range: Option<(f64, f64)>,
+    pub speed_max: f64,
+}
+
+/// Where a reference is.
+#[derive(Clone, Copy, Debug)]
+pub struct Approached {
+    pub reference: f64,
+    /// Per second; 0 without interpolation.
+    pub velocity: f64,
+    /// A bound held it back.
+    pub limited: bool,
+    /// Since the invocation before, s; 0 in the first.
+    pub span_s: f64,
+}
+
+impl Default for Approach {
+    fn default() -> Approach {
+        Approach { spline: Spline::default(), offset_before: 0.0, before_ns: -1 }
+    }
+}
+
+impl Approach {
+    /// Advances to `time_ns`. In the first invocation it begins where the joint is, whatever is commanded. `interpolation` says over how many
+    /// invocations a new set-point is approached, of the time between two of them.
+    pub fn advance(&mut self, time_ns: i64, led: Led, interpolation: impl FnOnce(f64) -> u32) -> Approached {
+        let first = self.before_ns < 0;
+        let span_s = if first { 0.0 } else { (time_ns - self.before_ns) as f64 * 1e-9 };
+        self.before_ns = time_ns;
+        if first {
+            self.spline = Spline::at(led.position);
+        } else if led.offset != self.offset_before {
+            self.spline.shift(led.offset - self.offset_before);
+        }
+        self.offset_before = led.offset;
+        let (position_min, position_max) = led.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let bounds = Bounds { position_min, position_max, step_max: led.speed_max * span_s };
+        let interpolation = interpolation(span_s);
+        let (reference, step, limited) = self.spline.advance(led.setpoint, interpolation, bounds);
+        let moving = interpolation > 1 && span_s > 0.0;
+        Approached { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s }
+    }
+}
+
+/// Whether a limit is negative or no number.
+pub fn is_bad_limit(limit: f64) -> bool {
+    limit.is_nan() || limit < 0.0
+}
+
 /// Closer than this, in position and in speed per invocation, it is there.
 const THERE: f64 = 1e-13;
-/// A set-point at a bound is not beyond it because of the last bits of a sum: less than this, in position and of the greatest speed.
+/// A set-point at a bound is not beyond it because of the last bits of a sum: less than this, in position and of the maximum speed.
 const ROUNDING: f64 = 1e-9;
 
 impl Spline {

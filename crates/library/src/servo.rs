@@ -7,7 +7,7 @@ pub struct Law {
     pub kp: f64,
     pub ki: f64,
     pub kd: f64,
-    /// Greatest effort either way.
+    /// Maximum effort either way.
     pub limit: f64,
 }
 

@@ -60,6 +60,11 @@ fn the_names_of_the_interface_stay() {
              position_max speed_max needs_home following_error",
         ),
         (
+            "joint_reference",
+            "setpoint position offset homed goal error reference reference_velocity limited period position_min position_max speed_max needs_home \
+             following_error",
+        ),
+        (
             "motion_generator",
             "n start start_velocity goal speed acceleration jerk position_min position_max override cell_override holding setpoint velocity target \
              complete duration left lead relative finished held",

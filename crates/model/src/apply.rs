@@ -20,9 +20,9 @@ use crate::flatten::{FlatBlock, Port};
 use crate::kind::Layout;
 use crate::plan::{CellIndex, Plan, PlannedBlock, PlannedCell, Remark};
 use crate::refusal::{Class, Place, Refusal, Refusals};
-use crate::suggest::did_you_mean;
 use std::collections::HashMap;
 use std::sync::Arc;
+use suggest::did_you_mean;
 
 /// Applies the verb of that name: checks it, and makes the plan of an instance.
 ///

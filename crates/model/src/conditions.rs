@@ -5,17 +5,76 @@ use crate::flatten::{Flat, Port};
 use crate::lists::condition_port;
 use crate::plan::PlannedCondition;
 use crate::refusal::{Class, Where};
-use crate::suggest::did_you_mean;
 use std::collections::HashMap;
+use suggest::did_you_mean;
+
+/// Conditions that no block reports: the system does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SystemCondition {
+    /// None of its blocks is active any more.
+    Completed,
+    /// Somebody halted it.
+    Halted,
+    /// A block faulted.
+    Fault,
+    /// A processor that it runs on is lost.
+    ProcessorLost,
+    /// A device that it uses is lost.
+    DeviceLost,
+    /// A logical device that it uses was disabled.
+    DeviceDisabled,
+    /// A later start, or a person, took its place.
+    Aborted,
+    /// The emergency stop was tripped.
+    EmergencyStop,
+    /// It ran longer than it may.
+    TimeLimit,
+    /// More releases were skipped than may be.
+    Overrun,
+    /// A ratio value is absent for too long.
+    Late,
+    /// Nothing has come from another source for too long.
+    LinkLost,
+}
+
+impl SystemCondition {
+    /// Its name in verbs and reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Completed => "completed",
+            Self::Halted => "halted",
+            Self::Fault => "fault",
+            Self::ProcessorLost => "processor_lost",
+            Self::DeviceLost => "device_lost",
+            Self::DeviceDisabled => "device_disabled",
+            Self::Aborted => "aborted",
+            Self::EmergencyStop => "emergency_stop",
+            Self::TimeLimit => "time_limit",
+            Self::Overrun => "overrun",
+            Self::Late => "late",
+            Self::LinkLost => "link_lost",
+        }
+    }
+}
 
 /// Conditions that exist in every verb.
-pub const SYSTEM: [&str; 8] = ["completed", "halted", "fault", "processor_lost", "device_lost", "device_disabled", "aborted", "emergency_stop"];
+pub const SYSTEM: [&str; 8] = [
+    SystemCondition::Completed.name(),
+    SystemCondition::Halted.name(),
+    SystemCondition::Fault.name(),
+    SystemCondition::ProcessorLost.name(),
+    SystemCondition::DeviceLost.name(),
+    SystemCondition::DeviceDisabled.name(),
+    SystemCondition::Aborted.name(),
+    SystemCondition::EmergencyStop.name(),
+];
 
 /// Conditions that ask for an end. The end tells of them also where they lead on first, to a decelerating list.
-pub const ORDERLY: [&str; 3] = ["halted", "aborted", "device_disabled"];
+pub const ORDERLY: [&str; 3] = [SystemCondition::Halted.name(), SystemCondition::Aborted.name(), SystemCondition::DeviceDisabled.name()];
 
 /// Conditions that come where a start declares a limit.
-pub const LIMITS: [&str; 4] = ["time_limit", "overrun", "late", "link_lost"];
+pub const LIMITS: [&str; 4] =
+    [SystemCondition::TimeLimit.name(), SystemCondition::Overrun.name(), SystemCondition::Late.name(), SystemCondition::LinkLost.name()];
 
 /// A termination condition with τ.
 #[derive(Clone, Debug)]

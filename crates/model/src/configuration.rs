@@ -9,9 +9,11 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SvvId(pub u32);
 
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum SourceKind {
     Timer { period_ns: u64 },
@@ -21,6 +23,7 @@ pub enum SourceKind {
 
 /// An interrupt source; its key in [`Configuration::sources`] is `rtp.name`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Source {
     pub processor: String,
     pub kind: SourceKind,
@@ -28,6 +31,7 @@ pub struct Source {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Channel {
     /// `part.channel` or a plain name.
     pub name: String,
@@ -102,6 +106,7 @@ impl LogicalDevice {
 
 /// At which rate a writer updates, in one command list.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Rate {
     /// Every `period_ns` of the timers of one host (all timers of a host share its epoch).

@@ -7,10 +7,10 @@ use crate::flatten::Flat;
 use crate::plan::{Plan, PlannedBound, PlannedInput, PlannedMember, PlannedRange};
 use crate::quantity::number_in;
 use crate::refusal::{Class, Place, Refusal, Refusals};
-use crate::suggest::did_you_mean;
 use crate::types::Type;
 use crate::value::Value;
 use indexmap::IndexMap;
+use suggest::did_you_mean;
 
 /// The SVVs whose present values [`settle`] and [`unmet`] ask for.
 pub fn asked(plan: &Plan) -> Vec<String> {
@@ -50,7 +50,7 @@ pub fn unmet(plan: &Plan, configuration: &Configuration, present: &IndexMap<Stri
 }
 
 /// The value of an input parameter that has a range, as it is to be stored: one number for an array stands for all its elements, `"30 %"`
-/// is that share of the greatest value of each, quantities have the unit of their device. `None`: it has no range, and is stored as it is.
+/// is that share of the maximum value of each, quantities have the unit of their device. `None`: it has no range, and is stored as it is.
 ///
 /// # Errors
 /// `OutOfRange`: a value is outside; names the device and the range. `ValueRefused`, `UnitMismatch`: it is no number.

@@ -5,8 +5,11 @@ use crate::interface::{Kind, Mode};
 use crate::kind::is_data;
 use crate::plan::Remark;
 use crate::refusal::{Class, Place, Refusal};
-use crate::suggest::did_you_mean;
 use indexmap::IndexMap;
+use suggest::did_you_mean;
+
+/// Mistakes of one definition for which it is looked what was meant.
+const SUGGESTED_MAX: usize = 200;
 
 impl<'a> Flat<'a> {
     /// What `prefix` + `name` names; a refusal where nothing has that name.
@@ -20,10 +23,7 @@ impl<'a> Flat<'a> {
             }
         };
         let Some(labelled) = self.labels.get(label).copied() else {
-            let near = self.labels.keys().filter_map(|known| known.strip_prefix(prefix));
-            let mut near: Vec<&str> = near.collect();
-            near.sort_unstable();
-            let remedy = did_you_mean(&label[prefix.len()..], near);
+            let remedy = self.did_you_mean_label(prefix, label);
             self.refuse(Class::UnknownName, format!("'{full}' names the block '{label}', which is not there"), place, &remedy);
             return None;
         };
@@ -48,6 +48,16 @@ impl<'a> Flat<'a> {
             self.refuse(Class::UnknownName, format!("'{label}' ({of}) has no '{item}'"), place, &remedy);
         }
         found.map(Named::Item)
+    }
+
+    /// The label that was meant. Only the first of very many mistakes are looked at: each looks at all labels.
+    fn did_you_mean_label(&self, prefix: &str, label: &str) -> String {
+        if self.refusals.len() >= SUGGESTED_MAX {
+            return String::new();
+        }
+        let mut near: Vec<&str> = self.labels.keys().filter_map(|known| known.strip_prefix(prefix)).collect();
+        near.sort_unstable();
+        did_you_mean(&label[prefix.len()..], near)
     }
 
     /// The data nodes that `names` name, marked as covered by `by`.
@@ -119,7 +129,7 @@ impl<'a> Flat<'a> {
             self.blocks[port.0].modes.retain(|(item, _)| *item != port.1);
             self.blocks[port.0].modes.push((port.1, mode));
         } else {
-            let message = format!("{described} is {}, and modes would make it {}", mode_name(declared), mode_name(mode));
+            let message = format!("{described} is {}, and modes would make it {}", declared.name(), mode.name());
             self.refuse(Class::SchedulingError, message, place, "modes may relax a declared mode, never tighten it");
         }
     }
@@ -184,14 +194,5 @@ impl<'a> Flat<'a> {
         let place = self.blocks[first.0].place.clone();
         remarks.push(Remark { text, place: place.clone() });
         self.groups.push(Group { name, origin, ports, place });
-    }
-}
-
-/// How messages call a mode.
-pub fn mode_name(mode: Mode) -> String {
-    match mode {
-        Mode::Synchronous => "synchronous".into(),
-        Mode::Ratio(n) => format!("ratio {n}"),
-        Mode::Asynchronous => "asynchronous".into(),
     }
 }

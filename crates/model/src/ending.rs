@@ -7,7 +7,7 @@ use crate::interface::Kind;
 use crate::lists::condition_port;
 use crate::plan::PlannedEnding;
 use crate::refusal::{Class, Where};
-use crate::suggest::did_you_mean;
+use suggest::did_you_mean;
 
 /// How a verb is suspended, with its ports resolved.
 #[derive(Clone, Debug, PartialEq, Eq)]

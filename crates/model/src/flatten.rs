@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Graphs within graphs become one flat row of blocks, each with its label from the outside in: `servo.pid`.
 use crate::configuration::Configuration;
-use crate::cover::mode_name;
 use crate::definition::{BlockSource, BlockUse, Graph};
 use crate::interface::{Kind, Mode};
 use crate::kind::{self, BlockKind};
 use crate::refusal::{Class, Place, Refusal, Refusals, Where};
-use crate::suggest::did_you_mean;
 use crate::value::Value;
 use indexmap::IndexMap;
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
+use suggest::did_you_mean;
 
 /// An item of a flat block: (block, item).
 pub type Port = (usize, usize);
@@ -268,9 +267,9 @@ impl<'a> Flat<'a> {
         let mode_of = |port: Port| self.blocks[port.0].mode(port.1);
         let (a, b) = (self.described(first), self.described(other));
         let message =
-            format!("the graph input '{prefix}{name}' covers {a}, which is {}, and {b}, which is {}: a port has one mode", mode_name(mode), mode_name(differs));
+            format!("the graph input '{prefix}{name}' covers {a}, which is {}, and {b}, which is {}: a port has one mode", mode.name(), differs.name());
         let tight = if mode == Mode::Synchronous || differs == Mode::Asynchronous { (first, differs) } else { (other, mode) };
-        let (port, mode) = (self.port_name(tight.0), mode_name(tight.1));
+        let (port, mode) = (self.port_name(tight.0), tight.1.name());
         let mode = mode.strip_prefix("ratio ").map_or_else(|| format!("'{mode}'"), |n| format!("gpac.ratio({n})"));
         let remedy = match (mode_of(first), mode_of(other)) {
             (Mode::Ratio(_), Mode::Ratio(_)) => "make it two inputs".to_owned(),
@@ -363,5 +362,20 @@ fn takes_constant(kind: &BlockKind, item: usize) -> bool {
         Kind::Input | Kind::Parameter | Kind::Size => true,
         Kind::Condition => !item.type_text.is_empty(),
         _ => false,
+    }
+}
+
+/// The block row that a label names.
+pub(crate) fn labelled(flat: &mut Flat<'_>, label: &str, what: &str, place: &Option<Place>) -> Option<(Range<usize>, u32)> {
+    match flat.labels.get(label) {
+        Some(Labelled::Block(block)) => Some((*block..*block + 1, flat.blocks[*block].divide)),
+        Some(Labelled::Scope(scope)) => Some((flat.scopes[*scope].blocks.clone(), flat.scopes[*scope].divide)),
+        None => {
+            let mut known: Vec<&str> = flat.labels.keys().map(String::as_str).collect();
+            known.sort_unstable();
+            let remedy = did_you_mean(label, known);
+            flat.refuse(Class::UnknownName, format!("{what} names the block '{label}', which is not there"), place, &remedy);
+            None
+        }
     }
 }

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What somebody who starts a verb by hand is asked: its objects and instantiation parameters, then its input parameters with their
 //! types, units and ranges.
-use crate::checked::{CheckedInput, CheckedVerb, Whose};
+use crate::checked::CheckedVerb;
 use crate::definition::Bound;
 use crate::flatten::Port;
 use crate::interface::Kind;
+use crate::parameters::{CheckedInput, Whose};
 use crate::value::Value;
 use serde::Serialize;
 
 /// What an argument of a verb is given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ArgumentKind {
     /// A logical device.
@@ -24,6 +26,7 @@ pub enum ArgumentKind {
 
 /// An argument that an instance is made with.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FormArgument {
     pub name: String,
     pub kind: ArgumentKind,
@@ -39,6 +42,7 @@ pub struct FormArgument {
 
 /// A value that a start is given.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FormInput {
     pub name: String,
     pub type_text: String,

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Relation of a port's updates to its block's invocations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "PortMode"))]
 #[serde(rename_all = "snake_case")]
 pub enum Mode {
     Synchronous,
@@ -13,7 +14,20 @@ pub enum Mode {
     Asynchronous,
 }
 
+impl Mode {
+    /// How messages call it.
+    pub(crate) fn name(self) -> String {
+        match self {
+            Mode::Synchronous => "synchronous".into(),
+            Mode::Ratio(n) => format!("ratio {n}"),
+            Mode::Asynchronous => "asynchronous".into(),
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "ItemKind"))]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     Input,
@@ -28,6 +42,7 @@ pub enum Kind {
 
 /// One item of an interface; its index in [`Interface::items`] is its index in the descriptor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Item {
     pub name: String,
     pub kind: Kind,
@@ -73,6 +88,7 @@ impl Item {
 
 /// What a block shows of itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Interface {
     /// `module.block`.
     pub name: String,

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Command lists of a definition: names resolved, cut into stages at the waits.
-use crate::checked::labelled;
 use crate::definition::{Command, CommandList, Verb};
-use crate::flatten::{Flat, Named, Port};
+use crate::flatten::{Flat, Named, Port, labelled};
 use crate::interface::Kind;
 use crate::plan::Wait;
 use crate::refusal::{Class, Place, Where};
-use crate::suggest::did_you_mean;
 use std::ops::Range;
+use suggest::did_you_mean;
 
 /// A command with its label resolved to blocks.
 #[derive(Clone, Debug, PartialEq)]
@@ -192,7 +191,7 @@ pub fn check_scheduled(flat: &mut Flat<'_>, lists: &[CheckedList], drivers: &[Op
             let (message, remedy) = match command {
                 CheckedCommand::Activate { label, every_ns: Some(_), .. } => (
                     format!("command list '{}' gives '{label}' an execution interval, and a synchronous input drives it", list.name),
-                    format!("write activate('{label}'), or relax what drives it with {}", crate::checked::modes_of_all(&flat.blocks[first])),
+                    format!("write activate('{label}'), or relax what drives it with {}", crate::cycles::modes_of_all(&flat.blocks[first])),
                 ),
                 CheckedCommand::Execute { label, .. } => {
                     let port = (first, drivers[first].expect("it was looked for above"));

@@ -102,7 +102,7 @@ impl Adjacency {
     }
 }
 
-/// Kahn's algorithm, the least number first. With `component` given, soft edges within a component give way when nothing else
+/// Kahn's algorithm, the lowest number first. With `component` given, soft edges within a component give way when nothing else
 /// is free. The error holds the elements that could not be placed.
 fn kahn(count: usize, edges: &[Edge], out: &Adjacency, component: &[usize]) -> Result<Vec<usize>, Vec<usize>> {
     let (mut hard, mut soft) = (vec![0_u32; count], vec![0_u32; count]);

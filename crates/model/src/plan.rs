@@ -16,6 +16,8 @@ pub type ActivationIndex = usize;
 
 /// What a cell is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "PlannedCellKind"))]
 pub enum CellKind {
     /// An SVV of the system or a device.
     Svv { id: SvvId, name: String },
@@ -29,6 +31,7 @@ pub enum CellKind {
 
 /// One data object of the instance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedCell {
     pub kind: CellKind,
     /// Normalised type.
@@ -45,6 +48,8 @@ pub struct PlannedCell {
 
 /// What a port or device item is bound to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "PlannedBinding"))]
 pub enum Binding {
     Cell(CellIndex),
     /// An array port bound to one cell for each element: a gather or scatter step unless the cells lie in order.
@@ -53,6 +58,8 @@ pub enum Binding {
 
 /// How an input relates to its writer, after relaxing.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "PlannedPort"))]
 pub struct Bound {
     pub item: usize,
     pub binding: Binding,
@@ -64,6 +71,7 @@ pub struct Bound {
 
 /// One subroutine instance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedBlock {
     /// Flat label: `servo.pid`.
     pub label: String,
@@ -89,6 +97,8 @@ pub struct PlannedBlock {
 
 /// Why an activation is due, while it is on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "PlannedDue"))]
 pub enum Due {
     /// At an interval or trigger: the number of releases of its source is given where it is switched on.
     Interval,
@@ -102,6 +112,7 @@ pub enum Due {
 /// Blocks of one source that are always active together at one rate: the largest such sets, so that a chain that is
 /// activated as one runs as one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedActivation {
     pub source: String,
     pub due: Due,
@@ -115,6 +126,7 @@ pub struct PlannedActivation {
 
 /// A command, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum PlannedCommand {
     Install(Vec<BlockIndex>),
     /// One invocation of each, in order: of a graph its blocks without synchronous inputs, then what they drive.
@@ -130,6 +142,8 @@ pub enum PlannedCommand {
 
 /// What ends a stage.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "PlannedWait"))]
 pub enum Wait {
     /// Any of these block conditions (block, item).
     Conditions(Vec<(BlockIndex, usize)>),
@@ -141,6 +155,7 @@ pub enum Wait {
 
 /// A stretch of a command list up to a wait.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedStage {
     pub commands: Vec<PlannedCommand>,
     /// `None`: the list is through; the process goes on until a condition comes or nothing is active.
@@ -150,6 +165,7 @@ pub struct PlannedStage {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedList {
     pub name: String,
     pub stages: Vec<PlannedStage>,
@@ -159,6 +175,7 @@ pub struct PlannedList {
 
 /// A termination condition, resolved. The eight system conditions are there after those of the verb, if the verb does not name them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedCondition {
     pub name: String,
     /// (block, item) of the block conditions that it stands for; empty for a system condition.
@@ -183,6 +200,8 @@ impl PlannedCondition {
 
 /// A place that a value is stored in or read from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "PlannedTarget"))]
 pub enum Target {
     /// The object bound to a port.
     Cell(CellIndex),
@@ -196,6 +215,8 @@ pub enum Target {
 
 /// Where an input parameter's value comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "PlannedOrigin"))]
 pub enum InputOrigin {
     /// Given at start.
     Given,
@@ -207,6 +228,7 @@ pub enum InputOrigin {
 
 /// An input parameter: ψ, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedInput {
     pub name: String,
     pub origin: InputOrigin,
@@ -221,6 +243,7 @@ pub struct PlannedInput {
 
 /// The range of an input parameter, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedRange {
     pub least: PlannedBound,
     pub most: PlannedBound,
@@ -229,6 +252,7 @@ pub struct PlannedRange {
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum PlannedBound {
     Number(f64),
     /// `sign` times this parameter, of each device.
@@ -241,6 +265,7 @@ pub enum PlannedBound {
 
 /// What must be true at a start, for one device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedRequirement {
     pub device: String,
     pub member: PlannedMember,
@@ -252,6 +277,7 @@ pub struct PlannedRequirement {
 
 /// A member of a logical device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum PlannedMember {
     /// Name of the SVV.
     Svv(String),
@@ -263,6 +289,7 @@ pub enum PlannedMember {
 
 /// An output value: ω, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedOutput {
     pub name: String,
     pub type_text: String,
@@ -271,6 +298,7 @@ pub struct PlannedOutput {
 
 /// How an end goes, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedEnding {
     /// Index of the list that runs at the end.
     pub list: Option<usize>,
@@ -280,6 +308,7 @@ pub struct PlannedEnding {
 
 /// How the instance is suspended, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum PlannedSuspend {
     Hold,
     Safe,
@@ -288,6 +317,7 @@ pub enum PlannedSuspend {
 
 /// What becomes true, and the condition (block, item) that is waited for where its block is active.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedHolding {
     pub set: Target,
     pub until: (BlockIndex, usize),
@@ -305,6 +335,8 @@ impl PlannedSuspend {
 
 /// What a start claims.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "PlannedClaim"))]
 pub enum Claim {
     Svv { id: SvvId, name: String },
     Channel { device: String, channel: usize },
@@ -312,6 +344,7 @@ pub enum Claim {
 
 /// Something that was filled in or is worth knowing: an implied cell, an edge that is a delay.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Remark {
     pub text: String,
     pub place: Option<Place>,
@@ -319,6 +352,7 @@ pub struct Remark {
 
 /// A verb with its arguments, ready to be installed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Plan {
     pub verb: String,
     pub blocks: Vec<PlannedBlock>,

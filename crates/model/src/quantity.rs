@@ -3,8 +3,8 @@
 //!
 //! An angle counts as a dimension of its own, so that `rad/s` and `Hz` are different units.
 use crate::refusal::{Class, Refusal};
-use crate::suggest;
 use std::f64::consts::PI;
+use suggest;
 
 /// Exponents of m, kg, s, A, K, rad, counts, pixels.
 type Dimension = [i8; 8];
@@ -156,17 +156,19 @@ pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
     }
 }
 
-/// A duration in whole nanoseconds: `"20 ms"`, `"1.5 s"`, `"2 min"`.
+/// A duration in whole nanoseconds: `"20 ms"`, `"1.5 s"`, `"2 min"`, or the period of a rate, `"1 kHz"`. `what` names it in a message.
 ///
 /// # Errors
-/// `ValueRefused`: no unit, not a number, not finite or beyond 292 years. `UnitMismatch`: not a time.
-pub fn duration_ns(text: &str) -> Result<i64, Refusal> {
-    let (_, symbol) = split(text)?;
+/// `ValueRefused`: no unit, not a number, beyond 292 years. `UnitMismatch`: not a time.
+pub fn duration_ns(text: &str, what: &str) -> Result<i64, Refusal> {
+    let refused = |class, is: &str| Refusal::new(class, format!("{what} '{text}' {is}")).remedy("write for example '20 ms'");
+    let (_, symbol) = split(text).map_err(|_| refused(Class::ValueRefused, "is not a quantity"))?;
     if symbol.is_empty() {
-        return Err(Refusal::new(Class::ValueRefused, format!("the duration '{text}' has no unit")).remedy("write for example '20 ms'"));
+        return Err(refused(Class::ValueRefused, "has no unit").remedy("write for example '20 ms', or a number of seconds"));
     }
-    let ns = number_in(text, "ns")?.round();
-    if ns.abs() < i64::MAX as f64 { Ok(ns as i64) } else { Err(Refusal::new(Class::ValueRefused, format!("the duration '{text}' is out of range"))) }
+    let period = || number_in(text, "Hz").ok().filter(|hz| *hz > 0.0).map(|hz| 1e9 / hz);
+    let ns = number_in(text, "ns").ok().or_else(period).ok_or_else(|| refused(Class::UnitMismatch, "is not a time"))?;
+    if ns.abs() < i64::MAX as f64 { Ok(ns.round() as i64) } else { Err(refused(Class::ValueRefused, "is out of range")) }
 }
 
 /// Nanoseconds for people: `1.5 ms`.
@@ -285,13 +287,15 @@ mod tests {
 
     #[test]
     fn durations_are_whole_nanoseconds() {
-        assert_eq!(duration_ns("20 ms").unwrap(), 20_000_000);
-        assert_eq!(duration_ns("0.1 s").unwrap(), 100_000_000);
-        assert_eq!(duration_ns("2 min").unwrap(), 120_000_000_000);
-        assert_eq!(duration_ns("250 us").unwrap(), 250_000);
-        assert_eq!(duration_ns("5").unwrap_err().class, Class::ValueRefused);
-        assert_eq!(duration_ns("5 m").unwrap_err().class, Class::UnitMismatch);
-        assert_eq!(duration_ns("1e20 s").unwrap_err().class, Class::ValueRefused);
+        assert_eq!(duration_ns("20 ms", "it").unwrap(), 20_000_000);
+        assert_eq!(duration_ns("0.1 s", "it").unwrap(), 100_000_000);
+        assert_eq!(duration_ns("2 min", "it").unwrap(), 120_000_000_000);
+        assert_eq!(duration_ns("250 us", "it").unwrap(), 250_000);
+        assert_eq!(duration_ns("1 kHz", "it").unwrap(), 1_000_000);
+        assert_eq!(duration_ns("-1 kHz", "it").unwrap_err().class, Class::UnitMismatch);
+        assert_eq!(duration_ns("5", "it").unwrap_err().class, Class::ValueRefused);
+        assert_eq!(duration_ns("5 m", "it").unwrap_err().class, Class::UnitMismatch);
+        assert_eq!(duration_ns("1e20 s", "it").unwrap_err().class, Class::ValueRefused);
         assert_eq!(duration_text(1_500_000), "1.5 ms");
         assert_eq!(duration_text(20_000_000), "20 ms");
     }

@@ -109,6 +109,7 @@ pub enum Where {
 /// One of the ends that a refusal is about.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "RefusalEnd"))]
 pub struct End {
     /// As the message names it, for example `output 'servo.effort' (double, N.m)`.
     pub what: String,

@@ -4,6 +4,9 @@
 //! A type is known by its normalised declaration and its layout; tags and typedef names do not count, member names do.
 mod codec;
 mod parse;
+mod tree;
+
+pub use tree::{TypeForm, TypeTree};
 
 use std::fmt;
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Cells that no block writes, and inputs that wait for a value that never is new.
-use crate::checked::CheckedInput;
-use crate::cover::mode_name;
 use crate::flatten::{Flat, Origin, Port};
 use crate::interface::Kind;
+use crate::parameters::CheckedInput;
 use crate::plan::Remark;
 use crate::refusal::{Class, Refusal};
 
@@ -12,7 +11,7 @@ pub(crate) fn undriven(flat: &mut Flat<'_>, inputs: &[CheckedInput]) {
     let groups = flat.groups.iter().filter(|group| group.origin == Origin::InputOnly);
     let ports: Vec<Port> = groups.flat_map(|group| group.ports.iter().copied()).filter(|port| flat.waits(*port)).collect();
     for port in ports {
-        let mode = mode_name(flat.blocks[port.0].mode(port.1));
+        let mode = flat.blocks[port.0].mode(port.1).name();
         let (described, name) = (flat.described(port), flat.port_name(port));
         let given = inputs.iter().find(|input| input.ports.contains(&port));
         let why = given.map_or_else(

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 /// A value of a parameter, preset, SVV or output. In JSON it is what it looks like.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(transform = or_null))]
 #[serde(untagged)]
 pub enum Value {
     Bool(bool),
@@ -18,4 +19,12 @@ pub enum Value {
     Text(String),
     List(Vec<Value>),
     Record(IndexMap<String, Value>),
+}
+
+/// In an answer a number that is not finite is null: JSON has no other word for it.
+#[cfg(feature = "schema")]
+fn or_null(schema: &mut schemars::Schema) {
+    if let Some(choices) = schema.get_mut("anyOf").and_then(serde_json::Value::as_array_mut) {
+        choices.push(serde_json::json!({ "type": "null", "description": "In an answer: a number that is not finite." }));
+    }
 }

@@ -9,9 +9,9 @@ use crate::flatten::{Flat, Group, Labelled, Origin, Port, Scope};
 use crate::interface::Kind;
 use crate::kind::is_data;
 use crate::refusal::{Class, Refusal, Refusals};
-use crate::suggest::did_you_mean;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
+use suggest::did_you_mean;
 
 /// What is drawn: one of the two.
 #[derive(Clone, Debug, Default, Deserialize)]
@@ -62,7 +62,8 @@ pub fn check_definition(drawing: &Drawing, configuration: &Configuration) -> Res
 pub fn compatible(drawing: &Drawing, configuration: &Configuration, from: &PortName, to: &PortName) -> Result<Option<String>, Refusals> {
     let sketch = Sketch::new(drawing, configuration)?;
     let (from, to) = (sketch.end(from)?, sketch.end(to)?);
-    Ok(sketch.why_not(configuration, &from, &to))
+    let nothing = Application::default();
+    Ok(sketch.why_not(&mut sketch.draft(&nothing, configuration), &from, &to))
 }
 
 /// As [`compatible`], for every port of the definition.
@@ -72,9 +73,12 @@ pub fn compatible(drawing: &Drawing, configuration: &Configuration, from: &PortN
 pub fn compatible_with(drawing: &Drawing, configuration: &Configuration, from: &PortName) -> Result<Vec<Verdict>, Refusals> {
     let sketch = Sketch::new(drawing, configuration)?;
     let from = sketch.end(from)?;
+    let nothing = Application::default();
+    // Sizes and units are worked out once, not for each port.
+    let mut draft = sketch.draft(&nothing, configuration);
     let judged = sketch.names.iter().filter(|name| **name != from.name).map(|name| {
         let to = sketch.end(name)?;
-        Ok(Verdict { block: name.block.clone(), port: name.port.clone(), reason: sketch.why_not(configuration, &from, &to) })
+        Ok(Verdict { block: name.block.clone(), port: name.port.clone(), reason: sketch.why_not(&mut draft, &from, &to) })
     });
     judged.collect()
 }
@@ -204,7 +208,7 @@ impl Sketch {
         Ok(End { name: name.clone(), ports: ports.clone(), described, writes: !is_output })
     }
 
-    fn why_not(&self, configuration: &Configuration, one: &End, other: &End) -> Option<String> {
+    fn why_not(&self, draft: &mut Draft<'_>, one: &End, other: &End) -> Option<String> {
         let (from, to) = if one.writes { (one, other) } else { (other, one) };
         let refused = |why: &str| Some(format!("cannot bind {} to {}: {why}", from.described, to.described));
         if one.writes == other.writes {
@@ -221,7 +225,7 @@ impl Sketch {
             let (source, sink) = (&self.checked.groups[source].name, &self.checked.groups[sink].name);
             return Some(format!("{} is covered by '{sink}', and {} by '{source}'; a port has one binding", to.described, from.described));
         }
-        self.refused_wire(configuration, from, to, source, sink)
+        self.refused_wire(draft, from, to, source, sink)
     }
 
     /// The named data object that a port is in: a cell, a parameter, a port of the graph.
@@ -238,7 +242,7 @@ impl Sketch {
     }
 
     /// What the installation would refuse with the wire, and does not without it.
-    fn refused_wire(&self, configuration: &Configuration, from: &End, to: &End, source: Option<usize>, sink: Option<usize>) -> Option<String> {
+    fn refused_wire(&self, draft: &mut Draft<'_>, from: &End, to: &End, source: Option<usize>, sink: Option<usize>) -> Option<String> {
         let object = |at: Option<usize>, end: &End| match at {
             Some(at) => self.checked.groups[at].clone(),
             None => Group { name: end.name.port.clone(), origin: Origin::Cell, ports: end.ports.clone(), place: None },
@@ -253,14 +257,12 @@ impl Sketch {
         if let Some(second) = self.second_writer(&together).filter(|_| self.is_graph) {
             return Some(second);
         }
-        let nothing = Application::default();
-        let mut draft = self.draft(&nothing, configuration);
         draft.refusals.clear();
         draft.check_object(&before);
         draft.check_object(&joining);
         let known = std::mem::take(&mut draft.refusals);
         draft.check_object(&together);
-        let new = draft.refusals.into_iter().find(|refusal| !known.iter().any(|known| known.message == refusal.message));
+        let new = std::mem::take(&mut draft.refusals).into_iter().find(|refusal| !known.iter().any(|known| known.message == refusal.message));
         new.or_else(|| self.cycle(&together, source, sink)).map(|refusal| with_remedy(&refusal))
     }
 
@@ -275,7 +277,7 @@ impl Sketch {
     fn cycle(&self, together: &Group, source: Option<usize>, sink: Option<usize>) -> Option<Refusal> {
         let cycle = |groups: &[Group]| {
             let group_of = checked::group_of(&self.checked.blocks, groups);
-            checked::synchronous_cycle(&self.checked.blocks, groups, &group_of, &None)
+            crate::cycles::synchronous_cycle(&self.checked.blocks, groups, &group_of, &None)
         };
         if cycle(&self.checked.groups).is_some() {
             return None;

@@ -14,6 +14,7 @@ use std::marker::PhantomData;
 /// One name or several, as JSON may have them.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "NameList"))]
 #[serde(untagged)]
 pub(crate) enum Names {
     One(String),
@@ -168,7 +169,7 @@ pub struct Span(pub i64);
 impl<'de> Deserialize<'de> for Span {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
-        quantity::duration_ns(&text).map(Span).map_err(|refusal| D::Error::custom(refusal.message))
+        quantity::duration_ns(&text, "the duration").map(Span).map_err(|refusal| D::Error::custom(refusal.message))
     }
 }
 
@@ -258,7 +259,7 @@ impl TryFrom<WrittenCommand> for Command {
 fn until(wait: Until) -> Command {
     match wait {
         Until::Idle(_) => Command::Wait { conditions: Vec::new(), time_ns: None },
-        Until::Named(Names::One(text)) => match quantity::duration_ns(&text) {
+        Until::Named(Names::One(text)) => match quantity::duration_ns(&text, "the duration") {
             Ok(ns) => Command::Wait { conditions: Vec::new(), time_ns: Some(ns) },
             Err(_) => Command::Wait { conditions: vec![text], time_ns: None },
         },

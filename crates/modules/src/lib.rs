@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code modules: building them from C or C++, and loading them without risk to the process.
+//! Code modules: what turns a file into function blocks, without risk to the process.
 //!
-//! `load` never trusts a file. It reads the header of the shared object itself, lets a sacrificial child process load a private
-//! copy and walk its tables, and only then loads that same copy here. A module is never unloaded, so descriptors are `'static`.
-
-mod build;
-mod diagnosis;
-#[doc(hidden)]
-pub mod elf;
+//! Each kind of file is a folder with a [`Backend`]: `native` (shared objects made of C, C++ or Rust), `source` (C and C++ sources, which are
+//! built first). A backend of another crate calls [`register`]; [`load`] finds the one that a file is for.
+mod backend;
+mod error;
 mod folder;
-mod load;
-mod probe;
-mod seal;
+mod native;
+mod registry;
+mod source;
 
-pub use build::{BuildError, BuildOptions, build, compiler, write_header};
-pub use load::{LoadError, LoadOptions, LoadedModule, load, load_bytes};
-pub use probe::{PYTHON_PROBE, Probe};
+pub use backend::{Backend, Description, LoadOptions, LoadedModule};
+pub use error::LoadError;
+#[doc(hidden)]
+pub use native::elf;
+pub use native::{PYTHON_PROBE, Probe};
+pub use registry::{backends, load, load_bytes, register};
+pub use source::{BuildError, BuildOptions, build, compiler, write_header};

@@ -76,7 +76,7 @@ fn a_device_without_its_way() {
 #[test]
 fn impossible_numbers() {
     check("zero", "in_ratio(double, v, 0, \"slow\")", "the ratio must be 1 or more");
-    check("size", "size(n, 4, 2)", "the least size must be 1 or more");
+    check("size", "size(n, 4, 2)", "the minimum size must be 1 or more");
 }
 
 #[test]

@@ -7,8 +7,8 @@
 //! its guard; then it is told the run of the new system, and given the way of safe handles and the memory of the black box. From there on
 //! it is greeted like one that was just started.
 use crate::text;
-use guard::{Frame, Heartbeat, UnixLink, connect, is_abandoned, run_folder};
 use interconnect::Link;
+use process_kit::{Frame, Heartbeat, UnixLink, connect, is_abandoned, run_folder};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::io::ErrorKind;
@@ -20,7 +20,7 @@ use std::time::Duration;
 pub(crate) const ANSWER: Duration = Duration::from_secs(30);
 
 /// What both sides must speak alike.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Names of the sockets: of processes of processors, of guards.
 const PROCESSOR: &str = "rtp-";
@@ -56,7 +56,7 @@ pub(crate) enum Answered {
     Refused { why: String },
 }
 
-/// From who comes in. Descriptors: the way of safe handles, the black box.
+/// From who comes in. Descriptors: the way of safe handles, the black box, the hearts of the guard and of who comes.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Enter {
     pub run: u64,

@@ -2,9 +2,11 @@
 //! The door of a processor's process: where a new supervisor comes in.
 use crate::adopting::{ANSWER, Answered, Enter, Knock, heard, next, place, say};
 use crate::{BLACK_BOX_SOURCES, text};
-use guard::{Heartbeat, Listener, UnixLink, this_process};
+use guard::canary::{self, Canary};
+use guard::watch::Watchers;
 use interconnect::Ends;
 use kernel::BLACK_BOX_LEN;
+use process_kit::{Heartbeat, Listener, UnixLink, now_ns, this_process};
 use rtp::{Admitted, BlackBox, Caller, Door, Reaches};
 use shared_memory::SharedMemory;
 use std::os::fd::OwnedFd;
@@ -15,19 +17,77 @@ use std::time::Duration;
 /// How long who has connected may take to say what it wants.
 const KNOCK: Duration = Duration::from_secs(1);
 
+/// Who watches this process.
+pub(crate) struct Watched {
+    guard: Heartbeat,
+    supervisor: Heartbeat,
+    watchers: Option<(Duration, Watchers)>,
+    /// Whose end says that the supervisor is dying.
+    canary: Canary,
+}
+
+impl Watched {
+    /// By the guard and the supervisor with these hearts. Errors: they are none, in words.
+    pub fn by(guard: OwnedFd, supervisor: OwnedFd) -> Result<Watched, String> {
+        let heart = |descriptor| Heartbeat::received(descriptor).map_err(text);
+        Ok(Watched { guard: heart(guard)?, supervisor: heart(supervisor)?, watchers: None, canary: Canary::default() })
+    }
+
+    fn canary(&mut self) -> Option<Arc<OwnedFd>> {
+        self.canary.look(&self.supervisor, None);
+        self.canary.thread()
+    }
+
+    fn is_dying(&mut self) -> bool {
+        self.canary.is_dying(&self.supervisor)
+    }
+
+    fn look(&mut self, patience: Duration) -> bool {
+        let now_ns = now_ns();
+        let (_, watchers) = match &mut self.watchers {
+            Some(known) if known.0 == patience => known,
+            other => other.insert((patience, Watchers::new(patience, now_ns))),
+        };
+        watchers.look(self.guard.count(), self.supervisor.count(), now_ns)
+    }
+}
+
 /// What a process keeps over all who command it.
 pub(crate) struct Belongings {
     pub system: String,
     /// What the process is called.
     pub processor: String,
-    pub heart: Heartbeat,
+    pub heart: Arc<Heartbeat>,
     handles: Mutex<UnixLink>,
+    watched: Mutex<Watched>,
     guard: Mutex<Option<PathBuf>>,
 }
 
 impl Belongings {
-    pub fn new(system: String, processor: String, heart: Heartbeat, handles: UnixLink, guard: Option<PathBuf>) -> Arc<Belongings> {
-        Arc::new(Belongings { system, processor, heart, handles: Mutex::new(handles), guard: Mutex::new(guard) })
+    pub fn new((system, processor): (String, String), heart: Arc<Heartbeat>, watched: Watched, handles: UnixLink, guard: Option<PathBuf>) -> Arc<Belongings> {
+        Arc::new(Belongings { system, processor, heart, handles: Mutex::new(handles), watched: Mutex::new(watched), guard: Mutex::new(guard) })
+    }
+
+    /// Others watch it from now on.
+    fn watched_by(&self, guard: OwnedFd, supervisor: OwnedFd) -> Result<(), String> {
+        *self.watched.lock().expect("nobody panics with the lock held") = Watched::by(guard, supervisor)?;
+        Ok(())
+    }
+
+    /// Rests for so long, or until the supervisor is dying: then true, once.
+    pub fn rests(&self, span: Duration) -> bool {
+        let locked = || self.watched.lock().expect("nobody panics with the lock held");
+        let thread = locked().canary();
+        match thread {
+            None => std::thread::sleep(span),
+            Some(thread) => canary::wait(&thread, span),
+        }
+        locked().is_dying()
+    }
+
+    /// Whether both who watch it have stood still for longer than `patience`.
+    pub fn is_unwatched(&self, patience: Duration) -> bool {
+        self.watched.lock().expect("nobody panics with the lock held").look(patience)
     }
 
     /// The way of safe handles to who commands now.
@@ -93,9 +153,10 @@ impl Caller for Visitor {
         say(&link, &Answered::Come { guard }, &[&process, &heart])?;
         let (frame, descriptors) = next(&link, ANSWER)?;
         let Enter { run, guard, is_unguarded } = heard(&frame)?;
-        let [handles, black_box] = <[OwnedFd; 2]>::try_from(descriptors).map_err(|_| "who comes brings too little".to_owned())?;
+        let [handles, black_box, guards, supervises] = <[OwnedFd; 4]>::try_from(descriptors).map_err(|_| "who comes brings too little".to_owned())?;
         let shared = SharedMemory::new(&belongings.system, run).map_err(text)?;
         let black_box = black_box_of(black_box)?;
+        belongings.watched_by(guards, supervises)?;
         *belongings.handles() = UnixLink::from_descriptor(handles).map_err(text)?;
         *belongings.guard.lock().expect("nobody panics with the lock held") = guard;
         let reaches = Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: None };
@@ -105,6 +166,6 @@ impl Caller for Visitor {
 
 /// It stays as long as the process: sources write there to their end.
 pub(crate) fn black_box_of(descriptor: OwnedFd) -> Result<BlackBox, String> {
-    let memory = Box::leak(Box::new(guard::SharedMemory::received(descriptor, BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?));
+    let memory = Box::leak(Box::new(process_kit::SharedMemory::received(descriptor, BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?));
     Ok(BlackBox { memory: memory.start(), len: memory.len() })
 }

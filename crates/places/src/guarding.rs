@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The guard of a system's processes: started with the first of them.
 use crate::adopting;
+use crate::own::Own;
 use crate::telling::Telling;
-use guard::{Guard, GuardCommand, GuardEvent, Heartbeat, UnixLink, receive_handles};
+use guard::{Bounds, Guard, GuardCommand, GuardEvent, receive_handles};
 use interconnect::Link;
+use process_kit::{Heartbeat, UnixLink};
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::os::fd::OwnedFd;
@@ -11,9 +13,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
-
-/// How long the heart of a process may stand still where nobody says otherwise: it beats every 20 ms.
-const FROZEN: Duration = Duration::from_millis(500);
 
 /// How long the guard may take to say what it saw of a process that has ended.
 const SAID: Duration = Duration::from_secs(1);
@@ -60,13 +59,18 @@ pub(crate) struct Watched {
 pub(crate) struct Guarded {
     guard: Arc<Guard>,
     ward: u64,
-    bound: Duration,
+    bounds: Bounds,
     seen: Arc<Seen>,
     /// It is guarded for this system; one that has not been taken over stays guarded without it.
     is_ours: AtomicBool,
 }
 
 impl Guarded {
+    /// The hearts of its guard and of this supervisor. Errors: no descriptors left.
+    pub fn hearts(&self) -> Result<[OwnedFd; 2], String> {
+        self.guard.hearts().map_err(crate::text)
+    }
+
     /// It was taken over.
     pub fn own(&self, is_ours: bool) {
         self.is_ours.store(is_ours, Ordering::Release);
@@ -77,9 +81,11 @@ impl Guarded {
         let losses = self.seen.losses.lock().expect("nobody panics with the lock held");
         let said = self.seen.changed.wait_timeout_while(losses, SAID, |losses| !losses.contains_key(&self.ward));
         let (losses, _) = said.expect("nobody panics with the lock held");
-        let stood_still = matches!(losses.get(&self.ward), Some(guard::Cause::Frozen));
-        let words = || format!("stood still for {} s (its heart did not beat), so the guard ended it", self.bound.as_secs_f64());
-        stood_still.then(words)
+        match losses.get(&self.ward) {
+            Some(guard::Cause::Frozen) => Some(format!("stood still for {} s (its heart did not beat), so it was ended", self.bounds.silent_ns as f64 * 1e-9)),
+            Some(guard::Cause::Stopped) => Some(format!("was stopped for {} s (SIGSTOP, a debugger), so it was ended", self.bounds.stopped_ns as f64 * 1e-9)),
+            Some(guard::Cause::Died) | None => None,
+        }
     }
 
     /// It is about to end in good order.
@@ -115,9 +121,21 @@ impl Guarding {
     pub fn watch(&self, command: &[OsString], name: &str, watched: Watched, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
         let guard = self.guard(command)?;
         let ward = self.last_ward.fetch_add(1, Ordering::Relaxed) + 1;
-        let bound = watched.lost_after.unwrap_or(FROZEN);
-        guard.watch(ward, name, watched.process, Some((watched.heart, bound))).map_err(|why| why.to_string())?;
-        self.hear(guard, ward, name, bound, handles)
+        let bounds = bounds(watched.lost_after);
+        guard.watch(ward, name, watched.process, Some((watched.heart, bounds))).map_err(|why| why.to_string())?;
+        self.hear(guard, ward, name, bounds, handles)
+    }
+
+    /// This process itself, for a processor that is threads of it. Errors: there is no guard, in words.
+    pub fn watch_this(&self, command: &[OsString], processor: &str, lost_after: Option<Duration>) -> Result<Own, String> {
+        let guard = self.guard(command)?;
+        let ward = self.last_ward.fetch_add(1, Ordering::Relaxed) + 1;
+        Own::guarded(guard, ward, processor, bounds(lost_after))
+    }
+
+    /// The hearts of the guard and of this supervisor, for a process that is to see whether anybody watches it. Errors: there is no guard.
+    pub fn hearts(&self, command: &[OsString]) -> Result<[OwnedFd; 2], String> {
+        self.guard(command)?.hearts().map_err(crate::text)
     }
 
     /// The process `pid` as the guard at `path` guards it, for a system that was lost; `handles` brings what makes further devices safe.
@@ -127,10 +145,10 @@ impl Guarding {
         command: &[OsString],
         path: &Path,
         (name, pid): (&str, i32),
-        bound: Option<Duration>,
+        lost_after: Option<Duration>,
         handles: &Arc<UnixLink>,
     ) -> Result<Option<Guarded>, String> {
-        let bound = bound.unwrap_or(FROZEN);
+        let bounds = bounds(lost_after);
         let found = {
             let mut adopted = self.adopted.lock().expect("nobody panics with the lock held");
             if !adopted.iter().any(|one| one.path == path) {
@@ -146,11 +164,11 @@ impl Guarding {
             of.wards.iter().find(|(_, of)| *of == pid).map(|(ward, _)| (of.guard.clone(), *ward))
         };
         // Its bound is what it was registered with.
-        found.map(|(guard, ward)| self.hear(guard, ward, name, bound, handles)).transpose()
+        found.map(|(guard, ward)| self.hear(guard, ward, name, bounds, handles)).transpose()
     }
 
     /// Passes on what makes devices safe.
-    fn hear(&self, guard: Arc<Guard>, ward: u64, name: &str, bound: Duration, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
+    fn hear(&self, guard: Arc<Guard>, ward: u64, name: &str, bounds: Bounds, handles: &Arc<UnixLink>) -> Result<Guarded, String> {
         let (held, handles, telling, name) = (Arc::downgrade(&guard), handles.clone(), self.telling.clone(), name.to_owned());
         let body = move || {
             loop {
@@ -169,7 +187,7 @@ impl Guarding {
             }
         };
         std::thread::Builder::new().name("safe-handles".into()).spawn(body).map_err(|why| why.to_string())?;
-        Ok(Guarded { guard, ward, bound, seen: self.seen.clone(), is_ours: AtomicBool::new(true) })
+        Ok(Guarded { guard, ward, bounds, seen: self.seen.clone(), is_ours: AtomicBool::new(true) })
     }
 
     fn guard(&self, command: &[OsString]) -> Result<Arc<Guard>, String> {
@@ -203,6 +221,11 @@ impl Guarding {
     }
 }
 
+/// How long the heart of a process may stand still: as somebody said, for whatever reason, or as a guard finds right.
+fn bounds(lost_after: Option<Duration>) -> Bounds {
+    lost_after.map_or_else(Bounds::default, Bounds::from)
+}
+
 /// The life of the guard process. Behind it nothing of the processes that it guarded is left, neither in shared memory nor of their sockets.
 ///
 /// # Errors
@@ -221,15 +244,32 @@ fn words(event: GuardEvent) -> (String, String) {
             let how = match loss.cause {
                 guard::Cause::Died => "has ended",
                 guard::Cause::Frozen => "stood still (its heart did not beat) and was ended",
+                guard::Cause::Stopped => "was stopped (SIGSTOP, a debugger) and was ended",
             };
-            let failed = if loss.failed.is_empty() { String::new() } else { format!("; not written: {}", loss.failed.join(", ")) };
-            let us = (loss.safe_ns - loss.seen_ns) as f64 * 1e-3;
-            (loss.name, format!("its process {how}; {} safe outputs were written {us:.0} us after that was seen{failed}", loss.written))
+            let written = written(&loss);
+            (loss.name, format!("its process {how}; {written}"))
         }
+        GuardEvent::MadeSafe(loss) => {
+            let how = if loss.cause == guard::Cause::Stopped { "is stopped (SIGSTOP, a debugger)" } else { "stands still (its heart does not beat)" };
+            let written = written(&loss);
+            (loss.name, format!("its program {how}; {written}, and stay safe until reset() or reopen()"))
+        }
+        GuardEvent::GoesOn(name) => (name, "its program goes on".to_owned()),
         GuardEvent::Missing(missing) => ("guard".to_owned(), format!("it has less than real-time rights: {}", missing.join("; "))),
-        GuardEvent::Restarted(how) => ("guard".to_owned(), format!("it {how}; another one guards now, with all that was registered")),
+        GuardEvent::Restarted { how, refused } if refused.is_empty() => {
+            ("guard".to_owned(), format!("it {how}; another one guards now, with all that was registered"))
+        }
+        GuardEvent::Restarted { how, refused } => {
+            ("guard".to_owned(), format!("it {how}; another one guards now, but for what it could not take: {}", refused.join("; ")))
+        }
         GuardEvent::Gone(why) => {
             ("guard".to_owned(), format!("there is no guard any more: {why}; processes that die from now on leave their outputs as they are"))
         }
     }
+}
+
+fn written(loss: &guard::Loss) -> String {
+    let failed = if loss.failed.is_empty() { String::new() } else { format!("; not written: {}", loss.failed.join(", ")) };
+    let us = (loss.safe_ns - loss.seen_ns) as f64 * 1e-3;
+    format!("{} safe outputs were written {us:.0} us after that was seen{failed}", loss.written)
 }

@@ -8,7 +8,8 @@ use crate::text;
 use hosts::{Hosts, Options, Security};
 use interconnect::{Ends, Link};
 use modules::Probe;
-use rtp::{Reaches, Running, Service, Started};
+use process_kit::run_folder;
+use rtp::{Reaches, Running, Service, Started, Terms};
 use serde::Deserialize;
 use shared_memory::SharedMemory;
 use std::collections::HashMap;
@@ -41,7 +42,7 @@ pub struct JoinOptions {
     pub certificate: Option<PathBuf>,
     #[serde(default)]
     pub key: Option<PathBuf>,
-    /// A secret that both sides know, instead of the joining side's certificate.
+    /// A secret that both sides know: over TLS instead of the joining side's certificate; on loopback instead of the one that all programs of a user have.
     #[serde(default)]
     pub token: Option<String>,
     /// How well the clocks of the hosts are to agree, ns.
@@ -50,12 +51,17 @@ pub struct JoinOptions {
 }
 
 impl JoinOptions {
-    fn options(self, system: &str, telling: Option<&Telling>) -> Options {
+    /// Errors: this user has no secret for programs of this host, in words.
+    fn options(self, system: &str, telling: Option<&Telling>) -> Result<Options, String> {
         let pair = self.certificate.clone().zip(self.key.clone());
+        let is_plain = self.endpoint.starts_with("tcp/");
         let security = match (self.token, self.authority, pair) {
+            // Other users of this host reach the address too: who joins has what only this user can read, or was given something else.
+            (Some(secret), None, None) if is_plain => Security::Loopback { secret },
+            (None, None, None) if is_plain => Security::Loopback { secret: hosts::secret_of_user(&run_folder().map_err(text)?).map_err(text)? },
             (Some(token), authority, certificate) => Security::Token { token, authority, certificate },
             (None, Some(authority), Some((certificate, key))) => Security::Certificates { authority, certificate, key },
-            _ => Security::Loopback,
+            _ => Security::Loopback { secret: String::new() },
         };
         let join_max = JOINED_MAX;
         let mut options = Options {
@@ -72,7 +78,7 @@ impl JoinOptions {
                 telling.tell("clock_offset", &report.host, format!("its clock is {worst_us:.0} us off, {how} the limit of {limit_us:.0} us"));
             }));
         }
-        options
+        Ok(options)
     }
 }
 
@@ -101,7 +107,7 @@ impl Joined {
             return Err(format!("system '{system}' listens already"));
         }
         let options: JoinOptions = serde_json::from_str(options).map_err(|why| format!("this is not how a host listens: {why}"))?;
-        let hosts = Hosts::listen(options.options(system, Some(&self.telling))).map_err(text)?;
+        let hosts = Hosts::listen(options.options(system, Some(&self.telling))?).map_err(text)?;
         hosts.set_epoch(epoch_ns);
         *listening = Some(Listening { hosts, last_link: CONTROL, controls: HashMap::new() });
         Ok(())
@@ -181,7 +187,7 @@ fn let_in(options: Options, stop: &dyn Fn() -> bool) -> Result<Option<Hosts>, St
 /// In words: nobody listens there, or this host is not let in.
 pub fn join(system: &str, options: JoinOptions, python: OsString, stop: &dyn Fn() -> bool) -> Result<(), String> {
     let name = options.name.clone();
-    let Some(hosts) = let_in(options.options(system, None), stop)? else { return Ok(()) };
+    let Some(hosts) = let_in(options.options(system, None)?, stop)? else { return Ok(()) };
     let listener = hosts.peers().first().map(|peer| peer.name.clone()).ok_or("the listening host is gone")?;
     let control = hosts.link(&listener, CONTROL).map_err(|why| why.message)?;
     let run = shared_memory::new_run();
@@ -202,7 +208,7 @@ pub fn join(system: &str, options: JoinOptions, python: OsString, stop: &dyn Fn(
                     clocks.set_epoch(epoch_ns);
                     epoch_ns
                 };
-                let service = Service { reaches, epoch: Arc::new(epoch), ..Service::new(probe) };
+                let service = Service { reaches, ..Service::new(Terms { epoch: Arc::new(epoch), ..Terms::new(probe) }) };
                 let served = std::thread::Builder::new().name("processor".into()).spawn(move || rtp::serve(&link, service)).map_err(text)?;
                 serving.push((number, closing, served));
             }

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where processors elsewhere run: processes of this host that are started for them, and hosts that have joined.
+//! Where remote processors run: processes of this host that are started for them, and hosts that have joined.
 //!
 //! [`Places`] is given to a system; [`processor`] is what a process that was started for a processor does from its start to its end.
 //! The command line that starts one is the programming system's: whatever it runs must come to call it. [`join`] is the life of a
-//! process that lends its host to a system elsewhere.
+//! process that lends its host to a remote system.
 mod adopting;
 mod door;
 mod guarding;
-#[cfg(feature = "hosts")]
+#[cfg_attr(not(feature = "hosts"), path = "absent.rs")]
 mod joined;
+mod own;
 mod process;
 mod started;
 mod telling;
 
 pub use guarding::guard_processes;
-#[cfg(feature = "hosts")]
 pub use joined::{JoinOptions, join};
 pub use process::processor;
 pub use started::{Commands, Places};
@@ -31,10 +31,12 @@ pub(crate) const PYTHON: &str = "OPENGPAC_PYTHON";
 pub(crate) const PROCESSOR: &str = "OPENGPAC_PROCESSOR";
 pub(crate) const GUARD: &str = "OPENGPAC_GUARD_AT";
 
-/// Names of the descriptors: the link, the way of safe handles to the guard, the heartbeat, what the sources say of the block that runs.
+/// Names of the descriptors: the link, the way of safe handles to the guard, the heartbeat, those of the guard and the supervisor, what the sources say of the block that runs.
 pub(crate) const LINK: &str = "link";
 pub(crate) const HANDLES: &str = "handles";
 pub(crate) const HEART: &str = "heart";
+pub(crate) const GUARD_HEART: &str = "guard_heart";
+pub(crate) const SUPERVISOR_HEART: &str = "supervisor_heart";
 pub(crate) const BLACK_BOX: &str = "black_box";
 
 /// Sources of a process that say which block runs.

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The life of a process that was started for a processor.
-use crate::door::{Belongings, SocketDoor, black_box_of};
-use crate::{BLACK_BOX, GUARD, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SYSTEM, text};
-use guard::{Heartbeat, UnixLink, send_handles};
+use crate::door::{Belongings, SocketDoor, Watched, black_box_of};
+use crate::{BLACK_BOX, GUARD, GUARD_HEART, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SUPERVISOR_HEART, SYSTEM, text};
+use guard::send_handles;
 use interconnect::{Ends, Link};
 use kernel::Device;
 use modules::Probe;
-use rtp::{Reaches, Service};
+use process_kit::{Heartbeat, UnixLink};
+use rtp::{Reaches, Service, Terms};
 use shared_memory::SharedMemory;
 use std::ffi::OsString;
 use std::os::fd::OwnedFd;
@@ -22,26 +23,31 @@ const HELD: Duration = Duration::from_secs(5);
 /// # Errors
 /// In words: it was not started by a system, or the other side is of another version.
 pub fn processor() -> Result<(), String> {
+    kernel::retire_when_lost();
     let link: Arc<dyn Link> = Arc::new(UnixLink::from_descriptor(inherited(LINK)?).map_err(text)?);
     let variable = |name: &str| std::env::var(name).map_err(|_| format!("the environment has no {name}: a system starts this process"));
     let run: u64 = variable(RUN)?.parse().map_err(|_| format!("{RUN} is no number"))?;
     let shared = SharedMemory::new(&variable(SYSTEM)?, run).map_err(text)?;
     let python = variable(PYTHON)?;
     let handles = UnixLink::from_descriptor(inherited(HANDLES)?).map_err(text)?;
-    let heart = Heartbeat::received(inherited(HEART)?).map_err(text)?;
+    let heart = Arc::new(Heartbeat::received(inherited(HEART)?).map_err(text)?);
+    guard::canary::sing(heart.clone()).map_err(text)?;
     let guard = std::env::var_os(GUARD).map(PathBuf::from);
-    let belongings = Belongings::new(variable(SYSTEM)?, variable(PROCESSOR)?, heart, handles, guard);
+    let watched = Watched::by(inherited(GUARD_HEART)?, inherited(SUPERVISOR_HEART)?)?;
+    let belongings = Belongings::new((variable(SYSTEM)?, variable(PROCESSOR)?), heart, watched, handles, guard);
     let (holding, beating) = (belongings.clone(), belongings.clone());
-    let service = Service {
-        reaches: Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: None },
+    let (looking, resting) = (belongings.clone(), belongings.clone());
+    let terms = Terms {
         device: Arc::new(move |device, is_open| hand_over(&holding.handles(), device, is_open)),
         beat: Arc::new(move || beating.heart.beat()),
+        unwatched: Arc::new(move |patience| looking.is_unwatched(patience)),
+        rests: Arc::new(move |span| resting.rests(span)),
         leaves: true,
-        black_box: Some(black_box_of(inherited(BLACK_BOX)?)?),
-        door: SocketDoor::open(&belongings),
-        ..Service::new(Probe::of([OsString::from(python), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()]))
+        ..Terms::new(Probe::of([OsString::from(python), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()]))
     };
-    rtp::serve(&link, service)
+    let reaches = Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: None };
+    let black_box = Some(black_box_of(inherited(BLACK_BOX)?)?);
+    rtp::serve(&link, Service { reaches, black_box, door: SocketDoor::open(&belongings), terms })
 }
 
 /// Gives the guard what makes a device safe, and waits until it has it. Where there is no guard, that was told when it went.
@@ -54,5 +60,5 @@ fn hand_over(handles: &UnixLink, device: &Device, is_open: bool) {
 }
 
 fn inherited(name: &str) -> Result<OwnedFd, String> {
-    guard::inherited(name).map_err(text)
+    process_kit::inherited(name).map_err(text)
 }

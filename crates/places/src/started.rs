@@ -3,11 +3,11 @@
 use crate::adopting::{self, Enter, Waiting};
 use crate::guarding::{Guarded, Guarding, Watched};
 use crate::telling::Telling;
-use crate::{BLACK_BOX, BLACK_BOX_SOURCES, GUARD, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SYSTEM, text};
-use guard::{Child, Heartbeat, Launch, Status, UnixLink};
+use crate::{BLACK_BOX, BLACK_BOX_SOURCES, GUARD, GUARD_HEART, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SUPERVISOR_HEART, SYSTEM, text};
 use interconnect::{Ends, Link};
-use kernel::{BLACK_BOX_LEN, NO_STEP};
-use rtp::{Bounds, Running, Started, Tell};
+use kernel::{BLACK_BOX_LEN, NO_STEP, RETIRED};
+use process_kit::{Child, Heartbeat, Launch, Status, UnixLink};
+use rtp::{Bounds, Held, Running, Started, Tell};
 use shared_memory::SharedMemory;
 use std::collections::HashSet;
 use std::ffi::OsString;
@@ -37,7 +37,6 @@ pub struct Places {
     /// Processes that were looked for, by name.
     sought: Mutex<HashSet<String>>,
     telling: Telling,
-    #[cfg(feature = "hosts")]
     pub(crate) joined: crate::joined::Joined,
 }
 
@@ -64,7 +63,6 @@ impl Places {
             guarding: Guarding::new(adopting::guard_place(run), telling.clone()),
             adopts,
             sought: Mutex::default(),
-            #[cfg(feature = "hosts")]
             joined: crate::joined::Joined::new(telling.clone()),
             telling,
         }
@@ -83,7 +81,7 @@ impl Places {
         let child = Child::adopt(process.try_clone().map_err(text)?).map_err(text)?;
         let (handles, handles_there) = UnixLink::pair().map_err(text)?;
         let near: Box<dyn Ends> = Box::new(SharedMemory::new(&self.system, self.run).map_err(text)?);
-        let black_box = guard::SharedMemory::new(BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?;
+        let black_box = process_kit::SharedMemory::new(BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?;
         let handles = Arc::new(handles);
         let known = match &guard {
             Some(path) => self.guarding.adopt(&self.commands.guard, path, (name, child.pid()), bounds.lost_after, &handles)?,
@@ -99,7 +97,9 @@ impl Places {
         };
         guarded.own(false);
         let guard = if is_unguarded { self.guarding.path().cloned() } else { guard };
-        adopting::say(&link, &Enter { run: self.run, guard, is_unguarded }, &[&handles_there, &black_box.descriptor().map_err(text)?])?;
+        let [guards, supervises] = guarded.hearts()?;
+        let brings = [&handles_there, &black_box.descriptor().map_err(text)?, &guards, &supervises];
+        adopting::say(&link, &Enter { run: self.run, guard, is_unguarded }, &brings)?;
         self.telling.tell("processor", name, format!("process {} of it has lost its system, and is to be taken over", child.pid()));
         let socket = adopting::place(&self.system, name, child.pid().cast_unsigned());
         let running = Arc::new(Process { child, guarded, black_box, socket });
@@ -114,8 +114,11 @@ impl rtp::Places for Places {
 
     fn close(&self) {
         self.guarding.close();
-        #[cfg(feature = "hosts")]
         self.joined.close();
+    }
+
+    fn this(&self, processor: &str, lost_after: Option<Duration>) -> Result<Box<dyn Held>, String> {
+        Ok(Box::new(self.guarding.watch_this(&self.commands.guard, processor, lost_after)?))
     }
 
     fn process(&self, name: &str, bounds: &Bounds) -> Result<Started, String> {
@@ -125,13 +128,16 @@ impl rtp::Places for Places {
         let (link, other) = UnixLink::pair().map_err(text)?;
         let (handles, handles_there) = UnixLink::pair().map_err(text)?;
         let heart = Heartbeat::new().map_err(text)?;
-        let black_box = guard::SharedMemory::new(BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?;
+        let black_box = process_kit::SharedMemory::new(BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?;
+        let [guards, supervises] = self.guarding.hearts(&self.commands.guard)?;
         // Before the process, which then finds it there.
         let near: Box<dyn Ends> = Box::new(SharedMemory::new(&self.system, self.run).map_err(text)?);
         let mut launch = Launch::new(self.commands.processor.iter().cloned())
             .descriptor(LINK, other)
             .descriptor(HANDLES, handles_there)
             .descriptor(HEART, heart.descriptor().map_err(text)?)
+            .descriptor(GUARD_HEART, guards)
+            .descriptor(SUPERVISOR_HEART, supervises)
             .descriptor(BLACK_BOX, black_box.descriptor().map_err(text)?)
             .variable(SYSTEM, &self.system)
             .variable(RUN, self.run.to_string())
@@ -150,13 +156,9 @@ impl rtp::Places for Places {
     }
 
     fn host(&self, host: &str, processor: &str) -> Result<Started, String> {
-        #[cfg(feature = "hosts")]
-        return self.joined.start(&self.system, host, processor);
-        #[cfg(not(feature = "hosts"))]
-        Err(format!("no host '{host}' has joined system '{}' for processor '{processor}': this build is without hosts", self.system))
+        self.joined.start(&self.system, host, processor)
     }
 
-    #[cfg(feature = "hosts")]
     fn listen(&self, options: &str, epoch_ns: i64) -> Result<(), String> {
         self.joined.listen(&self.system, options, epoch_ns)
     }
@@ -165,7 +167,7 @@ impl rtp::Places for Places {
 struct Process {
     child: Child,
     guarded: Guarded,
-    black_box: guard::SharedMemory,
+    black_box: process_kit::SharedMemory,
     /// Where a new supervisor would find it.
     socket: Option<PathBuf>,
 }
@@ -186,11 +188,16 @@ impl Drop for Process {
     }
 }
 
+const RETIRED_TEXT: &str = "has ended itself: a block could not be ended, in a library function that may hold a lock or with every signal masked";
+
 impl Running for Process {
     fn cause(&self) -> String {
         let ended = self.child.wait(Duration::from_secs(1));
         let killed = matches!(ended, Some(Status::Killed { signal: SIGKILL, .. } | Status::Ended));
         let stood_still = if killed { self.guarded.stood_still() } else { None };
+        if ended == Some(Status::Exited(RETIRED)) {
+            return RETIRED_TEXT.to_owned();
+        }
         stood_still.or(ended.map(|status| status.to_string())).unwrap_or_else(|| "does not answer".to_owned())
     }
 

@@ -39,6 +39,8 @@ impl Default for Options {
 
 /// How a recording stands, or ended.
 #[derive(Clone, Debug, Default, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "RecordingSummary"))]
 pub struct Summary {
     /// The file.
     pub path: PathBuf,
@@ -187,12 +189,16 @@ fn about(system: &System) -> BTreeMap<String, String> {
         // When the system's clock stood at 0: times of messages are of that clock.
         ("epoch_unix_ns", epoch_ns.to_string()),
         ("begins_ns", system.now_ns().to_string()),
-        ("configuration", system.configuration_json().to_string()),
-        ("names", system.names_json().to_string()),
+        ("configuration", text_of(&system.inventory())),
+        ("names", text_of(&system.names())),
         ("schema", json!({"svv": "a channel with metadata kind, type and unit", "time": "ns on the system's clock"}).to_string()),
     ]
     .map(|(name, text)| (name.to_owned(), text))
     .into()
+}
+
+fn text_of(answer: &impl Serialize) -> String {
+    serde_json::to_string(answer).expect("an answer of the supervisor has a JSON form")
 }
 
 /// Puts the present configuration into what is said of a recording; whether it has become another. A recording for a replay begins

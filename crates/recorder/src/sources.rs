@@ -146,8 +146,8 @@ impl Source for Timing {
             return;
         }
         self.next_ns = now_ns + SECOND_NS;
-        let statistics = self.system.statistics_json();
-        for (name, source) in statistics["sources"].as_object().into_iter().flatten() {
+        let statistics = self.system.statistics();
+        for (name, source) in &statistics.sources {
             let channel = *self
                 .channels
                 .entry(name.clone())

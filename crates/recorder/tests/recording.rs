@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A recording has every value of what was asked for, or says exactly what it has not; nobody waits for a disk but virtual time.
 use interconnect::Memory;
-use kernel::ClockKind;
 use model::configuration::SourceKind;
 use model::definition::{Application, Verb};
 use recorder::{Options, Recorder, Recording, Sink, Summary};
+use runtime::ClockKind;
 use serde_json::{Value as Json, json};
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -186,7 +186,7 @@ fn a_full_disk_ends_the_recording_with_its_last_chunk_and_says_so() {
     assert!(!ended.running, "{ended:?}");
     assert!(ended.failure.as_deref().is_some_and(|why| why.contains("no space left")), "{ended:?}");
     assert!(system.log_since(0).iter().any(|entry| entry.kind == "recorder"));
-    assert_eq!(system.alarms_json()["current"][0]["code"], "recording_failed");
+    assert_eq!(system.alarms().current[0].code, "recording_failed");
     let summary = recorder.stop();
     assert!(summary.lost["y"] > 0 && total(&summary, "y") <= 60_001, "{summary:?}");
     std::fs::write(&file.0, &disk.0.0.lock().unwrap().0).unwrap();

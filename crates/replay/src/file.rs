@@ -2,8 +2,8 @@
 //! Records as they lie in files: MCAP, the items one after the other on the channel [`TOPIC`], numbered from 0. The other channels of the
 //! file are the recorder's, which writes them all.
 use crate::recording::Item;
-use kernel::trace::Entry;
 use mcap::{Record, Unreadable};
+use runtime::trace::Entry;
 use std::fs::File;
 use std::path::Path;
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What recorded scripts stand on: the code of the record, devices and connections that give what is recorded.
+use device::Channel;
 use interconnect::{Receiver, Sender};
-use kernel::wire::{CodeName, Ground};
-use kernel::{Channel, Device, Host, Way};
+use kernel::{Device, Way};
 use opengpac::abi::Descriptor;
+use runtime::wire::{CodeName, Ground};
+use runtime::{Host, remote_device};
 use std::any::Any;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -44,7 +46,7 @@ impl Ground for Recorded {
     }
 
     fn device(&self, name: &str) -> Option<Arc<Device>> {
-        Device::recorded(name, self.devices.get(name)?.clone()).ok()
+        remote_device::recorded(name, self.devices.get(name)?.clone()).ok()
     }
 
     fn sender(&mut self, way: &Way) -> Box<dyn Sender> {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Running a recorded run again. A record has every script that was handed to a source and, of every source, what came to it from outside
-//! (`kernel::trace`), and the code of the blocks; so the same blocks compute the same values, bit for bit, under a clock that is the
+//! (`runtime::trace`), and the code of the blocks; so the same blocks compute the same values, bit for bit, under a clock that is the
 //! record's. Neither supervisor nor programming system is needed: what they decided is in the scripts.
 //!
 //! [`Recording`] gathers the items of a record while it is made, [`Player`] runs them again, [`Comparison`] runs them with other code
@@ -12,6 +12,7 @@ mod ground;
 mod player;
 mod recording;
 mod run;
+mod trust;
 
 pub use comparison::{Comparison, Difference};
 pub use condition::Condition;
@@ -20,3 +21,4 @@ pub use ground::{Codes, Exchanged};
 pub use player::{Moment, Player, Svv, Unplayable};
 pub use recording::{Item, Recording};
 pub use run::{Asked, Found, Run, Shown, Told};
+pub use trust::{Brought, Trust, modules_in};

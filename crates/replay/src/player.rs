@@ -2,9 +2,13 @@
 //! Runs the items of a record again, one after the other.
 use crate::ground::{Codes, Recorded};
 use crate::recording::Item;
-use kernel::trace::{Change, Entry, Played};
-use kernel::wire::{CellAt, Reader};
-use kernel::{Cell, Channel, Direction, Event, Host, Occasion, Script, SourceId, SourceKind, Stretch};
+use device::{Channel, Direction};
+use kernel::{Cell, Event, Occasion, Script, SourceId, SourceKind};
+use runtime::Host;
+use runtime::Stretch;
+use runtime::trace::Entry;
+use runtime::wire::{CellAt, Reader};
+use runtime::{Change, Played};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -115,6 +119,9 @@ impl Player {
                 self.scripts.insert(*number, script);
             }
             Entry::Named { source, name, type_text, unit, cell } => {
+                if self.sources.len() <= source.0 as usize {
+                    return Err(Unplayable(format!("the record has SVV '{name}' in source {} before it is made: it is damaged", source.0)));
+                }
                 let (type_text, unit) = (type_text.clone(), unit.clone());
                 let places = self.svvs.entry(name.clone()).or_default();
                 places.retain(|place| place.source != *source);

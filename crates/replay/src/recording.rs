@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A record while it is made: what the kernels wrote down, and the code that it needs.
-use kernel::trace::{CodeNames, Entry, Trace};
 use rtp::Module;
+use runtime::trace::{CodeNames, Entry, Trace};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};

@@ -5,6 +5,7 @@ use crate::condition::{Condition, number};
 use crate::file::Reader;
 use crate::player::{Moment, Player, Svv};
 use crate::recording::Item;
+use crate::trust::Trust;
 use kernel::Occasion;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -22,6 +23,8 @@ pub struct Asked {
     pub show: Vec<String>,
     /// Code modules in the place of recorded ones: (name of the module, shared object).
     pub with: Vec<(String, PathBuf)>,
+    /// Which of the code modules that the file brings may run; none by itself.
+    pub trust: Trust,
     /// The interpreter that tries code modules in a process of its own.
     pub python: String,
 }
@@ -96,6 +99,7 @@ enum Runner {
 
 /// A file that is being run again.
 pub struct Run {
+    path: PathBuf,
     reader: Reader,
     runner: Runner,
     until: Option<Condition>,
@@ -109,8 +113,9 @@ impl Run {
     /// Opens a record.
     ///
     /// # Errors
-    /// In words: the file, the condition or a module cannot be read.
+    /// In words: the file, the condition or a module cannot be read, or the file brings code that is not trusted. Nothing of it has run.
     pub fn open(path: &Path, asked: Asked) -> Result<Run, String> {
+        asked.trust.check_file(path)?;
         let until = asked.until.as_deref().map(Condition::read).transpose()?;
         let probe = modules::Probe { command: probe(&asked.python), ..modules::Probe::default() };
         let runner = if asked.with.is_empty() {
@@ -123,7 +128,7 @@ impl Run {
             }
             Runner::Two(Box::new(Comparison::new(Box::new(rtp::Code::new(probe)), Box::new(other))))
         };
-        Ok(Run { reader: Reader::open(path)?, runner, until, asked, last: None, modules: Vec::new() })
+        Ok(Run { path: path.to_owned(), reader: Reader::open(path)?, runner, until, asked, last: None, modules: Vec::new() })
     }
 
     /// Goes on for `slice` of real time at most; what was found, where it is over.
@@ -142,7 +147,8 @@ impl Run {
             if item.time_ns().is_some_and(|time_ns| self.asked.to_ns.is_some_and(|to_ns| time_ns > to_ns)) {
                 return Ok(Some(self.found("time", None, String::new())));
             }
-            if let Item::Module { name, .. } = &item {
+            if let Item::Module { name, bytes, .. } = &item {
+                self.asked.trust.check(&self.path, name, bytes)?;
                 self.modules.push(name.clone());
             }
             let (moment, difference) = match &mut self.runner {

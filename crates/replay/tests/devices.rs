@@ -4,8 +4,8 @@
 mod common;
 mod support;
 use common::*;
-use kernel::ClockKind;
 use replay::Item;
+use runtime::ClockKind;
 use serde_json::{Value as Json, json};
 use std::time::Duration;
 use supervisor::{DeviceRequest, Waited};

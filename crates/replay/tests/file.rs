@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A record as it lies in a file: what is there is read, what is missing is said.
-use kernel::trace::Entry;
 use mcap::Writer;
 use replay::{ENCODING, Item, Reader, TOPIC};
+use runtime::trace::Entry;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

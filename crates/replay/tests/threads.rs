@@ -4,7 +4,7 @@
 mod common;
 mod support;
 use common::*;
-use kernel::ClockKind;
+use runtime::ClockKind;
 use std::time::Duration;
 use supervisor::Waited;
 use support::*;

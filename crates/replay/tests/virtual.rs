@@ -5,11 +5,11 @@
 mod common;
 mod support;
 use common::*;
-use kernel::ClockKind;
-use kernel::trace::Entry;
 use model::value::Value;
 use proptest::prelude::*;
 use replay::{Condition, Item};
+use runtime::ClockKind;
+use runtime::trace::Entry;
 use serde_json::json;
 use supervisor::Limits;
 use support::*;

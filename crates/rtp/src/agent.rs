@@ -3,42 +3,21 @@
 use crate::ground::Grounds;
 use crate::heart;
 use crate::protocol::{Answer, News, Order, VERSION, frame, opened};
-use crate::service::{Admitted, BlackBox, Caller, Door, OnDevice};
+use crate::service::{Admitted, BlackBox, Caller, Door, Terms};
+use crate::shared::{LOOK, Shared, locked};
 use crate::silence::Silence;
 use crate::tells;
+use device::{Beside, Unserved};
 use interconnect::{Link, Memory};
-use kernel::wire::{Parcel, Reader};
-use kernel::{ClockKind, Device, DeviceCall, Holding, Host, SourceId};
-use modules::Probe;
+use kernel::{Device, DeviceCall, SourceId};
 use opengpac::abi::ABI as ABI_VERSION;
+use runtime::wire::Parcel;
+use runtime::{ClockKind, Holding, Host};
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
-
-/// The devices that were opened here, by name.
-pub(crate) type Devices = Mutex<BTreeMap<String, Arc<Device>>>;
-
-/// What the threads of a processor share.
-pub(crate) struct Shared {
-    pub host: Arc<Host>,
-    pub link: Arc<dyn Link>,
-    pub reader: Mutex<Reader>,
-    pub devices: Arc<Devices>,
-    /// Sources that run here.
-    pub sources: Mutex<Vec<SourceId>>,
-    /// What runs here is what this process is there for: its heart beats by it.
-    pub leads: AtomicBool,
-    pub ends: AtomicBool,
-}
-
-/// How long it waits for a frame before it looks around.
-pub(crate) const LOOK: Duration = Duration::from_millis(100);
-
-pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
-    of.lock().expect("nobody panics with the lock held")
-}
 
 /// What serves one who commands.
 pub(crate) struct Agent {
@@ -54,26 +33,17 @@ pub(crate) struct Agent {
     pub patience: Duration,
     /// Sources of the system so far, here or not.
     count: u32,
-    /// Sources elsewhere that channels here raise.
+    /// Remote sources that channels here raise.
     passed: HashSet<SourceId>,
     /// How each device was opened, and what its driver says of itself.
     opened: HashMap<String, Opening>,
     /// What each source has in force, or will have.
     pub held: BTreeMap<SourceId, Holding>,
-    pub trade: Arc<Trade>,
+    pub terms: Arc<Terms>,
     /// What runs here so far, and that this one is to take over.
     pub before: Option<Box<Agent>>,
     /// Who knocked when the link was about to be gone.
     pub caller: Option<Box<dyn Caller>>,
-}
-
-/// What all who command this processor, one after the other, have in common.
-pub(crate) struct Trade {
-    pub probe: Probe,
-    pub epoch: Arc<dyn Fn(i64) -> i64 + Send + Sync>,
-    pub device: OnDevice,
-    pub beat: Arc<dyn Fn() + Send + Sync>,
-    pub leaves: bool,
 }
 
 struct Opening {
@@ -94,33 +64,37 @@ pub(crate) enum Ended {
 
 impl Agent {
     /// For who greets over `link`. `before`: what runs here already.
-    pub fn hired(admitted: Admitted, trade: &Arc<Trade>, before: Option<Box<Agent>>) -> Result<Agent, (String, Option<Box<Agent>>)> {
+    pub fn hired(admitted: Admitted, terms: &Arc<Terms>, before: Option<Box<Agent>>) -> Result<Agent, (String, Option<Box<Agent>>)> {
         let Admitted { link, reaches, black_box, is_unguarded } = admitted;
         if let (true, Some(before)) = (is_unguarded, &before) {
-            locked(&before.shared.devices).values().for_each(|device| (trade.device)(device, true));
+            locked(&before.shared.devices).values().for_each(|device| (terms.device)(device, true));
         }
         let (epoch_ns, name) = match greet(&link) {
             Ok(greeting) => greeting,
             Err(why) => return Err((why, before)),
         };
-        let host = Arc::new(Host::since(ClockKind::Monotonic, Box::new(Memory), (trade.epoch)(epoch_ns)));
+        let host = Arc::new(Host::since(ClockKind::Monotonic, Box::new(Memory), (terms.epoch)(epoch_ns)));
         if let Some(BlackBox { memory, len }) = black_box {
             // SAFETY: what `BlackBox` says of it.
             unsafe { host.set_black_box(memory, len) };
         }
+        let stop = Arc::<AtomicBool>::default();
         let shared = Arc::new(Shared {
             host: host.clone(),
             link,
             reader: Mutex::default(),
             devices: Arc::default(),
+            besides: Mutex::default(),
             sources: Mutex::default(),
             leads: AtomicBool::new(before.is_none()),
             ends: AtomicBool::new(false),
+            stop: stop.clone(),
+            silence_ms: AtomicU64::new(0),
         });
-        let (told, beating, beat) = (shared.clone(), shared.clone(), trade.beat.clone());
+        let (told, beating, its) = (shared.clone(), shared.clone(), terms.clone());
         let spawn = |name: &str, body: Box<dyn FnOnce() + Send>| std::thread::Builder::new().name(name.into()).spawn(body);
         let teller = spawn("tells", Box::new(move || tells::run(&told)));
-        let threads = match teller.and_then(|teller| Ok(vec![teller, spawn("heart", Box::new(move || heart::run(&beating, &*beat)))?])) {
+        let threads = match teller.and_then(|teller| Ok(vec![teller, spawn("heart", Box::new(move || heart::run(&beating, &its)))?])) {
             Ok(threads) => threads,
             Err(why) => {
                 shared.ends.store(true, Ordering::Release);
@@ -128,10 +102,10 @@ impl Agent {
             }
         };
         Ok(Agent {
-            ground: Grounds::new(host, shared.devices.clone(), reaches, trade.probe.clone()),
+            ground: Grounds::new(host, shared.devices.clone(), reaches, terms.probe.clone()),
             shared,
             threads,
-            stop: Arc::default(),
+            stop,
             farewells: HashMap::new(),
             goes_on: false,
             patience: Duration::ZERO,
@@ -139,7 +113,7 @@ impl Agent {
             passed: HashSet::new(),
             opened: HashMap::new(),
             held: BTreeMap::new(),
-            trade: trade.clone(),
+            terms: terms.clone(),
             before,
             caller: None,
         })
@@ -153,8 +127,9 @@ impl Agent {
             let limit = if self.caller.is_some() { Duration::ZERO } else { LOOK };
             let received = self.shared.link.receive(limit);
             silence.looked(matches!(received, Ok(Some(_))));
+            self.ground.tell_lost();
             match received {
-                Ok(None) if !self.patience.is_zero() && silence.lasted() > self.patience => return Ended::Gone,
+                Ok(None) if self.shared.is_over(silence.lasted()) => return Ended::Gone,
                 Ok(None) => match self.caller.take() {
                     Some(caller) => caller.refuse(self.turning_away()),
                     None => self.caller = door.as_mut().and_then(|door| door.wait(Duration::ZERO)),
@@ -217,12 +192,14 @@ impl Agent {
                 let answer = self.open(&device, &kind, &options).unwrap_or_else(Answer::Refused);
                 self.answer(ticket, answer);
             }
+            Order::Service { ticket, device, service, arguments } => self.serve(ticket, &device, service, arguments),
             Order::Shut { device } => {
                 self.opened.remove(&device);
+                locked(&self.shared.besides).remove(&device);
                 let shut = locked(&self.shared.devices).remove(&device);
                 // One that is not taken over yet stays where it runs.
                 if let Some(device) = shut.filter(|device| !self.is_before(device.name())) {
-                    (self.trade.device)(&device, false);
+                    (self.terms.device)(&device, false);
                 }
             }
             Order::Device { device, call } => {
@@ -242,7 +219,10 @@ impl Agent {
             }
             Order::NoFarewell { process, source } => drop(self.farewells.remove(&(process, source))),
             Order::Alive => {}
-            Order::Patience { ms } => self.patience = Duration::from_millis(ms),
+            Order::Patience { ms, silence_ms } => {
+                self.patience = Duration::from_millis(ms);
+                self.shared.silence_ms.store(silence_ms, Ordering::Release);
+            }
             Order::TakeOver { ticket } => {
                 let answer = self.take_over().map_or_else(Answer::Refused, Answer::TakenOver);
                 self.answer(ticket, answer);
@@ -278,14 +258,14 @@ impl Agent {
         let source = self.mine(source)?;
         let script = locked(&self.shared.reader).open(submission, parcel, &mut self.ground)?;
         if let Some(kernel::Op::Table(table)) = script.ops.iter().rfind(|op| matches!(op, kernel::Op::Table(_))) {
-            self.held.insert(source, table.holding(source));
+            self.held.insert(source, Holding::of(table, source));
         }
         self.pass_on()?;
         self.shared.host.submit(source, script);
         Ok(())
     }
 
-    /// Sources elsewhere that a channel here raises are raised by who commands.
+    /// Remote sources that a channel here raises are raised by who commands.
     fn pass_on(&mut self) -> Result<(), String> {
         let raised: Vec<SourceId> =
             locked(&self.shared.reader).raised().filter(|source| !self.passed.contains(source) && self.mine(*source).is_err()).collect();
@@ -307,20 +287,41 @@ impl Agent {
         if let Some(lost) = known {
             return self.reopen(&lost, kind, &options);
         }
-        let (device, description) = match self.open_heir(name, kind, &options)? {
+        let (device, description, beside) = match self.open_heir(name, kind, &options)? {
             Some(heir) => heir,
             None => {
                 let (driver, description) = drivers::open(kind, &options).map_err(|why| why.to_string())?;
-                let device = Device::open_seen(name, driver, self.shared.host.now_ns()).map_err(|why| why.message)?;
-                (self.trade.device)(&device, true);
-                (device, description.to_string())
+                let beside = Beside::of(kind, &*driver);
+                let device = runtime::open_seen(name, driver, self.shared.host.now_ns()).map_err(|why| why.message)?;
+                (self.terms.device)(&device, true);
+                (device, description.to_string(), beside)
             }
         };
         device.obey(self.stop.clone());
         let channels = device.channels().to_vec();
         locked(&self.shared.devices).insert(name.to_owned(), device);
+        locked(&self.shared.besides).insert(name.to_owned(), beside);
         self.opened.insert(name.to_owned(), Opening { kind: kind.to_owned(), options, description: description.clone() });
         Ok(Answer::Opened { channels, description })
+    }
+
+    /// Carries out a service of a driver on a thread of its own: it may last, and orders go on meanwhile.
+    fn serve(&self, ticket: u64, device: &str, service: String, arguments: String) {
+        let Some(beside) = locked(&self.shared.besides).get(device).cloned() else {
+            return self.answer(ticket, Answer::Refused(format!("device '{device}' is not open there")));
+        };
+        let link = self.shared.link.clone();
+        let carry_out = move || {
+            let served = serde_json::from_str(&arguments)
+                .map_err(|why| Unserved::Arguments(format!("the arguments of service '{service}' are no JSON: {why}")))
+                .and_then(|arguments| beside.serve(&service, &arguments));
+            let answer = Answer::Served(served.map(|answer| answer.to_string()));
+            // Where nobody hears it, `receive` says so next.
+            let _heard = link.send(&frame(&News::Answer { ticket, answer }));
+        };
+        if let Err(why) = std::thread::Builder::new().name("service".into()).spawn(carry_out) {
+            self.answer(ticket, Answer::Refused(format!("a thread for the service cannot be started: {why}")));
+        }
     }
 
     /// Whether a device of that name is still with what ran here before.
@@ -329,7 +330,7 @@ impl Agent {
     }
 
     /// The heir of the device of that name that runs here already. Errors: it is another one, in words.
-    fn open_heir(&self, name: &str, kind: &str, options: &serde_json::Value) -> Result<Option<(Arc<Device>, String)>, String> {
+    fn open_heir(&self, name: &str, kind: &str, options: &serde_json::Value) -> Result<Option<(Arc<Device>, String, Beside)>, String> {
         let Some(before) = &self.before else { return Ok(None) };
         let device = locked(&before.shared.devices).get(name).cloned();
         let (Some(device), Some(opening)) = (device, before.opened.get(name)) else { return Ok(None) };
@@ -339,8 +340,9 @@ impl Agent {
                 opening.kind, opening.options
             ));
         }
-        let heir = Device::heir(&device).map_err(|why| why.message)?;
-        Ok(Some((heir, opening.description.clone())))
+        let heir = runtime::heir(&device).map_err(|why| why.message)?;
+        let beside = locked(&before.shared.besides).get(name).cloned().unwrap_or_default();
+        Ok(Some((heir, opening.description.clone(), beside)))
     }
 }
 

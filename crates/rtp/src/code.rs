@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The code that there is in a place: of the library, and of modules that were sent.
 use crate::module::{LIBRARY, Module};
-use kernel::wire::CodeName;
 use modules::{LoadOptions, Probe};
 use opengpac::abi::Descriptor;
 use opengpac::read::{BlockFace, TypeFace};
+use runtime::wire::CodeName;
 use std::any::Any;
 use std::collections::HashMap;
 use std::path::PathBuf;

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What scripts stand on where they run: code, devices, connections.
-use crate::agent::{Devices, locked};
 use crate::code::Code;
 use crate::service::Reaches;
-use interconnect::{Carrier, Memory, Receiver, Sender};
-use kernel::far::Nowhere;
-use kernel::wire::{CodeName, Ground};
-use kernel::{Device, Event, Host, Reach, SourceId, Way};
+use crate::shared::{Devices, locked};
+use interconnect::{Carrier, LostConnection, Memory, Receiver, Sender};
+use kernel::Nowhere;
+use kernel::{Device, Event, Reach, SourceId, Way};
 use modules::Probe;
 use opengpac::abi::Descriptor;
+use runtime::Host;
+use runtime::wire::{CodeName, Ground};
 use std::any::Any;
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -44,9 +45,20 @@ impl Grounds {
         ends.as_mut().ok_or_else(|| format!("this processor has no connection to {what}"))
     }
 
+    /// Tells of connections whose memory another process has written over.
+    pub fn tell_lost(&mut self) {
+        let lost: Vec<LostConnection> = [&mut self.reaches.host, &mut self.reaches.network].into_iter().flatten().flat_map(|ends| ends.lost()).collect();
+        lost.into_iter().for_each(|lost| self.host.tell(unconnected(lost)));
+    }
+
     fn unconnected(&self, way: &Way, message: String) {
         self.host.tell(Event::Unconnected { writer: SourceId(way.spec.writer), reader: SourceId(way.spec.reader), message });
     }
+}
+
+/// What is told of a connection that is lost.
+pub(crate) fn unconnected(LostConnection { writer, reader, message }: LostConnection) -> Event {
+    Event::Unconnected { writer: SourceId(writer), reader: SourceId(reader), message }
 }
 
 impl Ground for Grounds {

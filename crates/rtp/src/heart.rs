@@ -1,44 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The heart of a processor: it beats as long as the sources here serve, on a thread of its own that waits for no socket, lock of a
-//! writer or disk. Whether anybody hears what the processor tells is nothing to it.
-use crate::agent::{Shared, locked};
+//! The heart of what runs in a process: it beats as long as the sources here serve, on a thread of its own that waits for no socket, lock of a
+//! writer or disk. Whether anybody hears what is told is nothing to it. A remote processor has one, and a program whose processors are
+//! threads.
+use crate::service::Terms;
+use crate::shared::{Shared, locked};
 use kernel::SourceId;
+use runtime::Host;
 use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// Between two beats.
-const BEAT: Duration = Duration::from_millis(20);
+pub const BEAT: Duration = Duration::from_millis(20);
 
 /// A timer that has not fired for so long, and for so many of its periods, does not serve: a machine may be held up for half a second.
 const STUCK_NS: i64 = 1_000_000_000;
 const STUCK_PERIODS: i64 = 10;
 
-/// Until the processor ends.
-pub(crate) fn run(shared: &Shared, beat: &dyn Fn()) {
+/// Of a processor, until it ends. Where nobody watches it any more, every output is safe from the next firing on, and the heart beats no more.
+pub(crate) fn run(shared: &Shared, terms: &Terms) {
     let mut firings = Firings::default();
     while !shared.ends.load(Ordering::Acquire) {
-        if firings.serve(shared) && shared.leads.load(Ordering::Acquire) {
-            beat();
+        let patience = Duration::from_millis(shared.silence_ms.load(Ordering::Acquire));
+        if !patience.is_zero() && (terms.unwatched)(patience) {
+            shared.stop.store(true, Ordering::Release);
+            return;
         }
-        std::thread::sleep(BEAT);
+        let sources = locked(&shared.sources).clone();
+        if firings.serve(&shared.host, &sources) && shared.leads.load(Ordering::Acquire) {
+            (terms.beat)();
+        }
+        if (terms.rests)(BEAT) {
+            // Its link breaks only when its memory has been put away.
+            shared.link.close();
+        }
     }
 }
 
 /// Of each timer: its firings, and when there was a new one last.
 #[derive(Default)]
-struct Firings(HashMap<SourceId, (u64, i64)>);
+pub struct Firings(HashMap<SourceId, (u64, i64)>);
 
 impl Firings {
-    /// True while every timer here fires: one that a fault stopped has said so, and counts as serving.
-    fn serve(&mut self, shared: &Shared) -> bool {
-        let now_ns = shared.host.now_ns();
-        let sources = locked(&shared.sources).clone();
+    /// True while every timer of these fires: one that a fault stopped has said so, and counts as serving.
+    pub fn serve(&mut self, host: &Host, sources: &[SourceId]) -> bool {
+        let now_ns = host.now_ns();
         let mut serves = true;
         for source in sources {
-            let Some(period_ns) = shared.host.period_ns(source) else { continue };
-            let statistics = shared.host.statistics(source);
-            let seen = self.0.entry(source).or_insert((statistics.firings, now_ns));
+            let Some(period_ns) = host.period_ns(*source) else { continue };
+            let statistics = host.statistics(*source);
+            let seen = self.0.entry(*source).or_insert((statistics.firings, now_ns));
             if seen.0 != statistics.firings || statistics.stopped {
                 *seen = (statistics.firings, now_ns);
             }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A real-time processor in a process of its own, on this host or on another one.
 //!
-//! The side that commands has a [`Processor`]: to its host a [`kernel::Far`], which runs sources like any other. The side that runs
+//! The side that commands has a [`Processor`]: to its host a [`runtime::Remote`], which runs sources like any other. The side that runs
 //! is [`serve`]: a host of its own, with its kernels, devices and code, that does what comes over the [`interconnect::Link`]. What
-//! travels is in [`protocol`]; scripts and tables in [`kernel::wire`].
+//! travels is in [`protocol`]; scripts and tables in [`runtime::wire`].
 //!
 //! | thread of the processor | does |
 //! |---|---|
@@ -24,13 +24,15 @@ pub mod protocol;
 mod reopening;
 mod serve;
 mod service;
+mod shared;
 mod silence;
 mod take_over;
 mod tells;
 
 pub use code::Code;
+pub use heart::{BEAT, Firings};
 pub use module::{Module, name_of};
-pub use places::{Bounds, Places, Running, Started, Tell};
-pub use processor::{Near, Opened, Processor};
+pub use places::{Bounds, Held, Holder, NO_HOSTS, Near, Places, Running, Started, Tell};
+pub use processor::{Opened, Processor};
 pub use serve::serve;
-pub use service::{Admitted, BlackBox, Caller, Door, OnDevice, Reaches, Service};
+pub use service::{Admitted, BlackBox, Caller, Door, OnDevice, Reaches, Rests, Service, Terms, Unwatched};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Code modules as they travel.
-use kernel::wire::CodeName;
+use runtime::wire::CodeName;
 use std::any::Any;
 use std::collections::hash_map::DefaultHasher;
 use std::hash::{Hash, Hasher};
@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// Key of the blocks that come with every processor.
 pub(crate) const LIBRARY: &str = "library";
 
-/// A code module that can be sent to a processor elsewhere. A block keeps it as what holds its code loaded.
+/// A code module that can be sent to a remote processor. A block keeps it as what holds its code loaded.
 pub struct Module {
     key: String,
     name: String,

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where processors elsewhere come from.
-use crate::Near;
-use interconnect::Link;
+//! Where remote processors come from.
+use device::SafeHandle;
+use interconnect::{Ends, Link};
 use std::sync::Arc;
 use std::time::Duration;
+
+/// What a build without links between hosts says to whoever asks for them.
+pub const NO_HOSTS: &str = "this build has no links between hosts: `make setup-hosts` builds them in the sources, and the wheel has them";
+
+/// What carries connections between this process and a processor.
+pub type Near = Box<dyn Ends>;
 
 /// Starts processors in processes of this host, and finds those that joined from others. Given to a system by whoever makes it.
 pub trait Places: Send + Sync {
@@ -16,12 +22,20 @@ pub trait Places: Send + Sync {
     /// What keeps it from starting, in words.
     fn process(&self, name: &str, bounds: &Bounds) -> Result<Started, String>;
 
+    /// Guards this process itself, for a processor that is threads of it; `lost_after`: how long it may stand still, where somebody said so.
+    ///
+    /// # Errors
+    /// There is no guard, in words.
+    fn this(&self, _processor: &str, _lost_after: Option<Duration>) -> Result<Box<dyn Held>, String> {
+        Err("this system was made without a guard".to_owned())
+    }
+
     /// Lets other hosts join; `options`: JSON. `epoch_ns`: of the system, on CLOCK_MONOTONIC.
     ///
     /// # Errors
     /// In words: the address is taken, or not secured as it needs.
     fn listen(&self, _options: &str, _epoch_ns: i64) -> Result<(), String> {
-        Err("this build is without processors on other hosts".to_owned())
+        Err(NO_HOSTS.to_owned())
     }
 
     /// The system is closed: nothing of what was started for it stays.
@@ -34,18 +48,32 @@ pub trait Places: Send + Sync {
     fn host(&self, host: &str, processor: &str) -> Result<Started, String>;
 }
 
-/// How long each side of a processor elsewhere may say nothing.
+/// Gives the guard what makes a device safe, instead of what it had for it, and waits until it has that; nothing: the device was closed.
+pub type Holder = Box<dyn Fn(&str, &[SafeHandle]) -> Result<(), String> + Send + Sync>;
+
+/// A processor of this process, guarded until this is dropped.
+pub trait Held: Send + Sync {
+    /// What gives it handles; it may outlive this.
+    fn holder(&self) -> Holder;
+
+    /// The kernels here serve. Never waits.
+    fn beat(&self);
+}
+
+/// How long each side of a remote processor may say nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
     /// Of the processor, in a process of this host: it is ended where its heart stands still for so long; none: as long as its guard finds right.
     pub lost_after: Option<Duration>,
-    /// Of who commands it: it counts as lost then, and what goes on without it waits so long for somebody who takes it over.
+    /// Of who commands it, where it is gone: what goes on without it waits so long for somebody who takes it over.
     pub patience: Duration,
+    /// Of who commands it, where it only stands still: it counts as gone then.
+    pub silence: Duration,
 }
 
 impl Default for Bounds {
     fn default() -> Bounds {
-        Bounds { lost_after: None, patience: Duration::from_secs(10) }
+        Bounds { lost_after: None, patience: Duration::from_secs(10), silence: Duration::from_secs(40) }
     }
 }
 

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The commanding side: a processor elsewhere, as a host here sees it.
+//! The commanding side: a remote processor, as a host here sees it.
 mod hears;
+mod remote;
 
-use crate::agent::locked;
 use crate::module::{self, Module};
-use crate::places::{Bounds, Running, Started};
-use crate::protocol::{Answer, News, Order, TakenOver, VERSION, frame, opened};
-use interconnect::{ConnectionSpec, EndError, Ends, Link, Receiver, Sender};
-use kernel::wire::Writer;
-use kernel::{BlockId, BlockTimes, Channel, Device, Event, Far, Host, Op, Script, SourceId, SourceSpec, Statistics, Taken};
+use crate::places::{Bounds, Near, Running, Started};
+use crate::protocol::{Answer, Counted, News, Order, TakenOver, VERSION, frame, opened};
+use crate::shared::locked;
+use device::{Channel, Unserved};
+use interconnect::{ConnectionSpec, EndError, Link, Receiver, Sender};
+use kernel::{BlockId, BlockTimes, Device, Event, Op, RemoteWord, Script, SourceId, SourceSpec, Statistics, Taken};
 use opengpac::abi::ABI as ABI_VERSION;
+use runtime::wire::Writer;
+use runtime::{Host, Remote, remote_device};
 use std::collections::{HashMap, HashSet};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver as Frames, RecvTimeoutError, Sender as Outbox, channel};
 use std::sync::{Arc, Condvar, Mutex, Weak};
 use std::time::{Duration, Instant};
-
-/// What carries connections between this process and the processor.
-pub type Near = Box<dyn Ends>;
 
 /// A device that was opened there: its channels, and what the driver says of itself (JSON).
 #[derive(Debug)]
@@ -41,6 +41,8 @@ pub struct Processor {
     statistics: Mutex<HashMap<SourceId, Statistics>>,
     block_times: Mutex<HashMap<BlockId, BlockTimes>>,
     devices: Mutex<HashMap<String, Weak<Device>>>,
+    /// What the drivers of devices have counted.
+    counted: Mutex<HashMap<String, Counted>>,
     is_up: AtomicBool,
     /// How long it may be silent.
     silence_ms: AtomicU64,
@@ -65,6 +67,8 @@ struct Wire {
 
 /// How long a question may stay unanswered: opening a device or trying a module takes its time, taking a process none.
 const ANSWER: Duration = Duration::from_secs(30);
+/// A service may move a machine: who waits for it decides for how long.
+const SERVICE: Duration = Duration::from_secs(24 * 3600);
 const TAKE: Duration = Duration::from_secs(2);
 
 /// Where nothing else is said for so long, that this side is there is said.
@@ -88,6 +92,7 @@ impl Processor {
             statistics: Mutex::default(),
             block_times: Mutex::default(),
             devices: Mutex::default(),
+            counted: Mutex::default(),
             is_up: AtomicBool::new(false),
             silence_ms: AtomicU64::new(0),
             running: Mutex::default(),
@@ -148,7 +153,7 @@ impl Processor {
         spawn("rtp-sends", Box::new(move || send_all(&frames, &*sender)))?;
         let (this, host) = (self.clone(), Arc::downgrade(host));
         spawn("rtp-hears", Box::new(move || this.hear(&host, &link)))?;
-        self.patience(self.bounds.patience);
+        self.patience();
         let sources = locked(&self.sources).clone();
         sources.into_iter().try_for_each(|(_, spec, here)| self.tell_source(spec, here))
     }
@@ -206,6 +211,24 @@ impl Processor {
         }
     }
 
+    /// Carries out a service of a driver there; arguments and answer are JSON. It lasts as long as the driver takes.
+    ///
+    /// # Errors
+    /// Why it was not carried out, or nobody answers.
+    pub fn service(&self, device: &str, service: &str, arguments: &str) -> Result<String, Unserved> {
+        let (device, service, arguments) = (device.to_owned(), service.to_owned(), arguments.to_owned());
+        match self.ask(SERVICE, |ticket| Order::Service { ticket, device, service, arguments }) {
+            Ok(Answer::Served(served)) => served,
+            Ok(Answer::Refused(why)) | Err(why) => Err(Unserved::Failed(why)),
+            Ok(_) => Err(Unserved::Failed("it gave another answer than was asked for".to_owned())),
+        }
+    }
+
+    /// What the driver of a device there has counted, by name, as it was told last.
+    pub fn counted(&self, device: &str) -> Vec<(String, u64)> {
+        locked(&self.counted).get(device).cloned().unwrap_or_default()
+    }
+
     /// The device, as tables here have it.
     ///
     /// # Errors
@@ -217,7 +240,7 @@ impl Processor {
                 this.send(&Order::Device { device: device.clone(), call });
             }
         });
-        let made = Device::elsewhere(name, channels, calls).map_err(|why| why.message)?;
+        let made = remote_device::open(name, channels, calls).map_err(|why| why.message)?;
         locked(&self.devices).insert(name.to_owned(), Arc::downgrade(&made));
         Ok(made)
     }
@@ -251,6 +274,7 @@ impl Processor {
     /// Closes a device there, behind what was submitted before.
     pub fn shut(&self, device: &str) {
         locked(&self.devices).remove(device);
+        locked(&self.counted).remove(device);
         self.send(&Order::Shut { device: device.to_owned() });
     }
 
@@ -269,8 +293,9 @@ impl Processor {
     }
 
     /// How long this side may say nothing, and how long it goes on without it.
-    fn patience(&self, limit: Duration) {
-        self.send(&Order::Patience { ms: u64::try_from(limit.as_millis()).unwrap_or(u64::MAX) });
+    fn patience(&self) {
+        let ms = |limit: Duration| u64::try_from(limit.as_millis()).unwrap_or(u64::MAX);
+        self.send(&Order::Patience { ms: ms(self.bounds.patience), silence_ms: ms(self.bounds.silence) });
     }
 
     fn send(&self, order: &Order) {
@@ -310,93 +335,6 @@ impl Wire {
             // Where the other side is gone, who hears it says so.
             let _sent = outbox.send(frame(order));
         }
-    }
-}
-
-impl Far for Processor {
-    fn submit(&self, source: SourceId, script: Box<Script>) {
-        let mut wire = locked(&self.wire);
-        wire.last += 1;
-        let submission = wire.last;
-        if let Some(Op::Table(table)) = script.ops.iter().find(|op| matches!(op, Op::Table(_))) {
-            locked(&self.tables).insert(source, table.blocks());
-        }
-        match wire.writer.parcel(&script, &module::name_of) {
-            Ok(parcel) => {
-                wire.scripts.insert(submission, script);
-                wire.send(&Order::Work { source, submission, parcel });
-            }
-            Err(why) => {
-                drop(wire);
-                if let Some(host) = locked(&self.host).upgrade() {
-                    host.tell(Event::Gone { source, block: None, message: why, time_ns: host.now_ns() });
-                }
-            }
-        }
-    }
-
-    fn request(&self, source: SourceId) {
-        self.send(&Order::Request { source });
-    }
-
-    fn restart(&self, source: SourceId) {
-        locked(&self.statistics).entry(source).or_default().stopped = false;
-        self.send(&Order::Restart { source });
-    }
-
-    fn statistics(&self, source: SourceId) -> Statistics {
-        locked(&self.statistics).get(&source).cloned().unwrap_or_default()
-    }
-
-    fn probe(&self, source: SourceId, for_ns: u64) {
-        self.send(&Order::Probe { source, for_ns });
-    }
-
-    fn block_times(&self, block: BlockId) -> BlockTimes {
-        locked(&self.block_times).get(&block).copied().unwrap_or_default()
-    }
-
-    fn take(&self, process: u64, generation: u32, insist: bool) -> Option<Taken> {
-        match self.ask(TAKE, |ticket| Order::Take { ticket, process, generation, insist }) {
-            // One that it has not heard of yet has entered nothing.
-            Ok(Answer::Taken(taken)) => Some(taken.unwrap_or(Taken::Before)),
-            _ => None,
-        }
-    }
-
-    fn enter(&self, process: u64, stage: u16, generation: u32) {
-        self.send(&Order::Enter { process, stage, generation });
-    }
-
-    fn stop(&self, set: bool) {
-        self.send(&Order::Stop { set });
-    }
-
-    fn host(&self) -> Option<&str> {
-        self.host_name.as_deref()
-    }
-
-    fn sender(&self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError> {
-        locked(&self.near).as_mut().ok_or_else(unreached)?.sender(number, spec)
-    }
-
-    fn receiver(&self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError> {
-        locked(&self.near).as_mut().ok_or_else(unreached)?.receiver(number, spec, raise)
-    }
-
-    fn close(&self) {
-        self.closing.store(true, Ordering::Release);
-        // What was not taken over goes on without this side, as it did before.
-        let running = locked(&self.running).take().filter(|_| !self.is_adopted());
-        if let Some(running) = &running {
-            running.ending();
-        }
-        self.send(&Order::Close);
-        if let Some(running) = running {
-            running.end();
-        }
-        // Scripts that were submitted after a loss wait for ever, and hold processes that hold this.
-        (*locked(&self.wire), *locked(&self.near)) = (Wire::default(), None);
     }
 }
 

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What travels between who commands a processor and the processor: frames of `postcard`, one value each.
-use kernel::wire::{EventAs, Parcel};
-use kernel::{BlockId, BlockTimes, Channel, DeviceCall, DeviceState, SourceId, SourceSpec, Statistics, Taken};
+use device::{Channel, Unserved};
+use kernel::{BlockId, BlockTimes, DeviceCall, SourceId, SourceSpec, Statistics, Taken};
+use runtime::DeviceState;
+use runtime::wire::{EventAs, Parcel};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 /// Both sides speak the same version, or they part with words.
-pub const VERSION: u32 = 4;
+pub const VERSION: u32 = 6;
 
 /// To the processor.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum Order {
     /// First. `now_ns`: what the clock of the system shows as this is sent.
     Greet { version: u32, abi: u32, system: String, processor: String, epoch_ns: i64 },
-    /// The next source of the system, here or elsewhere: they are called by their order.
+    /// The next source of the system, here or remote: they are called by their order.
     Source { ticket: u64, spec: SourceSpec, here: bool },
     /// A script for a source.
     Work { source: SourceId, submission: u64, parcel: Parcel },
@@ -29,6 +31,8 @@ pub enum Order {
     Module { ticket: u64, key: String, name: String, bytes: Vec<u8> },
     /// Opens a device; `options`: JSON.
     Open { ticket: u64, device: String, kind: String, options: String },
+    /// A service of a driver; `arguments`: JSON. Its answer may last.
+    Service { ticket: u64, device: String, service: String, arguments: String },
     /// Closes it, once no table has it.
     Shut { device: String },
     /// Asks something of a device.
@@ -42,9 +46,9 @@ pub enum Order {
     NoFarewell { process: u64, source: SourceId },
     /// Who commands is there: sent where nothing else is.
     Alive,
-    /// How long who commands may say nothing before it counts as lost, and how long what goes on then waits for somebody who commands anew,
-    /// ms.
-    Patience { ms: u64 },
+    /// How long who commands may say nothing before it counts as lost (`silence_ms`), and how long what goes on then waits for somebody who
+    /// commands anew (`ms`).
+    Patience { ms: u64, silence_ms: u64 },
     /// The end: devices safe, everything closed; of one that has taken nothing over, what runs goes on.
     Close,
     /// What ran there without a supervisor goes on in what this side has made since.
@@ -62,7 +66,7 @@ pub enum News {
     Answer { ticket: u64, answer: Answer },
     /// What kernels told, in order.
     Events { events: Vec<EventAs>, devices: Vec<(String, DeviceState)> },
-    /// A channel there raises a source that runs elsewhere.
+    /// A channel there raises a remote source.
     Raised { source: SourceId },
     /// How it stands.
     Beat(Beat),
@@ -76,8 +80,13 @@ pub enum Answer {
     Done,
     Refused(String),
     Taken(Option<Taken>),
-    Opened { channels: Vec<Channel>, description: String },
+    Opened {
+        channels: Vec<Channel>,
+        description: String,
+    },
     TakenOver(TakenOver),
+    /// JSON.
+    Served(Result<String, Unserved>),
 }
 
 /// What became of what ran when it was taken over.
@@ -93,6 +102,9 @@ pub struct TakenOver {
     pub gap_ns: Option<i64>,
 }
 
+/// Counters of a driver, by name.
+pub type Counted = Vec<(String, u64)>;
+
 /// A row of a ring: how many before it were lost, number, time, bytes.
 pub type RowAs = (u64, u64, i64, Vec<u8>);
 
@@ -107,6 +119,8 @@ pub struct Beat {
     /// Inbound connections: what was brought last, and since when a ratio value is late.
     pub inbounds: Vec<(u64, Option<i64>, Option<i64>)>,
     pub devices: Vec<(String, DeviceState)>,
+    /// What the drivers of devices have counted, by name.
+    pub counted: Vec<(String, Counted)>,
     /// New rows of each ring, those of older rings first. Where more were written than it holds, those that it holds: as many as a
     /// ring on the commanding side has.
     pub rows: Vec<(u64, Vec<RowAs>)>,

@@ -3,8 +3,10 @@
 use crate::agent::Agent;
 use crate::protocol::Answer;
 use crate::serve::BOUNDARY;
+use crate::shared::locked;
 use crate::take_over::holds_within;
-use kernel::{Device, Holding, Op, Renewal, Script, SourceId};
+use kernel::{Device, Op, Script, SourceId};
+use runtime::{Holding, Renewal};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
@@ -16,10 +18,12 @@ impl Agent {
         // A machine is often open to one driver at a time: the old one is closed first.
         before.close();
         let (driver, description) = drivers::open(kind, options).map_err(|why| why.to_string())?;
+        let beside = device::Beside::of(kind, &*driver);
         let fresh = Device::open(device.name(), driver, self.shared.host.now_ns()).map_err(|why| why.message)?;
         let opened = Renewal::open(device, fresh)?;
-        (self.trade.device)(device, true);
+        (self.terms.device)(device, true);
         self.renew(device, opened)?;
+        locked(&self.shared.besides).insert(device.name().to_owned(), beside);
         Ok(Answer::Opened { channels: device.channels().to_vec(), description: description.to_string() })
     }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The life of a processor: one after the other commands it, and between them it goes on for a while.
-use crate::agent::{Agent, Ended, LOOK, Trade, locked};
+use crate::agent::{Agent, Ended};
 use crate::service::{Admitted, Caller, Door, Service};
+use crate::shared::{LOOK, locked};
 use interconnect::Link;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -16,10 +17,10 @@ const LEFT: i32 = 3;
 /// # Errors
 /// In words: no greeting, another version, orders that cannot be understood.
 pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
-    let Service { reaches, probe, epoch, device, beat, leaves, black_box, mut door } = service;
-    let trade = Arc::new(Trade { probe, epoch, device, beat, leaves });
+    let Service { reaches, black_box, mut door, terms } = service;
+    let terms = Arc::new(terms);
     let first = Admitted { link: link.clone(), reaches, black_box, is_unguarded: false };
-    let mut agent = Agent::hired(first, &trade, None).map_err(|(why, _)| why)?;
+    let mut agent = Agent::hired(first, &terms, None).map_err(|(why, _)| why)?;
     let mut ended = agent.run(&mut door);
     loop {
         if let Some(before) = agent.before.take() {
@@ -75,15 +76,15 @@ fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent
 
 /// Lets somebody in. Errors: it is gone again, and what runs goes on.
 fn admitted(agent: Agent, caller: Box<dyn Caller>) -> Result<Agent, Box<Agent>> {
-    let trade = agent.trade.clone();
+    let terms = agent.terms.clone();
     let Ok(admitted) = caller.admit() else { return Err(Box::new(agent)) };
     // Whoever it was has been told why, or is gone.
-    Agent::hired(admitted, &trade, Some(Box::new(agent))).map_err(|(_, before)| before.expect("it was given"))
+    Agent::hired(admitted, &terms, Some(Box::new(agent))).map_err(|(_, before)| before.expect("it was given"))
 }
 
 /// The end without anybody who commands.
 fn leave(agent: Agent, ended: Ended, door: Option<Box<dyn Door>>) -> Result<(), String> {
-    if agent.trade.leaves && matches!(ended, Ended::Gone) {
+    if agent.terms.leaves && matches!(ended, Ended::Gone) {
         // Every output is safe before it goes.
         agent.stop.store(true, Ordering::Release);
         drop(door);

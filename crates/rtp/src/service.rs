@@ -18,10 +18,27 @@ pub struct Reaches {
 /// Told of a device that was opened (`true`) or is closed.
 pub type OnDevice = Arc<dyn Fn(&Device, bool) + Send + Sync>;
 
+/// Called every 20 ms with how long those who watch this process may stand still: whether both, the guard and the supervisor, have done so for
+/// longer.
+pub type Unwatched = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
+
+/// Rests for so long; true: who commands is dying, and will say nothing any more.
+pub type Rests = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
+
 /// What a processor stands on: what its process gives it.
 pub struct Service {
     /// What carries connections out of the process.
     pub reaches: Reaches,
+    /// Where sources say which block runs, and how many bytes there are: zero, on a cache line, for as long as the process lives.
+    pub black_box: Option<BlackBox>,
+    /// Where a new supervisor knocks, for a process that goes on without one for a while; none: nobody can take it over.
+    pub door: Option<Box<dyn Door>>,
+    /// Whoever commands it.
+    pub terms: Terms,
+}
+
+/// What stays the same for all who command a processor, one after the other.
+pub struct Terms {
     /// Tries code modules in a process of their own.
     pub probe: Probe,
     /// The epoch of the system on this host's CLOCK_MONOTONIC, of that on the commanding host's.
@@ -30,13 +47,13 @@ pub struct Service {
     pub device: OnDevice,
     /// Called as long as the kernels here serve, every 20 ms.
     pub beat: Arc<dyn Fn() + Send + Sync>,
+    /// Whether nobody watches it any more; never, where nobody has to.
+    pub unwatched: Unwatched,
+    /// How the heart rests between two beats.
+    pub rests: Rests,
     /// Where whoever commands is gone without a word, the process ends here with its outputs safe and its devices open: what outlives it is
     /// found as it was by whoever comes back. For a process that has nothing else to do.
     pub leaves: bool,
-    /// Where sources say which block runs, and how many bytes there are: zero, on a cache line, for as long as the process lives.
-    pub black_box: Option<BlackBox>,
-    /// Where a new supervisor knocks, for a process that goes on without one for a while; none: nobody can take it over.
-    pub door: Option<Box<dyn Door>>,
 }
 
 /// Memory where sources say which block runs: zero, on a cache line, for as long as the process lives.
@@ -51,11 +68,24 @@ pub struct BlackBox {
 // SAFETY: an address that the one who serves hands to its host.
 unsafe impl Send for BlackBox {}
 
+/// Where nobody sees who commands die before its link breaks.
+fn rest(span: Duration) -> bool {
+    std::thread::sleep(span);
+    false
+}
+
 impl Service {
-    /// One that stands alone: no connections, no guard.
-    pub fn new(probe: Probe) -> Service {
+    /// One that stands alone: no connections, and nobody who takes it over.
+    pub fn new(terms: Terms) -> Service {
+        Service { reaches: Reaches::default(), black_box: None, door: None, terms }
+    }
+}
+
+impl Terms {
+    /// Without a guard.
+    pub fn new(probe: Probe) -> Terms {
         let (epoch, device, beat) = (Arc::new(|epoch_ns| epoch_ns), Arc::new(|_: &Device, _: bool| {}), Arc::new(|| {}));
-        Service { reaches: Reaches::default(), probe, epoch, device, beat, leaves: false, black_box: None, door: None }
+        Terms { probe, epoch, device, beat, unwatched: Arc::new(|_| false), rests: Arc::new(rest), leaves: false }
     }
 }
 

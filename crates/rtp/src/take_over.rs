@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What ran without a supervisor goes on in what a new one has made beside it.
-use crate::agent::{Agent, locked};
+use crate::agent::Agent;
 use crate::protocol::TakenOver;
 use crate::serve::BOUNDARY;
-use kernel::{Device, Heritage, Holding, Op, Script};
+use crate::shared::locked;
+use kernel::{Device, Op, Script};
+use runtime::{Heritage, Holding};
 use std::collections::HashSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -66,7 +68,7 @@ impl Agent {
         let own = locked(&self.shared.devices);
         for (name, device) in devices {
             if !own.contains_key(&name) {
-                (self.trade.device)(&device, false);
+                (self.terms.device)(&device, false);
             }
         }
     }
@@ -74,8 +76,8 @@ impl Agent {
     /// The longest time for which a device was not written.
     fn gap_ns(&self) -> Option<i64> {
         let devices: Vec<Arc<Device>> = self.held.values().flat_map(Holding::devices).cloned().collect();
-        holds_within(FIRST_WRITE, || devices.iter().all(|device| device.gap_ns().is_some()));
-        devices.iter().filter_map(|device| device.gap_ns()).max()
+        holds_within(FIRST_WRITE, || devices.iter().all(|device| device.seen().gap_ns().is_some()));
+        devices.iter().filter_map(|device| device.seen().gap_ns()).max()
     }
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a processor tells: events as they come, and how it stands.
-use crate::agent::{Shared, locked};
-use crate::protocol::{Beat, News, RowAs, frame};
+use crate::protocol::{Beat, Counted, News, RowAs, frame};
+use crate::shared::{Shared, locked};
 use interconnect::{Row, RowsReader};
-use kernel::wire::EventAs;
-use kernel::{BlockId, BlockTimes, DeviceState, Event};
+use kernel::{BlockId, BlockTimes, Event};
+use runtime::DeviceState;
+use runtime::wire::EventAs;
 use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 
@@ -64,7 +65,12 @@ fn tell_events(shared: &Shared, beats: &mut Beats) -> bool {
 }
 
 fn states(shared: &Shared) -> Vec<(String, DeviceState)> {
-    locked(&shared.devices).iter().map(|(name, device)| (name.clone(), device.state())).collect()
+    locked(&shared.devices).iter().map(|(name, device)| (name.clone(), DeviceState::of(device))).collect()
+}
+
+fn counted(shared: &Shared) -> Vec<(String, Counted)> {
+    let counted = locked(&shared.besides).iter().map(|(name, beside)| (name.clone(), beside.counted())).collect::<Vec<_>>();
+    counted.into_iter().filter(|(_, counted)| !counted.is_empty()).collect()
 }
 
 /// What was told before, so that only what is new is told again.
@@ -87,6 +93,7 @@ impl Beats {
             let sources = locked(&shared.sources).clone();
             beat.sources = sources.into_iter().map(|source| (source, shared.host.statistics(source))).collect();
             beat.blocks = self.block_times(shared);
+            beat.counted = counted(shared);
         }
         beat.devices = states(shared).into_iter().filter(|(name, state)| self.devices.insert(name.clone(), state.clone()).as_ref() != Some(state)).collect();
         let inbounds: Vec<_> = locked(&shared.reader).inbounds().map(|(number, inbound)| (number, inbound.brought_ns(), inbound.late_since_ns())).collect();

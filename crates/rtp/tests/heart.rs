@@ -3,8 +3,8 @@
 use interconnect::{Closed, Link};
 use modules::Probe;
 use opengpac::abi::ABI;
-use rtp::Service;
 use rtp::protocol::{Order, VERSION, frame};
+use rtp::{Service, Terms};
 use std::collections::VecDeque;
 use std::ffi::OsString;
 use std::sync::mpsc::channel;
@@ -59,8 +59,8 @@ impl Link for Still {
     }
 }
 
-fn service(beat: impl Fn() + Send + Sync + 'static) -> Service {
-    Service { beat: Arc::new(beat), ..Service::new(Probe::of(Vec::<OsString>::new())) }
+fn terms(beat: impl Fn() + Send + Sync + 'static) -> Terms {
+    Terms { beat: Arc::new(beat), ..Terms::new(Probe::of(Vec::<OsString>::new())) }
 }
 
 #[test]
@@ -71,10 +71,10 @@ fn a_side_that_takes_nothing_does_not_stop_the_heart() {
     let serving = std::thread::spawn(move || {
         rtp::serve(
             &commands,
-            service(move || {
+            Service::new(terms(move || {
                 // Whoever counts may have seen enough.
                 let _counted = beats.send(());
-            }),
+            })),
         )
     });
     for beat in 0..20 {
@@ -87,10 +87,30 @@ fn a_side_that_takes_nothing_does_not_stop_the_heart() {
 
 #[test]
 fn a_side_that_says_nothing_for_its_patience_is_lost() {
-    let link = Still::after(&[Order::Patience { ms: 200 }]);
+    let link = Still::after(&[Order::Patience { ms: 0, silence_ms: 200 }]);
     let commands: Arc<dyn Link> = link.clone();
     let (ended, told) = channel();
-    std::thread::spawn(move || ended.send(rtp::serve(&commands, service(|| ()))).is_ok());
+    std::thread::spawn(move || ended.send(rtp::serve(&commands, Service::new(terms(|| ())))).is_ok());
     told.recv_timeout(NET).expect("it ends by itself").unwrap();
     assert!(link.state.lock().unwrap().is_closed, "so that the other side learns of it when it goes on");
+}
+
+#[test]
+fn a_process_that_nobody_watches_any_more_stops_its_heart() {
+    let link = Still::after(&[Order::Patience { ms: 200, silence_ms: 60_000 }]);
+    let commands: Arc<dyn Link> = link.clone();
+    let (says, said) = channel();
+    let also = says.clone();
+    let beat = move || also.send("beat").expect("the test is there");
+    let unwatched = move |patience: Duration| {
+        assert_eq!(patience, Duration::from_secs(60));
+        says.send("alone").expect("the test is there");
+        true
+    };
+    let serving = std::thread::spawn(move || rtp::serve(&commands, Service::new(Terms { unwatched: Arc::new(unwatched), ..terms(beat) })));
+    // It may beat until it is known how long who watches may stand still.
+    while said.recv_timeout(NET).expect("it is asked") == "beat" {}
+    link.close();
+    serving.join().unwrap().unwrap();
+    assert_eq!(said.iter().next(), None, "asked once, and no beat more");
 }

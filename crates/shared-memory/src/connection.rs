@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An end of a connection comes to its memory: a file of the run's folder, whose byte 0 the writing end has claimed and byte 1 the reading one.
+//! An end of a connection comes to its memory, whose byte 0 the writing end has claimed and byte 1 the reading one, by locks.
 //!
-//! The first end makes the memory, the last one removes the file. An end that comes to one that lives, after an end of its own kind was killed, takes over what
+//! The first end makes the memory; each end that lives offers it under its name in the run's folder (`offer`), so that it stays as long as one of them
+//! does. An end that comes to one that lives, after an end of its own kind was killed, takes over what
 //! that one held: the buffer that is neither in the middle nor the living end's. The living end says which is its own after
 //! each exchange; between the exchange and the saying both words name the same buffer, so that a newcomer sees that it has to
 //! look again. A dead end's word is never believed.
-use crate::folder::{self, Folder};
+use crate::fate::Fate;
+use crate::folder::Folder;
 use crate::layout::{self, Layout, MADE};
-use crate::locks::{self, Whole};
-use crate::mapping::Mapping;
+use crate::locks;
+use crate::offer::{Offer, offered};
+use crate::sealed::{LINE, Sealed};
 use interconnect::triple::{BACK_AT_FIRST, FRONT_AT_FIRST, MIDDLE_AT_FIRST, in_the_middle};
 use interconnect::{ConnectionSpec, EndError, TripleMemory};
-use std::fs::{self, File};
 use std::io;
-use std::path::PathBuf;
+use std::os::fd::{AsFd, OwnedFd};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::{Duration, Instant};
@@ -26,9 +28,14 @@ pub(crate) enum Role {
 }
 
 impl Role {
-    /// The byte of the file that says that there is one.
-    fn byte(self) -> u32 {
-        self as u32
+    /// The byte of the memory that says that there is one.
+    fn byte(self) -> u64 {
+        self as u64
+    }
+
+    /// What this end of a connection is called in the folder.
+    fn file(self, number: u64) -> String {
+        format!("c{number}-{}", self.name())
     }
 
     fn other(self) -> Role {
@@ -48,17 +55,20 @@ pub(crate) struct Connection {
     pub layout: Layout,
     /// The buffer that this end has.
     pub index: u8,
+    /// What is told when it is lost.
+    pub fate: Arc<Fate>,
     role: Role,
-    file: File,
-    path: PathBuf,
-    /// The folder stays until the last end has left it.
-    _folder: Arc<Folder>,
+    number: u64,
+    /// None once it has been taken back.
+    offer: Option<Offer>,
+    /// It stays until the last end has left it.
+    folder: Arc<Folder>,
 }
 
 impl Connection {
     /// Claims an end of connection `number`, and makes its memory where no other end lives.
     pub fn enter(folder: &Arc<Folder>, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Self, EndError> {
-        let failed = |why: Failure| EndError {
+        Connection::entered(folder, role, number, spec).map_err(|why| EndError {
             message: format!(
                 "cannot make the {} end of connection {number} (source {} to source {}) in shared memory: {}",
                 role.name(),
@@ -66,26 +76,35 @@ impl Connection {
                 spec.reader,
                 why.text(role, layout::len_of(spec)),
             ),
+        })
+    }
+
+    fn entered(folder: &Arc<Folder>, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Self, Failure> {
+        let _alone = folder.alone(number)?;
+        let (own, others) = (folder.file(&role.file(number)), folder.file(&role.other().file(number)));
+        let key = [folder.run(), number];
+        if let Some(present) = Present::find(&own, key)?
+            && locks::is_claimed(&present.memory, role.byte())?
+        {
+            return Err(Failure::Taken);
+        }
+        let joined = match Present::find(&others, key)? {
+            Some(present) if locks::is_claimed(&present.memory, role.other().byte())? => present.join(role, number, spec)?,
+            _ => None,
         };
-        let path = folder.file(&format!("c{number}"));
-        let file = open_alone(&path).map_err(|error| failed(error.into()))?;
-        let (layout, index) = claim(&file, role, spec).map_err(failed)?;
-        locks::unlock(&file).map_err(|error| failed(error.into()))?;
-        Ok(Connection { layout, index, role, file, path, _folder: folder.clone() })
+        let (layout, fate, index) = joined.map_or_else(|| make(role, key, spec), Ok)?;
+        let offer = Some(Offer::new(own, layout.memory().as_fd())?);
+        Ok(Connection { layout, index, fate, role, number, offer, folder: folder.clone() })
     }
 }
 
 impl Drop for Connection {
     fn drop(&mut self) {
-        let last = || -> io::Result<bool> {
-            locks::lock(&self.file, Whole::Alone)?;
-            locks::give_back(&self.file, self.role.byte())?;
-            Ok(!locks::is_claimed(&self.file, self.role.byte())? && !locks::is_claimed(&self.file, self.role.other().byte())?)
-        };
-        // Where a lock cannot be had the file stays until the folder goes.
-        if last().unwrap_or(false) {
-            fs::remove_file(&self.path).ok();
-        }
+        // Where nobody else is kept out, who comes just now may find the end taken, and no harm is done.
+        let _alone = self.folder.alone(self.number);
+        // It fails for no memory that was claimed before.
+        let _given = locks::give_back(self.layout.memory(), self.role.byte());
+        self.offer = None;
     }
 }
 
@@ -95,6 +114,8 @@ enum Failure {
     Taken,
     OtherLengths([u64; 3], [u64; 3]),
     Stopped,
+    /// The words of the memory that this process offers are not what an end leaves.
+    Spoilt(u32),
 }
 
 impl From<io::Error> for Failure {
@@ -106,92 +127,97 @@ impl From<io::Error> for Failure {
 impl Failure {
     fn text(&self, role: Role, len: usize) -> String {
         match self {
-            Failure::System(error) if error.raw_os_error() == Some(libc::ENOSPC) => format!("no room for {len} bytes in /dev/shm; make it larger"),
-            Failure::System(error) => format!("{error}; see who may read and write /dev/shm"),
+            Failure::System(error) if matches!(error.raw_os_error(), Some(libc::ENOSPC | libc::ENOMEM)) => {
+                format!("no memory for {len} bytes; close other programs")
+            }
+            Failure::System(error) => error.to_string(),
             Failure::Taken => format!("it has a {} end that lives; drop that one first", role.name()),
             Failure::OtherLengths(ours, theirs) => {
                 let lengths = |[group, row, depth]: &[u64; 3]| format!("a group of {group} bytes and {depth} rows of {row}");
                 format!("the {} end was made for {}, this one is for {}; make both for the same", role.other().name(), lengths(theirs), lengths(ours))
             }
             Failure::Stopped => format!("the thread of the {} end is stopped inside a publication; resume or end it first", role.other().name()),
+            Failure::Spoilt(process) => {
+                let other = role.other().name();
+                format!(
+                    "the memory that process {process} offers for the {other} end was written over; whichever process did it is at fault: end it, and reset its processor"
+                )
+            }
         }
     }
 }
 
-/// Opens the file and locks it, so that one end comes or goes at a time.
-fn open_alone(path: &std::path::Path) -> io::Result<File> {
-    loop {
-        let file = folder::open(path)?;
-        locks::lock(&file, Whole::Alone)?;
-        // Else the last end has removed it since.
-        if folder::is_at(&file, path) {
-            return Ok(file);
-        }
-    }
+/// Memory that an end offers.
+struct Present {
+    memory: OwnedFd,
+    process: u32,
 }
 
-fn claim(file: &File, role: Role, spec: &ConnectionSpec) -> Result<(Layout, u8), Failure> {
-    if !locks::claim(file, role.byte())? {
-        return Err(Failure::Taken);
+impl Present {
+    /// What is offered under a path for this run and connection; none where nothing is, or something else that has come to that descriptor since.
+    fn find(path: &std::path::Path, [run, number]: [u64; 2]) -> Result<Option<Present>, Failure> {
+        let Some((memory, process)) = offered(path)? else { return Ok(None) };
+        let by = |error: io::Error| Failure::System(io::Error::new(error.kind(), format!("{error} (process {process} offers it)")));
+        let first = Sealed::beginning(memory.try_clone()?, LINE).map_err(by)?;
+        let made = Layout::made_in(&first);
+        let is_it = made.mark.load(Ordering::Acquire) == MADE && made.run.load(Ordering::Relaxed) == run && made.number.load(Ordering::Relaxed) == number;
+        Ok(is_it.then_some(Present { memory, process }))
     }
-    let ours = [spec.asynchronous_len, spec.queue_row_len, spec.queue_depth].map(|len| len as u64);
-    loop {
-        if !locks::is_claimed(file, role.other().byte())? {
-            // What dead ends left may have any length.
-            file.set_len(0)?;
-            let layout = Layout::new(Arc::new(Mapping::new(file, layout::len_of(spec))?), spec);
-            make(&layout, ours);
-            return Ok((layout, if role == Role::Writing { BACK_AT_FIRST } else { FRONT_AT_FIRST }));
-        }
-        let theirs = lengths_in(file)?;
+
+    /// Comes to an end that lives; none where it has died meanwhile.
+    fn join(self, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Option<(Layout, Arc<Fate>, u8)>, Failure> {
+        let Present { memory, process } = self;
+        let first = Sealed::beginning(memory.try_clone()?, LINE)?;
+        let (ours, theirs) = (lengths(spec), Layout::made_in(&first).lengths());
         if theirs != ours {
             return Err(Failure::OtherLengths(ours, theirs));
         }
-        let layout = Layout::new(Arc::new(Mapping::new(file, layout::len_of(spec))?), spec);
-        if let Some(index) = left_over(&layout, file, role)? {
-            let word = if role == Role::Writing { layout.back() } else { layout.front() };
-            word.store(index, Ordering::Release);
-            return Ok((layout, index));
+        let memory = Sealed::received(memory, layout::len_of(spec)).map_err(|_| Failure::Spoilt(process))?;
+        if !locks::claim(&memory, role.byte())? {
+            return Err(Failure::Taken);
         }
+        let fate = Arc::new(Fate::new(number, spec, Some(process)));
+        let layout = Layout::new(Arc::new(memory), fate.clone(), spec);
+        let Some(index) = left_over(&layout, role, process)? else { return Ok(None) };
+        let word = if role == Role::Writing { layout.back() } else { layout.front() };
+        word.store(index, Ordering::Release);
+        Ok(Some((layout, fate, index)))
     }
 }
 
-/// Puts all words where a connection begins.
-fn make(layout: &Layout, [asynchronous_len, queue_row_len, queue_depth]: [u64; 3]) {
-    layout.clear();
+fn lengths(spec: &ConnectionSpec) -> [u64; 3] {
+    [spec.asynchronous_len, spec.queue_row_len, spec.queue_depth].map(|len| len as u64)
+}
+
+/// New memory, with all words where a connection begins.
+fn make(role: Role, [run, number]: [u64; 2], spec: &ConnectionSpec) -> Result<(Layout, Arc<Fate>, u8), Failure> {
+    let memory = Sealed::new(layout::len_of(spec))?;
+    if !locks::claim(&memory, role.byte())? {
+        return Err(Failure::Taken);
+    }
+    let fate = Arc::new(Fate::new(number, spec, None));
+    let layout = Layout::new(Arc::new(memory), fate.clone(), spec);
     layout.middle().store(MIDDLE_AT_FIRST, Ordering::Relaxed);
     layout.back().store(BACK_AT_FIRST, Ordering::Relaxed);
     layout.front().store(FRONT_AT_FIRST, Ordering::Relaxed);
-    let made = layout.made();
-    made.asynchronous_len.store(asynchronous_len, Ordering::Relaxed);
-    made.queue_row_len.store(queue_row_len, Ordering::Relaxed);
-    made.queue_depth.store(queue_depth, Ordering::Relaxed);
-    made.mark.store(MADE, Ordering::Release);
-}
-
-/// For which lengths the other end, which lives, has made the memory.
-fn lengths_in(file: &File) -> Result<[u64; 3], Failure> {
-    let nothing = ConnectionSpec { writer: 0, reader: 0, asynchronous_len: 0, queue_row_len: 0, queue_depth: 0 };
-    let layout = Layout::new(Arc::new(Mapping::new(file, layout::len_of(&nothing))?), &nothing);
-    let made = layout.made();
-    // Whoever lives has made it whole before it gave the file free.
-    if made.mark.load(Ordering::Acquire) != MADE {
-        return Err(io::Error::other("it was made by another version of this program").into());
-    }
-    Ok([&made.asynchronous_len, &made.queue_row_len, &made.queue_depth].map(|len| len.load(Ordering::Relaxed)))
+    layout.made().set(run, number, lengths(spec));
+    Ok((layout, fate, if role == Role::Writing { BACK_AT_FIRST } else { FRONT_AT_FIRST }))
 }
 
 /// The buffer that is neither in the middle nor the other end's; none where the other end has died meanwhile.
-fn left_over(layout: &Layout, file: &File, role: Role) -> Result<Option<u8>, Failure> {
+fn left_over(layout: &Layout, role: Role, process: u32) -> Result<Option<u8>, Failure> {
     let theirs: &AtomicU8 = if role == Role::Writing { layout.front() } else { layout.back() };
     let since = Instant::now();
     loop {
-        let held = in_the_middle(theirs.load(Ordering::Acquire));
+        let held = theirs.load(Ordering::Acquire);
         let middle = in_the_middle(layout.middle().load(Ordering::Acquire));
+        if held > FRONT_AT_FIRST || middle > FRONT_AT_FIRST {
+            return Err(Failure::Spoilt(process));
+        }
         if held != middle {
             return Ok(Some(BACK_AT_FIRST + MIDDLE_AT_FIRST + FRONT_AT_FIRST - held - middle));
         }
-        if !locks::is_claimed(file, role.other().byte())? {
+        if !locks::is_claimed(layout.memory(), role.other().byte())? {
             return Ok(None);
         }
         if since.elapsed() > LOOK_MAX {

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The folder of one run of a system: where the files of its connections lie, and how nothing of them stays.
+//! The folder of one run of a system: the names under which its processes find each other's memory, and how nothing of them stays.
+//!
+//! It holds names and locks only; memory is found through it (`offer`), and never lies in it.
 //!
 //! Each process that uses the folder locks the file `members` beside the others; the system takes that lock away when the process ends, however it ends.
 //! Who gets the lock alone knows that nobody is left, and removes the folder: each member tries when it leaves, and each
-//! that enters tries it with the folders of other runs.
+//! that enters tries it with the folders of other runs. A folder of another user, or one that others may write, is left alone.
 use crate::locks::{self, Whole};
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// The file system that is memory.
 const ROOT: &str = "/dev/shm";
@@ -22,7 +25,24 @@ const NAME_LEN_MAX: usize = 100;
 /// A membership in a folder: it stays until the last member has left.
 pub(crate) struct Folder {
     path: PathBuf,
+    run: u64,
     members: File,
+    /// Between the ends of one membership, which locks of their file do not tell apart.
+    alone: Mutex<()>,
+}
+
+/// As long as it lives, nobody else changes a name of the folder.
+pub(crate) struct Alone<'a> {
+    folder: &'a Folder,
+    at: u64,
+    _here: MutexGuard<'a, ()>,
+}
+
+impl Drop for Alone<'_> {
+    fn drop(&mut self) {
+        // It fails for no file that was locked before.
+        let _given = locks::give_back(&self.folder.members, self.at);
+    }
 }
 
 impl Folder {
@@ -34,6 +54,13 @@ impl Folder {
                 Err(error) if error.kind() != io::ErrorKind::AlreadyExists => return Err(error),
                 _ => {}
             }
+            if !is_ours(&path) {
+                if !path.exists() {
+                    // A sweep has found it without a member.
+                    continue;
+                }
+                return Err(io::Error::other(format!("'{}' belongs to another user, or others may write there", path.display())));
+            }
             let members = match open(&path.join(MEMBERS)) {
                 // Its last member has removed it since.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
@@ -41,14 +68,32 @@ impl Folder {
             };
             locks::lock(&members, Whole::Shared)?;
             if is_at(&members, &path.join(MEMBERS)) {
-                return Ok(Folder { path, members });
+                return Ok(Folder { path, run, members, alone: Mutex::new(()) });
             }
         }
     }
 
-    /// Where a file of the folder is.
+    /// The run that it is of.
+    pub fn run(&self) -> u64 {
+        self.run
+    }
+
+    /// Where a name of the folder is.
     pub fn file(&self, name: &str) -> PathBuf {
         self.path.join(name)
+    }
+
+    /// All names in it.
+    pub fn files(&self) -> impl Iterator<Item = PathBuf> {
+        fs::read_dir(&self.path).into_iter().flatten().flatten().map(|entry| entry.path())
+    }
+
+    /// Waits for who comes or goes under the same number in any process; for a while, and no longer.
+    pub fn alone(&self, at: u64) -> io::Result<Alone<'_>> {
+        // Who panicked with it held has changed nothing half.
+        let here = self.alone.lock().unwrap_or_else(PoisonError::into_inner);
+        locks::claim_soon(&self.members, at)?;
+        Ok(Alone { folder: self, at, _here: here })
     }
 }
 
@@ -61,7 +106,7 @@ impl Drop for Folder {
 /// Removes the folders of runs that have no member left, as of processes that were killed; how many there were.
 pub(crate) fn sweep() -> usize {
     let Ok(entries) = fs::read_dir(ROOT) else { return 0 };
-    let paths = entries.flatten().map(|entry| entry.path()).filter(|path| is_of_a_run(path));
+    let paths = entries.flatten().map(|entry| entry.path()).filter(|path| is_of_a_run(path) && is_ours(path));
     paths.filter(|path| open(&path.join(MEMBERS)).is_ok_and(|members| remove_if_alone(path, &members))).count()
 }
 
@@ -69,6 +114,13 @@ fn is_of_a_run(path: &Path) -> bool {
     let name = path.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_prefix(PREFIX));
     let run = name.and_then(|name| name.rsplit_once('-')).map(|(_, run)| run);
     run.is_some_and(|run| run.len() == RUN_LEN && run.bytes().all(|b| b.is_ascii_hexdigit()))
+}
+
+/// Whether it is a folder, no link to one, of this user, where nobody else may write: else whoever made it says what is removed there.
+fn is_ours(path: &Path) -> bool {
+    // SAFETY: asks for a number.
+    let user = unsafe { libc::geteuid() };
+    fs::symlink_metadata(path).is_ok_and(|about| about.is_dir() && about.uid() == user && about.mode() & 0o022 == 0)
 }
 
 /// Removes a folder that has no member but who opened `members`; true if it was this call that did.
@@ -92,7 +144,7 @@ fn remove(path: &Path) -> bool {
 
 /// Opens a file for reading and writing, which is made where there is none; for its owner alone.
 pub(crate) fn open(path: &Path) -> io::Result<File> {
-    OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o600).open(path)
+    OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o600).custom_flags(libc::O_NOFOLLOW).open(path)
 }
 
 /// True if `path` still leads to `file`: it was not removed, nor made anew, since it was opened.
@@ -142,6 +194,25 @@ mod tests {
             sweep();
             std::thread::yield_now();
         }
+    }
+
+    #[test]
+    fn a_sweep_follows_no_link_and_touches_no_folder_where_others_may_write() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let elsewhere = std::env::temp_dir().join(format!("swept-{:x}", crate::new_run()));
+        fs::create_dir(&elsewhere).expect("a folder");
+        fs::write(elsewhere.join("precious"), "here").expect("it is ours");
+        let link = Path::new(ROOT).join(format!("{PREFIX}link-{:016x}", crate::new_run()));
+        symlink(&elsewhere, &link).expect("a link");
+        let open_to_all = Path::new(ROOT).join(format!("{PREFIX}open-{:016x}", crate::new_run()));
+        fs::create_dir(&open_to_all).expect("a folder");
+        fs::set_permissions(&open_to_all, fs::Permissions::from_mode(0o777)).expect("it is ours");
+        fs::write(open_to_all.join("c1"), "").expect("it is ours");
+        sweep();
+        assert!(elsewhere.join("precious").exists() && open_to_all.join("c1").exists());
+        fs::remove_file(link).expect("it is ours");
+        fs::remove_dir_all(open_to_all).expect("it is ours");
+        fs::remove_dir_all(elsewhere).expect("it is ours");
     }
 
     #[test]

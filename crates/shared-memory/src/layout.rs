@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where things lie in the memory of one connection: words, three buffers of the group, the rows of the queue. What different ends write
-//! lies on different cache lines.
+//! lies on different cache lines. The other end's process may write any of it at any time: each word is checked as it is read, and the first that
+//! cannot be ends the connection (`fate`).
 //!
 //! | line | word | written by |
 //! |---|---|---|
@@ -11,11 +12,12 @@
 //! | 4 | rows pushed | the writer |
 //! | 5 | rows popped | the reader |
 //! | 6 | the bell of the reader's process | the reader, when it is made and dropped |
-use crate::mapping::{LINE, Mapping};
-use interconnect::triple::TripleMemory;
+use crate::fate::{Fate, Word};
+use crate::sealed::{LINE, Sealed};
+use interconnect::triple::{TripleMemory, in_the_middle, is_possible};
 use interconnect::{ConnectionSpec, Header, QueueMemory};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, AtomicUsize};
+use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 
 const LINES_OF_WORDS: usize = 7;
 const BUFFERS: usize = 3;
@@ -25,7 +27,8 @@ const NUMBER_LEN: usize = size_of::<u64>();
 /// The memory of one connection, as one end sees it.
 #[derive(Clone)]
 pub(crate) struct Layout {
-    mapping: Arc<Mapping>,
+    memory: Arc<Sealed>,
+    fate: Arc<Fate>,
     buffer_len: usize,
     row_len: usize,
     depth: usize,
@@ -62,27 +65,58 @@ fn slot_len(row_len: usize) -> usize {
 pub(crate) struct Made {
     /// [`MADE`] once all else is in its place.
     pub mark: AtomicU64,
-    pub asynchronous_len: AtomicU64,
-    pub queue_row_len: AtomicU64,
-    pub queue_depth: AtomicU64,
+    pub run: AtomicU64,
+    pub number: AtomicU64,
+    asynchronous_len: AtomicU64,
+    queue_row_len: AtomicU64,
+    queue_depth: AtomicU64,
+}
+
+impl Made {
+    /// For which lengths it says that it was made.
+    pub fn lengths(&self) -> [u64; 3] {
+        [&self.asynchronous_len, &self.queue_row_len, &self.queue_depth].map(|len| len.load(Ordering::Relaxed))
+    }
+
+    /// Says what it was made for; last of all.
+    pub fn set(&self, run: u64, number: u64, [asynchronous_len, queue_row_len, queue_depth]: [u64; 3]) {
+        self.run.store(run, Ordering::Relaxed);
+        self.number.store(number, Ordering::Relaxed);
+        self.asynchronous_len.store(asynchronous_len, Ordering::Relaxed);
+        self.queue_row_len.store(queue_row_len, Ordering::Relaxed);
+        self.queue_depth.store(queue_depth, Ordering::Relaxed);
+        self.mark.store(MADE, Ordering::Release);
+    }
 }
 
 /// Changes with the layout.
-pub(crate) const MADE: u64 = 0x6f70_656e_6770_0001;
+pub(crate) const MADE: u64 = 0x6f70_656e_6770_0002;
 
 impl Layout {
-    /// `mapping` has the bytes that [`len_of`] gives.
-    pub fn new(mapping: Arc<Mapping>, spec: &ConnectionSpec) -> Self {
-        Layout { mapping, buffer_len: buffer_len(spec.asynchronous_len), row_len: spec.queue_row_len, depth: spec.queue_depth }
+    /// `memory` has the bytes that [`len_of`] gives.
+    pub fn new(memory: Arc<Sealed>, fate: Arc<Fate>, spec: &ConnectionSpec) -> Self {
+        Layout { memory, fate, buffer_len: buffer_len(spec.asynchronous_len), row_len: spec.queue_row_len, depth: spec.queue_depth }
     }
 
-    /// Everything zero: no publication, no row. Only where no other end lives.
-    pub fn clear(&self) {
-        self.mapping.clear();
+    /// The memory itself.
+    pub fn memory(&self) -> &Sealed {
+        &self.memory
+    }
+
+    /// Whether it is lost.
+    #[inline]
+    pub fn is_lost(&self) -> bool {
+        self.fate.is_lost()
     }
 
     pub fn made(&self) -> &Made {
-        self.word(0)
+        Layout::made_in(&self.memory)
+    }
+
+    /// What stands in the first line of any memory that has one.
+    pub fn made_in(memory: &Sealed) -> &Made {
+        // SAFETY: as in `word`.
+        unsafe { memory.at(0).cast().as_ref() }
     }
 
     pub fn back(&self) -> &AtomicU8 {
@@ -102,27 +136,36 @@ impl Layout {
         const { assert!(size_of::<T>() <= LINE && align_of::<T>() <= LINE) };
         // SAFETY: lines are aligned and inside the mapping, which lives as long as `self`; `T` is made of atomic words only (private,
         // and called so above and below), for which any bytes are a value and which may be shared with other processes.
-        unsafe { self.mapping.at(line * LINE).cast().as_ref() }
+        unsafe { self.memory.at(line * LINE).cast().as_ref() }
     }
 
-    /// The bytes of a buffer. An index that is none, as after another process wrote over the words, is taken for the last.
+    /// The bytes of a buffer, of which an end has only what [`TripleMemory::given`] gave.
     fn buffer(&self, index: u8) -> *mut [u8] {
         let index = usize::from(index).min(BUFFERS - 1);
-        let start = self.mapping.at(LINES_OF_WORDS * LINE + index * lines(self.buffer_len));
+        let start = self.memory.at(LINES_OF_WORDS * LINE + index * lines(self.buffer_len));
         std::ptr::slice_from_raw_parts_mut(start.as_ptr(), self.buffer_len)
+    }
+
+    /// Whether so many rows may wait: else it is lost.
+    #[inline]
+    fn may_wait(&self, rows: usize) -> bool {
+        if rows > self.depth {
+            self.fate.lose(Word::Rows, rows as u64);
+        }
+        rows <= self.depth && !self.is_lost()
     }
 
     /// Number and bytes of the row in a slot.
     fn slot(&self, slot: usize) -> (*mut u64, *mut [u8]) {
         let rows = LINES_OF_WORDS * LINE + BUFFERS * lines(self.buffer_len);
         let start = rows + slot * slot_len(self.row_len);
-        let number = self.mapping.at(start + number_at(self.row_len)).cast().as_ptr();
-        (number, std::ptr::slice_from_raw_parts_mut(self.mapping.at(start).as_ptr(), self.row_len))
+        let number = self.memory.at(start + number_at(self.row_len)).cast().as_ptr();
+        (number, std::ptr::slice_from_raw_parts_mut(self.memory.at(start).as_ptr(), self.row_len))
     }
 }
 
 // SAFETY: the mapping stays where it is while `self` lives; buffers are apart by whole lines; that there is one end of each kind at a time is
-// kept by the claims in `connection`.
+// kept by the claims in `connection`. A process at the other end that does not keep to it can write what it likes there, and no address.
 unsafe impl TripleMemory for Layout {
     #[inline]
     fn middle(&self) -> &AtomicU8 {
@@ -137,6 +180,15 @@ unsafe impl TripleMemory for Layout {
     #[inline]
     fn for_writing(&self, index: u8) -> *mut [u8] {
         self.buffer(index)
+    }
+
+    #[inline]
+    fn given(&self, word: u8, own: u8) -> u8 {
+        if is_possible(word, own) {
+            return in_the_middle(word);
+        }
+        self.fate.lose(Word::Middle, word.into());
+        own
     }
 }
 
@@ -166,5 +218,19 @@ unsafe impl QueueMemory for Layout {
     #[inline]
     fn for_writing(&self, slot: usize) -> (*mut u64, *mut [u8]) {
         self.slot(slot)
+    }
+
+    /// Of a connection that is lost the queue is full for the writer.
+    #[inline]
+    fn popped_of(&self, pushed: usize) -> usize {
+        let popped = self.popped().load(Ordering::Acquire);
+        if self.may_wait(pushed.wrapping_sub(popped)) { popped } else { pushed.wrapping_sub(self.depth) }
+    }
+
+    /// Of a connection that is lost the queue is empty for the reader.
+    #[inline]
+    fn pushed_of(&self, popped: usize) -> usize {
+        let pushed = self.pushed().load(Ordering::Acquire);
+        if self.may_wait(pushed.wrapping_sub(popped)) { pushed } else { popped }
     }
 }

@@ -12,6 +12,10 @@
 //! | if the other is preempted, stopped or killed anywhere | goes on; rows until the queue is full | goes on, with the last complete publication and the rows that were pushed whole |
 //! | if it is killed itself and made again | goes on behind the rows that wait, in the buffer that is free | the newest publication is news for it, and the rows that wait are |
 //!
+//! Memory has no name and a size that nobody can change ([`Sealed`]): the folder of a run has names only, that lead to it. The process at the other end may
+//! write any word of it at any time: a word that no end writes loses the connection, with a reason that [`Ends::lost`] tells; nobody waits for
+//! another longer than a moment.
+//!
 //! The system knows who lives by locks on files, which it takes away from a process that is killed ([`locks`]); so nothing here
 //! has to be told of a death, and what a dead process left is found and removed (`folder`).
 //!
@@ -33,24 +37,29 @@
 //! ```
 mod bell;
 mod connection;
+mod fate;
 mod folder;
 mod layout;
 mod listener;
 mod locks;
-mod mapping;
+mod offer;
 mod receiver;
+mod sealed;
 mod sender;
+
+pub use sealed::Sealed;
 
 use bell::Bells;
 use connection::{Connection, Role};
+use fate::Fate;
 use folder::Folder;
-use interconnect::{ConnectionSpec, EndError, Ends, Receiver, Sender};
+use interconnect::{ConnectionSpec, EndError, Ends, LostConnection, Receiver, Sender};
 use listener::Listener;
 use receiver::{SharedReceiver, Watch};
 use sender::SharedSender;
 use std::hash::{BuildHasher, RandomState};
 use std::io;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 /// Ends of connections in memory that the processes of one run of a system share. It may be dropped before its ends.
 ///
@@ -61,6 +70,8 @@ pub struct SharedMemory {
     listener: Option<Arc<Listener>>,
     bells: Arc<Bells>,
     folder: Arc<Folder>,
+    /// Of the ends that it made.
+    fates: Vec<Weak<Fate>>,
 }
 
 impl SharedMemory {
@@ -76,7 +87,14 @@ impl SharedMemory {
         folder::sweep();
         let folder = Folder::enter(system, run).map_err(failed)?;
         let bells = Bells::open(&folder).map_err(failed)?;
-        Ok(SharedMemory { listener: None, bells: Arc::new(bells), folder: Arc::new(folder) })
+        Ok(SharedMemory { listener: None, bells: Arc::new(bells), folder: Arc::new(folder), fates: Vec::new() })
+    }
+
+    fn enter(&mut self, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Connection, EndError> {
+        let connection = Connection::enter(&self.folder, role, number, spec)?;
+        self.fates.retain(|fate| fate.strong_count() > 0);
+        self.fates.push(Arc::downgrade(&connection.fate));
+        Ok(connection)
     }
 
     fn listener(&mut self) -> io::Result<Arc<Listener>> {
@@ -89,12 +107,12 @@ impl SharedMemory {
 
 impl Ends for SharedMemory {
     fn sender(&mut self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError> {
-        let connection = Connection::enter(&self.folder, Role::Writing, number, spec)?;
+        let connection = self.enter(Role::Writing, number, spec)?;
         Ok(Box::new(SharedSender::new(connection, self.bells.clone(), spec)))
     }
 
     fn receiver(&mut self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError> {
-        let connection = Connection::enter(&self.folder, Role::Reading, number, spec)?;
+        let connection = self.enter(Role::Reading, number, spec)?;
         let watched = match spec.queue_depth {
             0 => None,
             _ => {
@@ -109,6 +127,10 @@ impl Ends for SharedMemory {
             }
         };
         Ok(Box::new(SharedReceiver::new(connection, watched, spec)))
+    }
+
+    fn lost(&mut self) -> Vec<LostConnection> {
+        self.fates.iter().filter_map(|fate| fate.upgrade()?.news()).collect()
     }
 }
 

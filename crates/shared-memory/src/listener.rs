@@ -7,11 +7,16 @@ use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 /// Its priority where the rights are given: above every source, as it works for them all; a raise is short.
 const PRIORITY: i32 = 99;
-/// A count that is further off than this was written over by something else: it is not followed.
-const ROWS_MAX: usize = 1 << 20;
+/// A count that is further off than this, and than the queue is deep, was written over by something else: it is not followed.
+const ROWS_MAX: usize = 1 << 10;
+/// Rings one after the other that nothing had come for, before this thread rests a while: whoever rings without a row does not get a
+/// processor for it.
+const VAIN_MAX: u32 = 16;
+const REST: Duration = Duration::from_millis(1);
 
 type Raise = Arc<dyn Fn() + Send + Sync>;
 
@@ -71,7 +76,7 @@ impl Listener {
 impl Drop for Listener {
     fn drop(&mut self) {
         self.shared.ends.store(true, Ordering::SeqCst);
-        self.shared.bells.ring(self.shared.number);
+        self.shared.bells.rouse(self.shared.number);
         if let Some(thread) = self.thread.take() {
             // It would wait for itself where a raise dropped the last end; then the thread ends by itself.
             if thread.thread().id() != thread::current().id() {
@@ -87,9 +92,15 @@ impl Shared {
         // SAFETY: of this thread. Without the rights it listens at an ordinary priority.
         unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameters) };
         let mut due: Vec<(Raise, usize)> = Vec::new();
+        let mut vain = 0;
         while !self.ends.load(Ordering::SeqCst) {
             let heard = self.bells.rings(self.number);
             due.extend(self.watched().iter_mut().filter_map(Watched::due));
+            vain = if due.is_empty() { vain + 1 } else { 0 };
+            if vain > VAIN_MAX {
+                vain = 0;
+                thread::sleep(REST);
+            }
             // The lock is free again: who is raised may make and drop ends.
             for (raise, rows) in due.drain(..) {
                 (0..rows).for_each(|_| raise());
@@ -110,6 +121,6 @@ impl Watched {
         let pushed = self.layout.pushed().load(Ordering::Acquire);
         let rows = pushed.wrapping_sub(self.raised);
         self.raised = pushed;
-        (rows > 0).then(|| (self.raise.clone(), if rows > ROWS_MAX { 1 } else { rows }))
+        (rows > 0).then(|| (self.raise.clone(), if rows > ROWS_MAX.max(self.layout.depth()) { 1 } else { rows }))
     }
 }

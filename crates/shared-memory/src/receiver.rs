@@ -45,7 +45,14 @@ impl SharedReceiver {
 
 impl Receiver for SharedReceiver {
     fn latch(&mut self, _now_ns: i64) -> Option<Header> {
+        if self.connection.layout.is_lost() {
+            return None;
+        }
         if self.group.latch() {
+            // What it got is known to be whole only where the word was one that can be.
+            if self.connection.layout.is_lost() {
+                return None;
+            }
             self.connection.layout.front().store(self.group.index(), Ordering::Release);
         } else if !self.inherited {
             return None;

@@ -32,6 +32,9 @@ impl Sender for SharedSender {
     }
 
     fn publish(&mut self, number: u64, now_ns: i64) {
+        if self.connection.layout.is_lost() {
+            return;
+        }
         let buffer = self.group.back();
         Header { number, time_ns: now_ns }.write(buffer, Header::behind(self.group_len));
         buffer[published_at(self.group_len)] = 1;

@@ -4,86 +4,61 @@
 //! A call of the PS takes the [`System`]'s lock, plans or commands, and hands scripts to the kernels; what kernels tell is taken
 //! by the supervisor's thread (under the virtual clock: by whoever advances time). Nothing here is on a real-time path: a
 //! transition that lies in one source is a reaction, prepared here when the instance is made and carried out by its kernel.
-mod ages;
-mod alarms;
-mod apply;
-mod block_times;
-mod catalog;
-mod claims;
-mod commanded;
-mod companions;
-mod configure;
-mod connect;
+//!
+//! The folders are floors; each knows those below it. `registry`: what there is, and who writes it. `wiring`: where blocks, cells and
+//! connections lie. `lifecycle`: a verb instance as it is kept. `observation`, `safety`, `remote`: the state of each of these. `carrying`:
+//! movements carried out. `core`: all of that under one lock. `protection`, `course`, `handover`: what happens to it. `calls`: what a
+//! programming system calls.
+mod calls;
+mod carrying;
+mod copied;
 mod core;
-mod create;
-mod cut_off;
-mod deadlines;
-mod devices;
-mod download;
-mod drawings;
-mod elsewhere;
-mod emergency;
-mod end;
-mod ending;
-mod ends;
-mod events;
-mod exchange;
-mod faces;
-mod follow;
-mod histories;
-mod homes;
-mod identity;
-mod install;
-mod instance;
-mod inventory;
-mod life;
-mod location;
-mod log;
-mod lost;
-mod modes;
-mod named;
-mod observe;
-mod outputs;
+mod course;
+mod handover;
+mod lifecycle;
+mod numbers;
+mod observation;
 mod patterns;
-mod pause;
-mod picture;
-mod proceed;
-mod psi;
-mod record;
+mod precedence;
+mod protection;
 mod refuse;
-mod reopening;
-mod report;
-mod requirements;
-mod retune;
-mod sane;
-mod sequence;
-mod stages;
-mod start;
-mod suspend;
-mod svvs;
+mod registry;
+mod remote;
+mod safety;
+mod scripts;
+mod supervise;
 mod system;
-mod tables;
-mod take_over;
-mod tap;
-mod taps;
-mod trial;
-mod values;
+mod waiting;
+mod wiring;
 
-pub use alarms::{Alarm, AlarmText, Severity};
-pub use apply::DeviceRequest;
-pub use companions::Companion;
-pub use configure::SvvRequest;
-pub use download::{build, library_json, load};
-pub use ends::End;
-pub use instance::Limits;
-pub use location::{InProcess, Location, Patience};
-pub use log::Entry;
-pub use modes::Mode;
-pub use observe::{Past, type_tree};
-pub use report::{Other, Report};
+pub use calls::apply::DeviceRequest;
+pub use calls::block_times::BlockTimes;
+pub use calls::inventory::{DevicePart, Inventory, PhysicalDeviceAbout, ProcessorAbout};
+pub use calls::observe::Past;
+pub use calls::statistics::{InstanceStatistics, KindOfSource, PhysicalDeviceStatistics, SourcePlace, SourceStatistics, Statistics};
+pub use calls::svvs::SvvRequest;
+pub use calls::tap::Tap;
+pub use calls::values::Reading;
+pub use calls::verbs::{VerbClass, VerbForm, VerbSummary};
+pub use device::Geometry;
+pub use handover::take_over::{Anew, OfProcessor, TakenOver};
+pub use lifecycle::instance::Limits;
+pub use lifecycle::report::{Other, Report};
+pub use lifecycle::trial::{BlockTrial, TrialRequest, trial};
+pub use observation::about::{BlockAbout, InstanceAbout, ModuleAbout, Names, SvvAbout, SvvOwn};
+pub use observation::companions::Companion;
+pub use observation::drawn::{
+    CellKind, DueBy, Installed, InstalledActivation, InstalledBlock, InstalledCell, InstalledCondition, InstalledInstance, InstalledList, InstalledPort,
+    InstalledTransition, PortDirection, PortValue,
+};
+pub use observation::ends::End;
+pub use observation::inbox::TapChannel;
+pub use observation::log::Entry;
+pub use observation::samples::{Run, Samples};
+pub use observation::states::{DeviceState, InstanceState, Paused};
+pub use precedence::first;
+pub use registry::download::{build, library, load};
+pub use registry::location::{InProcess, Location, Patience};
+pub use safety::alarms::{Alarm, AlarmList, AlarmText, Severity};
+pub use safety::modes::Mode;
 pub use system::{System, Waited};
-pub use take_over::{Anew, OfProcessor, TakenOver};
-pub use tap::{Run, Samples, Tap};
-pub use taps::TapChannel;
-pub use trial::{BlockTrial, TrialRequest, trial};
-pub use values::Reading;

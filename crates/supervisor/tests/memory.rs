@@ -82,6 +82,6 @@ fn ten_thousand_instances_leave_nothing() {
     }
     let kept = rig.system.history("x", 1_000).expect("it has a history");
     assert_eq!(kept.len(), 100, "as many as were declared");
-    let statistics = rig.system.statistics_json();
-    assert!(statistics["sources"].as_object().unwrap().values().all(|source| source["steps"] == 0), "{statistics}");
+    let statistics = rig.system.statistics();
+    assert!(statistics.sources.values().all(|source| source.steps == 0), "{statistics:?}");
 }

@@ -2,7 +2,7 @@
 //! Under the monotonic clock, with real threads: bounded by counts, never by time.
 mod common;
 use common::*;
-use kernel::ClockKind;
+use runtime::ClockKind;
 use serde_json::json;
 use std::time::Duration;
 use supervisor::Waited;
@@ -76,6 +76,6 @@ fn several_threads_call_at_once_and_every_start_has_one_end() {
     });
     let (starts, ends) = (rig.logged("start").len(), rig.logged("end").len());
     assert_eq!((starts, ends), (300, 300));
-    let statistics = rig.system.statistics_json();
-    assert!(statistics["sources"].as_object().unwrap().values().all(|source| source["steps"] == 0), "{statistics}");
+    let statistics = rig.system.statistics();
+    assert!(statistics.sources.values().all(|source| source.steps == 0), "{statistics:?}");
 }

@@ -53,6 +53,8 @@ class _Signal(LogicalDevice):
             way, wanted = "written" if channel.write else "read", "written" if self._written else "read"
             says = f"channel '{channel.device.name}.{channel.name}' ({channel.type}) is {way}"
             refuse(CallError, f"{kind} '{name}' cannot be: {says}", f"give a channel of type {self._type} that is {wanted}")
+        if not (on is None or isinstance(on, Source)):
+            refuse(CallError, f"{kind} '{name}' is to be on {on!r}", "give an interrupt source, or leave on= out")
         source = channel.device.source if on is None else on
         every = {"write" if self._written else "read": source.period} if source.period else None
         self._channel = channel

@@ -6,10 +6,8 @@ from __future__ import annotations
 import importlib
 import json
 import os
-import re
-import tomllib
 import types
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path as File
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -27,12 +25,14 @@ from ..parameters import InputParameter, Object, Requirement, absent
 from ..places import Place
 from ..suspension import Holding
 from ..verbs import Verb
+from .contents import DefinitionFile
 from .form import Finding, findings
 from .making import LoadedGraph, LoadedVerb, Origin, part_of, placed
 from .naming import Given, Names
-from .positions import Path, line_at, lines_of
+from .parsing import error_of, is_toml, parsed
+from .positions import Path, lines_of
 from .shortening import long
-from .trees import KINDS, Definition, Tree
+from .trees import KINDS, Tree
 
 if TYPE_CHECKING:
     from ..system import System
@@ -40,43 +40,6 @@ if TYPE_CHECKING:
 _PACKAGE = __name__.split(".", 1)[0]
 
 Devices: TypeAlias = "Mapping[str, type[LogicalDevice]] | list[type[LogicalDevice]] | None"
-
-
-class DefinitionFile(Mapping[str, Any]):
-    """What a file defines: `shapes["smooth"]` or `shapes.smooth` is a graph, a verb that can be called, or a device type.
-
-    `description` is the file's, `path` where it is, `modules` its code modules: name → file.
-    """
-
-    def __init__(self, path: File, tree: Tree) -> None:
-        self.path = path
-        self.description: str = tree.get("description", "")
-        self.modules: dict[str, str] = dict(tree.get("modules", {}))
-        self._made: dict[str, Definition] = {}
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self._made:
-            raise UnknownName(
-                f"file '{self.path}' defines no '{name}'", remedy=did_you_mean(name, self._made), place=Place(str(self.path), 1)
-            )
-        return self._made[name]
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):
-            raise AttributeError(name)
-        return self[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._made)
-
-    def __len__(self) -> int:
-        return len(self._made)
-
-    def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self._made]
-
-    def __repr__(self) -> str:
-        return f"definitions of '{self.path}': {', '.join(self._made)}"
 
 
 @taking
@@ -117,50 +80,6 @@ def read_file(path: str | os.PathLike[str], *, stand_in: bool = False, **given: 
     reading = _Reading(file, tree, lines, stand_in, **given)
     reading.read()
     return reading.made, reading.errors
-
-
-def is_toml(file: File) -> bool:
-    """Whether it is TOML, by its ending."""
-    if file.suffix not in (".toml", ".json"):
-        raise FileFailed(
-            f"the file '{file}' is neither TOML nor JSON", remedy="give it the ending .toml or .json", place=Place(str(file), 1)
-        )
-    return file.suffix == ".toml"
-
-
-def parsed(file: File, text: str, toml: bool) -> Any:
-    """The tree of a text; an error in it has its line."""
-    try:
-        return tomllib.loads(text) if toml else json.loads(text, object_pairs_hook=_once, parse_constant=_no_constant)
-    except tomllib.TOMLDecodeError as error:
-        found = re.search(r" \(at line (\d+), column \d+\)$", str(error))
-        line, why = (int(found[1]), str(error)[: found.start()]) if found else (max(1, text.count("\n")), str(error))
-    except json.JSONDecodeError as error:
-        line, why = error.lineno, error.msg
-    except ValueError as error:
-        line, why = 1, str(error)
-    what = "TOML" if toml else "JSON"
-    raise DefinitionError(
-        f"the file is no {what}: {why[:1].lower()}{why[1:]}", remedy="mend this line first", place=Place(str(file), line)
-    ) from None
-
-
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    made: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in made:
-            raise ValueError(f"'{key}' is there twice in one object")
-        made[key] = value
-    return made
-
-
-def _no_constant(text: str) -> Any:
-    raise ValueError(f"{text} is no number")
-
-
-def error_of(finding: Finding, file: File, lines: dict[Path, int]) -> Error:
-    """The exception for a finding."""
-    return finding.kind(finding.message, remedy=finding.remedy, place=Place(str(file), line_at(lines, finding.path)))
 
 
 class _Skipped(Exception):
@@ -317,9 +236,9 @@ class _Reading:
         for device_type in device_types:
             definitions.enter_device_type(device_type)
         with refusals:
-            found = definitions.native.check_definition(json.dumps({kind: drawn}))
-        if found != "[]":
-            raise from_refusals(found)
+            found = definitions.native.check_definition({kind: drawn})
+        if found:
+            raise from_refusals(json.dumps(found))
 
     def _graph(self, tree: Tree, origin: Origin) -> Graph:
         before = len(self.errors)

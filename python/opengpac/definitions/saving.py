@@ -17,8 +17,8 @@ from ..places import Place
 from ..verbs import Verb
 from .form import FORMAT, VERSION, findings
 from .merging import merged
+from .parsing import error_of, is_toml, parsed
 from .positions import lines_of
-from .reading import error_of, is_toml, parsed
 from .rendering import json_file, toml_file
 from .shortening import long, short
 from .trees import KINDS, Collected, Definition, Tree

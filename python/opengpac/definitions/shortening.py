@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from ..errors import refusals
 from ..quantities import duration_ns, is_duration
 from .trees import Tree
 
@@ -32,7 +33,8 @@ def long(kind: str, key: str, tree: Tree) -> Tree:
         return empty | tree | {"transitions": steps}
     if "ending_limit" in tree:
         tree["ending_limit_ns"] = duration_ns(tree.pop("ending_limit"))
-    made: Tree = json.loads(_native.long_form(_PLURAL[kind], json.dumps(tree)))
+    with refusals:
+        made: Tree = json.loads(_native.long_form(_PLURAL[kind], json.dumps(tree)))
     for name, given in tree.get("conditions", {}).items():
         if isinstance(given, dict) and isinstance(given.get("raises"), str):
             made["conditions"][name]["raises"] = given["raises"]

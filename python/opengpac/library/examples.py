@@ -69,7 +69,7 @@ def _one(block: Block, item: Item) -> Any:
 
 
 def default_of(block: Block, item: Item) -> Any:
-    """The default of a parameter or input, or the preset of a condition; of a sized one as many elements as the least size."""
+    """The default of a parameter or input, or the preset of a condition; of a sized one as many elements as the minimum size."""
     text = item.type
     if item.sized:
         size = next(i for i in block.items.values() if i.kind == "size")

@@ -21,7 +21,7 @@ PERIOD = "20 ms"
 """How often set-points are stored."""
 
 LEAST = 1e-6
-"""The least speed or acceleration that can be asked for."""
+"""The minimum speed or acceleration that can be asked for."""
 
 HOMED = required(NotHomed, when="arm.needs_home", remedy="find its zero first: gpac.motion.home(…) or home_here(…)")
 """A motion to a position needs a joint that knows where it is."""

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,9 @@ def each_point(given: Any, objects: Mapping[str, Any]) -> Any:
     """One value for all way-points, or one for each: filled up with the last."""
     if isinstance(given, int | float | np.number):
         return [float(given)] * POINTS_MAX
+    is_list = isinstance(given, Sequence) and not isinstance(given, str | bytes)
+    if not is_list and not (isinstance(given, np.ndarray) and given.ndim == 1):
+        refuse(CallError, f"{given!r} is given for the way-points", f"give one number for all, or a list of 1 to {POINTS_MAX}")
     values = list(given)
     if not 1 <= len(values) <= POINTS_MAX:
         refuse(CallError, f"{len(values)} values are given for the way-points", f"give one for all, or 1 to {POINTS_MAX}")

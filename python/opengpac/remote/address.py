@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where a real-time system elsewhere is: `unix:///path.sock`, `http://127.0.0.1:PORT`, `https://HOST:PORT`."""
+"""Where a remote real-time system is: `unix:///path.sock`, `http://127.0.0.1:PORT`, `https://HOST:PORT`."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Answers of HTTP/1.1 (RFC 9112), read from a socket: what a call costs here is part of what a start from elsewhere costs, and the
+"""Answers of HTTP/1.1 (RFC 9112), read from a socket: what a call costs here is part of what a remote start costs, and the
 standard library's reader takes headers for those of an e-mail, which lasts longer than all else that a program does with a request.
 """
 
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import http.client
 import socket
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 _ROOM = 1 << 16
 """Bytes that are read at a time, and the longest head."""
@@ -22,12 +22,13 @@ class Answer(NamedTuple):
     """Where it was refused for want of time: how long to wait before it is asked again."""
 
 
-def read(wire: socket.socket) -> tuple[Answer, bool]:
-    """The next answer, and whether the connection can be used again.
+def read(wire: socket.socket, incoming: Incoming | None = None) -> tuple[Answer, bool]:
+    """The next answer, and whether the connection can be used again. `incoming`: new, or what came until an interrupt.
 
     Raises `OSError` where none comes, `http.client.HTTPException` where what comes is none.
     """
-    incoming = _Incoming(wire)
+    incoming = incoming or Incoming()
+    incoming.wire = wire
     version, status, headers = _head(incoming.until(b"\r\n\r\n"))
     while status < 200:
         # What comes on the way to the answer, as 100 (Continue).
@@ -37,13 +38,19 @@ def read(wire: socket.socket) -> tuple[Answer, bool]:
     return Answer(status, body, _seconds(headers.get(b"retry-after"))), keep
 
 
-class _Incoming:
-    """What comes over a socket, piece by piece."""
+class Incoming:
+    """What comes over a socket, piece by piece. `keeps`: all of it, to be read `again`."""
 
-    def __init__(self, wire: socket.socket) -> None:
-        self._wire = wire
+    def __init__(self, keeps: bool = False) -> None:
+        self.wire: socket.socket
+        self._all: list[bytes] | None = [] if keeps else None
         self._came = b""
         self._began = False
+
+    def again(self) -> Self:
+        """The same from its begin: who read it was interrupted."""
+        self._came = b"".join(self._all or ())
+        return self
 
     @property
     def is_empty(self) -> bool:
@@ -67,12 +74,17 @@ class _Incoming:
         parts, missing = [self._came[:size]], size - len(self._came)
         self._came = self._came[size:]
         while missing > 0:
-            part = self._wire.recv(min(missing, _ROOM))
+            part = self.wire.recv(min(missing, _ROOM))
+            self._keep(part)
             if not part:
                 raise http.client.IncompleteRead(b"".join(parts), missing)
             parts.append(part)
             missing -= len(part)
         return b"".join(parts)
+
+    def _keep(self, part: bytes) -> None:
+        if self._all is not None:
+            self._all.append(part)
 
     def rest(self) -> bytes:
         """Everything to the end."""
@@ -82,7 +94,8 @@ class _Incoming:
         return taken
 
     def _more(self) -> bool:
-        part = self._wire.recv(_ROOM)
+        part = self.wire.recv(_ROOM)
+        self._keep(part)
         self._came += part
         self._began = self._began or bool(part)
         return bool(part)
@@ -98,7 +111,7 @@ def _head(text: bytes) -> tuple[bytes, int, dict[bytes, bytes]]:
     return version, int(told[:3]), {name.lower(): value.strip() for name, _, value in named}
 
 
-def _body(incoming: _Incoming, status: int, headers: dict[bytes, bytes]) -> tuple[bytes, bool]:
+def _body(incoming: Incoming, status: int, headers: dict[bytes, bytes]) -> tuple[bytes, bool]:
     """The body, and whether it lasted to the end of the connection."""
     if status in (204, 304):
         return b"", False
@@ -112,7 +125,7 @@ def _body(incoming: _Incoming, status: int, headers: dict[bytes, bytes]) -> tupl
     return incoming.exactly(int(length)), False
 
 
-def _chunks(incoming: _Incoming) -> list[bytes]:
+def _chunks(incoming: Incoming) -> list[bytes]:
     """The parts of a body whose length was not known when it began."""
     parts: list[bytes] = []
     while True:

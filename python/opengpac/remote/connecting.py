@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import checking
-from ..errors import CallError, refuse
+from ..errors import CallError, ValueRefused, refuse
+from ..given import taking
 from ..quantities import Quantity, duration_ns
 from .address import Address, address
 from .calls import Remote
@@ -28,13 +29,14 @@ _opened: dict[tuple[str, str], Session] = {}
 """The sessions of this process, by URL and name: one that was lost is its own to take up, even if the system thinks that it lives."""
 
 
+@taking
 def connect(
     url: str,
     *,
     name: str | None = None,
     token: str | None = None,
-    ca: File | None = None,
-    certificate: File | None = None,
+    ca: str | os.PathLike[str] | None = None,
+    certificate: str | os.PathLike[str] | None = None,
     command: bool = True,
     lost_after: Quantity = "5 s",
     progress: bool | None = None,
@@ -116,11 +118,14 @@ def open_session(
     named = re.sub(r"[^A-Za-z0-9._-]", "-", f"{Path(sys.argv[0]).stem or 'python'}-{os.getpid()}") if name is None else name
     if not isinstance(named, str):
         refuse(CallError, f"the name of a session is {name!r}", "give a name, for example 'operator'")
+    lost_after_ns = duration_ns(lost_after, "lost_after")
+    if lost_after_ns <= 0:
+        refuse(ValueRefused, f"lost_after is {lost_after!r}", "give 1 s to 60 s")
     transport = Transport(to, token if token is not None else os.environ.get("OPENGPAC_TOKEN"), _tls(to, ca, certificate))
     before = _opened.get((to.url, named))
     take_up = before is not None and before.lost
     try:
-        session = Session(transport, named, duration_ns(lost_after, "lost_after"), take_up)
+        session = Session(transport, named, lost_after_ns, take_up)
     except BaseException:
         transport.close()
         raise

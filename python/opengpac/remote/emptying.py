@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Leaving a system elsewhere as an embedded one is left: nothing runs, nothing is enabled, and what was made is gone."""
+"""Leaving a remote system as an embedded one is left: nothing runs, nothing is enabled, and what was made is gone."""
 
 from __future__ import annotations
 
 import contextlib
-import json
 
 from .. import _native
 from ..realtime import RealTimeSystem
@@ -15,12 +14,12 @@ def leave_empty(system: RealTimeSystem) -> None:
 
     What cannot be deleted, because somebody else uses it, stays too.
     """
-    actions = [i for i in json.loads(system.statistics_json())["instances"] if i["owner"] is None]
+    actions = [i for i in system.statistics()["instances"] if i["owner"] is None]
     for action in actions:
         if action["state"] in ("queued", "running", "suspended"):
             with contextlib.suppress(_native.Refused):
                 system.halt(action["id"])
-    devices = json.loads(system.names_json())
+    devices = system.names()
     for name in devices["logical_devices"]:
         if system.device_state(name) != "disabled":
             with contextlib.suppress(_native.Refused):
@@ -31,7 +30,7 @@ def leave_empty(system: RealTimeSystem) -> None:
     for name in devices["logical_devices"]:
         with contextlib.suppress(_native.Refused):
             system.delete_device(name)
-    for name in json.loads(system.names_json())["svvs"]:
+    for name in system.names()["svvs"]:
         with contextlib.suppress(_native.Refused):
             system.delete_svv(name)
     for name in devices["devices"]:

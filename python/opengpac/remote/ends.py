@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A descriptor that becomes readable when some instance of a system elsewhere has ended: what event loops watch."""
+"""A descriptor that becomes readable when some instance of a remote system has ended: what event loops watch."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .stream import Stream
 class Ends:
     """Follows the ends of instances by the stream, in a thread of its own, from the first look on.
 
-    The end of the stream makes the descriptor readable too: whoever waits then asks for the state, and gets `ConnectionLost`.
+    The end of the stream makes the descriptor readable too: a waiting call then asks for the state, and gets `ConnectionLost`.
     """
 
     def __init__(self, session: Session) -> None:

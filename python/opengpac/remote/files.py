@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that a system elsewhere needs: code modules, and the models of simulated machines with what they refer to."""
+"""Files that a remote system needs: code modules, and the models of simulated machines with what they refer to."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from urllib.parse import quote, urlencode
 from xml.etree import ElementTree
 
 from .. import _native
-from ..errors import DeviceFailed, ModuleError, refuse
+from ..errors import DeviceFailed, ModuleError, refusals, refuse
 from .session import Session
 
 SOURCES = (".c", ".cc", ".cpp", ".cxx")
@@ -40,7 +40,8 @@ def put_module(session: Session, path: str, name: str | None) -> dict[str, Any]:
     if file.suffix in SOURCES and session.version["target"] == TARGET:
         with tempfile.TemporaryDirectory() as folder:
             built = Path(folder) / f"{file.stem}.so"
-            _native.build([path], str(built))
+            with refusals:
+                _native.build([path], str(built))
             return _put(session, module, built)
     return _put(session, module, file)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A session of a programming system with a real-time system elsewhere: its name, its sign of life, and who commands."""
+"""A session of a programming system with a remote real-time system: its name, its sign of life, and who commands."""
 
 from __future__ import annotations
 
@@ -111,11 +111,22 @@ class Session:
         """One request with a body in JSON; its result. What is refused comes as `_native.Refused`."""
         return self.answer(method, path, b"" if body is None else json.dumps(body).encode(), timeout_s=timeout_s)["result"]
 
-    def answer(self, method: str, path: str, body: bytes = b"", *, timeout_s: float | None = None) -> dict[str, Any]:
-        """One request; all of its answer. It is made again where the system has no time for it: then it has not acted."""
+    def answer(
+        self,
+        method: str,
+        path: str,
+        body: bytes = b"",
+        *,
+        timeout_s: float | None = None,
+        late: Callable[[Answer], None] | None = None,
+    ) -> dict[str, Any]:
+        """One request; all of its answer. It is made again where the system has no time for it: then it has not acted.
+
+        `late` gets the answer to one that was interrupted: `Transport.request`.
+        """
         until = time.monotonic() + AGAIN_S
         while True:
-            answer = self.transport.request(method, path, body, more=self.headers, timeout_s=timeout_s)
+            answer = self.transport.request(method, path, body, more=self.headers, timeout_s=timeout_s, late=late)
             if answer.status != 429 or time.monotonic() >= until:
                 return _told(answer)
             time.sleep(answer.again_s)
@@ -166,7 +177,7 @@ class Session:
                 if self._ended or self._wake in ready:
                     return
                 if ready and spoken(hold):
-                    self.transport.cut("the system has ended this session, or itself")
+                    self.transport.cut(self._why_ended())
                     return
                 self.request("POST", "/v1/heartbeat", {}, timeout_s=ANSWER_S)
         except _native.Refused as refused:
@@ -179,6 +190,17 @@ class Session:
             if hold is not None:
                 self.transport.release(hold)
             os.close(self._wake)
+
+    def _why_ended(self) -> str:
+        """Why the system has answered the held request: this caller is let in no longer, or else the session is over."""
+        with contextlib.suppress(ConnectionLost):
+            try:
+                self.request("POST", "/v1/heartbeat", {}, timeout_s=ANSWER_S)
+            except _native.Refused as refused:
+                told = json.loads(refused.args[0])[0]
+                if told["class"] == "NotAllowed":
+                    return told["message"]
+        return "the system has ended this session, or itself"
 
     def __repr__(self) -> str:
         does = "commands" if self.commands else "watches"

@@ -58,7 +58,9 @@ class Stream:
                 size = length & 0x7F
             kind, part = first & 0x0F, self._exactly(size)
             if kind == _CLOSE:
-                raise ConnectionLost("the stream has ended")
+                # A code of two bytes, and why where there is a reason: a token that was revoked, a role that has changed.
+                why = part[2:].decode(errors="replace")
+                raise ConnectionLost(f"the stream has ended: {why}" if why else "the stream has ended")
             if kind == _PING:
                 self._send(_PONG, part)
             elif kind in (_TEXT, _CONTINUED):

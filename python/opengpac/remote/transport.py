@@ -13,17 +13,19 @@ import select
 import socket
 import ssl
 import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import NoReturn
 
 from ..errors import CallError, ConnectionLost, refuse
 from . import answers
 from .address import Address
-from .answers import Answer
+from .answers import Answer, Incoming
 
 CONNECT_S = 5.0
 """How long the other side may take to accept a connection."""
 
+LATE_S = 2.0
+"""How long the answer to a request that was interrupted may take."""
 
 _NOTHING: Mapping[str, str] = {}
 
@@ -65,35 +67,50 @@ class Transport:
         """What to do when the connection is lost; said with every error."""
 
     def request(
-        self, method: str, path: str, body: bytes = b"", *, more: Mapping[str, str] = _NOTHING, timeout_s: float | None = None
+        self,
+        method: str,
+        path: str,
+        body: bytes = b"",
+        *,
+        more: Mapping[str, str] = _NOTHING,
+        timeout_s: float | None = None,
+        late: Callable[[Answer], None] | None = None,
     ) -> Answer:
         """One request and its answer. `timeout_s`: how long the answer may take; left out, as long as the connection lasts.
 
-        Raises `ConnectionLost` where no answer comes; an interrupt, Ctrl-C, ends it at once.
+        Raises `ConnectionLost` where no answer comes; an interrupt, Ctrl-C, ends it at once. With `late` it is waited for the answer
+        all the same, which comes soon, and `late` gets it before the interrupt goes on: what the request has begun is known then.
         """
         headers = {**self._headers, "Content-Type": "application/json", "Content-Length": str(len(body)), **more}
         text = self._text(method, path, headers) + body
         connection = self._take()
+        incoming = Incoming(keeps=late is not None)
         try:
-            told, keep = self._exchange(connection, text, timeout_s)
+            told, keep = self._exchange(connection, text, timeout_s, incoming)
         except (OSError, http.client.HTTPException) as error:
             self._drop(connection)
             self._lost(error)
         except BaseException:
+            if late is not None and connection.sock is not None:
+                with contextlib.suppress(OSError, http.client.HTTPException, ValueError, KeyError):
+                    connection.sock.settimeout(LATE_S)
+                    late(answers.read(connection.sock, incoming.again())[0])
             # The answer to this request would be taken for that to the next.
             self._drop(connection)
             raise
         self._give_back(connection, keep)
         return told
 
-    def _exchange(self, connection: http.client.HTTPConnection, text: bytes, timeout_s: float | None) -> tuple[Answer, bool]:
+    def _exchange(
+        self, connection: http.client.HTTPConnection, text: bytes, timeout_s: float | None, incoming: Incoming
+    ) -> tuple[Answer, bool]:
         """Sends a request whole and reads its answer; whether the connection can be used again."""
         wire = _opened(connection)
         wire.settimeout(timeout_s)
         # One that is answered before all of it was read is no reason to lose the answer.
         with contextlib.suppress(BrokenPipeError, ConnectionResetError):
             wire.sendall(text)
-        return answers.read(wire)
+        return answers.read(wire, incoming)
 
     def hold(self, path: str, more: Mapping[str, str]) -> http.client.HTTPConnection:
         """A request on a connection of its own whose answer the caller waits for, and which he gives back to `release`."""

@@ -13,15 +13,17 @@ from pathlib import Path
 from typing import Self
 
 from .. import drivers, files
-from ..errors import PlacementError, UnknownName, did_you_mean, refuse
+from ..errors import CallError, PlacementError, UnknownName, did_you_mean, refuse
 from ..given import taking
 from ..physical import Part, PhysicalDevice
+from ..quantities import Quantity, duration_ns
 from ..sources import Processor, Source
 from ..system import System
 from . import urdf
 from .arm import Arm
 from .assembly import assemble, has_site, joint_names
-from .joints import Joint
+from .bare import BARE, Bare
+from .joints import SERVO_PERIOD, Joint, joint_follower
 from .kinematics import Kinematics
 
 _ARMS = Path(__file__).parent
@@ -42,29 +44,35 @@ def load(
     arbitration: str = "refuse",
     clock: str = "monotonic",
     apart: bool | str = False,
+    driver: drivers.Driver | None = None,
 ) -> Arm:
     """An arm as a group of joints with the geometry that joins them, simulated by MuJoCo, at its keyframe `home` if it has one.
 
     `path` is an MJCF or URDF file, or the name of an arm that comes with the package. `tool` is one that is screwed to its flange
     (`"two_finger"`: see `robots.gripper`), `scene` one of what stands around it; the group has the arm's own joints only. Where the
-    tool's file has a site `tcp`, `arm.tool` is that point at the beginning, so that poses are of it. The greatest speeds are those of
+    tool's file has a site `tcp`, `arm.tool` is that point at the beginning, so that poses are of it. The maximum speeds are those of
     the model: of velocity actuators in MJCF, of `limit velocity` in URDF; else 3.14 rad/s, and 0.25 m/s of sliding joints. `on` is the
     timer that exchanges with it and runs the servos, else the fastest of `rtp`. `arbitration` says what happens to a second motion
     while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp`
     it makes a system of its own, of the arm's name, with `clock`. `apart` simulates it in a process of its own
-    (`gpac.drivers.plant_process`), which a text names for programs that come later. The physical device is
+    (`gpac.drivers.plant_process`), which a text names for programs that come later. `driver` commands a real arm in place of the simulated
+    one, `gpac.drivers.ur("192.0.2.10")`; `path` then says its geometry and its limits; `"so101"` is an arm without geometry, whose servos
+    a `gpac.drivers.feetech(port)` finds by itself. The physical device is
     `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
-    file = _file(path)
-    name = name or file.stem
+    model = _model(path, tool, scene)
+    driver = model.wired(driver)
+    name = name or model.name
     if on is not None:
         rtp = on.processor
     if rtp is None:
         rtp = System(name, clock=clock).processor("rtp0")
         rtp.timer("slow", period="20 ms", priority=60)
         on = rtp.timer("fast", period="1 ms", priority=80)
-    model = _Model.of(file, None if tool is None else _file(tool), None if scene is None else _file(scene))
-    device = model.open(rtp, name, on or _fastest(rtp), apart)
+    if driver is not None:
+        device = rtp.physical_device(name, driver, exchange=on or _fastest(rtp))
+    else:
+        device = model.open(rtp, name, on or _fastest(rtp), apart)
     known = model.own_joints or device.parts
     own = [part for part in device.parts if part in known]
     joints: list[Joint] = []
@@ -73,13 +81,23 @@ def load(
             if part.name in own:
                 joints.append(_joint(name, part, device.source, arbitration, model.speeds.get(part.name)))
         arm = Arm(name, *joints, kinematics=lambda: model.kinematics(own))
-        arm.model = "file:" + hashlib.sha256(file.read_bytes()).hexdigest()[:32]
+        arm.model = model.identity
         return arm
     except BaseException:
         for joint in joints:
             joint.delete()
         device.delete()
         raise
+
+
+def _model(path: str | os.PathLike[str], tool: str | os.PathLike[str] | None, scene: str | os.PathLike[str] | None) -> _Model | Bare:
+    """What is known of an arm."""
+    bare = BARE.get(str(path))
+    if bare is None:
+        return _Model.of(_file(path), None if tool is None else _file(tool), None if scene is None else _file(scene))
+    if tool is not None or scene is not None:
+        refuse(CallError, f"'{bare.name}' has no model that a tool or a scene could be added to", "load its URDF or MJCF file")
+    return bare
 
 
 @dataclass(frozen=True)
@@ -95,6 +113,20 @@ class _Model:
     tip: bool
     """Whether the tool's file says where its tip is."""
     speeds: Mapping[str, float]
+
+    @property
+    def name(self) -> str:
+        """What an arm of it is called where nobody names it."""
+        return self.arm.stem
+
+    @property
+    def identity(self) -> str:
+        """What tells it from others."""
+        return "file:" + hashlib.sha256(self.arm.read_bytes()).hexdigest()[:32]
+
+    def wired(self, driver: drivers.Driver | None) -> drivers.Driver | None:
+        """The driver as it is."""
+        return driver
 
     @classmethod
     def of(cls, arm: Path, tool: Path | None, scene: Path | None) -> Self:
@@ -149,6 +181,7 @@ def _joint(arm: str, part: Part, source: Source, arbitration: str, speed: float 
         "max_effort": about["effort_max"],
     }
     slides = about["unit"] == "m"
+    positioned = about.get("command") == "position"
     if slides:
         described |= _SLIDING
     fastest = min(about.get("speed_max", drivers.UNLIMITED), speed or drivers.UNLIMITED)
@@ -157,9 +190,22 @@ def _joint(arm: str, part: Part, source: Source, arbitration: str, speed: float 
             "max_speed": fastest,
             "jog_speed": min(fastest, described.get("jog_speed", Joint.parameter_members()["jog_speed"].default)),
         }
-    gains = {name: about["servo"][name] for name in ("kp", "kd")}
+    if not positioned:
+        described |= {name: about["servo"][name] for name in ("kp", "kd")}
     units = {"N.m": "N", "rad": "m"} if slides else None
-    return Joint(f"{arm}.{part.name}", drive=part, on=source, units=units, arbitration=arbitration, **described, **gains)
+    slow = source.period is not None and source.period > duration_ns(SERVO_PERIOD, "the servo's period") * 1e-9
+    paced: dict[str, Quantity] = {"position": source.period, "speed": source.period}
+    verb = joint_follower if positioned else None
+    return Joint(
+        f"{arm}.{part.name}",
+        drive=part,
+        on=source,
+        units=units,
+        arbitration=arbitration,
+        every=paced if positioned and slow else None,
+        verb=verb,
+        **described,
+    )
 
 
 def _file(path: str | os.PathLike[str]) -> Path:

@@ -35,7 +35,7 @@ reading = Graph(
 
 joint_servo = Verb(
     "robot_joint_servo",
-    doc="Keeps a joint at its commanded position, within its range and greatest speed: PID with the plant's gravity compensation.",
+    doc="Keeps a joint at its commanded position, within its range and maximum speed: PID with the plant's gravity compensation.",
     blocks={
         "position": reading,
         "speed": lib.block("read_channel"),
@@ -85,13 +85,59 @@ joint_servo = Verb(
 )
 
 
+joint_follower = Verb(
+    "robot_joint_follower",
+    doc="Tells a drive that closes the loop itself where a joint is to be: its commanded position, within its range and maximum speed.",
+    blocks={
+        "position": reading,
+        "speed": lib.block("read_channel"),
+        "follow": lib.block("joint_reference"),
+        "write": lib.block("write_channel"),
+    },
+    instantiation_parameters={
+        "drive.position": "position.read.channel",
+        "drive.velocity": "speed.channel",
+        "drive.goal": "write.channel",
+        "offset": ["position.offset", "follow.offset"],
+        "sensed": ["position.y", "follow.position"],
+        "velocity": "speed.y",
+        "commanded": "follow.setpoint",
+        "reference": "follow.reference",
+        "commanded_velocity": "follow.reference_velocity",
+        "limited": "follow.limited",
+        "homed": "follow.homed",
+    },
+    cells={"goal": ["follow.goal", "write.u"]},
+    input_parameters={
+        "max_speed": "follow.speed_max",
+        "position_min": "follow.position_min",
+        "position_max": "follow.position_max",
+        "needs_home": "follow.needs_home",
+        "max_following_error": "follow.following_error",
+    },
+    command_lists={
+        "start": [
+            execute("position"),
+            activate("position", every=SERVO_PERIOD),
+            activate("speed", every=SERVO_PERIOD),
+            activate("follow"),
+            activate("write"),
+            ready(),
+        ]
+    },
+    conditions={"following_error": on("follow.following_error", raises=FollowingError)},
+)
+"""What keeps a joint going that takes positions: the servo is in the machine."""
+
+
 class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     """A joint of an arm: positions in rad (m for a sliding joint), efforts in N.m (N).
 
     `commanded` is the set-point that a verb stores, `reference` and `commanded_velocity` are where the servo wants the joint to be now,
     which follows the set-points smoothly and stays within `position_min`, `position_max` and `max_speed`; `limited` counts the servo's
     invocations in which these held it back. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is that
-    of the whole cell. A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
+    of the whole cell. One whose drive takes positions is kept going by `joint_follower`: its gains and its `load_effort` mean nothing.
+    A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
     """
 
     sensed: SVV[float] = svv(unit="rad", history=HISTORY)

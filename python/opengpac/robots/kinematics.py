@@ -8,6 +8,7 @@ system; this module reads the geometry and hands it to them.
 from __future__ import annotations
 
 import importlib
+import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -18,8 +19,8 @@ import numpy as np
 from .. import _native
 from .. import library as lib
 from ..declared import Declared
-from ..drivers import _mujoco_folder
-from ..errors import CallError, DefinitionError, DeviceFailed, Unreachable, refuse
+from ..drivers.simulated import mujoco_folder
+from ..errors import CallError, DefinitionError, DeviceFailed, Unreachable, refusals, refuse
 from ..frames import Pose
 
 JOINTS_MAX = 16
@@ -143,7 +144,8 @@ class Kinematics(Declared):
             mujoco = importlib.import_module("mujoco")
         except ImportError:
             refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
-        problem = _native.try_model(os.fspath(path), _mujoco_folder())
+        with refusals:
+            problem = _native.try_driver("mujoco", json.dumps({"path": os.fspath(path), "library": mujoco_folder()}))
         if problem is not None:
             refuse(DeviceFailed, problem)
         return _read(mujoco, mujoco.MjModel.from_xml_path(os.fspath(path)), list(joints), site)

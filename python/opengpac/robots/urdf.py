@@ -27,7 +27,7 @@ def is_urdf(file: Path) -> bool:
 
 
 def speed_limits(file: Path) -> dict[str, float]:
-    """The greatest speed of each joint that has one, rad/s (m/s)."""
+    """The maximum speed of each joint that has one, rad/s (m/s)."""
     limits = {joint.get("name", ""): joint.find("limit") for joint in ElementTree.parse(file).getroot().findall("joint")}
     speeds = {name: float(limit.get("velocity", 0.0)) for name, limit in limits.items() if limit is not None}
     return {name: speed for name, speed in speeds.items() if speed > 0.0}

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -120,10 +120,15 @@ def _instances(look: Look, view: View) -> Table:
 def _devices(look: Look, view: View) -> Table:
     s = look.statistics
     rows = [(name, state, "logical") for name, state in s["devices"].items() if view.lets(name)]
-    physical = [(name, p["lost"]) for name, p in s["physical_devices"].items() if view.lets(name)]
-    rows += [(name, f"lost: {lost}" if lost else "open", "physical") for name, lost in physical]
+    physical = [(name, p) for name, p in s["physical_devices"].items() if view.lets(name)]
+    rows += [(name, f"lost: {p['lost']}" if p["lost"] else _counted("open", p), "physical") for name, p in physical]
     looks = ["bad" if state == "fault" or state.startswith("lost") else "good" if state == "moving" else "" for _, state, _ in rows]
     return Table("devices", ["device", "state", "kind"], rows, looks)
+
+
+def _counted(state: str, physical: Mapping[str, Any]) -> str:
+    """The state of a physical device, with what its driver counts: `open, 3 frames_lost`."""
+    return ", ".join([state, *(f"{count} {name}" for name, count in physical.get("counters", {}).items())])
 
 
 def _alarms(look: Look, view: View) -> Table:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
@@ -23,8 +22,8 @@ class Look:
     @classmethod
     def at(cls, system: RealTimeSystem) -> Self:
         """Looks."""
-        alarms = json.loads(system.alarms_json())["current"]
-        return cls(json.loads(system.statistics_json()), json.loads(system.configuration_json()), alarms)
+        alarms = system.alarms()["current"]
+        return cls(system.statistics(), system.configuration(), alarms)
 
     def since(self, before: Look | None) -> float:
         """Time on the system's clock from that look to this one, s; from its start where there was none."""
@@ -111,7 +110,7 @@ class Watch:
         with refusals:
             if self._probe:
                 # It ends by itself when nobody looks any more.
-                self._system.probe(None, round(max(5.0, 3 * self.every_s) * 1e9))
+                self._system.probe(round(max(5.0, 3 * self.every_s) * 1e9))
             before, self._last = self._last, Look.at(self._system)
         return self._last, before
 

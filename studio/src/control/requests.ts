@@ -7,6 +7,10 @@ export interface Asker {
   session: string | null;
 }
 
+/** How often a request is made for which there is no room, and the longest time between, s. */
+const TRIES = 3;
+const AGAIN_MAX_S = 2;
+
 /** One request of the control interface; its `result`. Errors: `Refused`. */
 export async function request<T>(asker: Asker, method: string, path: string, body?: unknown, signal?: AbortSignal): Promise<T> {
   return (await answer<{ result: T }>(asker, method, path, body, signal)).result;
@@ -20,15 +24,22 @@ export async function answer<T>(asker: Asker, method: string, path: string, body
   const asked: RequestInit = { method, headers, cache: "no-store" };
   if (body !== undefined) asked.body = JSON.stringify(body);
   if (signal) asked.signal = signal;
-  let status: number;
-  let text: string;
-  try {
-    const response = await fetch(path, asked);
-    status = response.status;
-    text = await response.text();
-  } catch (why) {
-    if (signal?.aborted) throw why;
-    throw unreachable(why);
+  let status = 0;
+  let text = "";
+  for (let tries = 0; tries < TRIES; tries += 1) {
+    let again: string | null;
+    try {
+      const response = await fetch(path, asked);
+      status = response.status;
+      text = await response.text();
+      again = response.headers.get("Retry-After");
+    } catch (why) {
+      if (signal?.aborted) throw why;
+      throw unreachable(why);
+    }
+    // Where there was no room for it, nothing was done: it is asked again when the system says.
+    if (status !== 429 || tries + 1 === TRIES) break;
+    await new Promise((wait) => setTimeout(wait, 1000 * Math.min(Number(again) || 1, AGAIN_MAX_S)));
   }
   if (status >= 400) throw refusedBy(status, text);
   try {

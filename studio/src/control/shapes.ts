@@ -1,389 +1,2814 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the control interface answers: docs/control.md, crates/control/schemas.
+// What the control interface takes and answers. Made by `npm run shapes` of crates/control/schemas/control-v1.json: not edited by hand.
 
-export type Role = "observe" | "operate" | "configure" | "download";
-export type Mode = "automatic" | "manual";
-/** A value of an SVV, a parameter or a report: a number, a truth, an array, a struct. */
-export type Value = number | boolean | string | null | Value[] | { [member: string]: Value };
-
-export interface Version {
-  opengpac: string;
-  interface: number;
-  target: string;
-  system: string;
-  clock: "monotonic" | "virtual";
-  role?: Role;
+/** One alarm. */
+export interface Alarm {
+  /** Counts the alarms of the system. */
+  number: number;
+  code: string;
+  /** The verb, device or channel that it comes from. */
+  source: string;
+  /** The block that reported it, if one did. */
+  block: string | null;
+  text: string;
+  remedy: string;
+  severity: Severity;
+  active: boolean;
+  acknowledged: boolean;
+  /** How often it came. */
+  count: number;
+  /** When it came last, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own). */
+  time_ns: number;
+  wall_ns: number;
+  returned_ns: number | null;
+  acknowledged_ns: number | null;
 }
 
-export interface SessionInfo {
-  name: string;
-  who: string;
-  role: Role;
-  from: string;
-  commands: boolean;
-  alive: boolean;
-  held: boolean;
-  kept_reports: number;
+/** One alarm. */
+export interface AlarmRequest {
+  /** Counts the alarms of the system. */
+  number: number;
+  code: string;
+  /** The verb, device or channel that it comes from. */
+  source: string;
+  /** The block that reported it, if one did. */
+  block?: string | null;
+  text: string;
+  remedy: string;
+  severity: Severity;
+  active: boolean;
+  acknowledged: boolean;
+  /** How often it came. */
+  count: number;
+  /** When it came last, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own). */
+  time_ns: number;
+  wall_ns: number;
+  returned_ns?: number | null;
+  acknowledged_ns?: number | null;
 }
 
-// ---- statistics
-
-/** How an interrupt source does. Bins: bin i counts what lay below 2^(i+1) ns and not below 2^i. */
-export interface SourceStatistics {
-  steps: number;
-  firings: number;
-  overruns: number;
-  late: number;
-  faults: number;
-  lost?: number;
-  stopped: boolean;
-  rights_missing: string[];
-  jitter_last_ns: number;
-  jitter_max_ns: number;
-  jitter_bins: number[];
-  jitter_median_ns: number;
-  duration_last_ns: number;
-  duration_max_ns: number;
-  duration_bins: number[];
-  duration_median_ns: number;
-  period_ns?: number | null;
-  priority?: number;
-  kind?: "timer" | "trigger" | "software";
-  processor?: string;
-  core?: number | null;
-  rights_asked?: string[];
+/** What is said of an alarm of one code. */
+export interface AlarmText {
+  text: string;
+  remedy: string;
+  severity: Severity;
 }
 
-export interface Statistics {
-  now_s: number;
-  sources: Record<string, SourceStatistics>;
-  instances: { id: number; name: string; verb: string; state: InstanceState; list: string; owner: string | null }[];
-  devices: Record<string, DeviceState>;
-  physical_devices: Record<string, { lost: string | boolean | null; slew_limited: number }>;
-  emergency: string | null;
-  /** True: all actions; a list: the actions on these logical devices. */
-  paused: boolean | string[];
-  mode: Mode;
-  supervisor_rights_missing: string[];
+/** What is said of an alarm of one code. */
+export interface AlarmTextRequest {
+  text: string;
+  remedy?: string;
+  severity?: Severity;
 }
 
-export type InstanceState = "created" | "queued" | "running" | "suspended" | "ended" | "deleted";
-export type DeviceState = "disabled" | "enabling" | "standstill" | "moving" | "stopping" | "fault";
-
-// ---- what is installed
-
-export type PortDirection = "input" | "output" | "parameter" | "condition" | "device";
-
-export interface InstalledPort {
-  name: string;
-  direction: PortDirection;
-  type_text: string;
-  unit: string;
-  mode: string | null;
-  doc: string;
-  /** The SVV, private cell, channel or constant that it is bound to: what `read`, `svv_about` and the stream call it. */
-  cell: string | null;
-  /** Of an array port that is bound to one cell for each element. */
-  cells?: string[];
-  writes?: boolean;
-  required?: boolean;
-  /** Of a parameter, and of an input that nothing is bound to. */
-  value?: Value;
+/** The alarms of a system, as a call tells them. */
+export interface Alarms {
+  /** Those that are active or not acknowledged, newest last. */
+  current: Alarm[];
+  /** Those of the past, oldest first. */
+  history: Alarm[];
+  /** What is said of each code. */
+  texts: { [name: string]: AlarmText };
+  /** Alarms that had to leave before they were over, because there was no place for another. */
+  dropped: number;
 }
 
-export interface InstalledBlock {
+/** A verb applied to arguments: what makes a verb instance. */
+export interface Application {
+  /** Name of a verb that was defined in the system. */
+  verb: string;
+  /** Instance name, or absent: `verb#n`. */
+  name?: string | null;
+  arguments?: { [name: string]: Argument };
+  /** Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first that fits counts. */
+  placement?: { [name: string]: string };
+  /** Intervals changed at application: label → ns. */
+  every?: { [name: string]: number };
+  /** Values of a start, where a check is to look at them too. */
+  values?: { [name: string]: Value };
+  /** The logical device whose own verb this is. */
+  owner?: string | null;
+  place?: Place | null;
+}
+
+/** What happens to a start that needs something of a logical device which another verb holds. */
+export type Arbitration = "refuse" | "queue" | "abort";
+
+/** What an instantiation parameter or object is given. */
+export type Argument = {
+  svv: string;
+} | {
+  svvs: string[];
+} | {
+  channel: {
+    device: string;
+    channel: string;
+  };
+} | {
+  part: {
+    device: string;
+    part: string;
+  };
+} | {
+  device: string;
+} | {
+  devices: string[];
+};
+
+/** What an argument of a verb is given. */
+export type ArgumentKind = "device" | "group" | "svv" | "channel";
+
+/** A block of a verb instance. */
+export interface BlockAbout {
   /** A block of a nested graph: `outer.inner.block`. */
   label: string;
+  /** `module.block`. */
   block: string;
-  doc: string;
+  /** The interrupt source that runs it, `rtp.source`. */
   source: string;
-  /** How many elements its sized ports have. */
-  size?: number | null;
-  /** Where it was written. */
-  file?: string | null;
-  every_ns: number | null;
-  activation: InstalledActivation;
-  ports: InstalledPort[];
 }
 
-export interface InstalledActivation {
-  /** Whether it is active now. */
-  on: boolean;
-  due: "interval" | "driven" | "queued";
-  /** The blocks that drive it. */
-  by: string[];
-  rates: Record<string, Value>;
-  budget_ns: number | null;
-  tunable: boolean;
+/** A block that begins anew. */
+export interface BlockAnew {
+  /** Its label. */
+  block: string;
+  /** Why. */
+  why: string;
 }
 
-export type CellKind = "svv" | "private" | "channel" | "constant";
+/** What a use of a block refers to. JSON: `{"subroutine": "library.pid"}` or `{"graph": {…}}`. */
+export type BlockSource = {
+  subroutine: string;
+} | {
+  graph: Graph;
+};
 
-export interface InstalledCell {
-  name: string;
-  kind: CellKind;
-  type_text: string;
-  unit: string;
-  writers: [string, string][];
-  readers: [string, string][];
-  /** Of a constant. */
-  value?: Value;
+/** What a use of a block refers to. JSON: `{"subroutine": "library.pid"}` or `{"graph": {…}}`. */
+export type BlockSourceRequest = {
+  subroutine: string;
+} | {
+  graph: GraphRequest;
+};
+
+/** How long the invocations of a block take, as far as a probe has measured them. */
+export interface BlockTimes {
+  /** The verb instance. */
+  instance: string;
+  /** A block of a nested graph: `outer.inner.block`. */
+  label: string;
+  /** `module.block`. */
+  block: string;
+  /** Invocations that were measured. */
+  samples: number;
+  /** The last of them, ns. */
+  last_ns: number;
+  /** Their mean, ns. */
+  mean_ns: number;
+  /** The longest of them, ns. */
+  max_ns: number;
+  /** Number of the invocation that was measured last. */
+  number: number;
 }
 
-export interface InstalledCondition {
-  name: string;
-  of: string[];
-  /** It is one of every verb: `halted`, `time_limit`. */
-  system: boolean;
-  /** Output values that it returns. */
-  returns: string[];
-  raises: boolean;
-  during: string[];
-  priority: number;
-  alarm: string | null;
+/** One occurrence of a block in a graph or verb. */
+export interface BlockUse {
+  block: WrittenBlockSource;
+  /** Constants for parameters, presets, sizes and inputs of this occurrence (`code.biquad(b0=0.1)`). */
+  constants: { [name: string]: Value };
+  place: Place | null;
 }
 
-export interface InstalledInstance {
-  id: number;
-  name: string;
-  verb: string;
-  state: InstanceState;
-  list: string;
-  owner: string | null;
-  /** Where it is in its list: after how many waits. */
-  stage: number;
-  starts: number;
-  device: string | null;
-  /** The logical devices that it acts on. */
-  devices: string[];
-  blocks: InstalledBlock[];
-  cells: InstalledCell[];
-  lists: { name: string; commands: string[] }[];
-  conditions: InstalledCondition[];
-  transitions: { from: string; condition: string; to: string }[];
-  initial: string;
-  ending: string | null;
+/** One occurrence of a block in a graph or verb. */
+export interface BlockUseRequest {
+  block: WrittenBlockSourceRequest;
+  /** Constants for parameters, presets, sizes and inputs of this occurrence (`code.biquad(b0=0.1)`). */
+  constants?: { [name: string]: Value };
+  place?: Place | null;
 }
 
-export interface Installed {
-  instances: InstalledInstance[];
-}
+/** An end of the range of an input parameter. JSON: a number, `"arm.max_speed"` or `"-arm.max_speed"`. */
+export type Bound = number | string;
 
-// ---- verbs and their forms
-
-export interface VerbSummary {
-  name: string;
-  doc: string;
-  class: string;
-  supports: string[];
-  simple: boolean;
-  lists: string[];
-  parts: Value;
-}
-
-export interface FormArgument {
-  name: string;
-  kind: "device" | "svv" | "channel" | "group";
-  /** Of a device or a group its type. */
-  of: string | null;
-  /** Of an SVV or channel. */
-  type_text: string;
-  unit: string;
-  doc: string;
-  /** Of a part of a physical device: the channels of it that are used. */
-  members: string[];
-}
-
-export interface FormInput {
-  name: string;
-  type_text: string;
-  unit: string;
-  doc: string;
-  default: Value;
-  /** A number, or a parameter of an object: `arm.max_speed`, `-arm.max_speed`. */
-  minimum: Value;
-  maximum: Value;
-  /** The SVV of an object that the range is counted from. */
-  counted_from: string | null;
-  required: boolean;
-  tunable: boolean;
-}
-
-export interface VerbForm {
-  name: string;
-  doc: string;
-  /** It may be started in manual mode. */
-  manual: boolean;
-  arguments: FormArgument[];
-  inputs: FormInput[];
-  defined: unknown;
-}
-
-// ---- devices and configuration
+/** What a data object is. */
+export type CellKind = "svv" | "private" | "constant" | "channel";
 
 export interface Channel {
+  /** `part.channel` or a plain name. */
   name: string;
+  /** False: it is read; true: it is written. */
   write: boolean;
   type_text: string;
   unit: string;
 }
 
-export interface Configuration {
-  processors: Record<string, { core: number | null; supervisor: boolean }>;
-  sources: Record<string, { processor: string; kind: Value; priority: number; [more: string]: unknown }>;
-  physical_devices: Record<string, PhysicalDevice>;
-  logical_devices: Record<string, string>;
-  device_types: Record<string, DeviceType>;
+/** What kind of refusal it is: the name of the Python exception class. */
+export type Class = "TypeMismatch" | "UnitMismatch" | "NotEnabled" | "DeviceFailed" | "EmergencyStopped" | "CompositionConflict" | "DefinitionError" | "UnknownName" | "CoverError" | "SecondWriter" | "SchedulingError" | "SynchronousCycle" | "PlacementError" | "ValueRefused" | "OutOfRange" | "NotHomed" | "CallError" | "InvalidState" | "ModuleError" | "InUse" | "NotAllowed" | "NotCommanding" | "SessionLost" | "LimitExceeded" | "AuditFailed";
+
+/** The clock of a system. */
+export type ClockName = "monotonic" | "virtual";
+
+/** A function block command. */
+export type Command = {
+  command: "install";
+  blocks: NameList;
+} | {
+  command: "execute";
+  block: string;
+} | {
+  command: "activate";
+  block: string;
+  every_ns: number | null;
+  /** The interval may be changed while it runs. */
+  tunable: boolean;
+  budget_ns: number | null;
+} | {
+  command: "deactivate";
+  block: string;
+} | {
+  command: "wait";
+  conditions: NameList;
+  time_ns: number | null;
+} | {
+  command: "ready";
+};
+
+export interface CommandList {
+  commands: WrittenCommand[];
+  place: Place | null;
 }
 
-export interface PhysicalDevice {
-  source: string;
-  channels: Channel[];
-  /** What the driver tells of its parts: the joints of an arm. */
-  parts?: { name: string; [more: string]: unknown }[];
+export interface CommandListRequest {
+  commands: WrittenCommandRequest[];
+  place?: Place | null;
+}
+
+/** A function block command. */
+export type CommandRequest = {
+  command: "install";
+  blocks: NameList;
+} | {
+  command: "execute";
+  block: string;
+} | {
+  command: "activate";
+  block: string;
+  every_ns?: number | null;
+  /** The interval may be changed while it runs. */
+  tunable?: boolean;
+  budget_ns?: number | null;
+} | {
+  command: "deactivate";
+  block: string;
+} | {
+  command: "wait";
+  conditions?: NameList;
+  time_ns?: number | null;
+} | {
+  command: "ready";
+};
+
+/** A command list, or its commands alone. */
+export type Commands = WrittenCommand[];
+
+/** A command list, or its commands alone. */
+export type CommandsRequest = WrittenCommandRequest[];
+
+/** What a composed verb is made of. */
+export interface Composition {
+  name: string;
+  doc?: string;
+  /** Label → verb, in the order of the calls' parameters. */
+  parts: { [name: string]: VerbRequest };
+  transitions?: Step[];
+  /** A part or list; absent: the first part. */
+  initial?: string | null;
+  /** `part.name` → the name that it has in the composed verb: of a parameter, object, output or condition. */
+  rename?: { [name: string]: string };
+  /** `part.input` → the value that it always has there. */
+  preset?: { [name: string]: Value };
+  /** Labels of blocks that are one instance in all parts that have them. */
+  share?: string[];
+  /** The initial lists of all parts are one list. */
+  together?: boolean;
+  /** When parts that run together have ended. */
+  until?: TogetherUntil;
+  place?: Place | null;
+}
+
+/** What is configured: processors, interrupt sources, physical devices, logical devices and their types. */
+export interface Configuration {
+  processors: { [name: string]: ProcessorAbout };
+  /** Interrupt sources, `rtp.source`. */
+  sources: { [name: string]: Source };
+  /** Physical devices as their drivers describe them. */
+  physical_devices: { [name: string]: PhysicalDevice };
+  /** Device types of the logical devices. */
+  logical_devices: { [name: string]: string };
+  device_types: { [name: string]: DeviceType };
+}
+
+export interface DeviceParameter {
+  default: Value;
+  unit: string;
+  tunable: boolean;
+  /** The PS keeps its value over a warm restart; absent: that of a tunable one. */
+  keep?: boolean | null;
+}
+
+export interface DeviceParameterRequest {
+  default: Value;
+  unit?: string;
+  tunable?: boolean;
+  /** The PS keeps its value over a warm restart; absent: that of a tunable one. */
+  keep?: boolean | null;
+}
+
+/** A joint of a machine. */
+export interface DevicePart {
+  name: string;
   [more: string]: unknown;
 }
 
+/** A logical device as it is asked for. */
+export interface DeviceRequest {
+  device_type: string;
+  /** Parameters that differ from the type's. */
+  parameters?: { [name: string]: Value };
+  /** The verb that keeps it going, where that is another than its type's: its drive is commanded in another way. Members meet it alike. */
+  verb?: string | null;
+  /** Further arguments of its verb (`drive`). */
+  arguments?: { [name: string]: Argument };
+  /** Where its verb runs, `rtp.name`. */
+  source?: string | null;
+  /** Intervals of its verb's blocks that differ from the command list's, ns. */
+  every?: { [name: string]: number };
+  /** Parts of units that are others for this device than its type says, in order. */
+  units?: [string, string][];
+  /** What happens to a second verb that commands it, where that is not as its type says. */
+  arbitration?: Arbitration | null;
+  place?: Place | null;
+}
+
+/** State of a logical device. */
+export type DeviceState = "disabled" | "enabling" | "standstill" | "moving" | "stopping" | "fault";
+
+/** A logical device type: an optional verb, SVVs, parameters. */
 export interface DeviceType {
   name: string;
   doc: string;
+  /** Name of the verb that keeps the device going; members meet its parameters by name. */
   verb: string | null;
-  svvs: Record<string, DeviceSvv>;
-  parameters: Record<string, { default: Value; unit: string; tunable: boolean }>;
+  svvs: { [name: string]: SvvSpecification };
+  parameters: { [name: string]: DeviceParameter };
+  arbitration: Arbitration;
+  place: Place | null;
 }
 
-export interface DeviceSvv {
+/** A logical device type: an optional verb, SVVs, parameters. */
+export interface DeviceTypeRequest {
+  name: string;
+  doc?: string;
+  /** Name of the verb that keeps the device going; members meet its parameters by name. */
+  verb?: string | null;
+  svvs?: { [name: string]: SvvSpecificationRequest };
+  parameters?: { [name: string]: DeviceParameterRequest };
+  arbitration?: Arbitration;
+  place?: Place | null;
+}
+
+/** What is drawn: one of the two. */
+export interface Drawing {
+  graph?: GraphRequest | null;
+  verb?: VerbRequest | null;
+}
+
+/** A counter of a driver. */
+export interface DriverCounter {
+  name: string;
+  /** Empty for a mere number. */
+  unit: string;
+  doc: string;
+}
+
+/** An option of a driver, or an argument of a service. */
+export interface DriverOption {
+  name: string;
+  /** "text", "number", "whole", "bool", "list" or "table". */
+  kind: string;
+  /** Empty for none. */
+  unit: string;
+  /** What it is where it is left out, in words; null: it must be given. */
+  default: string | null;
+  doc: string;
+}
+
+/** The safe state of a device. */
+export interface DriverSafeState {
+  /** What it is. */
+  doc: string;
+  /** What brings it about: "driver", "guard", "device". */
+  by: string[];
+  /** How long after it is asked for it holds, ns. */
+  within_ns: number;
+}
+
+/** A service of a driver: a command off the cycle. */
+export interface DriverService {
+  name: string;
+  doc: string;
+  arguments: DriverOption[];
+  /** The kind of its answer; null: it answers nothing. */
+  answer: string | null;
+}
+
+/** What makes an active block due: its interval or trigger, the blocks that drive it, or values from other sources and instances. */
+export type DueBy = "interval" | "driven" | "queued";
+
+/** One end of one start. */
+export interface End {
+  /** Counted from 0 over the life of the system. */
+  number: number;
+  instance: number;
+  report: Report;
+}
+
+/** An argument that an instance is made with. */
+export interface FormArgument {
+  name: string;
+  kind: ArgumentKind;
+  /** Of a device or a group its type. */
+  of: string | null;
+  /** Of an SVV or channel; empty where the argument has several. */
   type_text: string;
   unit: string;
-  history: number;
-  /** Least and greatest value that may be written. */
-  within: [number, number] | null;
-  /** The devices of the type share this SVV of the system. */
-  shared: string | null;
+  doc: string;
+  /** Of a part: the channels of it that are used. */
+  members: string[];
 }
 
+/** A value that a start is given. */
+export interface FormInput {
+  name: string;
+  type_text: string;
+  unit: string;
+  doc: string;
+  default: Value | null;
+  /** A number, or a parameter of an object, `arm.max_speed`, before which a minus may stand. */
+  minimum: Bound | null;
+  maximum: Bound | null;
+  /** The SVV of an object that the range is counted from. */
+  counted_from: string | null;
+  /** It has no default. */
+  required: boolean;
+  /** It may be changed while the verb runs. */
+  tunable: boolean;
+}
+
+/** Bodies of a machine for drawing. Metres; quaternions w x y z; places are those on the parent. */
 export interface Geometry {
+  /** In the order of the model; the first is the world. */
   bodies: GeometryBody[];
-  /** Three numbers a vertex, three vertices a face. */
-  meshes: { vertices: number[]; faces: number[] }[];
+  meshes: GeometryMesh[];
 }
 
+/** A body: where it is on its parent, how it moves, its shapes. */
 export interface GeometryBody {
   name: string;
+  /** Null of the world. */
   parent: string | null;
   position: [number, number, number];
-  /** w x y z */
+  /** w x y z. */
   quaternion: [number, number, number, number];
+  /** The first of its joints. */
+  joint: GeometryJoint | null;
   joints: GeometryJoint[];
   geoms: GeometryGeom[];
 }
 
-export interface GeometryJoint {
-  name: string;
-  kind: "hinge" | "slide" | "free" | "ball";
-  axis: [number, number, number];
-  position: [number, number, number];
-  /** The position at which the body stands as the model has drawn it, rad or m. */
-  reference: number | null;
-  /** The name by which its position is read; null: nobody tells it. */
-  svv: string | null;
-}
-
+/** A shape of a body. */
 export interface GeometryGeom {
+  /** `plane`, `hfield`, `sphere`, `capsule`, `ellipsoid`, `cylinder`, `box`, `sdf`. */
   kind: string;
-  size: number[];
+  /** As MuJoCo counts it: half lengths, radii. */
+  size: [number, number, number];
   position: [number, number, number];
+  /** w x y z. */
   quaternion: [number, number, number, number];
+  /** Red, green, blue, opacity, 0 to 1. */
   rgba: [number, number, number, number];
+  /** Index into the meshes; null: it is drawn as its kind says. */
   mesh: number | null;
 }
 
-export interface SvvAbout {
+/** A joint of a body. */
+export interface GeometryJoint {
   name: string;
-  /** Of an SVV: which one it is of those that have had its name. */
-  id?: number;
+  kind: JointKind;
+  axis: [number, number, number];
+  position: [number, number, number];
+  /** Of a hinge or slide: its position as the model is drawn, rad or m. A page turns by position - reference. */
+  reference: number | null;
+  /** The name by which its position is read; null: no channel tells it. */
+  svv: string | null;
+}
+
+/** Triangles. */
+export interface GeometryMesh {
+  /** Three numbers a vertex. */
+  vertices: number[];
+  /** Three vertices a face. */
+  faces: number[];
+}
+
+/** A data flow graph (f, I, O, L, ρ): `inputs`, `outputs` and `cells` are ρ. */
+export interface Graph {
+  name: string;
+  doc: string;
+  blocks: { [name: string]: WrittenBlockUse };
+  inputs: { [name: string]: NameList };
+  outputs: { [name: string]: NameList };
+  cells: { [name: string]: NameList };
+  /** Relaxed modes: port → mode. */
+  modes: { [name: string]: PortMode };
+  /** `divide={"estimator": 5}`: this block at 5 T where the graph is activated at T. */
+  divide: { [name: string]: number };
+  place: Place | null;
+}
+
+/** A data flow graph (f, I, O, L, ρ): `inputs`, `outputs` and `cells` are ρ. */
+export interface GraphRequest {
+  name: string;
+  doc?: string;
+  blocks: { [name: string]: WrittenBlockUseRequest };
+  inputs?: { [name: string]: NameList };
+  outputs?: { [name: string]: NameList };
+  cells?: { [name: string]: NameList };
+  /** Relaxed modes: port → mode. */
+  modes?: { [name: string]: PortMode };
+  /** `divide={"estimator": 5}`: this block at 5 T where the graph is activated at T. */
+  divide?: { [name: string]: number };
+  place?: Place | null;
+}
+
+/** Who commands. */
+export interface Holder {
+  /** Name of the session that commands; null: none does. */
+  holder: string | null;
+}
+
+/**
+ * `set`, a bool input or parameter, becomes true; when the condition `until` comes, the verb stops. Going on clears `set`. It
+ * counts in the command lists in which the block of `until` is active.
+ */
+export interface Holding {
+  set: string;
+  until: string;
+}
+
+/** What a running verb instance does when the programming system that started it dies or cannot be reached any more. */
+export type IfCutOff = "continue" | "halt" | "safe";
+
+/** What a call says of the process of a processor. */
+export type InProcess = boolean | string;
+
+/** How an SVV of a logical device starts. */
+export type Initial = {
+  value: Value;
+} | {
+  copy_of: string;
+};
+
+/** An input parameter: ψ. */
+export interface InputParameter {
+  targets: NameList;
+  default: Value | null;
+  tunable: boolean;
+  /** Its default is its value at every start; no call gives another (`preset=` of a composition). */
+  preset: boolean;
+  unit: string;
+  /** Minimum and maximum value, checked before a start. */
+  within: [Bound, Bound] | null;
+  /** The range is that of this SVV of an object plus the value (`arm.commanded`, for a relative goal). */
+  counted_from: string | null;
+  /** Where a call leaves it out: this attribute of an object, `arm.chain`, which the PS looks up. */
+  member?: string | null;
+  /** The function of the PS that makes the value of what people write, by its name. */
+  form?: string | null;
+  place: Place | null;
+}
+
+/** An input parameter: ψ. */
+export interface InputParameterRequest {
+  targets: NameList;
+  default?: Value | null;
+  tunable?: boolean;
+  /** Its default is its value at every start; no call gives another (`preset=` of a composition). */
+  preset?: boolean;
+  unit?: string;
+  /** Minimum and maximum value, checked before a start. */
+  within?: [Bound, Bound] | null;
+  /** The range is that of this SVV of an object plus the value (`arm.commanded`, for a relative goal). */
+  counted_from?: string | null;
+  /** Where a call leaves it out: this attribute of an object, `arm.chain`, which the PS looks up. */
+  member?: string | null;
+  /** The function of the PS that makes the value of what people write, by its name. */
+  form?: string | null;
+  place?: Place | null;
+}
+
+/** All verb instances. */
+export interface Installed {
+  instances: InstalledInstance[];
+}
+
+/** When a block is due. */
+export interface InstalledActivation {
+  /** Whether it is active now. */
+  on: boolean;
+  due: DueBy;
+  /** Labels of the blocks that drive it. */
+  by: string[];
+  /** Its rate in each command list in which it is active. */
+  rates: { [name: string]: Rate };
+  /** Time that one invocation may take, ns. */
+  budget_ns: number | null;
+  /** Its interval may be changed while it runs. */
+  tunable: boolean;
+}
+
+/** A function block instance. */
+export interface InstalledBlock {
+  /** A block of a nested graph: `outer.inner.block`. */
+  label: string;
+  /** `module.block`. */
+  block: string;
+  doc: string;
+  /** The interrupt source that runs it, `rtp.source`. */
+  source: string;
+  /** Number of elements of its sized ports. */
+  size: number | null;
+  /** The file that it was written in; empty: not known. */
+  file: string;
+  /** The interval while it is active, else that of the first list in which it is, ns; null where no timer says. */
+  every_ns: number | null;
+  ports: InstalledPort[];
+  activation: InstalledActivation;
+}
+
+/** A data object that blocks read and write. */
+export interface InstalledCell {
+  name: string;
   kind: CellKind;
   type_text: string;
   unit: string;
-  history: number;
-  device: string | null;
-  writers: string[];
-  readers: string[];
-  within: [number, number] | null;
-  source: string | null;
+  /** Label and port of what writes it. */
+  writers: [string, string][];
+  /** Label and port of what reads it. */
+  readers: [string, string][];
+  /** Of a constant. */
+  value?: Value | null;
 }
 
+/** A termination condition. */
+export interface InstalledCondition {
+  name: string;
+  /** The block conditions that it stands for, `label.condition`. */
+  of: string[];
+  /** It is one of every verb: `halted`, `time_limit`. */
+  system: boolean;
+  /** Output values that it returns. */
+  returns: string[];
+  /** Its end is an exception. */
+  raises: boolean;
+  /** The command lists in which it counts; empty: all. */
+  during: string[];
+  priority: number;
+  /** Code of the alarm that it raises. */
+  alarm: string | null;
+}
+
+/** A verb instance with its blocks, cells, command lists, conditions and transitions. */
+export interface InstalledInstance {
+  id: number;
+  name: string;
+  verb: string;
+  state: InstanceState;
+  /** The command list that runs, or ran last. */
+  list: string;
+  /** Where it is in its list: after how many waits. */
+  stage: number;
+  /** The logical device whose own verb it is. */
+  owner: string | null;
+  /** How often it has been started. */
+  starts: number;
+  /** Its owner, or the first of the logical devices that it acts on. */
+  device: string | null;
+  /** The logical devices that it acts on. */
+  devices: string[];
+  blocks: InstalledBlock[];
+  cells: InstalledCell[];
+  lists: InstalledList[];
+  conditions: InstalledCondition[];
+  transitions: InstalledTransition[];
+  /** The list that a start begins with. */
+  initial: string;
+  /** The list that runs at its end. */
+  ending: string | null;
+}
+
+/** A command list. */
+export interface InstalledList {
+  name: string;
+  /** As a program would write them, for people to read. */
+  commands: string[];
+}
+
+/** A port, parameter, condition or device item of a block, and what it is bound to. */
+export interface InstalledPort {
+  name: string;
+  direction: PortDirection;
+  /** The block writes it. */
+  writes: boolean;
+  type_text: string;
+  unit: string;
+  /** The mode in force: `synchronous`, `ratio 5`, `asynchronous`. */
+  mode: string;
+  doc: string;
+  /** The SVV, private cell, channel or constant that it is bound to: what `read`, `svv_about` and the stream call it. */
+  cell: string | null;
+  /** An input without a default. */
+  required: boolean;
+  /** Of an array port that is bound to one cell for each element. */
+  cells?: string[] | null;
+  /** Of a parameter, and of an input that nothing is bound to: the value that it was made with. */
+  value?: PortValue | null;
+}
+
+/** A transition: on this condition the list `to` follows the list `from`. */
+export interface InstalledTransition {
+  from: string;
+  condition: string;
+  to: string;
+}
+
+/** A verb instance. */
+export interface InstanceAbout {
+  name: string;
+  verb: string;
+  state: InstanceState;
+  blocks: BlockAbout[];
+  /** Names of its command lists. */
+  lists: string[];
+  /** The command list that runs, or ran last. */
+  list: string;
+  /** Names of its termination conditions, those of every verb too. */
+  conditions: string[];
+  /** Names of its output values. */
+  outputs: string[];
+  /** The logical device whose own verb it is. */
+  owner: string | null;
+  /** How often it has been started. */
+  starts: number;
+  /** For how long it has run since its start, without the time that it was suspended, s. */
+  running_s: number;
+  /** What was filled in when it was made, and what is worth knowing of it. */
+  remarks: string[];
+}
+
+/** State of a verb instance: created → (queued →) running ⇄ suspended → ended (→ running again by `start`) → deleted. */
+export type InstanceState = "created" | "running" | "suspended" | "ended" | "queued" | "deleted";
+
+/** A verb instance, in one line. */
+export interface InstanceStatistics {
+  id: number;
+  name: string;
+  verb: string;
+  state: InstanceState;
+  /** The command list that runs, or ran last. */
+  list: string;
+  /** The logical device whose own verb it is. */
+  owner: string | null;
+  /** For how long it has run since its start, without the time that it was suspended, s. */
+  running_s: number;
+}
+
+/** What a block shows of itself. */
+export interface Interface {
+  /** `module.block`. */
+  name: string;
+  doc: string;
+  items: Item[];
+  /** Named struct types that items use: name → declaration (`struct { double x; double[4] q; }`). */
+  types: { [name: string]: string };
+  file: string;
+  line: number;
+}
+
+/** One item of an interface; its index in [`Interface::items`] is its index in the descriptor. */
+export interface Item {
+  name: string;
+  kind: ItemKind;
+  mode: PortMode;
+  /** C type as declared; empty for a condition without a value. */
+  type_text: string;
+  unit: string;
+  /** Items whose units make its own: declared as `=u`, the unit of u, or `=k.u`, that of their product. `unit` is empty then. */
+  unit_of?: string[];
+  doc: string;
+  /** An input that may stay unbound. */
+  has_default: boolean;
+  nonfinite: boolean;
+  /** Number of elements is the block's size. */
+  sized: boolean;
+  /**
+   * Of an input: the number of last values that it reads, oldest first; 0 where it reads the present one. `type_text` is that of
+   * one value.
+   */
+  history: number;
+  /** Default of a parameter, preset, defaulted input, in bytes of the type (from the descriptor's image); size: unused. */
+  default: number[];
+  /** Size item: least and greatest n. */
+  least: number;
+  most: number;
+}
+
+export type ItemKind = "input" | "output" | "device_read" | "device_write" | "condition" | "parameter" | "state" | "size";
+
+/** How a joint moves. */
+export type JointKind = "free" | "ball" | "slide" | "hinge";
+
+/** An end report that waits for its session. */
+export interface KeptReport {
+  /** Counts the ends of the system. */
+  number: number;
+  /** The verb instance. */
+  instance: number;
+  report: Report;
+}
+
+/** The end reports that wait for a session. */
+export interface KeptReports {
+  /** Oldest first. */
+  reports: KeptReport[];
+  /** Those that are gone, because too many waited. */
+  lost: number;
+}
+
+/** What raises an interrupt source. */
+export type KindOfSource = "timer" | "trigger" | "software";
+
+/** Limits of one start. */
+export interface Limits {
+  /** Running time after which `time_limit` comes, ns. */
+  time_limit_ns?: number | null;
+  /** Overruns of its sources after which `overrun` comes. */
+  overruns?: number | null;
+  /**
+   * Age of a value from another source beyond which `late` (of a ratio input) or `link_lost` (of what a timer publishes in each
+   * firing) comes, ns.
+   */
+  age_max_ns?: number | null;
+}
+
+export interface LogEntry {
+  sequence: number;
+  time_s: number;
+  /** `start`, `admission`, `exchange`, `end`, `condition`, `transition`, `ending`, `fault`, `overrun`, `late`, `device`, `processor_lost`, `emergency_stop`, `lost`, `journal`, `control`, `recorder`, `module`, `command`. */
+  kind: string;
+  /** The verb instance, device or source it is about. */
+  about: string;
+  text: string;
+  /**
+   * Caller of a command: `program`, the program that this system is part of, or a session or caller of the control interface;
+   * else empty.
+   */
+  who: string;
+}
+
+/** What may be started. */
+export type Mode = "automatic" | "manual";
+
+/** A code module: its blocks and struct types. */
+export type ModuleAbout = {
+  name: string;
+  blocks: Interface[];
+  /** Declarations of its struct types by name. */
+  types: { [name: string]: string } | null;
+  /** What is to be known of it. */
+  note?: string | null;
+};
+
+/** One name or several, as JSON may have them. */
+export type NameList = string | string[];
+
+/** The names of what there is. */
 export interface Names {
   processors: string[];
+  /** Processors by the process that they run in, of those that do not run in the supervisor's. */
+  processes: { [name: string]: string[] };
+  /** The processor that the supervisor runs on. */
   supervisor: string | null;
+  /** Interrupt sources, `rtp.source`. */
   sources: string[];
+  /** Physical devices. */
   devices: string[];
   svvs: string[];
   logical_devices: string[];
   verbs: string[];
   device_types: string[];
+  /** Code modules that were downloaded. */
   modules: string[];
+  /** Function blocks, `module.block`. */
   blocks: string[];
+  /** Verb instances. */
   instances: string[];
 }
 
-// ---- log, ends, alarms
+/** An object of a verb: one logical device, or (`each`) several of the type. */
+export interface Object {
+  device_type: string;
+  each: boolean;
+}
 
-export interface LogEntry {
-  sequence: number;
+/** An object of a verb: one logical device, or (`each`) several of the type. */
+export interface ObjectRequest {
+  device_type: string;
+  each?: boolean;
+}
+
+/** `POST /v1/sessions`. */
+export interface OpenSession {
+  /** The caller's own: letters, digits, `.`, `_` and `-`, 64 at the most. */
+  name: string;
+  /** After how long without a sign of life it counts as lost, ms, 1,000 to 60,000. */
+  lost_after_ms?: number;
+  /** Takes up a session of that name that is alive, as the same caller. */
+  take_up?: boolean;
+}
+
+/** Another condition that came in the firing that ended the verb, or while it was moving. */
+export interface Other {
+  condition: string;
+  block: string;
   time_s: number;
-  kind: string;
-  about: string;
+}
+
+/** A part of a composed verb. */
+export interface Part {
+  /** Name of the verb that it was made from. */
+  verb: string;
+  /** The command list of the composed verb with which it begins. */
+  initial: string;
+}
+
+/** What is paused: true: all actions; false: nothing; a list: the actions on these logical devices. */
+export type Paused = boolean | string[];
+
+/** A physical device as its driver describes it. */
+export interface PhysicalDevice {
+  /** The interrupt source that reads and writes it; absent in the answer of the call that makes it. */
+  source?: string | null;
+  channels: Channel[];
+  /** The joints of its machine, for which logical devices can be made. */
+  parts?: DevicePart[] | null;
+  /** It goes to its safe state after so long without a command, ns. */
+  watchdog_ns?: number | null;
+  /** Where its driver exchanges: "inline", "worker" or "process". */
+  class?: string | null;
+  /** What brings its outputs to their safe state, and how soon. */
+  safe_state?: DriverSafeState | null;
+  /** What its driver does off the cycle. */
+  services?: DriverService[];
+  /** What its driver counts. */
+  counters?: DriverCounter[];
+  [more: string]: unknown;
+}
+
+/** How a physical device does. */
+export interface PhysicalDeviceStatistics {
+  /** Why it is lost; null: it is not. */
+  lost: string | null;
+  /** How often a command was held back by the limit of its slope. */
+  slew_limited: number;
+  /** What its driver counts, by name. */
+  counters: { [name: string]: number };
+}
+
+/** Where in the user's program something was defined. */
+export interface Place {
+  file: string;
+  line: number;
+}
+
+/** A verb with its arguments, ready to be installed. */
+export interface Plan {
+  verb: string;
+  blocks: PlannedBlock[];
+  cells: PlannedCell[];
+  activations: PlannedActivation[];
+  /**
+   * Blocks of each source in the order of a firing: synchronous edges, then asynchronous ones where that makes no cycle,
+   * then declaration order. (`rtp.name`, blocks).
+   */
+  order: [string, number[]][];
+  lists: PlannedList[];
+  /** Index of the initial list. */
+  initial: number;
+  ending: PlannedEnding;
+  suspend: PlannedSuspend;
+  /** What it does when the programming system that started it is cut off, where its verb says so. */
+  if_cut_off: IfCutOff | null;
+  conditions: PlannedCondition[];
+  inputs: PlannedInput[];
+  requirements: PlannedRequirement[];
+  outputs: PlannedOutput[];
+  claims: PlannedClaim[];
+  /** What happens where another instance holds it, claim by claim: as the logical device that it belongs to declares. */
+  arbitration: Arbitration[];
+  /** Logical devices that must be enabled. */
+  devices: string[];
+  /** It may be started in manual mode. */
+  manual: boolean;
+  remarks: Remark[];
+}
+
+/**
+ * Blocks of one source that are always active together at one rate: the largest such sets, so that a chain that is
+ * activated as one runs as one.
+ */
+export interface PlannedActivation {
+  source: string;
+  due: PlannedDue;
+  blocks: number[];
+  budget_ns: number | null;
+  /** Its interval may be changed while it runs. */
+  tunable: boolean;
+  /** Rate in each command list in which it is on (list index, rate), for the relations of later instances. */
+  rates: [number, Rate][];
+}
+
+/** What a port or device item is bound to. */
+export type PlannedBinding = {
+  Cell: number;
+} | {
+  Cells: number[];
+};
+
+/** One subroutine instance. */
+export interface PlannedBlock {
+  /** Flat label: `servo.pid`. */
+  label: string;
+  /** `module.block`. */
+  block: string;
+  /** `rtp.name`. */
+  source: string;
+  /** n of a sized block. */
+  size: number | null;
+  /** Values of parameters, presets and sizes that differ from the block's defaults: item → bytes. */
+  values: [number, number[]][];
+  bindings: PlannedPort[];
+  /** Blocks of this plan in the same source whose outputs it takes synchronously. */
+  drivers: number[];
+  /** SVVs that it takes synchronously (or by ratio) from writers outside this plan: (item, SVV name). */
+  external_drivers: [number, string][];
+  /** Blocks of this plan in other sources whose outputs it takes synchronously. */
+  remote_drivers: number[];
+  /** The activation it belongs to (every block has one; of a block that is only executed it is never on). */
+  activation: number;
+  place: Place | null;
+}
+
+export type PlannedBound = {
+  Number: number;
+} | {
+  Parameter: {
+    sign: number;
+    devices: string[];
+    parameter: string;
+  };
+};
+
+/** One data object of the instance. */
+export interface PlannedCell {
+  kind: PlannedCellKind;
+  /** Normalised type. */
+  type_text: string;
+  size: number;
+  align: number;
+  unit: string;
+  /** First value at each start (private, constant), in bytes. */
+  initial: number[];
+  /** The blocks and items of this plan that write and read it. */
+  writers: [number, number][];
+  readers: [number, number][];
+}
+
+/** What a cell is. */
+export type PlannedCellKind = {
+  Svv: {
+    id: SvvId;
+    name: string;
+  };
+} | {
+  Private: {
+    name: string;
+  };
+} | {
+  Constant: {
+    name: string;
+  };
+} | {
+  Channel: {
+    device: string;
+    channel: number;
+    write: boolean;
+  };
+};
+
+/** What a start claims. */
+export type PlannedClaim = {
+  Svv: {
+    id: SvvId;
+    name: string;
+  };
+} | {
+  Channel: {
+    device: string;
+    channel: number;
+  };
+};
+
+/** A command, resolved. */
+export type PlannedCommand = "Ready" | {
+  Install: number[];
+} | {
+  Execute: number[];
+} | {
+  On: {
+    activation: number;
+    every: number;
+  };
+} | {
+  Off: number;
+};
+
+/** A termination condition, resolved. The eight system conditions are there after those of the verb, if the verb does not name them. */
+export interface PlannedCondition {
+  name: string;
+  /** (block, item) of the block conditions that it stands for; empty for a system condition. */
+  on: [number, number][];
+  /** ν: indices into `outputs`. */
+  returns: number[];
+  /** Its end is normal: no exception (`completed`; `returns` and no `raises`). */
+  normal: boolean;
+  priority: number;
+  /** Only in these lists; empty: in all. Conditions of one name have no list in common. */
+  during: number[];
+  /** Code of the alarm that it raises. */
+  alarm: string | null;
+}
+
+/** Why an activation is due, while it is on. */
+export type PlannedDue = "Interval" | {
+  Driven: {
+    by: [number, number][];
+  };
+} | {
+  Queued: {
+    by: [number, number][];
+  };
+};
+
+/** How an end goes, resolved. */
+export interface PlannedEnding {
+  /** Index of the list that runs at the end. */
+  list: number | null;
+  /** Running time that it may take. */
+  limit_ns: number;
+}
+
+/** What becomes true, and the condition (block, item) that is waited for where its block is active. */
+export interface PlannedHolding {
+  set: PlannedTarget;
+  until: [number, number];
+}
+
+/** An input parameter: ψ, resolved. */
+export interface PlannedInput {
+  name: string;
+  origin: PlannedOrigin;
+  /** Normalised type, and the declarations it needs are resolved in it. */
+  type_text: string;
+  unit: string;
+  default: Value | null;
+  tunable: boolean;
+  range: PlannedRange | null;
+  targets: PlannedTarget[];
+}
+
+export interface PlannedList {
+  name: string;
+  stages: PlannedStage[];
+  /** τ(this, condition) = list: indices. */
+  transitions: [number, number][];
+}
+
+/** A member of a logical device. */
+export type PlannedMember = {
+  Svv: string;
+} | {
+  Parameter: {
+    device: string;
+    parameter: string;
+  };
+};
+
+/** Where an input parameter's value comes from. */
+export type PlannedOrigin = "Given" | "Preset" | {
+  DeviceParameter: {
+    devices: string[];
+    parameter: string;
+  };
+};
+
+/** An output value: ω, resolved. */
+export interface PlannedOutput {
+  name: string;
+  type_text: string;
+  target: PlannedTarget;
+}
+
+/** How an input relates to its writer, after relaxing. */
+export interface PlannedPort {
+  item: number;
+  binding: PlannedBinding;
+  /** Mode in force. */
+  mode: PortMode;
+  /** Of a history input: how many values it reads; else 0. */
+  history: number;
+}
+
+/** The range of an input parameter, resolved. */
+export interface PlannedRange {
+  least: PlannedBound;
+  most: PlannedBound;
+  /** SVVs that the value is counted from, one for each device. */
+  counted_from: string[];
+}
+
+/** What must be true at a start, for one device. */
+export interface PlannedRequirement {
+  device: string;
+  member: PlannedMember;
+  /** Only where this is true. */
+  when: PlannedMember | null;
+  raises: Class;
+  remedy: string;
+}
+
+/** A stretch of a command list up to a wait. */
+export interface PlannedStage {
+  commands: PlannedCommand[];
+  /** `None`: the list is through; the process goes on until a condition comes or nothing is active. */
+  wait: PlannedWait | null;
+  /** What is on after the commands of this stage: (activation, every). */
+  active: [number, number][];
+}
+
+/** How the instance is suspended, resolved. */
+export type PlannedSuspend = "Hold" | "Safe" | {
+  Holding: PlannedHolding[];
+};
+
+/** A place that a value is stored in or read from. */
+export type PlannedTarget = {
+  Cell: number;
+} | {
+  Item: {
+    block: number;
+    item: number;
+  };
+} | {
+  Report: {
+    block: number;
+    item: number;
+  };
+} | {
+  Cells: number[];
+};
+
+/** What ends a stage. */
+export type PlannedWait = {
+  Conditions: [number, number][];
+} | {
+  Time: number;
+} | "Idle";
+
+/** What a port is to its block. */
+export type PortDirection = "input" | "output" | "parameter" | "condition" | "device";
+
+/** Relation of a port's updates to its block's invocations. */
+export type PortMode = "synchronous" | "asynchronous" | {
+  ratio: number;
+};
+
+/** A port as who draws it knows it: of a block, or, `block` empty, of the graph itself. */
+export interface PortName {
+  block: string;
+  port: string;
+}
+
+/** The value of a port that nothing is bound to, or the number of elements of a block; null where it has none. */
+export type PortValue = Value | number | null;
+
+/** What became of one processor in a process of its own, or of those that share one. */
+export interface ProcessTakenOver {
+  /** Its name; of a process that may be shared, that of the process. */
+  name: string;
+  /** The processors in that process. */
+  processors: string[];
+  /** Something of it ran, and has been taken over now; else its process was started for this system. */
+  is_adopted: boolean;
+  /** Blocks that go on where they were, by label. */
+  carried: string[];
+  /** Blocks that begin anew, and why. */
+  anew: BlockAnew[];
+  /** Blocks that ran, and that this system has not started: they have ended. */
+  ended: string[];
+  /** The longest time for which a device was not written, ns; none where there is none. */
+  gap_ns: number | null;
+}
+
+/** A real-time processor. */
+export interface ProcessorAbout {
+  /** The core that it is bound to. */
+  core: number | null;
+  /** The supervisor runs on it. */
+  supervisor: boolean;
+  /** The process that it runs in; null: the supervisor's. */
+  process: string | null;
+  /** The host that it runs on; null: the supervisor's. */
+  host: string | null;
+}
+
+/** Whether a condition raises: so, or by the name of the class, which the programming system knows. */
+export type Raised = boolean | string;
+
+/** At which rate a writer updates, in one command list. */
+export type Rate = {
+  interval: {
+    period_ns: number;
+  };
+} | {
+  trigger: {
+    source: string;
+    every: number;
+  };
+} | "once";
+
+/** A value with its number and time. */
+export interface Reading {
+  /** The value, where bytes are not asked for. */
+  value?: Value | null;
+  /** The memory of its C type in base64, little endian, where that is asked for. */
+  bytes?: string | null;
+  number: number;
+  time_ns: number;
+}
+
+/** A recording that has begun. */
+export interface RecordingBegun {
+  /** Its number. */
+  recording: number;
+}
+
+/** How a recording stands, or ended. */
+export interface RecordingSummary {
+  /** The file. */
+  path: string;
+  running: boolean;
+  /** Messages in the file, by channel; while it runs, in its whole chunks. */
+  counts: { [name: string]: number };
+  /** Messages that are not in it, by channel, where there are any. */
+  lost: { [name: string]: number };
+  /** Bytes of the file. */
+  bytes: number;
+  /** Why nothing more could be written, which ended it. */
+  failure: string | null;
+}
+
+/** One thing that is wrong. */
+export interface Refusal {
+  class: Class;
+  /** Lower case, both ends named: `cannot bind output 'a.y' (double, N.m) to input 'b.u' (float): types differ`. */
+  message: string;
+  ends?: RefusalEnd[];
+  /** The next step if it is known; printed after the message, behind a semicolon. */
+  remedy?: string;
+  /** Where to look first: the definition that is at fault. */
+  place?: Place | null;
+  /** The parts of the definition that it is about, the first one first. */
+  where?: Where[];
+}
+
+/** One of the ends that a refusal is about. */
+export interface RefusalEnd {
+  /** As the message names it, for example `output 'servo.effort' (double, N.m)`. */
+  what: string;
+  place?: Place | null;
+}
+
+/** Something that was filled in or is worth knowing: an implied cell, an edge that is a delay. */
+export interface Remark {
   text: string;
-  /** Of a command: who gave it. */
-  who?: string;
+  place: Place | null;
 }
 
 /** How one start of a verb instance ended. */
 export interface Report {
   instance: string;
   verb: string;
+  /** Which start of this instance it was, from 1. */
   start: number;
+  /** The termination condition. */
   condition: string;
+  /** Whether it is a normal end: no exception on the PS. */
   normal: boolean;
+  /** The list that was running. */
   command_list: string;
-  block?: string | null;
+  /** The block that reported it, if one did. */
+  block: string | null;
+  /** Time of the end and of the start, s on the system's clock. */
   time_s: number;
   started_s: number;
-  value?: Value;
+  /** The value that the condition reported, if it has one. */
+  value: Value | null;
+  /** Why, in words. */
   message: string;
-  outputs: Record<string, Value>;
-  others: { condition: string; [more: string]: unknown }[];
+  /** Nothing for a condition that was not reported in this start. */
+  outputs: { [name: string]: Value | null };
+  others: Other[];
 }
 
-export interface End {
-  number: number;
-  instance: number;
-  report: Report;
-}
-
-export interface Alarm {
-  number: number;
-  code: string;
-  source: string;
-  text: string;
+/** What must be true of each device of an object when a verb starts. */
+export interface Requirement {
+  /** Only of devices whose parameter (or SVV) of this name, `arm.needs_home`, is true. */
+  when: string | null;
+  /** What the refusal is. */
+  raises: Class;
   remedy: string;
-  severity: string;
-  active: boolean;
-  acknowledged: boolean;
-  count: number;
-  time_ns: number;
+  place: Place | null;
 }
 
-export interface Alarms {
-  current: Alarm[];
-  history: Alarm[];
-  texts: Record<string, unknown>;
-  dropped?: number;
+/** What must be true of each device of an object when a verb starts. */
+export interface RequirementRequest {
+  /** Only of devices whose parameter (or SVV) of this name, `arm.needs_home`, is true. */
+  when?: string | null;
+  /** What the refusal is. */
+  raises: Class;
+  remedy?: string;
+  place?: Place | null;
 }
 
-export interface Reading {
-  value: Value;
-  number: number;
-  time_ns: number;
+/** An opened session with the instances that are still there of those that it has started. */
+export interface Returned {
+  /** Its ID, for the header `OpenGPAC-Session`. */
+  session: string;
+  name: string;
+  role: Role;
+  /** How often it has to give a sign of life, ms. */
+  heartbeat_ms: number;
+  /** After how long without one it counts as lost, ms. */
+  lost_after_ms: number;
+  /** It was there before, and lost. */
+  returned: boolean;
+  /** End reports that wait for it. */
+  kept_reports: number;
+  /** End reports that are gone, because too many waited. */
+  lost_reports: number;
+  instances: SessionInstance[];
 }
+
+/** A role of a caller. */
+export type Role = "observe" | "operate" | "configure" | "download";
+
+/** A channel of a scope. */
+export interface ScopeChannel {
+  name: string;
+  type_text: string;
+  unit: string;
+  /** Numbers of one value: elements of an array, members of a struct. */
+  components: number;
+}
+
+/** The channels of a scope. */
+export interface ScopeHead {
+  /** In the order of the runs of its binary frames. */
+  channels: ScopeChannel[];
+}
+
+/** One line of the list of sessions. */
+export interface SessionInfo {
+  name: string;
+  /** Its caller: a user, a token or a certificate. */
+  who: string;
+  role: Role;
+  /** Where it calls from. */
+  from: string;
+  /** It has command. */
+  commands: boolean;
+  alive: boolean;
+  /** A connection holds it: where that breaks it is lost at once. */
+  held: boolean;
+  kept_reports: number;
+}
+
+/** A verb instance of a session. */
+export interface SessionInstance {
+  instance: number;
+  name: string;
+  state: InstanceState;
+}
+
+/** How urgent an alarm is. */
+export type Severity = "low" | "medium" | "high" | "critical";
+
+/** A command in short: its name is the key of what it acts on. */
+export type ShortCommand = {
+  install: NameList;
+} | {
+  execute: string;
+} | {
+  activate: string;
+  every: Time | null;
+  tunable: boolean;
+  budget: Time | null;
+} | {
+  deactivate: string;
+} | {
+  wait: Until;
+} | {
+  ready: boolean;
+};
+
+/** A command in short: its name is the key of what it acts on. */
+export type ShortCommandRequest = {
+  install: NameList;
+} | {
+  execute: string;
+} | {
+  activate: string;
+  every?: Time | null;
+  tunable?: boolean;
+  budget?: Time | null;
+} | {
+  deactivate: string;
+} | {
+  wait: Until;
+} | {
+  ready: boolean;
+};
+
+/** Values at one time. */
+export interface Snapshot {
+  time_ns: number;
+  values: { [name: string]: Reading };
+}
+
+/** An interrupt source; its key in [`Configuration::sources`] is `rtp.name`. */
+export interface Source {
+  processor: string;
+  kind: SourceKind;
+  priority: number;
+}
+
+export type SourceKind = "trigger" | "software" | {
+  timer: {
+    period_ns: number;
+  };
+};
+
+/**
+ * How an interrupt source does. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first also shorter ones, the last also
+ * longer ones.
+ */
+export interface SourceStatistics {
+  /** Steps of its firing table. */
+  steps: number;
+  /** Firings, without those of `execute`. */
+  firings: number;
+  /** Releases that were skipped because the firing before was not over. */
+  overruns: number;
+  /** Ratio values that were absent when their reader asked for them. */
+  late: number;
+  /** Invocations that faulted. */
+  faults: number;
+  /** Conditions and other events that found no place and were lost. */
+  lost: number;
+  /** A fault stopped it. */
+  stopped: boolean;
+  /** What its thread asked of the operating system and did not get. */
+  rights_missing: string[];
+  /** Start of the last firing behind its release, ns. */
+  jitter_last_ns: number;
+  /** Greatest jitter, ns. */
+  jitter_max_ns: number;
+  /** Histogram of the jitter. */
+  jitter_bins: number[];
+  /** Upper end of the bin that the median jitter lies in, ns; 0 before the first firing. */
+  jitter_median_ns: number;
+  /** Duration of all firings together, ns. */
+  duration_sum_ns: number;
+  /** Duration of the last firing, ns. */
+  duration_last_ns: number;
+  /** Longest duration, ns. */
+  duration_max_ns: number;
+  /** Histogram of the duration. */
+  duration_bins: number[];
+  /** Upper end of the bin that the median duration lies in, ns; 0 before the first firing. */
+  duration_median_ns: number;
+  processor?: string;
+  /** The core that its processor is bound to. */
+  core?: number | null;
+  kind?: KindOfSource;
+  /** Of a timer, ns. */
+  period_ns?: number | null;
+  priority?: number;
+  /** What its thread asked of the operating system; nothing under the virtual clock. */
+  rights_asked?: string[];
+  /** Whether a probe measures its blocks now. */
+  probed: boolean;
+  /** Times of the blocks that a probe has measured since they were installed. */
+  blocks: BlockTimes[];
+}
+
+/** How a system does. */
+export interface Statistics {
+  /** Time on the system's clock, s. */
+  now_s: number;
+  /** Interrupt sources by name, `rtp.source`. */
+  sources: { [name: string]: SourceStatistics };
+  /** Verb instances in the order in which they were created. */
+  instances: InstanceStatistics[];
+  /** States of the logical devices. */
+  devices: { [name: string]: DeviceState };
+  physical_devices: { [name: string]: PhysicalDeviceStatistics };
+  /** Processors by the process that they run in, of those that do not run in the supervisor's. */
+  processes: { [name: string]: string[] };
+  /** Why the emergency stop is latched; null: it is not. */
+  emergency: string | null;
+  paused: Paused;
+  mode: Mode;
+  /** What the supervisor's thread asked of the operating system and did not get. */
+  supervisor_rights_missing: string[];
+}
+
+/** A line of the augmented τ. */
+export interface Step {
+  /** A part, which stands for every list of it that the condition ends, or one list: `approach`, `approach.back_off`; or several. */
+  from: NameList;
+  /** A condition, by its name in the composed verb or in the part; absent: every normal end, but a halt. */
+  condition?: string | null;
+  /** A part, which stands for its initial list, or one list. */
+  to: string;
+  place?: Place | null;
+}
+
+/** A file that is there. */
+export interface StoredFile {
+  /** Its size. */
+  bytes: number;
+}
+
+/** A text frame of the stream: what a subscription has to say, or why a frame of the client was refused. */
+export interface StreamAnswer {
+  /** The subscription, as its client named it. */
+  id?: string | null;
+  svvs?: Snapshot | null;
+  statistics?: Statistics | null;
+  installed?: Installed | null;
+  log?: LogEntry[] | null;
+  ends?: End[] | null;
+  /** The first frame of a scope: what the binary ones after it carry. */
+  scope?: ScopeHead | null;
+  /** Frames, or entries, that the reader was too slow for since the last frame of this subscription. */
+  dropped?: number | null;
+  /** Why the subscription ended, or the frame was refused. */
+  errors?: Refusal[] | null;
+}
+
+/** A frame that the client of a stream sends. */
+export interface StreamFrame {
+  /** What is subscribed to. */
+  subscribe?: Topic | null;
+  /** The client's name of the subscription. */
+  id?: string | null;
+  /** The subscription that is over. */
+  unsubscribe?: string | null;
+  /** Of `svvs` and `scope`: which. */
+  names?: string[];
+  /** How often it is looked, ms of the wall clock, 10 at the least; of `statistics` and `installed` 100, of `scope` 1,000 at the most. */
+  every_ms?: number;
+  /** Of `svvs`: bytes in base64 instead of values. */
+  raw?: boolean;
+  /** Of `log` and `ends`: from which number on. */
+  since?: number;
+}
+
+/** How a verb is suspended. JSON: `"hold"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`. */
+export type Suspend = "hold" | "safe" | {
+  holding: Holding[];
+};
+
+/** An SVV, a private cell of an instance (`move#1:coefficients`) or a channel of a physical device (`plant.elbow.position`). */
+export interface SvvAbout {
+  name: string;
+  kind: CellKind;
+  /** C type as declared. */
+  type_text: string;
+  /** Declarations of the struct types that it needs, by name. */
+  types: { [name: string]: string };
+  /** The type with its layout. */
+  type: TypeTree;
+  unit: string;
+  /** How many of its values are kept. */
+  history: number;
+  /** The logical device that it belongs to. */
+  device: string | null;
+  /** Ports that write it, `instance.label.port`. */
+  writers: string[];
+  /** Ports that read it. */
+  readers: string[];
+  /** Verb instances with a port bound to it. */
+  bound: number;
+  /** Which one it is of those that have had its name; `NAME@ID` is this one and no other. */
+  id?: number;
+  /** Minimum and maximum that a programming system may write. */
+  within?: [number, number] | null;
+  /** The interrupt source in which its present value was computed; null: a programming system wrote it. */
+  source?: string | null;
+}
+
+export type SvvId = number;
+
+/** An SVV as it is asked for: its specification, and the struct types that its type needs. */
+export interface SvvRequest {
+  /** C type. */
+  type_text: string;
+  unit?: string;
+  initial?: Initial | null;
+  /** How many earlier values are kept for Python. */
+  history?: number;
+  /** Minimum and maximum value that the PS may store. */
+  within?: [number, number] | null;
+  /** The PS keeps its value over a warm restart. */
+  keep?: boolean | null;
+  /** Of a device type: the devices have no SVV of their own, they share the system's of this name. */
+  shared?: string | null;
+  types?: { [name: string]: string };
+}
+
+export interface SvvSpecification {
+  /** C type. */
+  type_text: string;
+  unit: string;
+  initial: Initial | null;
+  /** How many earlier values are kept for Python. */
+  history: number;
+  /** Minimum and maximum value that the PS may store. */
+  within: [number, number] | null;
+  /** The PS keeps its value over a warm restart. */
+  keep?: boolean | null;
+  /** Of a device type: the devices have no SVV of their own, they share the system's of this name. */
+  shared: string | null;
+}
+
+export interface SvvSpecificationRequest {
+  /** C type. */
+  type_text: string;
+  unit?: string;
+  initial?: Initial | null;
+  /** How many earlier values are kept for Python. */
+  history?: number;
+  /** Minimum and maximum value that the PS may store. */
+  within?: [number, number] | null;
+  /** The PS keeps its value over a warm restart. */
+  keep?: boolean | null;
+  /** Of a device type: the devices have no SVV of their own, they share the system's of this name. */
+  shared?: string | null;
+}
+
+/** `POST /v1/command`. */
+export interface TakeCommand {
+  /** Takes it from the holder; needs the role `configure`. */
+  force?: boolean;
+}
+
+/** What became of each process of processors. */
+export interface TakenOver {
+  /** In the order of their names. */
+  processors: ProcessTakenOver[];
+}
+
+/** A termination condition: an element of t_V with its ν. */
+export interface Termination {
+  /** Block conditions (`label.item`) it stands for; empty: the system condition of its own name. */
+  on: NameList;
+  /** ν: outputs it returns. Absent: none declared. */
+  returns: NameList | null;
+  /** It raises on the PS (the PS knows which class): so, or by the name of the class. */
+  raises: Raised;
+  /** Only in these command lists; empty: in all. In JSON one name, or several. */
+  during: NameList;
+  priority: number;
+  /** Code of the alarm that it raises whenever it acts, whether the verb ends or goes on. */
+  alarm: string | null;
+  place: Place | null;
+}
+
+/** A termination condition: an element of t_V with its ν. */
+export interface TerminationRequest {
+  /** Block conditions (`label.item`) it stands for; empty: the system condition of its own name. */
+  on?: NameList;
+  /** ν: outputs it returns. Absent: none declared. */
+  returns?: NameList | null;
+  /** It raises on the PS (the PS knows which class): so, or by the name of the class. */
+  raises?: Raised;
+  /** Only in these command lists; empty: in all. In JSON one name, or several. */
+  during?: NameList;
+  priority?: number;
+  /** Code of the alarm that it raises whenever it acts, whether the verb ends or goes on. */
+  alarm?: string | null;
+  place?: Place | null;
+}
+
+/** A time with its unit: `20 ms`. */
+export type Time = string;
+
+/** When parts that run together have ended. */
+export type TogetherUntil = "any" | "all";
+
+/**
+ * What a stream carries. `scope`: every value of some SVVs and private cells, in binary frames; `installed`: at first, and whenever it
+ * has changed.
+ */
+export type Topic = "svvs" | "log" | "ends" | "scope" | "statistics" | "installed";
+
+/** One line of τ. */
+export interface Transition {
+  from: string;
+  condition: string;
+  to: string;
+  place: Place | null;
+}
+
+/** One line of τ. */
+export interface TransitionRequest {
+  from: string;
+  condition: string;
+  to: string;
+  place?: Place | null;
+}
+
+/** A C type with its layout. */
+export type TypeTree = ({
+  scalar: string;
+} | {
+  array: [TypeTree, number];
+} | {
+  struct: [string, TypeTree, number][];
+}) & {
+  /** The normalised declaration. */
+  text: string;
+  /** Bytes of a value, padding included. */
+  size: number;
+  /** Alignment, bytes. */
+  align: number;
+};
+
+/** What a wait waits for. */
+export type Until = boolean | NameList;
+
+/** A value of a parameter, preset, SVV or output. In JSON it is what it looks like. */
+export type Value = boolean | number | string | Value[] | { [name: string]: Value } | null;
+
+/**
+ * A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
+ *
+ * In a composed verb, one with `parts`, blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
+ * `conditions` and `output_values`, which may then hold one line for each part; what reports and τ call them is [`Verb::reported`].
+ */
+export interface Verb {
+  name: string;
+  doc: string;
+  /** It may be started in manual mode. */
+  manual: boolean;
+  blocks: { [name: string]: WrittenBlockUse };
+  objects: { [name: string]: WrittenObject };
+  /** χ: parameter (`sensed`, `drive.position`, `arm.commanded`) → data nodes. */
+  instantiation_parameters: { [name: string]: NameList };
+  /** Private SVVs of each instance; part of χ. */
+  cells: { [name: string]: NameList };
+  input_parameters: { [name: string]: WrittenInputParameter };
+  /** Members of objects, SVVs or parameters of type bool, that must be true at a start: `arm.homed`. */
+  requires: { [name: string]: WrittenRequirement };
+  /** ω. */
+  output_values: { [name: string]: string };
+  command_lists: { [name: string]: WrittenCommandList };
+  initial: string | null;
+  conditions: { [name: string]: WrittenTermination };
+  transitions: Transition[];
+  /** Relaxed modes: port → mode. */
+  modes: { [name: string]: PortMode };
+  /** Of a composed verb: its parts by label, and those of its parts (`pick.approach`). Empty in one that is written whole. */
+  parts: { [name: string]: Part };
+  /** The command list that runs at every end, but at an emergency stop, a lost processor and a second halt (brakes, a ramp down). */
+  ending: string | null;
+  /**
+   * Running time after which an ending list, what τ leads to from a disabled device or an abort, and a suspension that waits for
+   * its condition are cut short, ns; absent: [`ENDING_LIMIT_NS`].
+   */
+  ending_limit_ns: number | null;
+  suspend: Suspend;
+  /**
+   * What a running instance does when the programming system that started it is cut off; absent: an action is halted, the own verb
+   * of a logical device continues.
+   */
+  if_cut_off: IfCutOff | null;
+  place: Place | null;
+}
+
+/** The paper's two classes of verbs. */
+export type VerbClass = "acts on devices" | "supports devices";
+
+/** What somebody who starts a verb is asked for. */
+export interface VerbForm {
+  name: string;
+  doc: string;
+  /** It may be started in manual mode. */
+  manual: boolean;
+  /** What an instance is made with. */
+  arguments: FormArgument[];
+  /** The values that a start may be given. */
+  inputs: FormInput[];
+  /** The definition itself. */
+  defined: Verb;
+}
+
+/**
+ * A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
+ *
+ * In a composed verb, one with `parts`, blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
+ * `conditions` and `output_values`, which may then hold one line for each part; what reports and τ call them is [`Verb::reported`].
+ */
+export interface VerbRequest {
+  name: string;
+  doc?: string;
+  /** It may be started in manual mode. */
+  manual?: boolean;
+  blocks: { [name: string]: WrittenBlockUseRequest };
+  objects?: { [name: string]: WrittenObjectRequest };
+  /** χ: parameter (`sensed`, `drive.position`, `arm.commanded`) → data nodes. */
+  instantiation_parameters?: { [name: string]: NameList };
+  /** Private SVVs of each instance; part of χ. */
+  cells?: { [name: string]: NameList };
+  input_parameters?: { [name: string]: WrittenInputParameterRequest };
+  /** Members of objects, SVVs or parameters of type bool, that must be true at a start: `arm.homed`. */
+  requires?: { [name: string]: WrittenRequirementRequest };
+  /** ω. */
+  output_values?: { [name: string]: string };
+  command_lists: { [name: string]: WrittenCommandListRequest };
+  initial?: string | null;
+  conditions?: { [name: string]: WrittenTerminationRequest };
+  transitions?: TransitionRequest[];
+  /** Relaxed modes: port → mode. */
+  modes?: { [name: string]: PortMode };
+  /** Of a composed verb: its parts by label, and those of its parts (`pick.approach`). Empty in one that is written whole. */
+  parts?: { [name: string]: Part };
+  /** The command list that runs at every end, but at an emergency stop, a lost processor and a second halt (brakes, a ramp down). */
+  ending?: string | null;
+  /**
+   * Running time after which an ending list, what τ leads to from a disabled device or an abort, and a suspension that waits for
+   * its condition are cut short, ns; absent: [`ENDING_LIMIT_NS`].
+   */
+  ending_limit_ns?: number | null;
+  suspend?: Suspend;
+  /**
+   * What a running instance does when the programming system that started it is cut off; absent: an action is halted, the own verb
+   * of a logical device continues.
+   */
+  if_cut_off?: IfCutOff | null;
+  place?: Place | null;
+}
+
+/** A verb in one line. */
+export interface VerbSummary {
+  name: string;
+  doc: string;
+  class: VerbClass;
+  /** The device types that it supports. */
+  supports: string[];
+  /** It has one command list. */
+  simple: boolean;
+  /** Names of its command lists. */
+  lists: string[];
+  /** Of a composed verb: its parts by label. */
+  parts: { [name: string]: Part };
+}
+
+/** A port, and why it cannot be wired; no reason: it can. */
+export interface Verdict {
+  block: string;
+  port: string;
+  reason: string | null;
+}
+
+/** What answers, and as what it sees its caller. */
+export interface Version {
+  /** Version of OpenGPAC. */
+  opengpac: string;
+  /** Version of the control interface. */
+  interface: number;
+  /** Version of the block interface, for shared objects. */
+  abi: number;
+  /** The machine, for shared objects: `x86_64-linux`. */
+  target: string;
+  /** Name of the real-time system. */
+  system: string;
+  clock: ClockName;
+  /** Role of the caller. */
+  role: Role;
+}
+
+/** A part of a definition, as who draws it knows it. JSON: `{"block": "filter", "port": "u"}`, `{"transition": ["start", "contact"]}`, … */
+export type Where = {
+  block: string;
+  port: string;
+} | {
+  block: string;
+} | {
+  cell: string;
+} | {
+  parameter: string;
+} | {
+  output: string;
+} | {
+  object: string;
+} | {
+  list: string;
+  command: number;
+} | {
+  list: string;
+} | {
+  condition: string;
+} | {
+  transition: [string, string];
+};
+
+/** Why two ports cannot be wired; of one port and all others, a list. */
+export type Wired = string | null | Verdict[];
+
+export type WrittenBlockSource = string | BlockSource;
+
+export type WrittenBlockSourceRequest = string | BlockSourceRequest;
+
+export type WrittenBlockUse = string | BlockUse;
+
+export type WrittenBlockUseRequest = string | BlockUseRequest;
+
+/** A command, long or short. */
+export type WrittenCommand = Command | ShortCommand;
+
+export type WrittenCommandList = Commands | CommandList;
+
+export type WrittenCommandListRequest = CommandsRequest | CommandListRequest;
+
+/** A command, long or short. */
+export type WrittenCommandRequest = CommandRequest | ShortCommandRequest;
+
+export type WrittenInputParameter = NameList | InputParameter;
+
+export type WrittenInputParameterRequest = NameList | InputParameterRequest;
+
+export type WrittenObject = string | Object;
+
+export type WrittenObjectRequest = string | ObjectRequest;
+
+export type WrittenRequirement = string | Requirement;
+
+export type WrittenRequirementRequest = string | RequirementRequest;
+
+export type WrittenTermination = NameList | Termination;
+
+export type WrittenTerminationRequest = NameList | TerminationRequest;
+
+/** The calls: the least role that may make each, its arguments, its answer. */
+export interface Calls {
+  /** Makes a real-time processor. */
+  processor: {
+    role: "configure";
+    arguments: {
+      name: string;
+      /** The core that it is bound to. */
+      core?: number | null;
+      /** Whether the supervisor is there; where no processor says so, it is on the first one. */
+      supervisor?: boolean;
+      /** true: in a process of its own; a text: in the process of that name. */
+      process?: InProcess;
+      /** A host that has joined. */
+      host?: string | null;
+      /** How long a process may stand still until it counts as lost. */
+      lost_after_ns?: number | null;
+      /** How long a process may miss its supervisor. */
+      patience_ns?: number | null;
+    };
+    result: null;
+  };
+  /** Lets other hosts join. */
+  listen: {
+    role: "download";
+    arguments: {
+      /** "tcp/HOST:PORT" or "tls/HOST:PORT". */
+      endpoint: string;
+      /** The name of this host. */
+      name: string;
+      /** The file of the authority that signs the others' certificates. */
+      authority?: string | null;
+      certificate?: string | null;
+      key?: string | null;
+      /** The text that a host must know to join. */
+      token?: string | null;
+      /** How far apart clocks may be. */
+      clock_limit_ns?: number | null;
+    };
+    result: null;
+  };
+  /** Lets go on what runs in processes that lost a system of this name; the system is opened with "adopt": true. */
+  take_over: {
+    role: "configure";
+    arguments: Record<string, never>;
+    result: TakenOver;
+  };
+  /** Makes an interrupt source of a processor. */
+  source: {
+    role: "configure";
+    arguments: {
+      processor: string;
+      name: string;
+      /** "timer", "trigger" or "software". */
+      kind: string;
+      /** Of a timer. */
+      period_ns?: number;
+      priority: number;
+      /** What a firing takes under the virtual clock. */
+      virtual_cost_ns?: number;
+    };
+    result: null;
+  };
+  /** Requests a software source: it fires once. */
+  request: {
+    role: "operate";
+    arguments: {
+      /** "processor.source". */
+      source: string;
+    };
+    result: null;
+  };
+  /** Opens a device for a source. Returns its channels and parts. */
+  physical_device: {
+    role: "configure";
+    arguments: {
+      processor: string;
+      name: string;
+      /** The driver: "mujoco", "loopback", "scripted", ... */
+      kind: string;
+      /** Those of the driver. */
+      options?: { [name: string]: unknown } | null;
+      source: string;
+      place?: Place | null;
+    };
+    result: PhysicalDevice;
+  };
+  /** Lets the driver of a device carry out a service, off the cycle. Returns what that answers. */
+  device_service: {
+    role: "operate";
+    arguments: {
+      device: string;
+      /** One that the driver declares: `configuration` lists them. */
+      service: string;
+      /** Those of the service. */
+      arguments?: { [name: string]: unknown } | null;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: Value | null;
+  };
+  /** Waits for a service that goes on. Returns what it answers, once. */
+  device_served: {
+    role: "operate";
+    arguments: {
+      errand: number;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: Value | null;
+  };
+  /** Opens a device that was lost again, with everything that is bound to it. */
+  reopen_physical_device: {
+    role: "operate";
+    arguments: {
+      name: string;
+    };
+    result: null;
+  };
+  /** Closes a device. */
+  delete_physical_device: {
+    role: "configure";
+    arguments: {
+      name: string;
+    };
+    result: null;
+  };
+  /** Lets a channel of a device request a source. */
+  raises: {
+    role: "configure";
+    arguments: {
+      device: string;
+      channel: string;
+      source: string;
+      place?: Place | null;
+    };
+    result: null;
+  };
+  /** Says on which sources blocks run that nothing else places: source by pattern of labels. */
+  place: {
+    role: "configure";
+    arguments: { [name: string]: string };
+    result: null;
+  };
+  /** Enters a verb. */
+  define_verb: {
+    role: "configure";
+    arguments: VerbRequest;
+    result: null;
+  };
+  /** Refuses a data flow graph that is wrong; nothing is entered. */
+  check_graph: {
+    role: "observe";
+    arguments: GraphRequest;
+    result: null;
+  };
+  /** Returns all that is wrong with a graph or a verb, each with "where"; nothing is entered. */
+  check_definition: {
+    role: "observe";
+    arguments: Drawing;
+    result: Refusal[];
+  };
+  /** Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, why each other one cannot. */
+  compatible: {
+    role: "observe";
+    arguments: ({
+      from: PortName;
+      to?: PortName | null;
+    }) & Drawing;
+    result: Wired;
+  };
+  /** Enters a type of logical devices. */
+  define_device_type: {
+    role: "configure";
+    arguments: DeviceTypeRequest;
+    result: null;
+  };
+  /** Returns the verb that a composition of verbs is; nothing is entered. */
+  compose: {
+    role: "observe";
+    arguments: Composition;
+    result: Verb;
+  };
+  /** Makes an SVV. */
+  svv: {
+    role: "configure";
+    arguments: ({
+      name: string;
+      place?: Place | null;
+    }) & SvvRequest;
+    result: null;
+  };
+  /** Deletes an SVV that nothing is bound to. */
+  delete_svv: {
+    role: "configure";
+    arguments: {
+      name: string;
+    };
+    result: null;
+  };
+  /** Returns every block: of the library, of code modules. */
+  library: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: Interface[];
+  };
+  /** Makes a logical device, with its own verb instance. */
+  device: {
+    role: "configure";
+    arguments: {
+      name: string;
+    } & DeviceRequest;
+    result: null;
+  };
+  /** Starts the verb that keeps a device going. Returns that instance, 0 where there is none. It is enabled when it is ready. */
+  enable: {
+    role: "operate";
+    arguments: {
+      name: string;
+    };
+    result: number;
+  };
+  /** Waits until a device is enabled. Returns whether it is. */
+  wait_enabled: {
+    role: "observe";
+    arguments: {
+      name: string;
+      /** How long at most, from now, on the system's clock. */
+      timeout_ns?: number | null;
+      /** Until when at most, instead. */
+      until_ns?: number | null;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: boolean;
+  };
+  /** Ends the verbs that use a device, then its own; waits until that is done. */
+  disable: {
+    role: "operate";
+    arguments: {
+      name: string;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: null;
+  };
+  /** Replaces the verb that keeps a device going by another one, within one firing where it is enabled. */
+  exchange_verb: {
+    role: "configure";
+    arguments: {
+      device: string;
+      verb: string;
+      place?: Place | null;
+    };
+    result: null;
+  };
+  /** Deletes a device. */
+  delete_device: {
+    role: "configure";
+    arguments: {
+      name: string;
+    };
+    result: null;
+  };
+  /** Returns "disabled", "enabling", "standstill", "moving", "stopping" or "fault". */
+  device_state: {
+    role: "observe";
+    arguments: {
+      name: string;
+    };
+    result: DeviceState;
+  };
+  /** Returns the value of a parameter. */
+  device_parameter: {
+    role: "observe";
+    arguments: {
+      name: string;
+      parameter: string;
+    };
+    result: Value;
+  };
+  /** Sets a parameter. */
+  set_device_parameter: {
+    role: "operate";
+    arguments: {
+      name: string;
+      parameter: string;
+      value: Value;
+    };
+    result: null;
+  };
+  /** Plans an application without making anything. Returns the plan. */
+  check: {
+    role: "observe";
+    arguments: Application;
+    result: Plan;
+  };
+  /** Calls a verb: makes an instance, starts it with the values of the application, waits until it has ended and deletes it. Returns its end report. */
+  perform: {
+    role: "operate";
+    arguments: {
+      limits?: Limits;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    } & Application;
+    result: Report | null;
+  };
+  /** Goes on with the call of a verb: waits until its instance has ended and deletes it. Returns its end report. */
+  performed: {
+    role: "operate";
+    arguments: {
+      instance: number;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: Report | null;
+  };
+  /** Makes an instance. Returns its number. */
+  create: {
+    role: "operate";
+    arguments: Application;
+    result: number;
+  };
+  /** Starts an instance. */
+  start: {
+    role: "operate";
+    arguments: {
+      instance: number;
+      /** Input parameter to value. */
+      values?: { [name: string]: Value };
+      limits?: Limits;
+    };
+    result: null;
+  };
+  /** Waits until an instance has ended. Returns its end report, null after the timeout. */
+  wait: {
+    role: "observe";
+    arguments: {
+      instance: number;
+      /** How long at most, from now, on the system's clock. */
+      timeout_ns?: number | null;
+      /** Until when at most, instead. */
+      until_ns?: number | null;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: Report | null;
+  };
+  /** Ends an instance and waits until it has ended: a transition on `halted` may lie between, a second halt is immediate. Returns its end report. */
+  halt: {
+    role: "operate";
+    arguments: {
+      instance: number;
+      /** How long at most, from now, on the system's clock. */
+      timeout_ns?: number | null;
+      /** Until when at most, instead. */
+      until_ns?: number | null;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: Report | null;
+  };
+  /** Lets what an instance is doing run dry, then holds it. */
+  suspend: {
+    role: "operate";
+    arguments: {
+      instance: number;
+    };
+    result: null;
+  };
+  /** Lets a suspended instance go on. */
+  resume: {
+    role: "operate";
+    arguments: {
+      instance: number;
+    };
+    result: null;
+  };
+  /** Deletes an instance that has ended. */
+  delete: {
+    role: "operate";
+    arguments: {
+      instance: number;
+    };
+    result: null;
+  };
+  /** Returns "created", "queued", "running", "suspended", "ended" or "deleted". */
+  state: {
+    role: "observe";
+    arguments: {
+      instance: number;
+    };
+    result: InstanceState;
+  };
+  /** Returns what an instance is: its name, verb, state, blocks, conditions and lists. */
+  instance: {
+    role: "observe";
+    arguments: {
+      instance: number;
+    };
+    result: InstanceAbout;
+  };
+  /** Returns the end report of the latest start, null while it lasts. */
+  report: {
+    role: "observe";
+    arguments: {
+      instance: number;
+    };
+    result: Report | null;
+  };
+  /** Sets tunable input parameters and intervals of a running instance. */
+  set: {
+    role: "operate";
+    arguments: {
+      instance: number;
+      /** Input parameter to value. */
+      values?: { [name: string]: Value };
+      /** Label of a block to interval. */
+      every_ns?: { [name: string]: number };
+    };
+    result: null;
+  };
+  /** Returns one consistent snapshot. */
+  read: {
+    role: "observe";
+    arguments: {
+      /** Those of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position". */
+      names: string[];
+      /** Instead of "value", which cannot say NaN or infinity in JSON: "bytes", the memory of the C type in base64, little endian. */
+      raw?: boolean;
+    };
+    result: Snapshot;
+  };
+  /** Stores a value. */
+  write: {
+    role: "operate";
+    arguments: {
+      name: string;
+      value: Value;
+    };
+    result: null;
+  };
+  /** Returns the last values, oldest first. */
+  history: {
+    role: "observe";
+    arguments: {
+      name: string;
+      /** How many at most. */
+      count: number;
+      /** "bytes" instead of "value", as of `read`. */
+      raw?: boolean;
+    };
+    result: Reading[];
+  };
+  /** Returns what is known of an SVV, a private cell or a channel: its type, unit, history, writers. */
+  svv_about: {
+    role: "observe";
+    arguments: {
+      name: string;
+    };
+    result: SvvAbout;
+  };
+  /** Returns the time of the system, ns. */
+  now: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: number;
+  };
+  /** Under the virtual clock: runs the firings in (now, now + duration]. */
+  advance: {
+    role: "operate";
+    arguments: {
+      duration_ns: number;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: null;
+  };
+  /** Under the virtual clock: runs the next firing, whenever that is. Returns false where nothing is ever going to happen. */
+  step: {
+    role: "operate";
+    arguments: Record<string, never>;
+    result: boolean;
+  };
+  /** Stops everything that moves, until `reset`. */
+  emergency_stop: {
+    role: "operate";
+    arguments: {
+      reason: string;
+    };
+    result: null;
+  };
+  /** Lets a channel of a device stop everything that moves. */
+  emergency_stop_input: {
+    role: "configure";
+    arguments: {
+      device: string;
+      channel: string;
+      /** It stops at zero, not at one. */
+      at_zero?: boolean;
+    };
+    result: null;
+  };
+  /** Ends the emergency stop. */
+  reset: {
+    role: "operate";
+    arguments: Record<string, never>;
+    result: null;
+  };
+  /** Suspends what is done with these logical devices, or with all, and waits until it is. Returns the names of these instances. */
+  pause: {
+    role: "operate";
+    arguments: {
+      devices?: string[] | null;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: string[];
+  };
+  /** Waits until these instances have stopped. Returns their names. */
+  paused: {
+    role: "operate";
+    arguments: {
+      instances: number[];
+      names: string[];
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: string[];
+  };
+  /** Takes a pause back. Returns the names of the instances that go on or begin. */
+  resume_program: {
+    role: "operate";
+    arguments: {
+      devices?: string[] | null;
+    };
+    result: string[];
+  };
+  /** Returns "automatic" or "manual". */
+  mode: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: Mode;
+  };
+  /** Changes the mode. */
+  set_mode: {
+    role: "operate";
+    arguments: {
+      mode: Mode;
+    };
+    result: null;
+  };
+  /** Names the channel of the enabling switch, without which nothing moves in manual mode. */
+  enabling_switch: {
+    role: "configure";
+    arguments: {
+      device: string;
+      channel: string;
+    };
+    result: null;
+  };
+  /** Says what the alarms of a code mean. */
+  define_alarm: {
+    role: "configure";
+    arguments: {
+      code: string;
+    } & AlarmTextRequest;
+    result: null;
+  };
+  /** Raises an alarm. */
+  raise_alarm: {
+    role: "operate";
+    arguments: {
+      code: string;
+      /** Where it comes from. */
+      source?: string;
+      text?: string;
+    };
+    result: null;
+  };
+  /** Says that the cause of an alarm is gone. Returns whether there was one. */
+  clear_alarm: {
+    role: "operate";
+    arguments: {
+      code: string;
+      source?: string | null;
+    };
+    result: boolean;
+  };
+  /** Returns all alarms and their history. */
+  alarms: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: Alarms;
+  };
+  /** Acknowledges one alarm, or all. Returns how many. */
+  acknowledge_alarms: {
+    role: "operate";
+    arguments: {
+      number?: number | null;
+    };
+    result: number;
+  };
+  /** Enters the history of an earlier life. */
+  restore_alarms: {
+    role: "configure";
+    arguments: {
+      history: AlarmRequest[];
+    };
+    result: null;
+  };
+  /** Returns the names of what there is. */
+  names: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: Names;
+  };
+  /** Returns processors, sources, devices as their drivers describe them, device types. */
+  configuration: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: Configuration;
+  };
+  /** Returns every instance with its blocks, ports, cells, command lists, conditions and transitions. */
+  installed: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: Installed;
+  };
+  /** Returns the verbs that are entered. */
+  verbs: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: VerbSummary[];
+  };
+  /** Returns what a form that starts a verb needs: its arguments and input parameters. */
+  verb_form: {
+    role: "observe";
+    arguments: {
+      name: string;
+    };
+    result: VerbForm;
+  };
+  /** Returns the bodies, joints, shapes and meshes of a physical device, for drawing. */
+  geometry: {
+    role: "observe";
+    arguments: {
+      device: string;
+    };
+    result: Geometry;
+  };
+  /** Returns how sources, instances and devices run. */
+  statistics: {
+    role: "observe";
+    arguments: Record<string, never>;
+    result: Statistics;
+  };
+  /** Visits the blocks of a source, or of all, one a firing: then `statistics` tells how long they take. */
+  probe: {
+    role: "observe";
+    arguments: {
+      source?: string | null;
+      /** For how much real time, an hour at most. */
+      for_ns: number;
+    };
+    result: null;
+  };
+  /** Returns commands, conditions, faults, transitions and ends. */
+  log: {
+    role: "observe";
+    arguments: {
+      /** The number of the first one. */
+      since?: number;
+    };
+    result: LogEntry[];
+  };
+  /** Begins to record into a new MCAP file. Returns its number. */
+  record: {
+    role: "configure";
+    arguments: {
+      path: string;
+      /** Names of SVVs, with * and ?; all where they are left out. */
+      svvs?: string[] | null;
+      /** The private cells of all verb instances too. */
+      cells?: boolean;
+      /** Everything that comes from outside too, so that the run can be run again. */
+      replay?: boolean;
+    };
+    result: RecordingBegun;
+  };
+  /** Returns how a recording stands. */
+  recording: {
+    role: "observe";
+    arguments: {
+      recording: number;
+    };
+    result: RecordingSummary;
+  };
+  /** Ends a recording. Returns how it stands; where it still runs, it is to be called again. */
+  stop_recording: {
+    role: "configure";
+    arguments: {
+      recording: number;
+    };
+    result: RecordingSummary;
+  };
+}
+
+/** The calls that last, and go on in slices. */
+export const LASTING: ReadonlySet<string> = new Set(["device_service", "device_served", "wait_enabled", "disable", "perform", "performed", "wait", "halt", "advance", "pause", "paused"]);

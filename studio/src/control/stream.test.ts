@@ -12,7 +12,7 @@ class Socket {
   binaryType = "";
   onopen: (() => void) | null = null;
   onmessage: ((message: { data: unknown }) => void) | null = null;
-  onclose: (() => void) | null = null;
+  onclose: ((end?: { code: number }) => void) | null = null;
   readonly sent: Record<string, unknown>[] = [];
 
   constructor(
@@ -75,6 +75,14 @@ test("a connection that breaks is made again, and the log goes on where it was",
   expect(made().sent).toEqual([{ subscribe: "log", since: 7, id: "log-1" }]);
   end();
   expect(made().sent.at(-1)).toEqual({ unsubscribe: "log-1" });
+});
+
+test("whose token was revoked is told so, and does not come again", () => {
+  made().opens();
+  made().onclose?.({ code: 4401 });
+  expect(stream.connection.get()).toBe("out");
+  vi.advanceTimersByTime(60_000);
+  expect(Socket.made).toHaveLength(1);
 });
 
 test("values that are watched at one rate are one subscription; one that nobody knows does not end the others", async () => {

@@ -23,11 +23,14 @@ export interface Subscriber {
   again?(): Topic;
 }
 
-export type Connection = "connecting" | "open" | "broken";
+/** `out`: the system lets this page in no longer, and it does not try again. */
+export type Connection = "connecting" | "open" | "broken" | "out";
 
 const PROTOCOL = "opengpac.v1";
 /** The first four bytes of a binary frame. */
 export const MAGIC = 0x47534331;
+/** The code with which a stream is closed whose caller is let in no longer: its token was revoked or has expired, its role has changed. */
+const SHUT_OUT = 4401;
 const AGAIN_MS = [250, 500, 1000, 2000, 4000];
 
 /**
@@ -77,7 +80,7 @@ export class Stream {
       if (typeof message.data === "string") this.#text(message.data);
       else this.#binary(message.data);
     };
-    socket.onclose = () => this.#broken();
+    socket.onclose = (end?: CloseEvent) => this.#broken(end);
     this.#socket = socket;
   }
 
@@ -91,9 +94,10 @@ export class Stream {
     if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(frame));
   }
 
-  #broken(): void {
-    this.connection.set("broken");
-    if (this.#closed) return;
+  #broken(end?: CloseEvent): void {
+    const isOut = end?.code === SHUT_OUT;
+    this.connection.set(isOut ? "out" : "broken");
+    if (this.#closed || isOut) return;
     clearTimeout(this.#again);
     const wait = AGAIN_MS[Math.min(this.#failures, AGAIN_MS.length - 1)];
     this.#failures += 1;

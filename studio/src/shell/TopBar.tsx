@@ -32,13 +32,15 @@ export function TopBar() {
   );
 }
 
+const SAID = { connecting: "connecting", broken: "not heard: values are old", out: "let in no longer: open the page with another token" };
+
 function Heard() {
   const control = useControl();
   const connection = useWatched(control.stream.connection);
   if (connection === "open") return <Tag tone="good">live</Tag>;
   return (
     <span role="status">
-      <Tag tone={connection === "broken" ? "bad" : "plain"}>{connection === "broken" ? "not heard: values are old" : "connecting"}</Tag>
+      <Tag tone={connection === "connecting" ? "plain" : "bad"}>{SAID[connection]}</Tag>
     </span>
   );
 }

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 
@@ -244,7 +243,7 @@ def test_r110_a_hundred_thousand_instances_leave_no_memory_behind(memory_rig: Ri
     (a,) = memory_rig.svvs("a")
     counting = memory_rig.counting().on(memory_rig.fast)
     real_time_system = memory_rig.cell._alive()
-    given = json.dumps(application_json(counting, counting.arguments_signature.bind(a)))
+    given = application_json(counting, counting.arguments_signature.bind(a))
 
     def cycles(count: int) -> int:
         for _ in range(count):

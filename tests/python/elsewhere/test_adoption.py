@@ -14,6 +14,8 @@ import opengpac as gpac
 from afar import shared_memory, until
 from orphans import HOLDS, LEVEL, Orphaned, go, lives
 
+pytestmark = pytest.mark.alone
+
 numbers = itertools.count()
 
 

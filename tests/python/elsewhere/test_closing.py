@@ -17,6 +17,8 @@ import opengpac as gpac
 from afar import Afar, children, shared_memory, until
 from opengpac import _native
 
+pytestmark = pytest.mark.alone
+
 KILLED = """
 import sys
 import opengpac as gpac

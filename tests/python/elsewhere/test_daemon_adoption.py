@@ -18,6 +18,8 @@ from opengpac import _native, motion
 from opengpac.robots import Joint
 from orphans import HOLD_ERROR, HOLDS, lives
 
+pytestmark = pytest.mark.alone
+
 NAME = f"kept-{os.getpid()}"
 
 

@@ -11,6 +11,8 @@ import pytest
 import opengpac as gpac
 from afar import Afar, Guarded, looking, pushing, until
 
+pytestmark = pytest.mark.alone
+
 
 def position(plant: Guarded) -> float:
     """Where the part of the plant is."""

@@ -12,6 +12,8 @@ from afar import Afar, pushing, until
 from cell_rig import channel
 from opengpac import activate, library
 
+pytestmark = pytest.mark.alone
+
 SIGNALS = [channel("set", "write"), channel("stop", loop_of="set")]
 
 setting = gpac.Verb(

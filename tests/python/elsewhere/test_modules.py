@@ -12,6 +12,8 @@ import opengpac as gpac
 from afar import Afar, until
 from opengpac import _native, activate
 
+pytestmark = pytest.mark.alone
+
 SOURCE = """\
 // SPDX-License-Identifier: Apache-2.0
 #include <opengpac.h>

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import signal
 from collections.abc import Iterator
 from typing import Any
@@ -14,6 +13,8 @@ import opengpac as gpac
 from afar import Afar, Guarded, children, processor_time_s, pushing, shared_memory, until
 from cell_rig import channel
 from opengpac import activate, library
+
+pytestmark = pytest.mark.alone
 
 PROCESS = "cell-a"
 
@@ -40,7 +41,7 @@ def sharing(built: dict[str, str]) -> Iterator[Sharing]:
 
 
 def configured(cell: gpac.System) -> dict[str, Any]:
-    return json.loads(cell._alive().configuration_json())
+    return cell._alive().configuration()
 
 
 def test_they_share_one_process_and_it_is_to_be_seen(sharing: Sharing) -> None:
@@ -50,7 +51,7 @@ def test_they_share_one_process_and_it_is_to_be_seen(sharing: Sharing) -> None:
     assert len(children("run_processor")) == 2, "its own is another one"
     processes = {PROCESS: ["rtp1", "rtp2"], "rtp3": ["rtp3"]}
     assert sharing.cell.statistics["processes"] == processes
-    assert json.loads(sharing.cell._alive().names_json())["processes"] == processes
+    assert sharing.cell._alive().names()["processes"] == processes
     shown = {name: about["process"] for name, about in configured(sharing.cell)["processors"].items()}
     assert shown == {"rtp0": None, "rtp1": PROCESS, "rtp2": PROCESS, "rtp3": "rtp3"}
 

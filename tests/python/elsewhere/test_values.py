@@ -9,6 +9,8 @@ import opengpac as gpac
 from afar import Afar, children, resident_kb, until
 from opengpac import activate, on
 
+pytestmark = pytest.mark.alone
+
 
 def test_a_history_is_kept_there(afar: Afar) -> None:
     y = afar.cell.svv("y", history=50)

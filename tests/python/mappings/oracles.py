@@ -130,7 +130,7 @@ def greatest_and_least_of_several_writers(_: Found) -> Mapping[str, Any]:
 
 
 def _arm() -> tuple[list[np.ndarray], list[np.ndarray], list[float]]:
-    """MuJoCo's positions and turns of the tool, and the least singular value of its Jacobian, at the positions that sway."""
+    """MuJoCo's positions and turns of the tool, and the minimum singular value of its Jacobian, at the positions that sway."""
     model = mujoco.MjModel.from_xml_path(str(MODEL))
     data = mujoco.MjData(model)
     tool = model.site("tool").id

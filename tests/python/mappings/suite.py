@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""On which mappings a conformance test runs, and the table of docs/mappings.md that says it."""
+"""On which mappings a conformance test runs, and the table of docs/evidence.md that says it."""
 
 from __future__ import annotations
 

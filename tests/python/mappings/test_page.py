@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/mappings.md says which tests run where, and names every graph."""
+"""docs/evidence.md says which tests run where, and names every graph."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mappings.mapping import MAPPINGS
 from mappings.oracles import ORACLES
 from mappings.suite import in_real_time, table
 
-PAGE = Path(__file__).parent.parent.parent.parent / "docs" / "mappings.md"
+PAGE = Path(__file__).parent.parent.parent.parent / "docs" / "evidence.md"
 
 
 def computed(name: str) -> str:

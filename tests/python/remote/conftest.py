@@ -30,7 +30,7 @@ def real_daemon(tmp_path: Path) -> Iterator[Daemon]:
 
 @pytest.fixture
 def far(daemon: Daemon) -> Iterator[gpac.System]:
-    """A system elsewhere, under the virtual clock, with a processor `rtp0` and its timer `fast` (1 ms)."""
+    """A remote system, under the virtual clock, with a processor `rtp0` and its timer `fast` (1 ms)."""
     with gpac.connect(daemon.url, name="tests") as cell:
         cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
         yield cell

@@ -29,7 +29,7 @@ def test_the_three_forms() -> None:
         ("ftp://cell:21", "no system is reached by 'ftp://'"),
         ("htps://cell:8777", "did you mean 'https'"),
         ("cell", "write unix:///path.sock"),
-        (7, "the URL of a system is 7"),
+        (7, "is 7; give a text"),
         ("http://127.0.0.1", "it needs a host and a port"),
         ("http://127.0.0.1:70000", "port out of range"),
         ("http://127.0.0.1:8777/v1", "nothing after them"),

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import opengpac as gpac
-from daemons import Daemon, environment
+from daemons import PATIENCE_S, Daemon, environment
 
 CERTIFICATES = Path(__file__).parent / "certificates"
 
@@ -107,3 +107,15 @@ def test_a_client_certificate(tmp_path: Path) -> None:
     with gpac.connect(url, ca=CERTIFICATES / "ca.pem", certificate=CERTIFICATES / "client.pem") as cell:
         assert cell.session is not None and cell.session.role == "operate"
     made.stop()
+
+
+def test_who_is_revoked_hears_why_it_is_out(on_a_port: tuple[str, dict[str, str]], tmp_path: Path) -> None:
+    url, tokens = on_a_port
+    cell = gpac.connect(url, token=tokens["operate"], name="operates")
+    words = ["token", "revoke", "who-may-operate", "--tokens", str(tmp_path / "tokens.json")]
+    subprocess.run([sys.executable, "-m", "opengpac", *words], env=environment(), capture_output=True, check=True)
+    cell.session._alive.join(PATIENCE_S)
+    assert cell.session.lost
+    with pytest.raises(gpac.ConnectionLost, match="the token was revoked"):
+        cell.emergency_stop("too late")
+    cell.close()

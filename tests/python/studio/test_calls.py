@@ -22,7 +22,7 @@ def test_an_arm_is_drawn_and_its_joints_are_read_by_the_names_that_it_gives() ->
         slow = rtp.timer("slow", period="20 ms", priority=60)
         arm = gpac.robots.load("ur5e", rtp, on=fast)
         native = cell._native
-        shape = drawn(native.geometry_json("ur5e"))
+        shape = drawn(native.call("geometry", json.dumps({"device": "ur5e"})))
         joints = [body["joint"] for body in shape["bodies"] if body["joint"]]
         assert [joint["kind"] for joint in joints] == ["hinge"] * 6
         assert shape["bodies"][0]["parent"] is None
@@ -34,15 +34,16 @@ def test_an_arm_is_drawn_and_its_joints_are_read_by_the_names_that_it_gives() ->
             assert len(readings) == 6 and native.now() == before
             running = gpac.robots.move.on({"*": slow}).asynch(arm, goal=[joint.sensed.value + 0.1 for joint in arm])
             cell.advance("40 ms")
-            (move,) = [i for i in drawn(native.installed_json())["instances"] if i["name"] == running.name]
+            (move,) = [i for i in drawn(native.call("installed"))["instances"] if i["name"] == running.name]
             assert move["state"] == "running" and move["owner"] is None and move["list"] in {one["name"] for one in move["lists"]}
             cells = {one["name"]: one for one in move["cells"]}
             private = next(name for name, one in cells.items() if one["kind"] == "private")
-            assert private.startswith(f"{running.name}:") and drawn(native.svv_json(private))["kind"] == "private"
+            about = drawn(native.call("svv_about", json.dumps({"name": private})))
+            assert private.startswith(f"{running.name}:") and about["kind"] == "private"
             ports = [port for block in move["blocks"] for port in block["ports"]]
             bound = {name for port in ports for name in port.get("cells", [port["cell"]]) if name is not None}
             assert bound and bound <= cells.keys()
-            owned = [i for i in drawn(native.installed_json())["instances"] if i["owner"]]
+            owned = [i for i in drawn(native.call("installed"))["instances"] if i["owner"]]
             assert {i["device"] for i in owned} == {joint.name for joint in arm}
             running.halt()
 
@@ -50,7 +51,7 @@ def test_an_arm_is_drawn_and_its_joints_are_read_by_the_names_that_it_gives() ->
 def test_the_form_of_a_motion_has_its_units_and_limits() -> None:
     with gpac.System("cell", clock="virtual") as cell:
         cell._enter_verb(motion.move_absolute)
-        form = drawn(cell._native.verb_form_json(motion.move_absolute.name))
+        form = drawn(cell._native.call("verb_form", json.dumps({"name": motion.move_absolute.name})))
         assert form["defined"]["name"] == form["name"] == motion.move_absolute.name
         assert [argument["kind"] for argument in form["arguments"]] and all(one["type_text"] for one in form["inputs"])
         assert {"name", "type_text", "unit", "default", "doc", "minimum", "maximum", "required"} <= form["inputs"][0].keys()

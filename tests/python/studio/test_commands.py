@@ -71,7 +71,7 @@ def test_a_page_that_was_not_built_is_said_before_the_program_runs(tmp_path: Pat
     running = Running(tmp_path, tmp_path / "none", "studio", "line.py")
     assert running.line() == ""
     status, said = running.end(None)
-    assert status == 1 and "npm install --no-save && npm run build" in said
+    assert status == 1 and "make page" in said
 
 
 def test_a_daemon_prints_the_address_of_its_page(page: Path, tmp_path: Path) -> None:

@@ -162,7 +162,7 @@ def test_an_audit_file_is_written_where_one_is_named(page: Path, tmp_path: Path)
 
 def test_a_page_that_was_not_built_is_refused_with_the_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(studio, "PAGE", tmp_path / "none")
-    with gpac.System("cell", clock="virtual") as cell, pytest.raises(gpac.FileFailed, match="npm install --no-save && npm run build"):
+    with gpac.System("cell", clock="virtual") as cell, pytest.raises(gpac.FileFailed, match="make page"):
         cell.studio()
 
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a journal comes to: the lines that still count, without what cancelled itself out, and the order in which they are played.
 use crate::journal::lines::{Line, State, Subject};
+use api::Call;
 use serde_json::{Map, Value as Json};
 
 /// A line that counts, and its number in the file.
@@ -17,23 +18,6 @@ pub struct Ledger {
     /// The next number of an instance.
     next: u64,
 }
-
-/// Calls of which only the last one counts, and the arguments that say of what.
-const REPLACED: &[(&str, &[&str])] = &[
-    ("set_mode", &[]),
-    ("enabling_switch", &[]),
-    ("restore_alarms", &[]),
-    ("set_device_parameter", &["name", "parameter"]),
-    ("exchange_verb", &["device"]),
-    ("define_alarm", &["code"]),
-];
-
-/// Calls that delete what another one has made, with the calls that go with it: (deletes, its makers by the argument that names it).
-const DELETED: &[(&str, &[(&str, &str)])] = &[
-    ("delete_svv", &[("svv", "name")]),
-    ("delete_device", &[("device", "name"), ("set_device_parameter", "name"), ("exchange_verb", "device")]),
-    ("delete_physical_device", &[("physical_device", "name"), ("emergency_stop_input", "device"), ("enabling_switch", "device"), ("raises", "device")]),
-];
 
 impl Ledger {
     /// What these lines come to. Errors: the number of a line that goes with none before it, and why.
@@ -205,17 +189,18 @@ impl Ledger {
 
     fn configure(&mut self, at: usize, line: Line) {
         let Line::Call { call, arguments, .. } = &line else { return };
-        if let Some((_, makers)) = DELETED.iter().find(|(deletes, _)| deletes == call) {
+        let makers: Vec<(&str, &str)> = api::calls().filter_map(|maker| gone_with(maker, call)).collect();
+        if !makers.is_empty() {
             if let Some(device) = arguments.get("name").and_then(Json::as_str).filter(|_| call == "delete_device") {
                 self.end(&Subject::Device(device.to_owned()));
             }
             let count = self.kept.len();
-            self.kept.retain(|kept| !makers.iter().any(|(maker, by)| is_call(&kept.line, maker, &[(by, arguments.get("name"))])));
+            self.kept.retain(|kept| !makers.iter().any(|(maker, by)| is_call(&kept.line, maker, &[(*by, arguments.get("name"))])));
             if self.kept.len() < count {
                 return;
             }
         }
-        if let Some((_, keys)) = REPLACED.iter().find(|(replaced, _)| replaced == call) {
+        if let Some(keys) = api::find(call).and_then(|call| call.journal.replaces) {
             let of: Vec<(&str, Option<&Json>)> = keys.iter().map(|key| (*key, arguments.get(*key))).collect();
             self.kept.retain(|kept| !is_call(&kept.line, call, &of));
         } else {
@@ -235,6 +220,11 @@ fn starting(line: &Line) -> Option<&Subject> {
         Line::Call { call, of, .. } if call == "start" || call == "enable" => of.as_ref(),
         _ => None,
     }
+}
+
+/// A call that makes what the call `deletes` deletes, and its argument that names that.
+fn gone_with(maker: &'static Call, deletes: &str) -> Option<(&'static str, &'static str)> {
+    maker.journal.goes_with.filter(|(with, _)| *with == deletes).map(|(_, by)| (maker.name, by))
 }
 
 fn is_call(line: &Line, name: &str, of: &[(&str, Option<&Json>)]) -> bool {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The lines of a journal: their form, and reading them. Pure functions of bytes.
-use crate::role::Role;
+use api::Role;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -123,12 +123,10 @@ fn parsed<T: DeserializeOwned>(line: usize, text: &[u8]) -> Result<T, Damage> {
     serde_json::from_slice(text).map_err(|why| Damage { line, why: why.to_string() })
 }
 
-/// Arguments that no file may have: (call, argument).
-const SECRET: &[(&str, &str)] = &[("listen", "token")];
-
 /// Takes the secrets out of the arguments of a call; their names.
 pub fn withhold(call: &str, arguments: &mut Map<String, Json>) -> Vec<String> {
-    let secret = |name: &str| SECRET.contains(&(call, name));
+    let secrets = api::find(call).map_or(&[][..], |call| call.journal.secret);
+    let secret = |name: &str| secrets.contains(&name);
     let withheld = arguments.keys().filter(|name| secret(name)).cloned().collect();
     arguments.retain(|name, _| !secret(name));
     withheld

@@ -4,6 +4,9 @@ use crate::rig::{Rig, class, receive, send};
 use control::{Role, tokens};
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::os::unix::net::UnixStream;
+use tungstenite::Message;
+use tungstenite::client::IntoClientRequest;
 
 /// A served system on a port, its address, and a token for each of these names.
 fn on_a_port<const N: usize>(names: [&str; N]) -> (Rig, String, [String; N]) {
@@ -18,7 +21,7 @@ fn on_a_port<const N: usize>(names: [&str; N]) -> (Rig, String, [String; N]) {
 }
 
 /// A request that leaves its connection open.
-fn ask_and_stay(stream: &mut TcpStream, token: &str) -> String {
+fn ask_and_stay(stream: &mut (impl Read + Write), token: &str) -> String {
     stream
         .write_all(format!("POST /v1/call/now HTTP/1.1\r\nhost: localhost\r\nauthorization: Bearer {token}\r\ncontent-length: 0\r\n\r\n").as_bytes())
         .expect("it takes it");
@@ -75,4 +78,55 @@ fn who_is_not_let_in_is_shown_out() {
     let mut stream = TcpStream::connect(&address).expect("it listens");
     let said = ask_and_stay(&mut stream, "wrong");
     assert!(said.starts_with("HTTP/1.1 401") && said.contains("connection: close"), "{said}");
+}
+
+#[test]
+fn a_program_of_the_owner_that_takes_all_places_of_the_socket_keeps_no_stop_out() {
+    let rig = Rig::new();
+    let connect = || UnixStream::connect(rig.folder.file("s")).expect("it listens");
+    let silent: Vec<UnixStream> = (0..300).map(|_| connect()).collect();
+    let ask = |call: &str| {
+        let mut stream = connect();
+        send(&mut stream, "POST", &format!("/v1/call/{call}"), &[], br#"{"reason": ""}"#);
+        receive(&mut stream)
+    };
+    assert_eq!(ask("emergency_stop").0, 200);
+    let mut own: Vec<UnixStream> = Vec::new();
+    for _ in 0..64 {
+        let mut stream = connect();
+        stream.write_all(b"POST /v1/call/now HTTP/1.1\r\nhost: localhost\r\ncontent-length: 0\r\n\r\n").expect("it takes it");
+        assert!(stream.read(&mut [0; 1024]).is_ok_and(|length| length > 0), "it answers");
+        own.push(stream);
+    }
+    let (status, answer) = ask("mode");
+    assert_eq!((status, class(&answer)), (429, "LimitExceeded"), "{answer}");
+    assert_eq!(ask("emergency_stop").0, 200);
+    drop((silent, own));
+}
+
+#[test]
+fn a_revoked_token_is_out_of_what_it_had_open() {
+    let (rig, address, [line, panel]) = on_a_port(["line", "panel"]);
+    let open = |token: &str| {
+        let mut request = "ws://localhost/v1/stream".into_client_request().expect("a request");
+        request.headers_mut().insert("authorization", format!("Bearer {token}").parse().expect("a value"));
+        tungstenite::client(request, TcpStream::connect(&address).expect("it listens")).unwrap_or_else(|why| panic!("{why}")).0
+    };
+    let (mut revoked, mut other) = (open(&line), open(&panel));
+    let mut kept = TcpStream::connect(&address).expect("it listens");
+    assert!(ask_and_stay(&mut kept, &line).starts_with("HTTP/1.1 200"));
+    let mut unread = open(&line);
+    unread.send(Message::text(r#"{"subscribe": "statistics", "id": "a", "every_ms": 100}"#)).expect("it takes it");
+    tokens::revoke(&rig.folder.file("tokens.json"), "line").expect("it is there");
+    let closed = loop {
+        match revoked.read().expect("it is closed with a word") {
+            Message::Close(with) => break with.expect("a reason"),
+            _ => continue,
+        }
+    };
+    assert_eq!((u16::from(closed.code), closed.reason.as_str()), (4401, "the token was revoked"));
+    assert!(matches!(kept.read(&mut [0; 64]), Ok(0) | Err(_)), "what is kept is closed, asked or not");
+    while unread.read().is_ok() {}
+    other.send(Message::text(r#"{"subscribe": "statistics", "id": "a", "every_ms": 100}"#)).expect("it takes it");
+    assert!(other.read().is_ok(), "who has its token goes on");
 }

@@ -70,8 +70,8 @@ fn value(rig: &Rig, svv: &str) -> Json {
 }
 
 fn states(rig: &Rig) -> Vec<String> {
-    let statistics = rig.system.statistics_json();
-    statistics["instances"].as_array().expect("a list").iter().map(|i| format!("{} {}", i["name"], i["state"]).replace('"', "")).collect()
+    let statistics = rig.system.statistics();
+    statistics.instances.iter().map(|i| format!("{} {}", i.name, json!(i.state)).replace('"', "")).collect()
 }
 
 #[test]
@@ -93,9 +93,9 @@ fn what_was_configured_is_there_again_and_what_was_deleted_or_refused_is_not() {
     let (rig, told) = again(left);
     assert_eq!(told.last().map(String::as_str), Some("played 4 of 4 calls, 0 of them failed"));
     assert_eq!(count(&rig.folder), 5, "what cancelled itself out is gone: {}", text(&rig.folder));
-    let names = rig.system.names_json();
-    assert_eq!((&names["processors"], &names["svvs"]), (&json!(["rtp0", "rtp1"]), &json!(["y", "x"])));
-    assert!(names["verbs"].as_array().is_some_and(|verbs| verbs.contains(&json!("hold"))));
+    let names = rig.system.names();
+    assert_eq!((names.processors, names.svvs), (vec!["rtp0".to_owned(), "rtp1".to_owned()], vec!["y".to_owned(), "x".to_owned()]));
+    assert!(names.verbs.contains(&"hold".to_owned()));
     assert_eq!(rig.call("", "mode", json!({})), "manual");
     let last = rig.audit().pop().expect("a line");
     assert_eq!((&last["call"], &last["from"], &last["session"], &last["outcome"]), (&json!("set_mode"), &json!("journal"), &json!("panel"), &json!("ok")));
@@ -193,7 +193,7 @@ fn a_daemon_that_ended_in_order_starts_nothing_again() {
     rig.server.stop();
     let (rig, _) = again(killed(&rig));
     assert!(states(&rig).is_empty());
-    assert!(rig.system.names_json()["verbs"].as_array().is_some_and(|verbs| verbs.contains(&json!("hold"))));
+    assert!(rig.system.names().verbs.contains(&"hold".to_owned()));
 }
 
 #[test]
@@ -210,7 +210,7 @@ fn a_code_module_is_downloaded_again_and_content_that_nobody_needs_goes() {
     std::fs::write(left.file("j.files").join("0".repeat(64)), "of a device that was deleted").expect("ours");
     let (rig, told) = again(left);
     assert_eq!(told, ["played 1 of 1 calls, 0 of them failed"]);
-    assert!(rig.system.names_json()["blocks"].as_array().is_some_and(|blocks| blocks.contains(&json!("amp.gain"))));
+    assert!(rig.system.names().blocks.contains(&"amp.gain".to_owned()));
     let there: Vec<_> = std::fs::read_dir(rig.folder.file("j.files")).expect("a folder").flatten().map(|entry| entry.file_name()).collect();
     assert_eq!(there, [std::ffi::OsString::from(&digest)]);
     let left = killed(&rig);
@@ -286,7 +286,7 @@ fn a_last_line_that_was_cut_short_is_left_out_and_told() {
     std::fs::write(left.file("j"), &whole[..whole.len() - 9]).expect("ours");
     let (rig, told) = again(left);
     assert!(told[0].contains("line 3: the last line was cut short"), "{told:?}");
-    assert_eq!(rig.system.names_json()["svvs"], json!(["y", "a"]));
+    assert_eq!(rig.system.names().svvs, ["y", "a"]);
     assert_eq!(count(&rig.folder), 2);
 }
 

@@ -5,6 +5,7 @@ mod doors;
 mod files;
 mod gate;
 mod journal;
+mod lanes;
 mod ledger;
 mod page;
 mod rig;

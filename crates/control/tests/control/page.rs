@@ -225,7 +225,7 @@ fn a_page_that_was_not_built_and_a_studio_without_an_address_are_refused() {
     std::fs::create_dir_all(folder.file("empty")).expect("ours");
     for missing in [folder.file("empty"), folder.file("nothing")] {
         let text = refused(&|o: &mut Options| (o.listen, o.page, o.run_token) = (Some("127.0.0.1:0".to_owned()), Some(missing.clone()), Some(Role::Observe)));
-        assert!(text.contains("npm ci && npm run build") && text.contains(missing.to_str().expect("text")), "{text}");
+        assert!(text.contains("make page") && text.contains(missing.to_str().expect("text")), "{text}");
     }
     let page = page(&folder);
     assert!(refused(&|o: &mut Options| o.page = Some(page.clone())).contains("needs an address of TCP"));

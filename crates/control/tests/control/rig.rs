@@ -33,8 +33,8 @@ impl Drop for Folder {
 
 /// A system under the virtual clock with one timer, the SVV `y`, and the verb `wave`, which runs until it is ended.
 pub fn system(clock: &str) -> Arc<System> {
-    let system = session::open("cell", clock, "{}").unwrap_or_else(|r| panic!("{r:?}"));
-    let say = |name: &str, arguments: Json| session::call(&system, name, &arguments.to_string()).unwrap_or_else(|r| panic!("{name}: {r:?}"));
+    let system = api::open("cell", clock, "{}").unwrap_or_else(|r| panic!("{r:?}"));
+    let say = |name: &str, arguments: Json| api::call(&system, name, &arguments.to_string()).unwrap_or_else(|r| panic!("{name}: {r:?}"));
     say("processor", json!({ "name": "rtp0" }));
     say("source", json!({ "processor": "rtp0", "name": "fast", "kind": "timer", "period_ns": 1_000_000, "priority": 80 }));
     say("svv", json!({ "name": "y", "type_text": "double", "history": 10 }));
@@ -92,7 +92,7 @@ impl Rig {
     }
 
     /// A served system in a folder that may have something from before.
-    pub fn within(folder: Folder, clock: &str, options: &Options, watcher: &mut dyn Watcher) -> Result<Rig, session::Refusals> {
+    pub fn within(folder: Folder, clock: &str, options: &Options, watcher: &mut dyn Watcher) -> Result<Rig, api::Refusals> {
         let system = system(clock);
         let server = Server::start_watched(system.clone(), options, watcher)?;
         Ok(Rig { server, system, folder })

@@ -3,7 +3,7 @@
 use crate::rig::{Rig, class};
 use axum::body::{Body, to_bytes};
 use axum::http::Request;
-use control::calls::CALLS;
+use control::calls::all;
 use control::{Peer, Role, tokens};
 use serde_json::Value as Json;
 use std::net::SocketAddr;
@@ -33,15 +33,16 @@ fn made(path: &std::path::Path) -> Vec<[String; 3]> {
 
 /// What is asked of the interface: the calls, and the other paths with their least role. `commands`: it needs command too.
 fn asked() -> Vec<(&'static str, String, Role, bool)> {
-    let calls = CALLS.iter().map(|call| {
+    let calls = all().map(|call| {
         let role = call.role_under(true);
-        ("POST", format!("/v1/call/{}", call.name), role, role > Role::Observe && !call.is_free())
+        ("POST", format!("/v1/call/{}", call.name), role, role > Role::Observe && !call.free)
     });
     let mut asked: Vec<_> = calls.collect();
     let other = |method, path: &str, role, commands| (method, path.to_owned(), role, commands);
     asked.extend([
         other("GET", "/v1/version", Role::Observe, false),
         other("GET", "/v1/schema", Role::Observe, false),
+        other("GET", "/v1/openapi.json", Role::Observe, false),
         other("GET", "/v1/sessions", Role::Observe, false),
         other("GET", "/v1/command", Role::Observe, false),
         other("PUT", "/v1/modules/m?file=m.c&sha256=0", Role::Download, true),
@@ -149,26 +150,25 @@ fn the_table_has_the_calls_of_the_session() {
     // The header of the C package is the list; `download` comes by another way.
     let header = include_str!("../../../c-package/include/opengpac_ps.h");
     let system = crate::rig::system("virtual");
-    for call in CALLS {
+    for call in all() {
         assert!(header.contains(call.name), "the header lists '{}'", call.name);
         if !matches!(call.name, "place" | "step" | "advance") {
-            let refused = session::begin(&system, call.name, r#"{"nonsense": 1}"#, std::time::Duration::ZERO);
+            let refused = api::begin(&system, call.name, r#"{"nonsense": 1}"#, std::time::Duration::ZERO);
             let text = refused.expect_err("nonsense").iter().map(ToString::to_string).collect::<String>();
             assert!(!text.contains("there is no call"), "'{}' is a call", call.name);
         }
     }
-    let listed = include_str!("../../../session/tests/calls.rs").split("];").next().expect("a list").lines();
-    for name in listed.filter_map(|line| line.trim().strip_prefix('"')?.strip_suffix("\",")) {
-        assert!(name == "download" || control::calls::find(name).is_some(), "'{name}' has no role: give it one in calls.rs");
+    for call in api::calls() {
+        assert!(call.local || control::calls::find(call.name).is_some(), "'{}' is a call here too", call.name);
     }
 }
 
 #[test]
 fn what_a_call_needs_is_what_the_table_says() {
     let system = crate::rig::system("virtual");
-    for call in CALLS.iter().filter(|call| call.whole.is_none()) {
-        if let Some(first) = call.arguments.iter().find(|a| a.required) {
-            let refused = session::begin(&system, call.name, "{}", std::time::Duration::ZERO).expect_err("it needs arguments");
+    for call in all().filter(|call| call.whole.is_none()) {
+        if let Some(first) = call.arguments().iter().find(|a| a.required) {
+            let refused = api::begin(&system, call.name, "{}", std::time::Duration::ZERO).expect_err("it needs arguments");
             assert!(refused[0].message.contains(&format!("'{}'", first.name)), "{}: {}", call.name, refused[0].message);
         }
     }

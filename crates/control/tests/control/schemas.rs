@@ -2,27 +2,42 @@
 //! The committed schemas are those of the code, and what calls answer fits them.
 use serde_json::Value as Json;
 
-const KEPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/schemas/control-v1.json");
+/// Whether a committed document is that of the code; where it is asked for, it is written first.
+fn is_kept(name: &str, document: &Json, remedy: &str) {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas").join(name);
+    let now = serde_json::to_string_pretty(document).expect("JSON") + "\n";
+    if std::env::var_os("OPENGPAC_WRITE_SCHEMAS").is_some() {
+        std::fs::write(&path, &now).expect("the folder is there");
+    }
+    let kept = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(kept == now, "{name} has changed: run this test with OPENGPAC_WRITE_SCHEMAS=1, {remedy}");
+}
 
 #[test]
 fn the_committed_schemas_are_those_of_the_code() {
-    let now = serde_json::to_string_pretty(&control::schemas()).expect("JSON") + "\n";
-    if std::env::var_os("OPENGPAC_WRITE_SCHEMAS").is_some() {
-        std::fs::write(KEPT, &now).expect("the folder is there");
-    }
-    let kept = std::fs::read_to_string(KEPT).unwrap_or_default();
-    assert!(kept == now, "they have changed: run this test with OPENGPAC_WRITE_SCHEMAS=1, and read what it changed");
+    is_kept("control-v1.json", &control::schemas(), "read what it changed, and run `npm run shapes` in the studio");
+}
+
+#[test]
+fn the_committed_openapi_document_is_that_of_the_code() {
+    is_kept("openapi-v1.json", &control::openapi(), "and read what it changed");
 }
 
 #[test]
 fn the_committed_schema_of_the_journal_is_that_of_the_code() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/schemas/journal-v1.json");
-    let now = serde_json::to_string_pretty(&control::journal::lines::schema()).expect("JSON") + "\n";
-    if std::env::var_os("OPENGPAC_WRITE_SCHEMAS").is_some() {
-        std::fs::write(path, &now).expect("the folder is there");
-    }
-    let kept = std::fs::read_to_string(path).unwrap_or_default();
-    assert!(kept == now, "it has changed: run this test with OPENGPAC_WRITE_SCHEMAS=1, and count the version up where old files cannot be read");
+    is_kept("journal-v1.json", &control::journal::lines::schema(), "and count the version up where old files cannot be read");
+}
+
+#[test]
+fn no_answer_is_anything() {
+    let all = control::schemas();
+    let anything: Vec<&String> =
+        all["calls"].as_object().into_iter().flatten().filter(|(_, call)| is_anything(&call["result"])).map(|(name, _)| name).collect();
+    assert!(anything.is_empty(), "{anything:?}");
+}
+
+fn is_anything(schema: &Json) -> bool {
+    *schema == Json::Bool(true) || schema.as_object().is_some_and(serde_json::Map::is_empty)
 }
 
 #[test]
@@ -37,7 +52,8 @@ fn every_reference_in_the_schemas_leads_somewhere() {
             _ => {}
         }
     }
-    let all = control::schemas();
+    let (all, openapi) = (control::schemas(), control::openapi());
     look(&all, &all);
-    assert_eq!(all["calls"].as_object().map(serde_json::Map::len), Some(control::calls::CALLS.len()));
+    look(&openapi, &openapi);
+    assert_eq!(all["calls"].as_object().map(serde_json::Map::len), Some(control::calls::all().count()));
 }

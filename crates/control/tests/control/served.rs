@@ -70,9 +70,9 @@ fn is_lost(rig: &Rig, name: &str) -> bool {
 fn what_runs_follows_its_policy_when_its_programming_system_is_gone() {
     let rig = Rig::with("monotonic", |_, _| {});
     for (verb, policy) in [("goes_on", "continue"), ("stops", "safe")] {
-        session::call(&rig.system, "define_verb", &wave(verb, json!(policy)).to_string()).unwrap_or_else(|r| panic!("{r:?}"));
+        api::call(&rig.system, "define_verb", &wave(verb, json!(policy)).to_string()).unwrap_or_else(|r| panic!("{r:?}"));
     }
-    session::call(&rig.system, "svv", r#"{"name": "z", "type_text": "double"}"#).unwrap_or_else(|r| panic!("{r:?}"));
+    api::call(&rig.system, "svv", r#"{"name": "z", "type_text": "double"}"#).unwrap_or_else(|r| panic!("{r:?}"));
     let session = rig.commander("panel");
     let create = |verb: &str, svv: &str| {
         let id = rig.call(&session, "create", json!({ "verb": verb, "arguments": { "y": { "svv": svv } }, "placement": { "*": "rtp0.fast" } }));
@@ -145,7 +145,7 @@ fn requests_that_make_no_sense_are_refused_in_words() {
     assert_eq!(ask("POST", "/v1/sessions", r#"{"name": "a b"}"#), expect(400, "CallError"));
     assert_eq!(ask("DELETE", "/v1/sessions/x/reports", ""), expect(400, "CallError"));
     assert_eq!(ask("GET", "/v1/stream", ""), expect(400, "CallError"));
-    assert_eq!(ask("POST", "/v1/call/now", &" ".repeat((1 << 20) + 1)), expect(413, "LimitExceeded"));
+    assert_eq!(ask("POST", "/v1/call/now", &" ".repeat((64 << 10) + 1)), expect(413, "LimitExceeded"));
     let (status, answer) = rig.ask("GET", "/v1/version", &[("host", "evil.example")], "");
     assert_eq!((status, class(&answer)), (403, "NotAllowed"));
     let (status, answer) = rig.ask("POST", "/v1/heartbeat", &[("opengpac-session", "nonsense")], "");

@@ -2,7 +2,7 @@
 //! `opengpac-plant`: a plant in a process of its own. The driver `plant_process` starts it; see docs/guard.md.
 
 fn main() -> std::process::ExitCode {
-    match drivers::plant_process::run() {
+    match drivers::run_process() {
         Ok(()) => std::process::ExitCode::SUCCESS,
         Err(problem) => {
             eprintln!("opengpac-plant: {problem}");

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Processes for the tests of this crate: `rtp` opens the plant that its first frame describes and commands it until it is
-//! killed, `guard` is the guard process.
-use guard::{UnixLink, inherited};
+//! killed.
+use device::Direction;
 use interconnect::Link;
-use kernel::Direction;
+use process_kit::{UnixLink, inherited};
 use std::os::fd::AsFd;
 use std::time::Duration;
 
 fn main() {
     match std::env::args().nth(1).as_deref() {
-        Some("guard") => guard::run().expect("the test started it"),
         Some("rtp") => rtp(),
         other => panic!("no stand-in {other:?}"),
     }

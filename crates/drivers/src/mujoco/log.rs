@@ -6,7 +6,7 @@
 //! MuJoCo on its own sees what it always saw. An error (level 3) does not return to its caller: after this receiver MuJoCo ends
 //! the process; which is why the plant never calls with sizes or indices that it has not checked, and why a
 //! model is tried before it is loaded: `trial.rs`.
-use super::library::{LogMessage, LogReceiver, MuJoCo};
+use super::functions::{LogMessage, LogReceiver, MuJoCo};
 use std::cell::{Cell, UnsafeCell};
 use std::ffi::CStr;
 use std::sync::OnceLock;

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A robot arm simulated by MuJoCo: one MJCF file is one physical device, each actuated joint one part.
 //!
-//! Options: `path` (the MJCF file), `library` (folder of the Python package `mujoco`, or the library itself; else the environment
-//! variable `OPENGPAC_MUJOCO`), `timestep` (s, instead of the model's own).
-//!
 //! | channel | type, unit | |
 //! |---|---|---|
 //! | `<joint>.position` | double, rad (slide: m) | read |
@@ -21,20 +18,31 @@
 //! of delay, as in a real drive. The same commands at the same release times give the same bits.
 mod brake;
 mod channels;
+mod functions;
 mod geometry;
 mod library;
 mod log;
 mod model;
 mod plant;
+mod refusals;
 mod trial;
 
-pub use trial::tried_with;
-
-use crate::{DriverError, driver};
-use kernel::Driver;
+use device::{Declaration, DriverError, Geometry, Given, Kind, Opened, OptionWord};
 use serde::Deserialize;
-use serde_json::{Value, json};
-use std::path::{Path, PathBuf};
+use serde_json::json;
+use std::path::PathBuf;
+
+pub(crate) static DRIVER: Declaration = Declaration {
+    geometry: Some(shape),
+    trial: Some(tried),
+    ..Declaration::new("mujoco", "a robot arm simulated by MuJoCo, from any MJCF file", &OPTIONS, open)
+};
+
+const OPTIONS: [OptionWord; 3] = [
+    OptionWord::needed("path", Kind::Text, "the MJCF file"),
+    OptionWord::with_default("library", Kind::Text, "what OPENGPAC_MUJOCO says", "folder of the Python package 'mujoco', or its library itself"),
+    OptionWord::with_default("timestep", Kind::Number, "the model's own", "its step").unit("s"),
+];
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -45,29 +53,30 @@ struct Options {
 }
 
 /// What the model looks like: the same model, loaded once more.
-pub(crate) fn geometry(options: &Value) -> Result<Value, DriverError> {
-    let options: Options = driver::options("mujoco", options)?;
+fn shape(given: &Given<'_>) -> Result<Option<Geometry>, DriverError> {
+    let options: Options = given.read()?;
     let arm = model::load(library::load(options.library.as_deref())?, &options.path, options.timestep)?;
     let fields = model::Fields::new(&arm, &options.path)?;
-    Ok(geometry::geometry(&arm, &fields))
+    Ok(Some(geometry::geometry(&arm, &fields)))
 }
 
 /// Tries a model in a process of its own, for whoever is about to load it with a MuJoCo of theirs. Without the library there is nothing
-/// to try. Errors: what is wrong with the model.
-pub fn try_model(path: &Path, library: Option<&Path>) -> Result<(), DriverError> {
-    model::whole(path).and_then(|whole| match library::find(library) {
-        Ok(library) => model::tried(&library, path, &whole),
+/// to try.
+fn tried(given: &Given<'_>) -> Result<(), DriverError> {
+    let options: Options = given.read()?;
+    model::whole(&options.path).and_then(|whole| match library::find(options.library.as_deref()) {
+        Ok(library) => model::tried(&library, &options.path, &whole),
         Err(_missing) => Ok(()),
     })
 }
 
 /// Loads the library and the model. The description: `{"parts": […], "tool": bool, "timestep": s}`.
-pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverError> {
-    let options: Options = driver::options("mujoco", options)?;
+fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+    let options: Options = given.read()?;
     if let Some(step) = options.timestep
         && !(1e-6..=0.1).contains(&step)
     {
-        return Err(DriverError::Option { kind: "mujoco".into(), option: "timestep".into(), problem: format!("{step} s is not within 1e-6 s to 0.1 s") });
+        return Err(given.wrong("timestep", format!("{step} s is not within 1e-6 s to 0.1 s")));
     }
     let mujoco = library::load(options.library.as_deref())?;
     let arm = model::load(mujoco, &options.path, options.timestep)?;

@@ -5,9 +5,9 @@
 //! changed once: actuation is off, because every effort goes in as a generalised force (`qfrc_applied`). So an arm whose actuators
 //! are motors and one whose actuators are position servos are commanded alike, by torque; and the automatic reset after a
 //! numerical failure is off, because a plant that jumps to its start is worse than one that is lost.
-use super::library::{BatchConfig, Model, MuJoCo, object};
-use crate::DriverError;
-use crate::part::{Part, Servo, UNLIMITED};
+use super::functions::{BatchConfig, Model, MuJoCo, object};
+use super::{log, refusals, trial};
+use device::{Command, DriverError, Part, Servo, UNLIMITED};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::{Path, PathBuf};
 
@@ -111,10 +111,10 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     let damping = fields.reals("dof_damping");
     drop(fields);
     if joints.is_empty() {
-        return Err(DriverError::NoActuatedJoint { path: path.into() });
+        return Err(refusals::no_actuated_joint(path));
     }
     if timestep_ns < 1_000 {
-        return Err(DriverError::Model { path: path.into(), problem: format!("its time step, {timestep_ns} ns, is below 1 us") });
+        return Err(refusals::model(path, &format!("its time step, {timestep_ns} ns, is below 1 us")));
     }
     (arm.joints, arm.tool, arm.sensors, arm.damping) = (joints, tool, sensors, damping);
     (arm.timestep_ns, arm.runge_kutta, arm.home) = (timestep_ns, runge_kutta, home);
@@ -128,17 +128,17 @@ pub(super) fn whole(path: &Path) -> Result<PathBuf, DriverError> {
 
 /// Tries the file at `whole`, which the user knows as `path`.
 pub(super) fn tried(library: &Path, path: &Path, whole: &Path) -> Result<(), DriverError> {
-    super::trial::model(library, whole).map_err(|problem| DriverError::Model { path: path.into(), problem })
+    trial::model(library, whole).map_err(|problem| refusals::model(path, &problem))
 }
 
 fn compile(mujoco: &MuJoCo, path: &Path) -> Result<*mut Model, DriverError> {
     let whole = whole(path)?;
     tried(&mujoco.path, path, &whole)?;
-    let failed = |problem: String| DriverError::Model { path: path.into(), problem };
+    let failed = |problem: String| refusals::model(path, &problem);
     let file = CString::new(whole.as_os_str().as_encoded_bytes()).map_err(|_| failed("its name holds a NUL".into()))?;
     let mut message = [0 as c_char; 1000];
     let mut model = std::ptr::null_mut();
-    super::log::watch(|| {
+    log::watch(|| {
         // SAFETY: the file name ends in NUL and the message has the size that is passed.
         model = unsafe { (mujoco.mj_loadXML)(file.as_ptr(), std::ptr::null(), message.as_mut_ptr(), message.len() as c_int) };
     });
@@ -191,6 +191,7 @@ fn joints(arm: &Arm, fields: &Fields, home: i32) -> Vec<Joint> {
             speed_max: speeds[j],
             home,
             servo: Servo { kp: inertia[v] * SERVO_RAD_PER_S * SERVO_RAD_PER_S, kd: 2.0 * inertia[v] * SERVO_RAD_PER_S },
+            command: Command::Effort,
         };
         joints.push(Joint { part, position: q, velocity: v });
     }
@@ -322,7 +323,7 @@ impl<'a> Fields<'a> {
         if batch.is_null() {
             // SAFETY: MuJoCo ends the message in NUL.
             let problem = unsafe { CStr::from_ptr(message.as_ptr()) }.to_string_lossy().into_owned();
-            return Err(DriverError::Model { path: path.into(), problem });
+            return Err(refusals::model(path, &problem));
         }
         Ok(Fields { arm, batch })
     }

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The plant: an arm that is advanced, read and commanded as a physical device.
 use super::brake::Brakes;
-use super::channels::channels;
-use super::library::{Data, MuJoCo, state};
+use super::channels::{Slots, channels};
+use super::functions::{Data, MuJoCo, state};
 use super::log;
 use super::model::{Arm, Tool};
-use crate::bytes::{get, put};
-use kernel::{Channel, DeviceError, Driver};
+use device::{Channel, DeviceError, Driver, Slot};
 
 /// The most that one reading advances; a plant that was not read for longer stands still for the rest.
 const ADVANCE_NS_MAX: i64 = 1_000_000_000;
@@ -32,6 +31,7 @@ pub(super) struct Plant {
     motion: Motion,
     arm: Arm,
     channels: Vec<Channel>,
+    slots: Slots,
     /// Time that the state is at, on the system's clock.
     time_ns: i64,
     /// qpos, then qvel.
@@ -68,9 +68,11 @@ impl Plant {
             braked[joint.velocity] = true;
         }
         let count = arm.joints.len();
+        let (channels, slots) = channels(&arm);
         let mut plant = Plant {
             motion: Motion(data, arm.mujoco),
-            channels: channels(&arm),
+            channels,
+            slots,
             time_ns: 0,
             state: vec![0.0; nq + nv],
             positions: nq,
@@ -208,10 +210,9 @@ impl Plant {
     }
 
     /// Puts what a sensor tells, times `factor`, into the readings.
-    fn tell(&mut self, sensor: i32, elements: usize, factor: f64, readings: &mut [u8], place: &mut usize) {
-        for value in self.take(sensor, elements) {
-            put(readings, *place, factor * value);
-            *place += 8;
+    fn tell(&mut self, sensor: i32, elements: usize, factor: f64, readings: &mut [u8], slot: Slot) {
+        for (index, value) in self.take(sensor, elements).iter().enumerate() {
+            slot.set_double(readings, index, factor * value);
         }
     }
 
@@ -255,26 +256,24 @@ impl Driver for Plant {
 
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         self.advance(release_ns)?;
-        let mut place = 0;
-        for joint in &self.arm.joints {
-            put(readings, place, self.state[joint.position]);
-            put(readings, place + 8, self.state[self.positions + joint.velocity]);
-            put(readings, place + 16, self.bias[joint.velocity]);
-            place += 24;
+        for (joint, ([position, velocity, bias], _)) in self.arm.joints.iter().zip(&self.slots.joints) {
+            position.set_double(readings, 0, self.state[joint.position]);
+            velocity.set_double(readings, 0, self.state[self.positions + joint.velocity]);
+            bias.set_double(readings, 0, self.bias[joint.velocity]);
         }
-        if let Some(sensor) = self.arm.tool.as_ref().and_then(|tool| tool.sensor) {
+        if let (Some(slot), Some(sensor)) = (self.slots.force, self.arm.tool.as_ref().and_then(|tool| tool.sensor)) {
             // MuJoCo tells what the flange does to the tool.
-            self.tell(sensor, 3, -1.0, readings, &mut place);
+            self.tell(sensor, 3, -1.0, readings, slot);
         }
         for s in 0..self.arm.sensors.len() {
-            self.tell(self.arm.sensors[s].id, self.arm.sensors[s].elements, 1.0, readings, &mut place);
+            self.tell(self.arm.sensors[s].id, self.arm.sensors[s].elements, 1.0, readings, self.slots.sensors[s]);
         }
         Ok(())
     }
 
     fn write(&mut self, _: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
         for (j, joint) in self.arm.joints.iter().enumerate() {
-            let command = get(commands, 8 * j);
+            let command = self.slots.joints[j].1.double(commands, 0);
             if !command.is_finite() {
                 let message = format!("the effort written to '{}.effort' is not finite; see which block writes it", joint.part.name);
                 return Err(DeviceError { message });
@@ -285,9 +284,8 @@ impl Driver for Plant {
             }
             self.braked[joint.velocity] = !engaged[j];
         }
-        if self.arm.tool.is_some() {
-            let place = 8 * self.arm.joints.len();
-            self.push = std::array::from_fn(|k| get(commands, place + 8 * k));
+        if let Some(slot) = self.slots.push {
+            self.push = std::array::from_fn(|k| slot.double(commands, k));
             if self.push.iter().any(|f| !f.is_finite()) {
                 return Err(DeviceError { message: "the force written to 'tool.push' is not finite".into() });
             }

@@ -6,11 +6,10 @@
 //! model that passed is not tried again in this process while its file stays as it is; files that it includes are not looked at. Where
 //! no interpreter can be started, nothing can be tried: the model is loaded as it is.
 use std::collections::VecDeque;
-use std::ffi::OsString;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use std::sync::{Mutex, OnceLock};
+use std::sync::Mutex;
 use std::time::SystemTime;
 
 const SCRIPT: &str = include_str!("trial.py");
@@ -27,13 +26,7 @@ struct Seen {
     changed: SystemTime,
 }
 
-static INTERPRETER: OnceLock<OsString> = OnceLock::new();
 static PASSED: Mutex<VecDeque<Seen>> = Mutex::new(VecDeque::new());
-
-/// The interpreter that tries models in a process of its own; `python3` where nobody says. The first one stays.
-pub fn tried_with(interpreter: impl Into<OsString>) {
-    INTERPRETER.get_or_init(|| interpreter.into());
-}
 
 /// What is wrong with a model, in MuJoCo's words and ours. Blocks until the child is through.
 pub(super) fn model(library: &Path, model: &Path) -> Result<(), String> {
@@ -42,8 +35,7 @@ pub(super) fn model(library: &Path, model: &Path) -> Result<(), String> {
     if seen.as_ref().is_some_and(|seen| passed().contains(seen)) {
         return Ok(());
     }
-    let interpreter = INTERPRETER.get().cloned().unwrap_or_else(|| "python3".into());
-    let mut command = Command::new(interpreter);
+    let mut command = Command::new(device::interpreter());
     command.args(["-I", "-S", "-c", SCRIPT]).args([library, model]).arg(LIMIT_S.to_string()).stdin(Stdio::null());
     // No interpreter: there is no trial, and the file is not remembered as one that passed.
     let Ok(output) = command.output() else { return Ok(()) };

@@ -2,10 +2,11 @@
 //! The driver of a plant that runs in a process of its own.
 use super::region::{Region, Shape, Shared};
 use super::words::{Answer, Ask};
-use super::{ask, ask_with};
-use guard::{Child, UnixLink, connect};
+use super::{age_of, ask_with, ask_within};
+use device::{Channel, DeviceError, Driver, SafeHandle, Slot};
 use interconnect::{TripleReader, TripleWriter};
-use kernel::{Channel, DeviceError, Driver, SafeHandle};
+use process_kit::{Child, UnixLink, connect, now_ns};
+use serde_json::Value;
 use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -13,14 +14,20 @@ use std::time::Duration;
 
 /// How long a plant may take to put itself away.
 const END: Duration = Duration::from_secs(5);
+/// Readings of this part of their greatest age are late.
+const LATE: i64 = 8;
 
 pub(super) struct PlantProcess {
-    link: UnixLink,
+    /// None once it is closed: nothing of it is left then, however long others hold this.
+    link: Option<UnixLink>,
     /// Its process, where this driver started it.
     child: Option<Child>,
     channels: Vec<Channel>,
     shape: Shape,
     silent_ns: i64,
+    timeout_ns: Option<i64>,
+    /// Where the process says when its readings were taken, and a program reads how old they are; none: it is a machine, which says nothing.
+    age: Option<Slot>,
     /// Where others find it.
     path: Option<PathBuf>,
     session: Option<Session>,
@@ -33,11 +40,50 @@ struct Session {
     /// Steps of the plant at the last read, and the release at which that number was new.
     steps: u64,
     stepped_ns: Option<i64>,
+    /// How much the clock of the source is ahead of that of this host.
+    ahead_ns: i64,
 }
 
 impl PlantProcess {
-    pub fn new(link: UnixLink, child: Option<Child>, channels: Vec<Channel>, silent_ns: i64, path: Option<PathBuf>) -> PlantProcess {
-        PlantProcess { shape: Shape::of(&channels), link, child, channels, silent_ns, path, session: None }
+    pub fn new(
+        link: UnixLink,
+        child: Option<Child>,
+        (channels, about): (Vec<Channel>, &Value),
+        (silent_ns, timeout_ns): (i64, Option<i64>),
+        path: Option<PathBuf>,
+    ) -> PlantProcess {
+        PlantProcess {
+            shape: Shape::of(&channels),
+            age: age_of(&channels, about),
+            link: Some(link),
+            child,
+            channels,
+            silent_ns,
+            timeout_ns,
+            path,
+            session: None,
+        }
+    }
+
+    /// A driver in a process of its own: its readings have an age.
+    fn read_aged(&mut self, age: Slot, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        let Some(session) = &mut self.session else { return Err(DeviceError { message: "its process is not open".to_owned() }) };
+        session.readings.latch();
+        readings.copy_from_slice(session.readings.front());
+        let taken_ns = age.of(readings).try_into().map_or(i64::MIN, i64::from_ne_bytes);
+        let age_ns = (release_ns - session.ahead_ns).saturating_sub(taken_ns).max(0);
+        age.set_double(readings, 0, age_ns as f64 * 1e-9);
+        // Whether it lives is looked at when it is late only: that is a system call.
+        let is_late = age_ns > self.silent_ns / LATE;
+        if let Some(status) = self.child.as_ref().filter(|_| is_late).and_then(|child| child.wait(Duration::ZERO)) {
+            return Err(DeviceError { message: format!("its process {status}") });
+        }
+        if age_ns <= self.silent_ns {
+            return Ok(());
+        }
+        let (age, most) = (age_ns as f64 * 1e-6, self.silent_ns as f64 * 1e-6);
+        let message = format!("its newest readings are {age:.1} ms old, more than {most} ms: it answers too slowly or not at all");
+        Err(DeviceError { message })
     }
 
     fn leave(&mut self, group: &[u8], engaged: Option<&[bool]>) {
@@ -58,16 +104,17 @@ impl Driver for PlantProcess {
         &self.channels
     }
 
-    fn open(&mut self, _: i64) -> Result<(), DeviceError> {
+    fn open(&mut self, opened_ns: i64) -> Result<(), DeviceError> {
         let fail = |message: String| DeviceError { message: format!("the plant cannot be opened: {message}") };
-        let descriptor = match ask_with(&self.link, Ask::Open).map_err(fail)? {
+        let link = self.link.as_ref().ok_or_else(|| fail("it was closed".to_owned()))?;
+        let descriptor = match ask_with(link, Ask::Open).map_err(fail)? {
             (Answer::Opened, mut descriptors) if !descriptors.is_empty() => descriptors.remove(0),
             (Answer::Refused(problem), _) => return Err(fail(problem)),
             (other, _) => return Err(fail(format!("it answers {other:?}"))),
         };
         let region = Region::received(descriptor, self.shape).map_err(|error| fail(error.to_string()))?;
         let (commands, readings) = region.driver_ends();
-        self.session = Some(Session { region, commands, readings, steps: 0, stepped_ns: None });
+        self.session = Some(Session { region, commands, readings, steps: 0, stepped_ns: None, ahead_ns: opened_ns - now_ns() });
         Ok(())
     }
 
@@ -75,6 +122,16 @@ impl Driver for PlantProcess {
         let Some(session) = &mut self.session else { return Err(DeviceError { message: "the plant is not open".to_owned() }) };
         if let Some(message) = session.region.failure() {
             return Err(DeviceError { message });
+        }
+        if session.region.is_safe() {
+            let message = "its process stood still, so the guard brought the plant to its safe state; it obeys a driver that opens it anew".to_owned();
+            return Err(DeviceError { message });
+        }
+        if let Some(timeout_ns) = self.timeout_ns.filter(|_| session.region.timed_out().load(Ordering::Acquire) != 0) {
+            return Err(DeviceError { message: device::timeout_message(timeout_ns) });
+        }
+        if let Some(age) = self.age {
+            return self.read_aged(age, release_ns, readings);
         }
         let steps = session.region.steps().load(Ordering::Acquire);
         match session.stepped_ns {
@@ -100,7 +157,7 @@ impl Driver for PlantProcess {
         let Some(session) = &mut self.session else { return };
         let back = session.commands.back();
         back.fill(0);
-        for channel in self.channels.iter().filter(|channel| channel.direction == kernel::Direction::Write) {
+        for channel in self.channels.iter().filter(|channel| channel.direction == device::Direction::Write) {
             back[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
         }
         session.commands.publish();
@@ -110,11 +167,15 @@ impl Driver for PlantProcess {
         self.safe_state();
         self.session = None;
         // A plant that is gone, or that another driver has opened since, is not ours to put away.
-        let closed = ask(&self.link, Ask::Close);
+        let closed = self.link.take().map(|link| ask_within(&link, Ask::Close, END));
         if let Some(child) = self.child.take()
-            && (matches!(closed, Ok(Answer::Refused(_))) || child.wait(END).is_none())
+            && (matches!(closed, Some(Ok((Answer::Refused(_), _)))) || child.wait(END).is_none())
         {
-            child.leave();
+            match self.age {
+                // A driver that does not come back from its exchange is no machine that others go on with.
+                Some(_) => drop(child.end(Duration::ZERO)),
+                None => child.leave(),
+            }
         }
         // One that was killed could not take its socket away.
         if let Some(path) = &self.path
@@ -125,10 +186,14 @@ impl Driver for PlantProcess {
         }
     }
 
+    fn watchdog_ns(&self) -> Option<i64> {
+        self.timeout_ns
+    }
+
     fn safe_handles(&self) -> Vec<SafeHandle> {
         let handle = |session: &Session| {
             let writes = session.region.safe_writes(&self.shape.safe_group(&self.channels));
-            Some(SafeHandle { descriptor: session.region.memory().descriptor().ok()?, writes })
+            Some(SafeHandle { descriptor: session.region.memory().descriptor().ok()?, writes, latches: true })
         };
         self.session.as_ref().and_then(handle).into_iter().collect()
     }

@@ -1,33 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A plant in a process of its own: any other driver, at its own pace, as a machine has it. It outlives the process that commands it.
 //!
-//! Options: `driver` (`{"kind": …, "options": {…}}`: what the process runs), `command` (the command line of a process that calls
-//! [`run`]; else `opengpac-plant` beside this program), `name` (where it is found by whoever opens it anew; else only this driver has it),
-//! `linger_ns` (how long it goes on when nobody is connected, default 10 s), `step_ns` (its period; default the driver's `timestep`, else 1 ms),
-//! `silent_ns` (a plant that makes no step for that long is lost, default 500 ms).
-//!
 //! Channels and parts are those of the driver that it runs. A read takes the newest whole group of readings, a write leaves a
 //! group of commands: neither waits, allocates or calls the operating system.
 //!
-//! When the process of its driver is gone, the plant goes on under the last commands, as a drive without a watchdog does; it has none on purpose, so
-//! that what the guard does shows. Its safe handle is a flag and safe commands in the memory that both share: the plant obeys them from
+//! When the process of its driver is gone, the plant goes on under the last commands, as a drive without a watchdog does; it has none unless one is
+//! asked for, so that what the guard does shows. With one it goes to its safe commands where no new group of commands comes for that long after one
+//! that claims anything. Its safe handle is a flag and safe commands in the memory that both share: the plant obeys them from
 //! its next step on, until a driver opens it anew.
 //!
-//! Time runs as it does on the wall; under the virtual clock the driver runs in place: [`in_place`].
+//! Time runs as it does on the wall; under the virtual clock the driver runs in place.
 mod driver;
+mod python;
 mod region;
 mod serve;
 mod words;
 
-pub use serve::run;
+pub(crate) use python::DRIVER as PYTHON;
+pub(crate) use serve::run;
 pub use words::PlantState;
 
-use crate::{DriverError, driver as door};
-use ::kernel::Driver;
-use guard::{Child, Launch, UnixLink, connect, run_folder};
+use device::{Channel, Declaration, DriverError, Found, Geometry, Given, Kind, Opened, OptionWord, SafeBy, SafeState, Slot};
+use process_kit::{Child, Launch, UnixLink, connect, is_abandoned, run_folder};
 use serde::Deserialize;
 use serde_json::Value;
 use std::ffi::OsString;
+use std::os::fd::OwnedFd;
 use std::path::PathBuf;
 use std::time::Duration;
 use words::{Answer, Ask, Described, Made};
@@ -37,8 +35,31 @@ const ANSWER: Duration = Duration::from_secs(30);
 const LINGER_NS: i64 = 10_000_000_000;
 const SILENT_NS: i64 = 500_000_000;
 const NAME_MAX: usize = 40;
+/// How the socket of a plant begins that others find by its name.
+const SOCKET: &str = "plant-";
+/// For how long nobody judges whether anybody listens there.
+const NEW: Duration = Duration::from_secs(1);
 /// The name of the descriptor of the first link.
 const LINK: &str = "link";
+
+pub(crate) static DRIVER: Declaration = Declaration {
+    geometry: Some(geometry),
+    in_virtual_time: Some(in_place),
+    scan: Some(scan),
+    safe_state: SafeState { by: &[SafeBy::Driver, SafeBy::Guard], ..SafeState::BY_DRIVER },
+    ..Declaration::new(KIND, "another driver in a process of its own, at its own pace, which outlives the one that commands it", &OPTIONS, open)
+};
+
+const KIND: &str = "plant_process";
+const OPTIONS: [OptionWord; 7] = [
+    OptionWord::needed("driver", Kind::Table, "what the process runs, {\"kind\": …, \"options\": {…}}"),
+    OptionWord::with_default("command", Kind::List, "'opengpac-plant' beside this program", "the command line of a process that runs it"),
+    OptionWord::with_default("name", Kind::Text, "only this driver has it", "where it is found by whoever opens it anew"),
+    OptionWord::with_default("linger_ns", Kind::Whole, "10 s", "how long it goes on when nobody is connected").unit("ns"),
+    OptionWord::with_default("step_ns", Kind::Whole, "the driver's 'timestep', else 1 ms", "its period").unit("ns"),
+    OptionWord::with_default("silent_ns", Kind::Whole, "500 ms", "a plant that makes no step for so long is lost").unit("ns"),
+    OptionWord::with_default("timeout_ns", Kind::Whole, "none", "its watchdog: without new commands for so long it goes to its safe commands").unit("ns"),
+];
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -49,6 +70,7 @@ struct Options {
     linger_ns: Option<i64>,
     step_ns: Option<i64>,
     silent_ns: Option<i64>,
+    timeout_ns: Option<i64>,
 }
 
 #[derive(Clone, Deserialize)]
@@ -59,31 +81,57 @@ struct Inner {
     options: Value,
 }
 
-/// The driver that stands for `kind` where time is virtual: the one that a plant process would run, in this process. Other kinds stay.
-pub fn in_place(kind: &str, options: &Value) -> (String, Value) {
-    let inner = if kind == "plant_process" { serde_json::from_value::<Inner>(options["driver"].clone()).ok() } else { None };
-    inner.map_or_else(|| (kind.to_owned(), options.clone()), |inner| (inner.kind, inner.options))
+/// Where time is virtual: the driver that the process would run, in this process.
+fn in_place(options: &Value) -> Option<(String, Value)> {
+    let mut inner: Inner = serde_json::from_value(options["driver"].clone()).ok()?;
+    if let (Some(timeout_ns), Some(of)) = (options["timeout_ns"].as_i64(), inner.options.as_object_mut()) {
+        of.insert("timeout_ns".to_owned(), timeout_ns.into());
+    }
+    Some((inner.kind, inner.options))
+}
+
+/// What the machine of the inner driver looks like.
+fn geometry(given: &Given<'_>) -> Result<Option<Geometry>, DriverError> {
+    let options: Options = given.read()?;
+    device::geometry(&options.driver.kind, &options.driver.options)
 }
 
 /// Starts the process, or finds the one of that name that runs already.
-pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverError> {
-    let options: Options = door::options("plant_process", options)?;
-    check(&options)?;
+fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+    let options: Options = given.read()?;
+    check(given, &options)?;
     let made = Made {
         kind: options.driver.kind.clone(),
         options: options.driver.options.clone(),
         step_ns: options.step_ns,
         linger_ns: options.linger_ns.unwrap_or(LINGER_NS),
+        timeout_ns: options.timeout_ns,
+        rest_ns: None,
         name: options.name.clone(),
     };
-    let path = options.name.as_deref().map(place).transpose().map_err(|error| lost(error.to_string()))?;
+    clean();
+    let path = made.name.as_deref().map(place).transpose().map_err(|error| lost(error.to_string()))?;
+    let bounds = (options.silent_ns.unwrap_or(SILENT_NS), options.timeout_ns);
+    opened(given, KIND, made, options.command.map_or_else(beside, |words| Ok(words.into_iter().map(OsString::from).collect()))?, bounds, path)
+}
+
+/// The process that was made so, found or started with this command.
+fn opened(
+    given: &Given<'_>,
+    kind: &'static str,
+    made: Made,
+    command: Vec<OsString>,
+    bounds: (i64, Option<i64>),
+    path: Option<PathBuf>,
+) -> Result<Opened, DriverError> {
+    let lost = |problem: String| DriverError::Process { kind: kind.into(), problem };
     let (link, child) = match path.as_deref().and_then(|path| connect(path).ok()) {
         Some(link) => (link, None),
-        None => start(options.command)?,
+        None => start(command).map_err(lost)?,
     };
     let answer = ask(&link, if child.is_some() { Ask::Make(made.clone()) } else { Ask::Describe });
     let described = match answer {
-        Ok(Answer::Described(described)) => described,
+        Ok(Answer::Described(described)) => *described,
         Ok(Answer::Refused(problem)) => return Err(lost(problem)),
         Ok(_) => return Err(lost("what answers is no plant".to_owned())),
         Err(problem) => {
@@ -92,16 +140,46 @@ pub(crate) fn open(options: &Value) -> Result<(Box<dyn Driver>, Value), DriverEr
         }
     };
     if described.made != made {
-        let name = options.name.unwrap_or_default();
-        return Err(DriverError::Option {
-            kind: "plant_process".into(),
-            option: "name".into(),
-            problem: format!("the plant '{name}' that runs already was made with other options; close it, or give this one another name"),
-        });
+        let name = made.name.unwrap_or_default();
+        let problem = format!("the plant '{name}' that runs already was made with other options; close it, or give this one another name");
+        return Err(given.wrong("name", problem));
     }
-    let Described { channels, about, .. } = described;
+    let Described { channels, mut about, .. } = described;
+    // What the driver there declares of itself is not served from here.
+    for word in ["class", "safe_state", "services", "counters"] {
+        about.as_object_mut().and_then(|about| about.remove(word));
+    }
     let channels = channels.into_iter().map(Into::into).collect();
-    Ok((Box::new(driver::PlantProcess::new(link, child, channels, options.silent_ns.unwrap_or(SILENT_NS), path)), about))
+    let driver = driver::PlantProcess::new(link, child, (channels, &about), bounds, path);
+    Ok((Box::new(driver), about))
+}
+
+/// Where the channel lies that says how old readings are, of a process whose driver names it.
+fn age_of(channels: &[Channel], about: &Value) -> Option<Slot> {
+    let of = channels.iter().find(|channel| Some(channel.name.as_str()) == about["age"].as_str())?;
+    Some(Slot { offset: of.offset, len: of.len }).filter(|slot| slot.len == size_of::<f64>())
+}
+
+/// Plants that run, those of a name.
+fn scan(_: &Given<'_>) -> Result<Vec<Found>, DriverError> {
+    clean();
+    let folder = run_folder().map_err(|error| lost(error.to_string()))?;
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries.filter_map(|entry| Some(entry.file_name().to_str()?.strip_prefix(SOCKET)?.to_owned())).collect();
+    names.sort();
+    Ok(names.iter().filter_map(|name| found(name)).collect())
+}
+
+/// The plant of that name; none where what listens there does not say what it is.
+fn found(name: &str) -> Option<Found> {
+    let link = connect(&place(name).ok()?).ok()?;
+    let Ok(Answer::Described(described)) = ask(&link, Ask::Describe) else { return None };
+    let Described { made, channels, .. } = *described;
+    let options = serde_json::json!({
+        "driver": { "kind": made.kind, "options": made.options }, "name": name, "linger_ns": made.linger_ns, "step_ns": made.step_ns,
+        "timeout_ns": made.timeout_ns,
+    });
+    Some(Found { what: format!("plant '{name}' of driver '{}', {} channels", made.kind, channels.len()), options })
 }
 
 /// How the plant of that name is.
@@ -117,17 +195,19 @@ pub fn state(name: &str) -> Result<PlantState, String> {
     }
 }
 
-fn check(options: &Options) -> Result<(), DriverError> {
-    let wrong = |option: &str, problem: String| Err(DriverError::Option { kind: "plant_process".into(), option: option.into(), problem });
+fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverError> {
+    let wrong = |option: &str, problem: String| Err(given.wrong(option, problem));
     let inner = options.driver.kind.as_str();
-    if inner == "plant_process" || !door::KINDS.contains(&inner) {
-        return wrong("driver", format!("'{inner}' is no driver that a process can run; one of {}", door::KINDS.join(", ")));
+    let others: Vec<&str> = device::declarations().iter().map(|driver| driver.kind).filter(|kind| *kind != KIND).collect();
+    if !others.contains(&inner) {
+        return wrong("driver", format!("'{inner}' is no driver that a process can run; one of {}", others.join(", ")));
     }
     for (name, ns) in [("linger_ns", options.linger_ns), ("step_ns", options.step_ns), ("silent_ns", options.silent_ns)] {
         if ns.is_some_and(|ns| ns < 10_000) {
             return wrong(name, "at least 10 us".to_owned());
         }
     }
+    device::check_timeout(given, options.timeout_ns)?;
     if let Some(name) = &options.name
         && (name.is_empty() || name.len() > NAME_MAX || !name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-".contains(&byte)))
     {
@@ -138,24 +218,36 @@ fn check(options: &Options) -> Result<(), DriverError> {
 
 /// Where the plant of that name listens.
 fn place(name: &str) -> std::io::Result<PathBuf> {
-    Ok(run_folder()?.join(format!("plant-{name}")))
+    Ok(run_folder()?.join(format!("{SOCKET}{name}")))
 }
 
-fn start(command: Option<Vec<String>>) -> Result<(UnixLink, Option<Child>), DriverError> {
-    let command: Vec<OsString> = match command {
-        Some(words) => words.into_iter().map(OsString::from).collect(),
-        None => {
-            let beside = std::env::current_exe().map(|program| program.with_file_name("opengpac-plant"));
-            vec![beside.map_err(|error| lost(format!("this program has no folder: {error}")))?.into_os_string()]
-        }
-    };
-    let (link, theirs) = UnixLink::pair().map_err(|error| lost(format!("no link to its process can be made: {error}")))?;
-    let child = Launch::new(command).descriptor(LINK, theirs).start().map_err(|error| lost(error.to_string()))?;
+/// Removes the sockets of plants that were killed, and could not: of this user.
+pub fn clean() {
+    let Ok(folder) = run_folder() else { return };
+    let is_plant = |path: &PathBuf| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(SOCKET.as_bytes()));
+    let paths = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    // One that is being made is not listened at yet.
+    let is_old = |path: &PathBuf| path.metadata().and_then(|about| about.modified()).is_ok_and(|made| made.elapsed().is_ok_and(|age| age > NEW));
+    for path in paths.filter(|path| is_plant(path) && is_old(path) && is_abandoned(path)) {
+        // Gone meanwhile is as good.
+        let _removed = std::fs::remove_file(path);
+    }
+}
+
+/// The program that runs plants.
+fn beside() -> Result<Vec<OsString>, DriverError> {
+    let beside = std::env::current_exe().map(|program| program.with_file_name("opengpac-plant"));
+    Ok(vec![beside.map_err(|error| lost(format!("this program has no folder: {error}")))?.into_os_string()])
+}
+
+fn start(command: Vec<OsString>) -> Result<(UnixLink, Option<Child>), String> {
+    let (link, theirs) = UnixLink::pair().map_err(|error| format!("no link to its process can be made: {error}"))?;
+    let child = Launch::new(command).descriptor(LINK, theirs).start().map_err(|error| error.to_string())?;
     Ok((link, Some(child)))
 }
 
 fn lost(problem: String) -> DriverError {
-    DriverError::Process { kind: "plant_process".into(), problem }
+    DriverError::Process { kind: KIND.into(), problem }
 }
 
 /// Asks a plant; its answer, or in words why there is none.
@@ -163,11 +255,15 @@ fn ask(link: &UnixLink, ask: Ask) -> Result<Answer, String> {
     ask_with(link, ask).map(|(answer, _)| answer)
 }
 
-fn ask_with(link: &UnixLink, ask: Ask) -> Result<(Answer, Vec<std::os::fd::OwnedFd>), String> {
+fn ask_with(link: &UnixLink, ask: Ask) -> Result<(Answer, Vec<OwnedFd>), String> {
+    ask_within(link, ask, ANSWER)
+}
+
+fn ask_within(link: &UnixLink, ask: Ask, limit: Duration) -> Result<(Answer, Vec<OwnedFd>), String> {
     let gone = |_| "its process is gone".to_owned();
     let frame = serde_json::to_vec(&ask).expect("an ask has no map with keys that are no texts");
-    link.send_with(&frame, &[], Some(ANSWER)).map_err(gone)?;
-    let (frame, descriptors) = link.receive_with(ANSWER).map_err(gone)?.ok_or_else(|| format!("its process does not answer for {} s", ANSWER.as_secs()))?;
+    link.send_with(&frame, &[], Some(limit)).map_err(gone)?;
+    let (frame, descriptors) = link.receive_with(limit).map_err(gone)?.ok_or_else(|| format!("its process does not answer for {} s", limit.as_secs()))?;
     let answer = serde_json::from_slice(&frame).map_err(|_| "its process answers what no plant does".to_owned())?;
     Ok((answer, descriptors))
 }

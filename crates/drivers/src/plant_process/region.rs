@@ -6,17 +6,19 @@
 //! | readings, a triple buffer | the plant, after each step | the driver: the newest whole group |
 //! | commands, a triple buffer | the driver, at each firing | the plant, before each step |
 //! | safe commands, and the flag | the guard, when the driver's process is gone | the plant, before each step |
-//! | steps, failure | the plant | the driver |
+//! | steps, failure, that its timeout is over | the plant | the driver |
+//!
+//! Either side may write any word of it at any time: each is checked as it is read, and a word that cannot be ends the session.
 //!
 //! Nobody waits for anybody. The memory is new for each session: a driver that was cut off writes where nobody reads any more.
-use guard::SharedMemory;
-use interconnect::triple::{BACK_AT_FIRST, FRONT_AT_FIRST, MIDDLE_AT_FIRST};
+use device::{Channel, Direction};
+use interconnect::triple::{BACK_AT_FIRST, FRONT_AT_FIRST, MIDDLE_AT_FIRST, in_the_middle, is_possible};
 use interconnect::{TripleMemory, TripleReader, TripleWriter};
-use kernel::{Channel, Direction};
+use process_kit::SharedMemory;
 use std::io;
 use std::os::fd::OwnedFd;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
 /// Bytes that start a line of their own.
 const LINE: usize = 64;
@@ -27,7 +29,9 @@ const STEPS: usize = LINE;
 const FAILED: usize = 2 * LINE;
 const TEXT: usize = FAILED + 8;
 const TEXT_MAX: usize = 4 * LINE - 8;
-const SAFE: usize = 6 * LINE;
+/// Not 0: no commands came for the timeout of the plant.
+const TIMED_OUT: usize = 6 * LINE;
+const SAFE: usize = 7 * LINE;
 
 /// How many bytes there are of what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,13 +89,17 @@ fn triple_len(len: usize) -> usize {
 /// The memory of one session.
 pub(super) struct Region {
     memory: Arc<SharedMemory>,
+    /// A word said what no end writes.
+    spoilt: Arc<AtomicBool>,
+    /// The safe commands, where the plant has them too.
+    safe_group: Vec<u8>,
     shape: Shape,
 }
 
 impl Region {
     /// New memory, by the plant.
     pub fn new(shape: Shape, safe_group: &[u8]) -> io::Result<Region> {
-        let region = Region { memory: Arc::new(SharedMemory::new(shape.len())?), shape };
+        let region = Region { memory: Arc::new(SharedMemory::new(shape.len())?), spoilt: Arc::default(), safe_group: safe_group.to_vec(), shape };
         for triple in [region.commands(), region.readings()] {
             triple.middle().store(MIDDLE_AT_FIRST, Ordering::Release);
         }
@@ -101,7 +109,7 @@ impl Region {
 
     /// What the plant sent, by the driver.
     pub fn received(descriptor: OwnedFd, shape: Shape) -> io::Result<Region> {
-        Ok(Region { memory: Arc::new(SharedMemory::received(descriptor, shape.len())?), shape })
+        Ok(Region { memory: Arc::new(SharedMemory::received(descriptor, shape.len())?), spoilt: Arc::default(), safe_group: Vec::new(), shape })
     }
 
     pub fn memory(&self) -> &SharedMemory {
@@ -109,11 +117,11 @@ impl Region {
     }
 
     fn commands(&self) -> Shared {
-        Shared { memory: self.memory.clone(), start: self.shape.commands_start(), len: self.shape.group() }
+        Shared { memory: self.memory.clone(), spoilt: self.spoilt.clone(), start: self.shape.commands_start(), len: self.shape.group() }
     }
 
     fn readings(&self) -> Shared {
-        Shared { memory: self.memory.clone(), start: self.shape.readings_start(), len: self.shape.readings }
+        Shared { memory: self.memory.clone(), spoilt: self.spoilt.clone(), start: self.shape.readings_start(), len: self.shape.readings }
     }
 
     /// The two ends of the plant. Once for each region.
@@ -129,9 +137,14 @@ impl Region {
         unsafe { (TripleWriter::in_memory(self.commands(), BACK_AT_FIRST), TripleReader::in_memory(self.readings(), FRONT_AT_FIRST)) }
     }
 
-    /// Whether the safe commands count.
+    /// Whether the safe commands count: also where no others can be believed.
     pub fn is_safe(&self) -> bool {
-        self.memory.word(FLAG).load(Ordering::Acquire) != 0
+        self.memory.word(FLAG).load(Ordering::Acquire) != 0 || self.spoilt.load(Ordering::Relaxed)
+    }
+
+    /// Whether the plant has gone to its safe commands by itself.
+    pub fn timed_out(&self) -> &AtomicU64 {
+        self.memory.word(TIMED_OUT)
     }
 
     /// What the guard writes: the safe commands, then the flag.
@@ -148,6 +161,9 @@ impl Region {
 
     /// Takes the safe commands.
     pub fn load_safe_group(&self, group: &mut [u8]) {
+        if self.spoilt.load(Ordering::Relaxed) && group.len() == self.safe_group.len() {
+            return group.copy_from_slice(&self.safe_group);
+        }
         for (place, byte) in (SAFE..).zip(group) {
             *byte = self.byte(place).load(Ordering::Relaxed);
         }
@@ -170,6 +186,12 @@ impl Region {
 
     /// Why the plant does not go on. Allocates only where it does not.
     pub fn failure(&self) -> Option<String> {
+        if self.spoilt.load(Ordering::Relaxed) {
+            return Some(
+                "the memory that the plant shares with its driver was written over; whichever process did it is at fault: end it, and open the device anew"
+                    .to_owned(),
+            );
+        }
         let len = (self.memory.word(FAILED).load(Ordering::Acquire) as usize).min(TEXT_MAX);
         let text = |len| (TEXT..TEXT + len).map(|place| self.byte(place).load(Ordering::Relaxed)).collect::<Vec<u8>>();
         (len > 0).then(|| String::from_utf8_lossy(&text(len)).into_owned())
@@ -185,13 +207,14 @@ impl Region {
 /// A triple buffer in the memory of a session.
 pub(super) struct Shared {
     memory: Arc<SharedMemory>,
+    spoilt: Arc<AtomicBool>,
     start: usize,
     len: usize,
 }
 
 impl Shared {
     fn buffer(&self, index: u8) -> *mut [u8] {
-        // Another process holds the word too: whatever stands there names one of the three.
+        // What an end holds was checked in `given`.
         let place = self.start + LINE + usize::from(index.min(2)) * lines(self.len);
         // SAFETY: the shape, which `start` and `len` are of, fits the mapping: checked when it was made or received.
         std::ptr::slice_from_raw_parts_mut(unsafe { self.memory.start().add(place) }, self.len)
@@ -215,5 +238,73 @@ unsafe impl TripleMemory for Shared {
     #[inline]
     fn for_writing(&self, index: u8) -> *mut [u8] {
         self.buffer(index)
+    }
+
+    #[inline]
+    fn given(&self, word: u8, own: u8) -> u8 {
+        if is_possible(word, own) {
+            return in_the_middle(word);
+        }
+        self.spoilt.store(true, Ordering::Relaxed);
+        own
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHAPE: Shape = Shape { readings: 24, commands: 16, writes: 2 };
+
+    fn pair() -> (Region, Region) {
+        let plant = Region::new(SHAPE, &[9; 18]).expect("memory");
+        let driver = Region::received(plant.memory().descriptor().expect("a descriptor"), SHAPE).expect("what a plant sends");
+        (plant, driver)
+    }
+
+    #[test]
+    fn a_word_that_cannot_be_ends_the_session_on_both_sides_and_the_plant_is_safe() {
+        for word in [3, 7, 8, 0xff, 0x10] {
+            let (plant, driver) = pair();
+            let ((mut obeys, mut tells), (mut commands, mut readings)) = (plant.plant_ends(), driver.driver_ends());
+            for triple in [plant.commands(), plant.readings()] {
+                triple.middle().store(word, Ordering::Relaxed);
+            }
+            tells.publish();
+            commands.publish();
+            // What was written over may hold no publication, or one of nobody: either is as before for who reads it.
+            let _news = (obeys.latch(), readings.latch());
+            assert_eq!((obeys.front().len(), readings.front().len()), (18, 24));
+            assert!(driver.failure().is_some_and(|why| why.contains("was written over")), "{word}");
+            let mut group = [0; 18];
+            plant.load_safe_group(&mut group);
+            assert!(plant.is_safe() && group == [9; 18]);
+        }
+    }
+
+    #[test]
+    fn any_bytes_in_the_memory_of_a_session_reach_nothing_else() {
+        let mut seed = 1_u64;
+        let mut next = || {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as usize
+        };
+        for _ in 0..100 {
+            let (plant, driver) = pair();
+            let ((mut obeys, mut tells), (mut commands, mut readings)) = (plant.plant_ends(), driver.driver_ends());
+            for _ in 0..500 {
+                plant.byte(next() % plant.memory().len()).store(next() as u8, Ordering::Relaxed);
+                let call = next() % 7;
+                match call {
+                    0 => tells.publish(),
+                    1 => commands.publish(),
+                    2 => drop((obeys.latch(), readings.latch())),
+                    3 => assert!(driver.failure().is_none_or(|why| why.len() <= 4 * TEXT_MAX)),
+                    4 => plant.fail("it broke"),
+                    5 => assert_eq!((obeys.front().len(), commands.back().len()), (18, 18)),
+                    _ => plant.load_safe_group(&mut [0; 18]),
+                }
+            }
+        }
     }
 }

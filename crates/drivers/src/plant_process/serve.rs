@@ -2,10 +2,10 @@
 //! The plant process: one thread that makes steps at its own pace and, between two of them, hears who talks to it.
 use super::region::{Region, Shape, Shared};
 use super::words::{Answer, Ask, ChannelText, Described, Made, PlantState};
-use super::{ANSWER, LINK, place};
-use guard::{Listener, UnixLink, inherited, now_ns};
+use super::{ANSWER, LINK, age_of, place};
+use device::{Driver, Slot};
 use interconnect::{Closed, TripleReader, TripleWriter};
-use kernel::Driver;
+use process_kit::{Listener, UnixLink, inherited, now_ns};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
@@ -27,8 +27,10 @@ pub fn run() -> Result<(), String> {
     let Ok(Ask::Make(made)) = serde_json::from_slice(&frame) else { return Err("what came first does not say which plant to make".to_owned()) };
     match Plant::make(made) {
         Ok(mut plant) => {
-            prioritise();
-            answer(&link, &Answer::Described(plant.described.clone()), &[]);
+            if plant.described.made.rest_ns.is_none() {
+                prioritise();
+            }
+            answer(&link, &Answer::Described(Box::new(plant.described.clone())), &[]);
             plant.links.push((0, link));
             plant.serve();
             Ok(())
@@ -56,6 +58,8 @@ struct Plant {
     described: Described,
     shape: Shape,
     safe_group: Vec<u8>,
+    /// Where it says when its readings were taken.
+    age: Option<Slot>,
     listener: Option<Listener>,
     /// Who talks to it, each with a number.
     links: Vec<(u64, UnixLink)>,
@@ -71,6 +75,8 @@ struct Plant {
     failed: Option<String>,
     /// When it first obeyed the safe commands of this session.
     obeyed_ns: i64,
+    /// When commands came last that claim anything; none: it was told to be at rest, or nothing in this session.
+    commanded_ns: Option<i64>,
     is_put_away: bool,
 }
 
@@ -84,7 +90,7 @@ struct Session {
 
 impl Plant {
     fn make(made: Made) -> Result<Plant, String> {
-        let (mut driver, about) = crate::open(&made.kind, &made.options).map_err(|error| error.to_string())?;
+        let (mut driver, about) = device::open(&made.kind, &made.options).map_err(|error| error.to_string())?;
         driver.open(0).map_err(|error| error.message)?;
         let path = made.name.as_deref().map(place).transpose().map_err(|error| error.to_string())?;
         let listener = path.map(|path| Listener::listen(&path)).transpose().map_err(|error| format!("a plant of that name cannot be had: {error}"))?;
@@ -93,7 +99,9 @@ impl Plant {
         let shape = Shape::of(driver.channels());
         let safe_group = shape.safe_group(driver.channels());
         let channels = driver.channels().iter().map(ChannelText::from).collect();
+        let age = age_of(driver.channels(), &about);
         Ok(Plant {
+            age,
             described: Described { made, channels, about, step_ns },
             group: safe_group.clone(),
             engaged: vec![false; shape.writes],
@@ -109,6 +117,7 @@ impl Plant {
             steps: 0,
             failed: None,
             obeyed_ns: 0,
+            commanded_ns: None,
             is_put_away: false,
         })
     }
@@ -118,9 +127,9 @@ impl Plant {
         let mut next_ns = now_ns();
         let mut seen_ns = next_ns;
         self.step();
-        while !self.is_put_away && now_ns() - seen_ns < self.described.made.linger_ns {
-            next_ns += step_ns;
-            if now_ns() - next_ns > LATE_STEPS_MAX * step_ns {
+        while !self.is_put_away && (!self.links.is_empty() || now_ns() - seen_ns < self.described.made.linger_ns) {
+            next_ns = next_ns.saturating_add(step_ns);
+            if now_ns() - next_ns > LATE_STEPS_MAX.saturating_mul(step_ns) {
                 next_ns = now_ns();
             }
             sleep_until(next_ns);
@@ -130,17 +139,22 @@ impl Plant {
                 seen_ns = now_ns();
             }
         }
+        self.driver.safe_state();
         self.driver.close();
     }
 
     fn step(&mut self) {
         self.take_commands();
         if self.failed.is_none() {
-            self.time_ns += self.described.step_ns;
+            self.time_ns = self.time_ns.saturating_add(self.described.step_ns);
+            let begun_ns = now_ns();
             let written = self.driver.write(self.time_ns, &self.group[..self.shape.commands], &self.engaged);
             if let Err(error) = written.and_then(|()| self.driver.read(self.time_ns, &mut self.readings)) {
                 self.driver.safe_state();
                 self.failed = Some(error.message);
+            }
+            if let Some(age) = self.age {
+                age.of_mut(&mut self.readings).copy_from_slice(&begun_ns.to_ne_bytes());
             }
         }
         self.steps += 1;
@@ -149,13 +163,34 @@ impl Plant {
 
     fn take_commands(&mut self) {
         let Some(session) = &mut self.session else { return };
-        if session.region.is_safe() {
+        let is_new = session.commands.latch();
+        if is_new {
+            let is_claimed = session.commands.front()[self.shape.commands..].iter().any(|byte| *byte != 0);
+            self.commanded_ns = is_claimed.then(now_ns);
+        }
+        let timeout_ns = self.described.made.timeout_ns;
+        if let (Some(timeout_ns), Some(commanded_ns)) = (timeout_ns, self.commanded_ns)
+            && now_ns() - commanded_ns > timeout_ns
+        {
+            session.region.timed_out().store(1, Ordering::Release);
+        }
+        if session.region.is_safe() || session.region.timed_out().load(Ordering::Relaxed) != 0 {
             session.region.load_safe_group(&mut self.group);
             if self.obeyed_ns == 0 {
                 self.obeyed_ns = now_ns();
+                if self.described.made.rest_ns.is_some() {
+                    self.driver.safe_state();
+                }
             }
-        } else if session.commands.latch() {
+        } else if is_new {
             self.group.copy_from_slice(session.commands.front());
+        }
+        if let (Some(rest_ns), Some(commanded_ns)) = (self.described.made.rest_ns, self.commanded_ns)
+            && now_ns() - commanded_ns > rest_ns
+        {
+            self.commanded_ns = None;
+            self.group.copy_from_slice(&self.safe_group);
+            self.driver.safe_state();
         }
         self.engaged.iter_mut().zip(&self.group[self.shape.commands..]).for_each(|(engaged, byte)| *engaged = *byte != 0);
     }
@@ -190,7 +225,7 @@ impl Plant {
         let Ok(ask) = serde_json::from_slice(frame) else { return false };
         let told = match ask {
             Ask::Make(_) => Answer::Refused("a plant is made once".to_owned()),
-            Ask::Describe => Answer::Described(self.described.clone()),
+            Ask::Describe => Answer::Described(Box::new(self.described.clone())),
             Ask::State => Answer::State(self.state()),
             Ask::Close => match &self.session {
                 Some(session) if session.holder != number => Answer::Refused("another driver has opened it".to_owned()),
@@ -219,7 +254,7 @@ impl Plant {
         let (commands, readings) = region.plant_ends();
         self.session = Some(Session { region, commands, readings, holder });
         self.group.copy_from_slice(&self.safe_group);
-        self.obeyed_ns = 0;
+        (self.obeyed_ns, self.commanded_ns) = (0, None);
         self.tell();
         Ok(())
     }

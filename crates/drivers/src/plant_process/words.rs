@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a driver and its plant process say to each other while nothing is in real time: one JSON text a frame.
-use kernel::{Channel, Direction};
+use device::{Channel, Direction};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -25,13 +25,17 @@ pub(super) struct Made {
     pub options: Value,
     pub step_ns: Option<i64>,
     pub linger_ns: i64,
+    pub timeout_ns: Option<i64>,
+    /// Of a driver in a process of its own, where others are machines: its outputs rest where no commands have come for so long, and
+    /// it ends, safe, as soon as nobody is connected.
+    pub rest_ns: Option<i64>,
     pub name: Option<String>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Answer {
-    Described(Described),
+    Described(Box<Described>),
     Opened,
     Closed,
     State(PlantState),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A driver served as the kernel serves it: readings and commands by name.
 #![allow(dead_code)]
-use kernel::{Direction, Driver};
+use device::{Direction, Driver};
 use serde_json::{Value, json};
 use std::path::PathBuf;
 

@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test uses its part")]
 mod authority;
 pub use authority::Authority;
-use hosts::{Hosts, Options};
+use hosts::{Hosts, Options, Security};
 use interconnect::{ConnectionSpec, Header, Receiver, Sender};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -12,6 +12,18 @@ use std::time::{Duration, Instant};
 pub const LONG: Duration = Duration::from_secs(60);
 
 pub const SPEC: ConnectionSpec = ConnectionSpec { writer: 0, reader: 1, asynchronous_len: 16, queue_row_len: 16, queue_depth: 4 };
+
+/// What the hosts of the tests know.
+pub const SECRET: &str = "the-secret-of-the-tests";
+
+pub fn loopback() -> Security {
+    Security::Loopback { secret: SECRET.to_owned() }
+}
+
+/// Of a host on loopback that has the secret.
+pub fn options_of(system: &str, name: &str, endpoint: &str) -> Options {
+    Options { security: loopback(), ..Options::new(system, name, endpoint) }
+}
 
 /// A port of this host that was free just now.
 pub fn free_port() -> u16 {
@@ -22,7 +34,7 @@ pub fn free_port() -> u16 {
 /// A supervisor's host, and how to join it from this one.
 pub fn listening(system: &str) -> (Hosts, String) {
     let endpoint = format!("tcp/127.0.0.1:{}", free_port());
-    let hosts = Hosts::listen(Options::new(system, "cell-a", &endpoint)).expect("loopback may be plain");
+    let hosts = Hosts::listen(options_of(system, "cell-a", &endpoint)).expect("loopback may be plain");
     (hosts, endpoint)
 }
 

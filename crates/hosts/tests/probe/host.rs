@@ -30,7 +30,7 @@ fn main() {
     let [side, system, name, endpoint, certificates @ ..] = arguments.as_slice() else { panic!("see the head of this program") };
     let security = match certificates {
         [authority, certificate, key] => Security::Certificates { authority: authority.into(), certificate: certificate.into(), key: key.into() },
-        _ => Security::Loopback,
+        _ => Security::Loopback { secret: "the-secret-of-the-tests".to_owned() },
     };
     let options = Options { security, join_max: Duration::from_secs(30), ..Options::new(system, name, endpoint) };
     let hosts = if side == "listen" { Hosts::listen(options) } else { Hosts::join(options) };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A proxy between two ends of TCP streams that delays, stalls, cuts, corrupts, repeats, drops and reorders what passes.
 use std::io::{Read, Write};
-use std::net::{Shutdown, TcpListener, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -26,8 +26,8 @@ pub enum Fault {
 }
 
 pub struct Proxy {
-    /// Where it listens, on this host.
-    pub port: u16,
+    /// Where it listens: at another loopback address, since whoever listens on another port than is asked for is refused.
+    pub address: SocketAddr,
     state: Arc<State>,
 }
 
@@ -42,19 +42,20 @@ struct State {
 impl Proxy {
     /// Starts one before `target`, an address and a port. Its threads end with their streams.
     pub fn start(target: &str) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
-        let port = listener.local_addr().expect("it is bound").port();
-        let (state, target) = (Arc::new(State::default()), target.to_owned());
+        let target: SocketAddr = target.parse().expect("an address and a port");
+        let address = SocketAddr::from(([127, 0, 0, 2], target.port()));
+        let listener = TcpListener::bind(address).expect("the port is free there too");
+        let state = Arc::new(State::default());
         let accepting = state.clone();
         std::thread::spawn(move || {
             for near in listener.incoming().map_while(Result::ok) {
-                let far = if accepting.fault() == Some(Fault::Cut) { None } else { TcpStream::connect(&target).ok() };
+                let far = if accepting.fault() == Some(Fault::Cut) { None } else { TcpStream::connect(target).ok() };
                 // Without a far end the near one is closed here.
                 let Some(far) = far else { continue };
                 accepting.carry(&near, &far);
             }
         });
-        Proxy { port, state }
+        Proxy { address, state }
     }
 
     pub fn set(&self, fault: Option<Fault>) {

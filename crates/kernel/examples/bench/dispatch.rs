@@ -4,15 +4,17 @@ use crate::Bench;
 use crate::blocks::{Gain, Pid, Stopwatch};
 use crate::ground::{Ground, Image, image, interval, rest, single, step};
 use crate::loaded::{Loop, Peer};
-use crate::report::{Line, median, thousands, time};
+use crate::report::{Line, least, median, thousands, time};
 use kernel::*;
 use opengpac::FunctionBlock;
 use opengpac::abi::Descriptor;
 use std::sync::Arc;
 
 const SIZES: [usize; 5] = [10, 100, 1_000, 10_000, 100_000];
-/// Invocations of blocks in one burst.
-const WORK: usize = 1_000_000;
+/// Invocations of blocks in one burst, and bursts in a round. A burst is short: what the other thread of the core does, in this machine or
+/// in one beside it, takes up to a quarter of it; among many short ones some are alone.
+const WORK: usize = 250_000;
+const BURSTS: usize = 4;
 const KINDS: [&str; 4] = ["gain", "pid", "lowpass", "limit"];
 
 /// How the blocks are bound.
@@ -98,7 +100,7 @@ fn table(ground: &Ground, image: &Image, shape: Shape, rows: Option<Rows>) -> Ve
 fn turns(bench: &Bench, ground: &Ground, peer: &Peer, n: usize) -> Vec<[f64; 4]> {
     let firings = (WORK / n).max(10);
     let mut turns = Vec::new();
-    for round in 0..=bench.rounds {
+    for round in 0..=bench.rounds * BURSTS {
         let ours = ground.burst(firings) / firings as f64;
         let theirs = [Loop::Calls, Loop::Checked, Loop::Inlined].map(|by| peer.run(by, firings) / firings as f64);
         rest(1_000_000);
@@ -118,8 +120,11 @@ fn measure(bench: &Bench, ground: &Ground, program: &Program, n: usize) {
     let peer = bench.loaded.peer(&kinds, &reads, &writes, values);
     ground.carry_out(ground.source, table(ground, &image, program.shape, None));
     let turns = turns(bench, ground, &peer, n);
-    let of = |column: usize| median(turns.iter().map(|turn| turn[column]));
-    let ratio = |column: usize| median(turns.iter().map(|turn| turn[0] / turn[column]));
+    // The least of each: no program is ever too fast.
+    let of = |column: usize| least(turns.iter().map(|turn| turn[column]));
+    let ratio = |column: usize| of(0) / of(column);
+    let chained = program.shape == Shape::Chain;
+    let bar = if chained { 1.1 } else { 1.2 };
     let by = if program.shape == Shape::Chain { 1 } else { 2 };
     let peers = ["", "calls", "checked calls"];
     Line {
@@ -130,8 +135,12 @@ fn measure(bench: &Bench, ground: &Ground, program: &Program, n: usize) {
         value: ratio(by),
         shown: format!("{:.2} ×", ratio(by)),
         // Below a thousand blocks the firing itself is what is measured: shown, not judged.
-        bar: (n >= 1_000).then_some(1.2),
-        bar_text: if n >= 1_000 { "≤ 1.2 ×" } else { "" },
+        bar: (n >= 1_000).then_some(bar),
+        bar_text: match (n >= 1_000, chained) {
+            (true, true) => "≤ 1.1 ×",
+            (true, false) => "≤ 1.2 ×",
+            _ => "",
+        },
         note: format!("calls {:.2} ×, checked {:.2} ×, inlined {:.2} ×", ratio(1), ratio(2), ratio(3)),
     }
     .print();

@@ -3,6 +3,7 @@
 use crate::blocks::{FIRST_NS, LAST_NS, LEFT};
 use kernel::*;
 use opengpac::abi::{Descriptor, Item, kind};
+use runtime::{ClockKind, Host};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 

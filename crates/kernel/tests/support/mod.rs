@@ -4,6 +4,7 @@
 #![allow(dead_code, reason = "each test file uses its part")]
 use kernel::*;
 use opengpac::abi::{self, Descriptor, Header, Invocation, Item, NONE, kind};
+use runtime::{ClockKind, Host};
 use std::ffi::{CString, c_void};
 use std::sync::Arc;
 
@@ -35,12 +36,15 @@ pub unsafe fn enter(instance: *mut c_void, invocation: *const Invocation, body: 
         let this = &mut *instance.cast::<Instance>();
         let mut told = *invocation;
         told.number = this.header.number;
-        this.header.number += 1;
+        let number = &raw mut this.header.number;
+        number.write_volatile((told.number + 1) | abi::RUNNING);
         let mut local = Instance { header: this.header, ..std::ptr::read(this) };
         if this.input != 0 {
             local.u = (this.input as *const i64).read();
         }
         let result = body(&mut local, &told);
+        number.write_volatile(told.number + 1);
+        std::sync::atomic::compiler_fence(std::sync::atomic::Ordering::SeqCst);
         if result & abi::outcome::MASK == 0 {
             if this.output != 0 {
                 (this.output as *mut i64).write(local.y);

@@ -130,7 +130,7 @@ impl Arm<'_> {
         rows
     }
 
-    /// The least singular value of a Jacobian that such an arm can have above 0: with fewer than six joints, of as many.
+    /// The minimum singular value of a Jacobian that such an arm can have above 0: with fewer than six joints, of as many.
     pub fn least_singular_value(&self, jacobian: &[[f64; 6]; JOINTS_MAX]) -> f64 {
         let moving = (0..self.n).filter(|i| self.moves(*i)).count();
         match moving {

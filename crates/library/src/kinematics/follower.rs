@@ -45,7 +45,7 @@ impl Follower {
         span_s
     }
 
-    /// Advances the path time by `span_s` at the pace that is wanted, as far as `fits` and the greatest joint speeds allow. False: no joint
+    /// Advances the path time by `span_s` at the pace that is wanted, as far as `fits` and the maximum joint speeds allow. False: no joint
     /// could follow, and nothing has changed but that it stands.
     pub fn go_on(&mut self, arm: &Arm, span_s: f64, wanted: f64, speed_max: &[f64], pose: impl Fn(f64) -> Pose, fits: impl Fn(Stretch) -> bool) -> bool {
         if span_s <= 0.0 {

@@ -37,7 +37,7 @@ pub struct Line {
     pub start: Numbers,
     /// Pose of the tool at its end.
     pub goal: Numbers,
-    /// Greatest acceleration of s, 1/s².
+    /// Maximum acceleration of s, 1/s².
     pub slope: f64,
     /// The profile of s, from 0 to 1.
     pub profile: Coefficients,

@@ -37,7 +37,7 @@ pub struct Polyline {
     pub from: [f64; JOINTS_MAX],
     /// Joint positions at its end.
     pub to: [f64; JOINTS_MAX],
-    /// Greatest acceleration of the place (m/s²) and of the angle (rad/s²).
+    /// Maximum acceleration of the place (m/s²) and of the angle (rad/s²).
     pub acceleration: [f64; 2],
 }
 

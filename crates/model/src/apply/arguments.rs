@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Arguments: what each instantiation parameter is bound to; a device's members meet the parameters by name.
 use super::{Draft, Given};
-use crate::checked::Whose;
 use crate::configuration::Svv;
 use crate::definition::Argument;
+use crate::parameters::Whose;
 use crate::refusal::Class;
-use crate::suggest::did_you_mean;
+use suggest::did_you_mean;
 
 impl<'a> Draft<'a> {
     /// What each group is bound to.

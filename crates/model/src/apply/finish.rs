@@ -2,11 +2,11 @@
 //! What a plan tells beside its blocks: input parameters, output values, claims, conditions.
 use super::sequence::Order;
 use super::{Draft, Given};
-use crate::checked::{CheckedInput, Whose};
 use crate::definition::Arbitration;
 use crate::ending::CheckedSuspend;
 use crate::flatten::Port;
 use crate::interface::Kind;
+use crate::parameters::{CheckedInput, Whose};
 use crate::plan::{
     Binding, CellKind, Claim, InputOrigin, Plan, PlannedActivation, PlannedHolding, PlannedInput, PlannedList, PlannedOutput, PlannedSuspend, Target,
 };

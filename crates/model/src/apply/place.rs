@@ -7,7 +7,7 @@ use crate::configuration::{Source, SourceKind};
 use crate::interface::Mode;
 use crate::quantity::duration_text;
 use crate::refusal::Class;
-use crate::suggest::did_you_mean;
+use suggest::did_you_mean;
 
 impl<'a> Draft<'a> {
     /// Gives each block its source.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Ranges of input parameters and requirements of a verb, for the devices that it is applied to.
 use super::Draft;
-use crate::checked::CheckedInput;
 use crate::definition::Bound;
+use crate::parameters::CheckedInput;
 use crate::plan::{PlannedBound, PlannedMember, PlannedRange, PlannedRequirement};
 
 impl Draft<'_> {

@@ -3,8 +3,8 @@
 use super::Draft;
 use super::activity::Activity;
 use super::bind::cells_of;
-use crate::checked::{cycle_refusal, modes_of_first};
 use crate::configuration::{Rate, Writer};
+use crate::cycles::{cycle_refusal, modes_of_first};
 use crate::flatten::Port;
 use crate::interface::{Kind, Mode};
 use crate::order;
@@ -257,7 +257,7 @@ impl<'a> Draft<'a> {
     fn nobody_drives(&mut self, reader: Port, relation: &Relation, list: usize) {
         let described = self.described(reader);
         let list = &self.checked.lists[list].name;
-        let mode = crate::cover::mode_name(relation.mode);
+        let mode = relation.mode.name();
         let cell = self.cell_text(relation.cell);
         let refusal = Refusal::new(
             Class::SchedulingError,

@@ -49,9 +49,9 @@ impl Draft<'_> {
                 Ok(sorted) => sorted,
                 Err(cycle) => {
                     let labels: Vec<&str> = cycle.iter().map(|b| self.blocks[blocks[*b]].label.as_str()).collect();
-                    return Err(vec![crate::checked::cycle_refusal(
+                    return Err(vec![crate::cycles::cycle_refusal(
                         &labels,
-                        &crate::checked::modes_of_first(&self.checked.blocks, &labels),
+                        &crate::cycles::modes_of_first(&self.checked.blocks, &labels),
                         &self.checked.place,
                     )]);
                 }

@@ -4,9 +4,9 @@ use super::Composing;
 use super::part::PartOf;
 use crate::conditions::{LIMITS, SYSTEM};
 use crate::refusal::Class;
-use crate::suggest::did_you_mean;
 use indexmap::IndexSet;
 use std::collections::HashMap;
+use suggest::did_you_mean;
 
 /// What a verb calls its things, by what must differ from what.
 pub(super) struct Names<'a> {

@@ -64,7 +64,7 @@ impl Composing<'_> {
                     of.label,
                     self.parts[writer].label
                 );
-                let relaxed = crate::checked::modes_of(&of.checked.blocks[reader.0], &[reader.1]);
+                let relaxed = crate::cycles::modes_of(&of.checked.blocks[reader.0], &[reader.1]);
                 let remedy = format!("relax the input in verb '{}' with {relaxed}, or share the block that writes", of.verb.name);
                 starved.push((message, remedy, (writer, part)));
             }

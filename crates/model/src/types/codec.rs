@@ -3,9 +3,9 @@
 use super::{Scalar, Type};
 use crate::quantity;
 use crate::refusal::{Class, Refusal};
-use crate::suggest;
 use crate::value::Value;
 use indexmap::IndexMap;
+use suggest;
 
 impl Type {
     /// The bytes of `value`, which is a number in `unit`, a quantity (`"20 ms"`), a list for an array, a record for a struct.

@@ -2,8 +2,8 @@
 //! Reading C declarations of types.
 use super::{Member, Scalar, Type};
 use crate::refusal::{Class, Refusal};
-use crate::suggest;
 use indexmap::IndexMap;
+use suggest;
 
 /// Bytes that one value may have at most.
 const SIZE_MAX: usize = 1 << 30;

@@ -213,7 +213,7 @@ pub fn list(commands: &[&str]) -> Value {
             let (sign, rest) = text.split_at(1);
             let mut words = rest.split_whitespace();
             let label = words.next();
-            let every = words.next().map(|every| model::quantity::duration_ns(every).expect("a duration"));
+            let every = words.next().map(|every| model::quantity::duration_ns(every, "it").expect("a duration"));
             match sign {
                 "+" => json!({"command": "activate", "block": label, "every_ns": every}),
                 "-" => json!({"command": "deactivate", "block": label}),

@@ -146,3 +146,14 @@ fn the_verbs_of_the_cell_have_no_findings() {
     assert_eq!(findings(json!({"verb": servo()})), Vec::<String>::new());
     assert_eq!(findings(json!({"verb": movement()})), Vec::<String>::new());
 }
+
+#[test]
+fn of_very_many_mistakes_the_first_are_looked_at_for_what_was_meant() {
+    let blocks: serde_json::Map<String, Value> = (0..300).map(|number| (format!("gain{number}"), json!("lib.gain"))).collect();
+    let cells: serde_json::Map<String, Value> = (0..300).map(|number| (format!("c{number}"), json!([format!("gian{number}.u")]))).collect();
+    let found = check_definition(&drawing(json!({ "graph": { "name": "g", "blocks": blocks, "cells": cells } })), &cell()).expect("it is a definition");
+    let missing: Vec<_> = found.iter().filter(|refusal| refusal.message.contains("gian")).collect();
+    assert_eq!(missing.len(), 300, "each is told");
+    assert!(missing[0].remedy.starts_with("did you mean 'gain"), "{:?}", missing[0]);
+    assert_eq!(missing[299].remedy, "");
+}

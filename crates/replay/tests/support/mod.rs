@@ -2,11 +2,12 @@
 //! Systems that are recorded, and records that are run again.
 #![allow(dead_code, reason = "each test file uses its part")]
 use crate::common::*;
-use kernel::trace::Entry;
-use kernel::wire::CodeName;
-use kernel::{ClockKind, Occasion};
+use kernel::Occasion;
 use opengpac::abi::Descriptor;
 use replay::{Codes, Item, Player, Recording};
+use runtime::ClockKind;
+use runtime::trace::Entry;
+use runtime::wire::CodeName;
 use serde_json::{Value as Json, json};
 use std::any::Any;
 use std::collections::HashMap;
@@ -51,7 +52,7 @@ impl Codes for Code {
 pub fn recorded(clock: ClockKind, link: Link) -> (Rig, Recording) {
     let mut recording = None;
     let rig = Rig::begun(clock, link, COST_NS, |system| {
-        let begin = |names: kernel::trace::CodeNames| {
+        let begin = |names: runtime::trace::CodeNames| {
             system.record(Box::new(move |block| names(block).or_else(|| Some(CodeName { module: "t".into(), block: block.code_name().into() }))))
         };
         recording = Some(Recording::begin(begin).unwrap_or_else(|refusals| panic!("{}", text(&refusals))));

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What comes from a processor elsewhere, until it is lost.
+//! What comes from a remote processor, until it is lost.
 use super::{LOOK, Processor, Wire};
-use crate::agent::locked;
+use crate::ground::unconnected;
 use crate::protocol::{Beat, News, opened};
+use crate::shared::locked;
 use crate::silence::Silence;
 use interconnect::Link;
-use kernel::wire::EventAs;
-use kernel::{BlockId, Event, Host, SourceId};
+use kernel::{BlockId, Event, SourceId};
+use runtime::Host;
+use runtime::wire::EventAs;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Weak};
 use std::time::Duration;
@@ -18,6 +20,7 @@ impl Processor {
         let why = loop {
             let received = link.receive(LOOK);
             silence.looked(matches!(received, Ok(Some(_))));
+            self.tell_lost(host);
             match received {
                 Ok(Some(bytes)) => {
                     let Some(host) = host.upgrade() else { return };
@@ -33,6 +36,14 @@ impl Processor {
         };
         link.close();
         self.lose(host, &why);
+    }
+
+    /// Tells of connections to it whose memory was written over.
+    fn tell_lost(&self, host: &Weak<Host>) {
+        let lost = locked(&self.near).as_mut().map(|near| near.lost()).unwrap_or_default();
+        if let Some(host) = host.upgrade().filter(|_| !lost.is_empty()) {
+            lost.into_iter().for_each(|lost| host.tell(unconnected(lost)));
+        }
     }
 
     fn reason(&self) -> String {
@@ -94,11 +105,11 @@ impl Processor {
         Ok(())
     }
 
-    fn take_devices(&self, states: &[(String, kernel::DeviceState)]) {
+    fn take_devices(&self, states: &[(String, runtime::DeviceState)]) {
         let devices = locked(&self.devices);
         for (name, state) in states {
             if let Some(device) = devices.get(name).and_then(Weak::upgrade) {
-                device.report(state);
+                state.report(&device);
             }
         }
     }
@@ -107,6 +118,7 @@ impl Processor {
         locked(&self.statistics).extend(beat.sources);
         locked(&self.block_times).extend(beat.blocks);
         self.take_devices(&beat.devices);
+        locked(&self.counted).extend(beat.counted);
         let wire = locked(&self.wire);
         for (number, brought, late) in beat.inbounds {
             if let Some(inbound) = wire.writer.inbound_of(number) {

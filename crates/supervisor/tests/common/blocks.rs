@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Blocks for scenarios. What a probe sees goes into a trace, by its parameter `trace`.
+mod devices;
+
+use devices::*;
 use opengpac::abi::Descriptor;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::collections::HashMap;
@@ -208,6 +211,54 @@ impl Step for Faulty {
     }
 }
 
+/// Stores one number in two outputs: a pair.
+#[derive(FunctionBlock)]
+pub struct Pair {
+    /// invocations in the life of the instance
+    #[output]
+    a: f64,
+    /// the same
+    #[output]
+    b: f64,
+    /// the same
+    #[state(keep)]
+    life: u32,
+}
+
+impl Step for Pair {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.life += 1;
+        self.a = f64::from(self.life);
+        self.b = self.a;
+        Outcome::Done
+    }
+}
+
+/// Leaves a trace of how far the halves of a pair are from each other.
+#[derive(FunctionBlock)]
+pub struct Halves {
+    /// one half
+    #[input]
+    u: f64,
+    /// the other
+    #[input]
+    v: f64,
+    /// the difference
+    #[output]
+    y: f64,
+    /// which trace
+    #[param(default = 0)]
+    trace: i64,
+}
+
+impl Step for Halves {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        self.y = self.u - self.v;
+        note(self.trace, invocation, self.y);
+        Outcome::Done
+    }
+}
+
 /// Spreads: y_i = u + i.
 #[derive(FunctionBlock)]
 pub struct Spread {
@@ -240,137 +291,6 @@ pub struct Gather {
 impl Step for Gather {
     fn step(&mut self, _: &Invocation) -> Outcome {
         self.y = self.u[0] + 10.0 * self.u[1] + 100.0 * self.u[2];
-        Outcome::Done
-    }
-}
-
-/// Reads a channel of a device.
-#[derive(FunctionBlock)]
-pub struct ReadChannel {
-    /// the channel
-    #[device(read, unit = "rad")]
-    channel: f64,
-    /// its value
-    #[output(unit = "rad")]
-    y: f64,
-}
-
-impl Step for ReadChannel {
-    fn step(&mut self, _: &Invocation) -> Outcome {
-        self.y = self.channel;
-        Outcome::Done
-    }
-}
-
-/// Drives a channel: channel = gain · u.
-#[derive(FunctionBlock)]
-pub struct Drive {
-    /// what to write
-    #[input(asynchronous, default = 0.0)]
-    u: f64,
-    /// the channel
-    #[device(write, unit = "N.m")]
-    channel: f64,
-    /// gain
-    #[param(default = 1.0)]
-    gain: f64,
-}
-
-impl Step for Drive {
-    fn step(&mut self, _: &Invocation) -> Outcome {
-        self.channel = self.gain * self.u;
-        Outcome::Done
-    }
-}
-
-/// Moves y on by v each time; v grows to 3, or, while `holding`, falls to 0.
-#[derive(FunctionBlock)]
-pub struct Ramp {
-    /// come to rest
-    #[input(asynchronous, default = false)]
-    holding: bool,
-    /// how far it is
-    #[output]
-    y: f64,
-    /// how fast it is
-    #[output]
-    v: f64,
-    /// it rests
-    #[condition]
-    held: Condition,
-}
-
-impl Step for Ramp {
-    fn step(&mut self, _: &Invocation) -> Outcome {
-        self.v = if self.holding { (self.v - 1.0).max(0.0) } else { (self.v + 1.0).min(3.0) };
-        self.y += self.v;
-        if self.holding && self.v == 0.0 {
-            self.held.report();
-        }
-        Outcome::Done
-    }
-}
-
-/// Goes from `present`, read once, towards `goal`, by `stride` an invocation: y is where it is.
-#[derive(FunctionBlock)]
-pub struct Glide {
-    /// where it begins
-    #[input(asynchronous)]
-    present: f64,
-    /// where it goes
-    #[param(default = 0.0)]
-    goal: f64,
-    /// where it is
-    #[output]
-    y: f64,
-    /// how far it goes each time
-    #[param(default = 0.001)]
-    stride: f64,
-    /// it has begun
-    #[state]
-    begun: bool,
-    /// where it is
-    #[state]
-    at: f64,
-    /// it is there
-    #[condition]
-    there: Condition,
-}
-
-impl Step for Glide {
-    fn step(&mut self, _: &Invocation) -> Outcome {
-        if !self.begun {
-            (self.begun, self.at) = (true, self.present);
-        }
-        self.at += (self.goal - self.at).clamp(-self.stride, self.stride);
-        self.y = self.at;
-        if self.at == self.goal {
-            self.there.report();
-        }
-        Outcome::Done
-    }
-}
-
-/// A servo: channel = gain · (u - q).
-#[derive(FunctionBlock)]
-pub struct Follow {
-    /// where it shall be
-    #[input(asynchronous)]
-    u: f64,
-    /// where it is
-    #[input]
-    q: f64,
-    /// the channel
-    #[device(write, unit = "N.m")]
-    channel: f64,
-    /// gain
-    #[param(default = 50.0)]
-    gain: f64,
-}
-
-impl Step for Follow {
-    fn step(&mut self, _: &Invocation) -> Outcome {
-        self.channel = self.gain * (self.u - self.q);
         Outcome::Done
     }
 }
@@ -411,6 +331,8 @@ pub fn all() -> Vec<&'static Descriptor> {
         Fourth::descriptor(),
         Quarter::descriptor(),
         Faulty::descriptor(),
+        Pair::descriptor(),
+        Halves::descriptor(),
         Spread::descriptor(),
         Gather::descriptor(),
         ReadChannel::descriptor(),

@@ -9,11 +9,11 @@ pub use blocks::{Row, all, seen};
 
 use indexmap::IndexMap;
 use interconnect::{Carrier, Faults, Memory, Message};
-use kernel::ClockKind;
 use model::configuration::SourceKind;
 use model::definition::{Application, DeviceType, Verb};
 use model::refusal::{Class, Refusals};
 use model::value::Value;
+use runtime::ClockKind;
 use serde_json::{Value as Json, json};
 use std::time::Duration;
 use supervisor::{Limits, Report, SvvRequest, System, Waited};
@@ -73,7 +73,16 @@ impl Rig {
 
     /// The same with firings of the slower sources that cost so much virtual time, and something to do with the system before its first source is made.
     pub fn begun(clock: ClockKind, link: Link, cost_ns: u64, begin: impl FnOnce(&System)) -> Rig {
-        let system = System::new("cell", clock, link.carrier()).expect("a system");
+        Rig::made(clock, link.carrier(), cost_ns, begin)
+    }
+
+    /// Over this carrier.
+    pub fn over(clock: ClockKind, carrier: Box<dyn Carrier>) -> Rig {
+        Rig::made(clock, carrier, 0, |_| {})
+    }
+
+    fn made(clock: ClockKind, carrier: Box<dyn Carrier>, cost_ns: u64, begin: impl FnOnce(&System)) -> Rig {
+        let system = System::new("cell", clock, carrier).expect("a system");
         begin(&system);
         system.processor("rtp0", None, true).unwrap();
         system.processor("rtp1", None, false).unwrap();
@@ -238,7 +247,7 @@ fn command(text: &str) -> Json {
     }
     let (sign, rest) = text.split_at(1);
     let words: Vec<&str> = rest.split_whitespace().collect();
-    let duration = |word: &str| model::quantity::duration_ns(word).expect("a duration");
+    let duration = |word: &str| model::quantity::duration_ns(word, "it").expect("a duration");
     match sign {
         "+" => json!({"command": "activate", "block": words[0], "every_ns": words.get(1).map(|w| duration(w))}),
         "-" => json!({"command": "deactivate", "block": words[0]}),

@@ -202,3 +202,21 @@ fn closing_ends_users_and_servos() {
         assert_eq!(class(rig.system.write("j1.commanded", &Value::Number(1.0))), Class::InvalidState);
     });
 }
+
+#[test]
+fn what_ended_while_its_device_was_away_commands_nothing_when_it_is_opened_again() {
+    on_both(|rig| {
+        arm(rig, json!({"fail_at_ns": 20 * MS}));
+        enable(rig, "j1");
+        let id = push(rig, "j1");
+        rig.try_start(id, json!({"start": 7.0}), Limits::default()).unwrap();
+        assert_eq!(rig.wait(id).condition, "device_lost");
+        rig.system.reset().unwrap_or_else(|r| panic!("{}", text(&r)));
+        rig.advance(3);
+        // x' = u: nobody has enabled it, so it stands where it was opened.
+        let position = || rig.read("arm.j1.position");
+        let opened = position();
+        rig.advance(5);
+        assert_eq!((opened, position()), (0.5, 0.5));
+    });
+}

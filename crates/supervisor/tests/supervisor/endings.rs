@@ -298,3 +298,29 @@ fn disabling_waits_for_what_its_users_and_its_own_verb_do_at_their_ends() {
         assert_eq!(ends, ["user: device_disabled", "d.keeper: device_disabled"]);
     });
 }
+
+#[test]
+fn a_list_that_overtakes_a_start_has_the_values_of_that_start() {
+    // A firing of 400 us of the source that reads the SVV holds the tables up that the start needs first.
+    let rig = Rig::begun(runtime::ClockKind::Virtual { seed: 3 }, Link::Memory, 400_000, |_| {});
+    rig.svvs(&["x"]);
+    rig.define(verb(
+        "v",
+        &[("first", "t.count"), ("then", "t.count")],
+        json!({"instantiation_parameters": {"x": ["first.y"]}, "cells": {"y": ["then.y"], "t": ["first.total"], "u": ["then.total"]},
+               "input_parameters": {"begin": {"targets": ["then.start"]}}, "output_values": {"y": "then.y"},
+               "initial": "one", "transitions": tau(&["one, halted -> two"]), "conditions": {"halted": {"returns": ["y"]}, "completed": {"returns": ["y"]}},
+               "command_lists": lists(&[("one", &["+first 1ms"]), ("two", &["+then 1ms", "?3ms", "-then"])])}),
+    ));
+    let ids = [rig.instance("v", &["x=x", "*@rtp1.other"]), rig.instance("v", &["x=x", "first@rtp0.fast", "then@rtp1.other"])];
+    // The home of the SVV goes from one source to the other and back.
+    for round in 0..4 {
+        let (id, from) = (ids[round % 2], 100.0 * (round + 1) as f64);
+        rig.align();
+        rig.system.advance(1_100_000).unwrap();
+        rig.start_with(id, json!({"begin": from}));
+        rig.system.halt(id).unwrap();
+        let report = rig.wait(id);
+        assert!((from..from + 10.0).contains(&output(&report, "y")), "{from}: {report:?}");
+    }
+}

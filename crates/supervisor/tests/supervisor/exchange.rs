@@ -96,8 +96,8 @@ fn a_running_servo_is_exchanged_between_two_firings_and_keeps_its_states_and_use
         let ends = rig.logged("end");
         assert_eq!(ends.iter().filter(|e| e.contains("exchanged for")).count(), 3, "{ends:?}");
         assert!(rows > 180, "{rows}");
-        let names = rig.system.names_json();
-        assert_eq!(names["instances"].as_array().unwrap().len(), 2, "the old ones are gone: {names}");
+        let names = rig.system.names();
+        assert_eq!(names.instances.len(), 2, "the old ones are gone: {names:?}");
         enable(rig);
         rig.advance(3);
     });

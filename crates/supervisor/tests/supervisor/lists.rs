@@ -272,3 +272,51 @@ fn a_condition_during_one_list_means_nothing_in_another() {
         }
     });
 }
+
+#[test]
+fn a_second_start_executes_what_another_source_takes_one_by_one() {
+    on_both(|rig| {
+        rig.define(verb(
+            "v",
+            &[("count", "t.count"), ("probe", "t.probe")],
+            json!({"cells": {"y": ["count.y", "probe.u"], "t": ["count.total"], "p": ["probe.y"]},
+                   "input_parameters": {"trace": {"targets": ["probe.trace"], "default": 1951}},
+                   "command_lists": lists(&[("start", &["!count", "+count 1ms", "+probe"])])}),
+        ));
+        let id = rig.instance("v", &["count@rtp0.fast", "probe@rtp1.soft"]);
+        let mut lives = Vec::new();
+        for _ in 0..3 {
+            rig.align();
+            rig.start(id);
+            rig.advance(20);
+            rig.system.halt(id).unwrap();
+            rig.wait(id);
+            lives.push(seen(1951).iter().map(|row| row.u).collect::<Vec<_>>());
+        }
+        // What the last life left says nothing of this one.
+        assert!(lives[0].len() >= 15 && lives.iter().all(|life| *life == lives[0]), "{lives:?}");
+    });
+}
+
+#[test]
+fn lists_that_lead_to_each_other_by_what_they_execute_end_in_their_instant() {
+    on_both(|rig| {
+        // The answer is the supervisor's: no kernel has both sources of a list.
+        rig.define(two(
+            "v",
+            lists(&[("one", &["!a", "+b 1ms"]), ("two", &["!a", "+b 1ms"]), ("three", &["+b 1ms"])]),
+            json!({"initial": "one", "conditions": {"enough": {"on": ["a.reached"]}},
+                   "transitions": tau(&["one, enough -> two", "two, enough -> one", "one, halted -> three"])}),
+        ));
+        let id = rig.instance("v", PLACES[1]);
+        rig.start_with(id, json!({"a_limit": 1.0}));
+        let report = rig.wait(id);
+        assert_eq!((report.condition.as_str(), report.normal, report.time_s), ("fault", false, 0.0));
+        let named = "command lists of verb 'v' lead to each other without time passing ('one', 'two')";
+        assert!(report.message.contains(named), "{}", report.message);
+        // Nothing is left of it: it starts again, and does not loop.
+        rig.start(id);
+        rig.advance(3);
+        assert_eq!(rig.system.state(id).to_string(), "running");
+    });
+}

@@ -4,11 +4,13 @@
 mod common;
 
 mod arbitration;
+mod calls;
 mod containment;
 mod cut_off;
 mod devices;
 mod endings;
 mod exchange;
+mod faults;
 mod layers;
 mod life;
 mod lists;

@@ -101,7 +101,7 @@ impl Model {
             of("one", json!({"a": {"device": "j2"}})),
             of("both", json!({"a": {"device": "j1"}, "b": {"device": "j2"}})),
         ];
-        let names = made.iter().map(|id| (*id, rig.system.instance_json(*id).unwrap()["name"].as_str().unwrap().to_owned())).collect();
+        let names = made.iter().map(|id| (*id, rig.system.instance_about(*id).unwrap().name)).collect();
         let made = made.into_iter().map(|id| (id, 0)).collect();
         let model = Model { rig, made, names, joints: vec![vec![0], vec![1], vec![0, 1]], all: false, paused: BTreeSet::new(), by_hand: BTreeSet::new() };
         model.enable();
@@ -248,6 +248,22 @@ fn a_pause_while_a_start_is_under_way_and_a_resume_before_it_is_done() {
     assert_eq!(model.rig.system.state(id), "running");
     model.rig.system.halt(id).unwrap();
     assert_eq!(model.rig.wait(id).command_list, "last");
+}
+
+#[test]
+fn a_start_that_is_held_back_and_halted_does_not_begin_where_the_pause_is_taken_back_before_its_end() {
+    let model = Model::new(Link::Memory);
+    let id = model.made[0].0;
+    model.rig.system.pause(None).unwrap();
+    model.rig.start(id);
+    model.rig.system.halt(id).unwrap();
+    // The end is on its way: nobody has waited for it.
+    model.rig.system.resume_program(None).unwrap();
+    model.rig.advance(5);
+    assert_eq!((model.rig.system.state(id), model.rig.wait(id).condition.as_str()), ("ended", "halted"));
+    let commanded = model.rig.read("j1.commanded");
+    model.rig.advance(5);
+    assert_eq!(model.rig.read("j1.commanded"), commanded, "nothing of it runs");
 }
 
 proptest! {

@@ -44,14 +44,14 @@ fn call() -> impl Strategy<Value = Call> {
 
 const BLOCKS: [(&str, &str); 4] = [("a", "t.count"), ("b", "t.count"), ("p", "t.probe"), ("bad", "t.faulty")];
 
-const VERBS: [&str; 5] = ["waits", "faults", "executes", "ends", "rests"];
+pub const VERBS: [&str; 5] = ["waits", "faults", "executes", "ends", "rests"];
 
 /// What a verb's parameter is bound to: SVVs of nobody, of a device that queues, and of one whose later user aborts the earlier.
-const SVVS: [&str; 4] = ["x", "y", "queue.s", "abort.s"];
+pub const SVVS: [&str; 4] = ["x", "y", "queue.s", "abort.s"];
 
 /// Verbs over the same blocks: waits and cycles; transitions on a halt, a fault and a limit; executes and a list that is through; an
 /// ending list after all of that, with waits of its own; one that comes to rest before it is suspended.
-fn verbs() -> [Json; 5] {
+pub fn verbs() -> [Json; 5] {
     let of = |name: &str, command_lists: Json, rest: Json| {
         let mut of = verb(
             name,
@@ -114,7 +114,7 @@ fn verbs() -> [Json; 5] {
     ]
 }
 
-const PLACES: [&[&str]; 3] =
+pub const PLACES: [&[&str]; 3] =
     [&["*@rtp0.fast"], &["a@rtp0.fast", "p@rtp1.soft", "b@rtp1.other", "bad@rtp1.other"], &["a@rtp0.slow", "p@rtp0.slow", "b@rtp0.fast", "bad@rtp1.other"]];
 
 struct Model<'a> {
@@ -136,7 +136,7 @@ impl Model<'_> {
                     let given: Vec<&str> = PLACES[place].iter().copied().chain([s.as_str()]).collect();
                     // The slow source has no interval of 1 ms: such a plan is refused, and nothing is left of it.
                     if let Ok(id) = self.rig.try_create(application(VERBS[verb], &given)) {
-                        let name = system.instance_json(id).unwrap()["name"].as_str().unwrap().to_owned();
+                        let name = system.instance_about(id).unwrap().name;
                         self.names.insert(id, name);
                         self.made.push((id, 0));
                     }
@@ -244,14 +244,14 @@ impl Model<'_> {
         }
         ["x", "y"].iter().for_each(|svv| self.rig.system.delete_svv(svv).unwrap());
         ["queue", "abort"].iter().for_each(|device| self.rig.system.delete_device(device).unwrap());
-        let statistics = self.rig.system.statistics_json();
-        assert!(statistics["sources"].as_object().unwrap().values().all(|source| source["steps"] == 0), "{statistics}");
-        assert_eq!(self.rig.system.names_json()["instances"], json!([]));
+        let statistics = self.rig.system.statistics();
+        assert!(statistics.sources.values().all(|source| source.steps == 0), "{statistics:?}");
+        assert!(self.rig.system.names().instances.is_empty());
     }
 }
 
 /// Devices whose SVV `s` two verbs may want: one queues, one aborts.
-fn devices(rig: &Rig) {
+pub fn devices(rig: &Rig) {
     for arbitration in ["queue", "abort"] {
         rig.device_type(json!({"name": arbitration, "svvs": {"s": {"type_text": "double"}}, "arbitration": arbitration}));
         rig.system.device(arbitration, serde_json::from_value(json!({"device_type": arbitration})).unwrap()).unwrap();

@@ -2,6 +2,8 @@
 //! Scenarios: when blocks run and what they see. Intervals and phases, data-driven chains inside a source and across sources,
 //! asynchronous and ratio ports, gathers and scatters.
 use crate::common::*;
+use interconnect::{Faults, Message};
+use runtime::ClockKind;
 use serde_json::json;
 
 fn values(rows: &[Row]) -> Vec<f64> {
@@ -260,4 +262,42 @@ fn an_instance_is_driven_by_the_svv_that_another_writes() {
         assert!(rows.windows(2).all(|w| w[1] == w[0] + 1.0));
         seen(111);
     });
+}
+
+#[test]
+fn the_halves_of_another_instances_pair_come_together_however_late_they_come() {
+    // Half of all messages are lost: what one row waits for another one does not.
+    let is_torn = |row: &Row| row.u != 0.0;
+    let mut count = 0;
+    for seed in 1..40 {
+        let link = Message::new(seed, Faults::none());
+        link.set_faults(Faults { drop: 0.5, reorder: 0.5, ..Faults::delay(100_000, 100_000) });
+        let rig = Rig::over(ClockKind::Virtual { seed: 7 }, Box::new(link));
+        rig.svvs(&["a", "b"]);
+        let chi = |a: &str, b: &str| json!({"a": [a], "b": [b]});
+        rig.define(verb("pair", &[("p", "t.pair")], json!({"instantiation_parameters": chi("p.a", "p.b"), "command_lists": lists(&[("start", &["+p 1ms"])])})));
+        rig.define(verb(
+            "halves",
+            &[("r", "t.halves")],
+            json!({"instantiation_parameters": chi("r.u", "r.v"), "cells": {"y": ["r.y"]},
+                   "input_parameters": {"trace": {"targets": ["r.trace"], "default": 1960}}, "command_lists": lists(&[("start", &["+r"])])}),
+        ));
+        let writers = [(); 2].map(|()| rig.instance("pair", &["a=a", "b=b", "p@rtp0.fast"]));
+        let reader = rig.instance("halves", &["a=a", "b=b", "r@rtp1.soft"]);
+        for writer in [writers[0], writers[1], writers[0]] {
+            rig.start(writer);
+            rig.advance(3);
+            // Switched on while values are on their way.
+            rig.start(reader);
+            rig.advance(4);
+            for id in [writer, reader] {
+                rig.system.halt(id).unwrap();
+                rig.wait(id);
+            }
+        }
+        let rows = seen(1960);
+        assert!(!rows.iter().any(is_torn), "seed {seed}: {rows:?}");
+        count += rows.len();
+    }
+    assert!(count > 100, "{count} pairs were read");
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Taps: every value once, wherever it is written, whoever else looks; what was lost is counted; nothing that is computed changes.
 use crate::common::*;
-use kernel::ClockKind;
 use model::refusal::Class;
+use runtime::ClockKind;
 use serde_json::{Value as Json, json};
 use std::time::Duration;
 use supervisor::{Samples, Tap};

@@ -1,16 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import type { Configuration, DeviceSvv } from "../../control/shapes";
+import type { Configuration, DeviceType, SvvSpecification } from "../../control/shapes";
 import { columnsOf, familiesOf, shortName, svvName } from "./families";
 
-const svv = (type_text: string, shared: string | null = null): DeviceSvv => ({ type_text, unit: "", history: 0, within: null, shared });
+const svv = (type_text: string, shared: string | null = null): SvvSpecification => ({
+  type_text,
+  unit: "",
+  history: 0,
+  within: null,
+  shared,
+  initial: null,
+});
 const joint = {
   name: "robot_joint",
   doc: "",
   verb: null,
   svvs: { sensed: svv("double"), pose: svv("double[7]"), cell_override: svv("double", "override"), homed: svv("bool") },
   parameters: {},
-};
+  arbitration: "refuse",
+  place: null,
+} satisfies DeviceType;
 const configuration: Configuration = {
   processors: {},
   sources: {},

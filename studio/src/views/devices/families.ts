@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import type { Configuration, DeviceSvv, DeviceType } from "../../control/shapes";
+import type { Configuration, DeviceType, SvvSpecification } from "../../control/shapes";
 
 /** Logical devices of one type whose names begin alike: the joints of an arm. */
 export interface DeviceFamily {
@@ -24,12 +24,12 @@ export function familiesOf(configuration: Configuration): DeviceFamily[] {
 }
 
 /** What an SVV of a device is called in the system: its own, or the one that the devices share. */
-export function svvName(device: string, member: string, svv: DeviceSvv): string {
+export function svvName(device: string, member: string, svv: SvvSpecification): string {
   return svv.shared ?? `${device}.${member}`;
 }
 
 /** The SVVs that a table of several devices has room for: the first of its own, numbers and truths. */
-export function columnsOf(type: DeviceType, most = 4): [string, DeviceSvv][] {
+export function columnsOf(type: DeviceType, most = 4): [string, SvvSpecification][] {
   return Object.entries(type.svvs)
     .filter(([, svv]) => svv.shared === null && !/[[{]/.test(svv.type_text))
     .slice(0, most);

@@ -9,6 +9,7 @@ const body = (name: string, parent: string | null, z: number): Geometry["bodies"
   parent,
   position: [0, 0, z],
   quaternion: [1, 0, 0, 0],
+  joint: null,
   joints: [],
   geoms: [],
 });

@@ -9,6 +9,7 @@ const entry = (sequence: number, time_s: number, kind: string, about: string, te
   kind,
   about,
   text,
+  who: "",
 });
 
 const log = {
@@ -35,6 +36,8 @@ const ends = {
         time_s: 2,
         started_s: 1,
         message: "",
+        block: null,
+        value: null,
         outputs: { error: 0.5 },
         others: [],
       },

@@ -16,12 +16,14 @@ const source = (given: Partial<SourceStatistics>): SourceStatistics => ({
   overruns: 2,
   late: 0,
   faults: 0,
+  lost: 0,
   stopped: false,
   rights_missing: [],
   jitter_last_ns: 0,
   jitter_max_ns: 0,
   jitter_bins: bins([13, 100]),
   jitter_median_ns: 0,
+  duration_sum_ns: 0,
   duration_last_ns: 0,
   duration_max_ns: 0,
   duration_bins: bins([15, 99], [19, 1]),
@@ -30,6 +32,10 @@ const source = (given: Partial<SourceStatistics>): SourceStatistics => ({
   priority: 80,
   kind: "timer",
   period_ns: 1_000_000,
+  core: null,
+  rights_asked: [],
+  probed: false,
+  blocks: [],
   ...given,
 });
 
@@ -67,6 +73,8 @@ test("connections: what one source writes and another one reads, by mode", () =>
     mode: "asynchronous",
     doc: "",
     cell: null,
+    writes: direction === "output",
+    required: false,
     ...given,
   });
   const block = (of: string, ports: InstalledPort[]) => ({ label: of, source: of, ports });

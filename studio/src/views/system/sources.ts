@@ -10,7 +10,7 @@ export interface SourceShown extends SourceStatistics {
   priority: number;
   /** ns; null: no timer. */
   period_ns: number | null;
-  /** Counted from a baseline on: the greatest values are known to a bin only. */
+  /** Counted from a baseline on: the maximum values are known to a bin only. */
   counted: boolean;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import type { Configuration, FormArgument, VerbForm } from "../../control/shapes";
+import type { Configuration, FormArgument, Verb, VerbForm } from "../../control/shapes";
 import { argumentsOf, choicesOf, devicesOf, families, firstChoices } from "./arguments";
 
 const argument = (given: Partial<FormArgument> & Pick<FormArgument, "name" | "kind">): FormArgument => ({
@@ -25,7 +25,7 @@ const form: VerbForm = {
     argument({ name: "drive", kind: "channel", members: ["position", "effort"] }),
   ],
   inputs: [],
-  defined: null,
+  defined: {} as Verb,
 };
 
 const configuration = {

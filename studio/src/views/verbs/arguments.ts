@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a verb acts on: which devices, SVVs and channels may be chosen for its arguments, and what is sent of the choice.
-import type { Channel, Configuration, FormArgument, VerbForm } from "../../control/shapes";
+import type { Argument, Channel, Configuration, FormArgument, VerbForm } from "../../control/shapes";
 
 /** Of each argument the names that were chosen; one, but of a group several. */
 export type Choices = Record<string, string[]>;
@@ -63,8 +63,8 @@ export function devicesOf(form: VerbForm, choices: Choices): string[] {
 }
 
 /** As the call `create` takes them. */
-export function argumentsOf(form: VerbForm, choices: Choices): Record<string, unknown> {
-  const given: Record<string, unknown> = {};
+export function argumentsOf(form: VerbForm, choices: Choices): Record<string, Argument> {
+  const given: Record<string, Argument> = {};
   for (const { name, kind, members } of form.arguments) {
     const names = choices[name] ?? [];
     const only = names[0] ?? "";

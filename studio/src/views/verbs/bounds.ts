@@ -6,7 +6,7 @@ import type { Value, VerbForm } from "../../control/shapes";
 import { useControl } from "../../shell/context";
 import type { Choices } from "./arguments";
 
-/** Least and greatest value of an input, for each device; one alone where they are all the same. */
+/** Minimum and maximum value of an input, for each device; one alone where they are all the same. */
 export interface Bounds {
   minimum: Value[];
   maximum: Value[];

@@ -3,11 +3,11 @@ import { expect, test } from "vitest";
 import { happenedTo, lastTransition } from "./happened";
 
 const entries = [
-  { sequence: 0, time_s: 0, kind: "start", about: "move#1", text: "" },
-  { sequence: 1, time_s: 0.1, kind: "condition", about: "move#1", text: "'generator' reported 'in_velocity'" },
-  { sequence: 2, time_s: 0.2, kind: "condition", about: "move#1", text: "'generator' reported 'in_velocity'" },
-  { sequence: 3, time_s: 0.2, kind: "start", about: "move#2", text: "" },
-  { sequence: 4, time_s: 0.3, kind: "transition", about: "move#1", text: "command list 'stop' after 'start'" },
+  { sequence: 0, time_s: 0, kind: "start", about: "move#1", text: "", who: "" },
+  { sequence: 1, time_s: 0.1, kind: "condition", about: "move#1", text: "'generator' reported 'in_velocity'", who: "" },
+  { sequence: 2, time_s: 0.2, kind: "condition", about: "move#1", text: "'generator' reported 'in_velocity'", who: "" },
+  { sequence: 3, time_s: 0.2, kind: "start", about: "move#2", text: "", who: "" },
+  { sequence: 4, time_s: 0.3, kind: "transition", about: "move#1", text: "command list 'stop' after 'start'", who: "" },
 ];
 
 test("what happened to an instance, newest first, repeats counted", () => {
@@ -22,6 +22,9 @@ test("what happened to an instance, newest first, repeats counted", () => {
 test("the transition that was made last, since the last start", () => {
   expect(lastTransition(happenedTo("move#1", entries))).toEqual({ from: "start", to: "stop" });
   expect(lastTransition(happenedTo("move#2", entries))).toBeNull();
-  const on = [...entries, { sequence: 5, time_s: 0.4, kind: "transition", about: "move#1", text: "command list 'rest' after 'stop'" }];
+  const on = [
+    ...entries,
+    { sequence: 5, time_s: 0.4, kind: "transition", about: "move#1", text: "command list 'rest' after 'stop'", who: "" },
+  ];
   expect(lastTransition(happenedTo("move#1", on))).toEqual({ from: "stop", to: "rest" });
 });

@@ -27,10 +27,10 @@ pub struct Integrator {
     /// factor
     #[param(default = 1.0)]
     gain: f64,
-    /// least output
+    /// minimum output
     #[param(default = f64::NEG_INFINITY)]
     low: f64,
-    /// greatest output
+    /// maximum output
     #[param(default = f64::INFINITY)]
     high: f64,
     /// time of the invocation before

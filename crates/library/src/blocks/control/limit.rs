@@ -13,10 +13,10 @@ pub struct Limit {
     /// limited input
     #[output(unit = "=u")]
     y: f64,
-    /// least output
+    /// minimum output
     #[param(default = -1.0, unit = "=u")]
     low: f64,
-    /// greatest output
+    /// maximum output
     #[param(default = 1.0, unit = "=u")]
     high: f64,
     /// the input was beyond the range; the value is how far

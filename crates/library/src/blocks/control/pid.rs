@@ -2,7 +2,7 @@
 use crate::reference::Reference;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// The limit is negative, above it the least effort, or one is no number.
+/// The limit is negative, above it the minimum effort, or one is no number.
 const BAD_LIMIT: u32 = 1;
 /// No anti-windup has that number.
 const UNKNOWN_ANTI_WINDUP: u32 = 2;
@@ -17,7 +17,7 @@ const BAD_TIME: u32 = 3;
 /// `tracking_time`. While `manual` is true the effort is `manual_effort` and the integral follows, so that it takes over without a bump; a start with `manual` true
 /// in its first invocation is bumpless too. Where the plant measures its rate, `joint_servo` is the better choice.
 /// Source: Astrom and Hagglund, Advanced PID Control, 3.3 to 3.6 and 13.4. Range: limit, weights and derivative_time from 0, tracking_time above 0.
-/// Faults: 1 the limit is below 0 or below the least effort; 2 there is no such anti-windup: 0 clamping, 1 back-calculation; 3 derivative_time is negative or tracking_time not above 0.
+/// Faults: 1 the limit is below 0 or below the minimum effort; 2 there is no such anti-windup: 0 clamping, 1 back-calculation; 3 derivative_time is negative or tracking_time not above 0.
 #[derive(FunctionBlock)]
 pub struct Pid {
     /// where it is to be
@@ -44,7 +44,7 @@ pub struct Pid {
     /// derivative gain, seconds
     #[param(default = 0.0)]
     kd: f64,
-    /// greatest effort either way
+    /// maximum effort either way
     #[param(default = 1e6)]
     limit: f64,
     /// invocations over which a new set-point is reached in even steps; 1: at once
@@ -59,7 +59,7 @@ pub struct Pid {
     /// effort by hand, or what another controller gives
     #[input(asynchronous, default = 0.0)]
     manual_effort: f64,
-    /// least effort, where -limit is not it: 0 for a heater
+    /// minimum effort, where -limit is not it: 0 for a heater
     #[param(default = f64::NEG_INFINITY)]
     least: f64,
     /// b: weight of the set-point in the proportional term

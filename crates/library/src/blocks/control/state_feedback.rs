@@ -29,7 +29,7 @@ pub struct StateFeedback {
     /// gain of the reference
     #[param(default = 1.0)]
     reference_gain: f64,
-    /// greatest effort either way
+    /// maximum effort either way
     #[param(default = 1e6)]
     limit: f64,
 }

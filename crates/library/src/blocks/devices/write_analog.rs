@@ -17,10 +17,10 @@ pub struct WriteAnalog {
     /// what is written
     #[output]
     y: f64,
-    /// least value
+    /// minimum value
     #[param(default = -1e300)]
     low: f64,
-    /// greatest value
+    /// maximum value
     #[param(default = 1e300)]
     high: f64,
     /// channel of a physical device

@@ -10,7 +10,7 @@ use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step}
 ///
 /// For a generator of poses that moves on its own: a compliant law, a joystick, a camera. It begins at `start` (where the joints are
 /// commanded to be) and follows from one invocation to the next, so the arm keeps its posture. No joint is given a step above its
-/// greatest speed or beyond its range: then all joints go the same part of their way, `behind` says how far the tool is from
+/// maximum speed or beyond its range: then all joints go the same part of their way, `behind` says how far the tool is from
 /// the pose, and `slowed` is reported; the rest is made up later. For a straight line that is known from the beginning, use
 /// `line_planner`, which looks ahead.
 /// Faults: 1 the chain is not one for n joints; 2 a position is not finite or the pose has no unit quaternion.
@@ -25,13 +25,13 @@ pub struct DifferentialKinematics {
     /// where the joints are commanded to be at the beginning, rad or m
     #[input(asynchronous, sized)]
     start: [f64; 16],
-    /// greatest speed of each joint
+    /// maximum speed of each joint
     #[input(asynchronous, default = [std::f64::consts::PI; 16], sized)]
     speed_max: [f64; 16],
-    /// least position of each joint
+    /// minimum position of each joint
     #[input(asynchronous, default = [-1e6; 16], sized)]
     position_min: [f64; 16],
-    /// greatest position of each joint
+    /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized)]
     position_max: [f64; 16],
     /// where the joints are to be, rad or m

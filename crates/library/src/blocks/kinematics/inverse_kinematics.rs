@@ -9,7 +9,7 @@ use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 ///
 /// The ranges of the joints are respected. Where `goal` is not reached, q is the nearest that was found: then `limit` says which
 /// joint's range is in the way (0: the first), else `unreachable` says how far the tool is from it (m). `singular` comes too
-/// where the least singular value of the Jacobian at q is below its preset: small motions of the tool ask for large ones of a joint. Bounded: 80
+/// where the minimum singular value of the Jacobian at q is below its preset: small motions of the tool ask for large ones of a joint. Bounded: 80
 /// iterations an attempt, each some 10 µs; one attempt starts from `near`, the others elsewhere in the ranges.
 /// Source: Sugihara, IEEE Transactions on Robotics 27(5), 2011.
 /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or the goal has no unit quaternion.
@@ -24,10 +24,10 @@ pub struct InverseKinematics {
     /// joint positions to start from, rad or m
     #[input(asynchronous, sized)]
     near: [f64; 16],
-    /// least position of each joint
+    /// minimum position of each joint
     #[input(asynchronous, default = [-1e6; 16], sized)]
     position_min: [f64; 16],
-    /// greatest position of each joint
+    /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized)]
     position_max: [f64; 16],
     /// joint positions found, rad or m
@@ -45,10 +45,10 @@ pub struct InverseKinematics {
     /// the arm
     #[param(default = Chain::NOTHING)]
     chain: Chain,
-    /// greatest distance that counts as reached
+    /// maximum distance that counts as reached
     #[param(default = 1e-6, unit = "m")]
     tolerance: f64,
-    /// greatest angle that counts as reached
+    /// maximum angle that counts as reached
     #[param(default = 1e-6, unit = "rad")]
     angle_tolerance: f64,
     /// whether the orientation of the goal matters
@@ -63,7 +63,7 @@ pub struct InverseKinematics {
     /// the range of a joint is in the way; the value is which, from 0
     #[condition]
     limit: ConditionOf<i32>,
-    /// the least singular value is below the preset; the value is it
+    /// the minimum singular value is below the preset; the value is it
     #[condition(preset = 0.02)]
     singular: ConditionOf<f64>,
 }

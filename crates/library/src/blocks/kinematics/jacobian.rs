@@ -20,7 +20,7 @@ pub struct Jacobian {
     /// for each joint: the tool's linear and angular velocity per unit of the joint's speed
     #[output(sized)]
     jacobian: [[f64; 6]; 16],
-    /// least singular value of J, of as many as the arm can have
+    /// minimum singular value of J, of as many as the arm can have
     #[output]
     least: f64,
     /// the arm

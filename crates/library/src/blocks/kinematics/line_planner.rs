@@ -26,22 +26,22 @@ pub struct LinePlanner {
     /// where the tool is to go: x y z in m, quaternion w x y z
     #[input(asynchronous)]
     goal: [f64; 7],
-    /// greatest speed of the tool
+    /// maximum speed of the tool
     #[input(asynchronous, default = 0.25, unit = "m/s")]
     speed: f64,
-    /// greatest speed of its orientation
+    /// maximum speed of its orientation
     #[input(asynchronous, default = 1.0, unit = "rad/s")]
     angular_speed: f64,
-    /// greatest speed of each joint
+    /// maximum speed of each joint
     #[input(asynchronous, default = [PI; 16], sized)]
     speed_max: [f64; 16],
-    /// greatest acceleration of each joint
+    /// maximum acceleration of each joint
     #[input(asynchronous, default = [5.0; 16], sized)]
     acceleration_max: [f64; 16],
-    /// least position of each joint
+    /// minimum position of each joint
     #[input(asynchronous, default = [-1e6; 16], sized)]
     position_min: [f64; 16],
-    /// greatest position of each joint
+    /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized)]
     position_max: [f64; 16],
     /// the planned line
@@ -56,16 +56,16 @@ pub struct LinePlanner {
     /// the arm
     #[param(default = Chain::NOTHING)]
     chain: Chain,
-    /// greatest acceleration of the tool
+    /// maximum acceleration of the tool
     #[param(default = 1.0, unit = "m/s^2")]
     acceleration: f64,
-    /// greatest jerk of the tool
+    /// maximum jerk of the tool
     #[param(default = 10.0)]
     jerk: f64,
-    /// greatest acceleration of its orientation
+    /// maximum acceleration of its orientation
     #[param(default = 5.0, unit = "rad/s^2")]
     angular_acceleration: f64,
-    /// greatest jerk of its orientation
+    /// maximum jerk of its orientation
     #[param(default = 50.0)]
     angular_jerk: f64,
     /// least part of the speed asked for that is worth going, 0 to 1

@@ -9,7 +9,7 @@ use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step}
 /// Polyline generator: setpoint = q with forward(q) = pose(τ) of a planned path of the tool, τ being running time at the pace of the override.
 ///
 /// The joint positions are followed from those of the invocation before, so the arm keeps its posture. No joint is given a step
-/// above its greatest speed: where it would be, the pace goes down, and where that does not help, `singular` comes and the set-point
+/// above its maximum speed: where it would be, the pace goes down, and where that does not help, `singular` comes and the set-point
 /// stays. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
 /// than the path's accelerations allow. The last set-point is the planned end exactly.
 /// Faults: 1 the chain is not one for n joints, or the path is for others; 3 an override is not within 0 and 1; 4 there is no path.
@@ -30,7 +30,7 @@ pub struct PolylineGenerator {
     /// whether it is to come to rest and wait
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// greatest speed of each joint
+    /// maximum speed of each joint
     #[input(asynchronous, default = [1e6; 16], sized)]
     speed_max: [f64; 16],
     /// where the joints are to be, rad or m

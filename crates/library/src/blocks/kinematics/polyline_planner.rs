@@ -34,22 +34,22 @@ pub struct PolylinePlanner {
     /// for each pose: by how much the tool may pass it, m
     #[input(asynchronous, default = [0.0; POINTS_MAX])]
     blend: [f64; POINTS_MAX],
-    /// for each pose: greatest speed of the tool on the way there, m/s
+    /// for each pose: maximum speed of the tool on the way there, m/s
     #[input(asynchronous, default = [0.25; POINTS_MAX])]
     speed: [f64; POINTS_MAX],
-    /// greatest speed of its orientation
+    /// maximum speed of its orientation
     #[input(asynchronous, default = 1.0, unit = "rad/s")]
     angular_speed: f64,
-    /// greatest speed of each joint
+    /// maximum speed of each joint
     #[input(asynchronous, default = [PI; 16], sized)]
     speed_max: [f64; 16],
-    /// greatest acceleration of each joint
+    /// maximum acceleration of each joint
     #[input(asynchronous, default = [5.0; 16], sized)]
     acceleration_max: [f64; 16],
-    /// least position of each joint
+    /// minimum position of each joint
     #[input(asynchronous, default = [-1e6; 16], sized)]
     position_min: [f64; 16],
-    /// greatest position of each joint
+    /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized)]
     position_max: [f64; 16],
     /// the planned path
@@ -67,10 +67,10 @@ pub struct PolylinePlanner {
     /// the arm
     #[param(default = Chain::NOTHING)]
     chain: Chain,
-    /// greatest acceleration of the tool
+    /// maximum acceleration of the tool
     #[param(default = 1.0, unit = "m/s^2")]
     acceleration: f64,
-    /// greatest acceleration of its orientation
+    /// maximum acceleration of its orientation
     #[param(default = 5.0, unit = "rad/s^2")]
     angular_acceleration: f64,
     /// least part of the speed asked for that is worth going, 0 to 1

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// A gain or the greatest force is negative or no number.
+/// A gain or the maximum force is negative or no number.
 const BAD_PARAMETER: u32 = 1;
 
 /// Compliant servo: effort = k (setpoint - position) - d velocity + bias, the spring term within ± force_max; fault 1: k, d or force_max below 0.
@@ -22,7 +22,7 @@ pub struct CompliantServo {
     /// effort that holds it against gravity
     #[input(asynchronous, default = 0.0)]
     bias: f64,
-    /// greatest effort of the spring either way
+    /// maximum effort of the spring either way
     #[input(asynchronous, default = 1e6)]
     force_max: f64,
     /// effort

@@ -11,7 +11,7 @@ const ROUNDING: f64 = 1e-9;
 /// Invocations until what follows `at_limit` slows it down.
 const REACTION: f64 = 2.0;
 
-/// Gear: setpoint' = ratio × master', once the speed of the slave has come to it at its greatest acceleration.
+/// Gear: setpoint' = ratio × master', once the speed of the slave has come to it at its maximum acceleration.
 ///
 /// It begins from a start that may move. From the invocation that reports `in_gear` on, each step of the slave is the ratio times the step
 /// of the master, so the relation of their positions stays; where the slave would have to change its speed by more than `acceleration`
@@ -32,10 +32,10 @@ pub struct GearGenerator {
     /// steps of the slave for each step of the master; negative: the other way
     #[input(asynchronous, default = 1.0)]
     ratio: f64,
-    /// greatest speed of the slave
+    /// maximum speed of the slave
     #[input(asynchronous, default = 0.5, unit = "rad/s|m/s")]
     speed: f64,
-    /// greatest acceleration of the slave
+    /// maximum acceleration of the slave
     #[input(asynchronous, default = 5.0, unit = "rad/s^2|m/s^2")]
     acceleration: f64,
     /// acceleration at which it can be stopped before the end of its range
@@ -44,10 +44,10 @@ pub struct GearGenerator {
     /// jerk at which it can be stopped
     #[input(asynchronous, default = [50.0; 1], unit = "rad/s^3|m/s^3")]
     jerk: [f64; 1],
-    /// least position of the slave
+    /// minimum position of the slave
     #[input(asynchronous, default = [-1e6; 1], unit = "rad|m")]
     position_min: [f64; 1],
-    /// greatest position of the slave
+    /// maximum position of the slave
     #[input(asynchronous, default = [1e6; 1], unit = "rad|m")]
     position_max: [f64; 1],
     /// where the slave is to be

@@ -19,10 +19,10 @@ pub struct InPosition {
     /// whether the motion is complete
     #[input(asynchronous, default = true)]
     complete: bool,
-    /// greatest distance of a joint from its goal
+    /// maximum distance of a joint from its goal
     #[output(unit = "rad|m")]
     error: f64,
-    /// greatest distance that counts as there
+    /// maximum distance that counts as there
     #[param(default = 0.002, unit = "rad|m")]
     tolerance: f64,
     /// invocations on end for which all joints must be there

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-use crate::reference::{Bounds, Spline};
+use crate::reference::{Approach, Led, is_bad_limit};
 use crate::servo::Law;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
@@ -10,7 +10,7 @@ const BAD_LIMIT: u32 = 1;
 ///
 /// q_r is the set-point, smoothed over `interpolation` invocations: as many as the servo makes between two set-points, so that a
 /// generator at 20 ms drives a servo at 1 ms without stairs and without steps of speed, at a delay of one and a half generator
-/// periods. q_r stays within the range of the joint and its greatest speed, whatever the set-points are: these are the last
+/// periods. q_r stays within the range of the joint and its maximum speed, whatever the set-points are: these are the last
 /// limits before the physical device. `bias` is the effort that holds the arm where it is (gravity, Coriolis and centrifugal force), as
 /// the plant or a model of it tells. A change of `offset` moves the numbers, not the joint: q and the set-point must change with it.
 #[derive(FunctionBlock)]
@@ -45,7 +45,7 @@ pub struct JointServo {
     /// q_r': how fast it is commanded to move now; 0 where no set-points come
     #[output(unit = "rad/s|m/s")]
     reference_velocity: f64,
-    /// invocations in which the range or the greatest speed held q_r back
+    /// invocations in which the range or the maximum speed held q_r back
     #[output]
     limited: i64,
     /// proportional gain
@@ -57,7 +57,7 @@ pub struct JointServo {
     /// gain of the velocity error
     #[param(default = 10.0, unit = "N.m.s/rad|N.s/m")]
     kd: f64,
-    /// greatest effort either way
+    /// maximum effort either way
     #[param(default = 1e6, unit = "N.m|N")]
     limit: f64,
     /// invocations over which a new set-point is approached; 1: at once
@@ -80,46 +80,25 @@ pub struct JointServo {
     following_error: ConditionOf<f64>,
     /// where the reference is
     #[state(opaque)]
-    spline: Spline,
-    /// offset of the invocation before
-    #[state]
-    offset_before: f64,
+    approach: Approach,
     /// ki ∫(q_r - q) dt
     #[state]
     integral: f64,
-    /// running time of the invocation before, ns; -1: there was none
-    #[state(initial = -1)]
-    before_ns: i64,
 }
 
 impl Step for JointServo {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
-        let is_bad = |limit: f64| limit.is_nan() || limit < 0.0;
-        if is_bad(self.limit) || is_bad(self.speed_max) || is_bad(self.position_max - self.position_min) {
+        if is_bad_limit(self.limit) || is_bad_limit(self.speed_max) || is_bad_limit(self.position_max - self.position_min) {
             return Outcome::Fault(BAD_LIMIT);
         }
-        let first = self.before_ns < 0;
-        let span_s = if first { 0.0 } else { (invocation.time_ns - self.before_ns) as f64 * 1e-9 };
-        self.before_ns = invocation.time_ns;
-        if first {
-            // Whatever is commanded: the servo begins where the joint is.
-            self.spline = Spline::at(self.position);
-        } else if self.offset != self.offset_before {
-            self.spline.shift(self.offset - self.offset_before);
-        }
-        self.offset_before = self.offset;
-        let step_max = if span_s > 0.0 { self.speed_max * span_s } else { 0.0 };
-        let known = self.homed || !self.needs_home;
-        let (position_min, position_max) = if known { (self.position_min, self.position_max) } else { (f64::NEG_INFINITY, f64::INFINITY) };
-        let bounds = Bounds { position_min, position_max, step_max };
-        let (reference, step, limited) = self.spline.advance(self.setpoint, self.interpolation, bounds);
-        let moving = self.interpolation > 1 && span_s > 0.0;
-        self.reference = reference;
-        self.reference_velocity = if moving { step / span_s } else { 0.0 };
-        self.limited += i64::from(limited);
-        self.error = reference - self.position;
+        let range = (self.homed || !self.needs_home).then_some((self.position_min, self.position_max));
+        let led = Led { setpoint: self.setpoint, position: self.position, offset: self.offset, range, speed_max: self.speed_max };
+        let now = self.approach.advance(invocation.time_ns, led, |_| self.interpolation);
+        (self.reference, self.reference_velocity) = (now.reference, now.velocity);
+        self.limited += i64::from(now.limited);
+        self.error = now.reference - self.position;
         let law = Law { kp: self.kp, ki: self.ki, kd: self.kd, limit: self.limit };
-        self.effort = law.effort(self.error, self.reference_velocity - self.velocity, self.bias, span_s, &mut self.integral);
+        self.effort = law.effort(self.error, self.reference_velocity - self.velocity, self.bias, now.span_s, &mut self.integral);
         if self.following_error.preset > 0.0 && self.error.abs() > self.following_error.preset {
             self.following_error.report(self.error);
         }
@@ -135,7 +114,7 @@ mod tests {
         JointServo {
             setpoint: 0.0, position: 0.0, velocity: 0.0, bias: 0.0, offset: 0.0, homed: true, effort: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0,
             kp: 15625.0, ki: 0.0, kd: 250.0, limit: 1e6, interpolation: 20, position_min: -1e6, position_max: 1e6, speed_max: 1e6, needs_home: false,
-            following_error: ConditionOf::new(0.0), spline: Spline::default(), offset_before: 0.0, integral: 0.0, before_ns: -1,
+            following_error: ConditionOf::new(0.0), approach: Approach::default(), integral: 0.0,
         }
     }
 

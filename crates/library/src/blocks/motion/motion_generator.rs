@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::motion::Motion;
+use crate::pace;
 use crate::profile::Limits;
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
@@ -32,19 +33,19 @@ pub struct MotionGenerator {
     /// where they are to go
     #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
-    /// greatest speed of each joint
+    /// maximum speed of each joint
     #[input(asynchronous, default = [0.5; 16], sized, unit = "rad/s|m/s")]
     speed: [f64; 16],
-    /// greatest acceleration of each joint
+    /// maximum acceleration of each joint
     #[input(asynchronous, default = [5.0; 16], sized, unit = "rad/s^2|m/s^2")]
     acceleration: [f64; 16],
-    /// greatest jerk of each joint
+    /// maximum jerk of each joint
     #[input(asynchronous, default = [50.0; 16], sized, unit = "rad/s^3|m/s^3")]
     jerk: [f64; 16],
-    /// least position of each joint
+    /// minimum position of each joint
     #[input(asynchronous, default = [-1e6; 16], sized, unit = "rad|m")]
     position_min: [f64; 16],
-    /// greatest position of each joint
+    /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m")]
     position_max: [f64; 16],
     /// share of the speed that is allowed now, 0 to 1; the least of the joints counts for all
@@ -114,7 +115,7 @@ impl Step for MotionGenerator {
             self.motion = Motion::at(&self.start[..n], &self.start_velocity[..n]);
             self.origin = self.start;
         }
-        let Some(rate) = self.rate(n) else { return Outcome::Fault(BAD_LIMIT) };
+        let Some(rate) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
         let mut wanted = [0.0; 64];
         for i in 0..n {
             let goal = if self.relative { self.origin[i] + self.goal[i] } else { self.goal[i] };
@@ -147,12 +148,6 @@ impl Step for MotionGenerator {
 }
 
 impl MotionGenerator {
-    /// The share of the speed that is allowed; none where an override is not within 0 and 1.
-    fn rate(&self, n: usize) -> Option<f64> {
-        let least = |shares: &[f64]| shares.iter().try_fold(1.0f64, |least, share| (0.0..=1.0).contains(share).then(|| least.min(*share)));
-        Some(least(&self.r#override[..n])? * least(&self.cell_override[..n])?)
-    }
-
     fn plan(&mut self, n: usize) {
         let limits: [Limits; 16] = std::array::from_fn(|i| Limits { speed: self.planned[16 + i], acceleration: self.planned[32 + i], jerk: self.planned[48 + i] });
         if self.is_holding {

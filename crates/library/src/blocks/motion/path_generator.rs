@@ -35,7 +35,7 @@ pub struct PathGenerator {
     /// whether it is to come to rest and wait
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// greatest acceleration of each joint
+    /// maximum acceleration of each joint
     #[input(asynchronous, default = [5.0; 16], sized)]
     acceleration_max: [f64; 16],
     /// where the joints are to be, rad or m

@@ -30,19 +30,19 @@ pub struct PathPlanner {
     /// for each way-point: by how much a joint may pass it, rad or m
     #[input(asynchronous, default = [0.0; POINTS_MAX])]
     blend: [f64; POINTS_MAX],
-    /// for each way-point: greatest speed of a joint on the way there, rad/s or m/s
+    /// for each way-point: maximum speed of a joint on the way there, rad/s or m/s
     #[input(asynchronous, default = [0.5; POINTS_MAX])]
     speed: [f64; POINTS_MAX],
-    /// greatest speed of each joint
+    /// maximum speed of each joint
     #[input(asynchronous, default = [PI; 16], sized)]
     speed_max: [f64; 16],
-    /// greatest acceleration of each joint
+    /// maximum acceleration of each joint
     #[input(asynchronous, default = [5.0; 16], sized)]
     acceleration_max: [f64; 16],
-    /// least position of each joint
+    /// minimum position of each joint
     #[input(asynchronous, default = [-1e6; 16], sized)]
     position_min: [f64; 16],
-    /// greatest position of each joint
+    /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized)]
     position_max: [f64; 16],
     /// the planned path

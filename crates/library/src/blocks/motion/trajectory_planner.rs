@@ -26,22 +26,22 @@ pub struct TrajectoryPlanner {
     /// where they are to go
     #[input(asynchronous, sized, unit = "rad|m")]
     goal: [f64; 16],
-    /// greatest speed of this motion, of any joint
+    /// maximum speed of this motion, of any joint
     #[input(asynchronous, default = 0.5, unit = "rad/s|m/s")]
     speed: f64,
-    /// greatest speed of each joint
+    /// maximum speed of each joint
     #[input(asynchronous, default = [PI; 16], sized, unit = "rad/s|m/s")]
     speed_max: [f64; 16],
-    /// greatest acceleration of each joint
+    /// maximum acceleration of each joint
     #[input(asynchronous, default = [5.0; 16], sized, unit = "rad/s^2|m/s^2")]
     acceleration_max: [f64; 16],
-    /// greatest jerk of each joint
+    /// maximum jerk of each joint
     #[input(asynchronous, default = [50.0; 16], sized, unit = "rad/s^3|m/s^3")]
     jerk_max: [f64; 16],
-    /// least position of each joint
+    /// minimum position of each joint
     #[input(asynchronous, default = [-1e6; 16], sized, unit = "rad|m")]
     position_min: [f64; 16],
-    /// greatest position of each joint
+    /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m")]
     position_max: [f64; 16],
     /// the goal, for those that compare

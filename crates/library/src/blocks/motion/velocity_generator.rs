@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::motion::Motion;
 use crate::online::Profile;
+use crate::pace;
 use crate::profile::Limits;
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
@@ -31,16 +32,16 @@ pub struct VelocityGenerator {
     /// how fast they are to move
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s")]
     velocity: [f64; 16],
-    /// greatest acceleration of each joint
+    /// maximum acceleration of each joint
     #[input(asynchronous, default = [5.0; 16], sized, unit = "rad/s^2|m/s^2")]
     acceleration: [f64; 16],
-    /// greatest jerk of each joint
+    /// maximum jerk of each joint
     #[input(asynchronous, default = [50.0; 16], sized, unit = "rad/s^3|m/s^3")]
     jerk: [f64; 16],
-    /// least position of each joint
+    /// minimum position of each joint
     #[input(asynchronous, default = [-1e6; 16], sized, unit = "rad|m")]
     position_min: [f64; 16],
-    /// greatest position of each joint
+    /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m")]
     position_max: [f64; 16],
     /// share of the velocity that is allowed now, 0 to 1; the least of the joints counts for all
@@ -103,7 +104,7 @@ impl Step for VelocityGenerator {
             }
             self.motion = Motion::at(&self.start[..n], &self.start_velocity[..n]);
         }
-        let Some(rate) = self.rate(n) else { return Outcome::Fault(BAD_LIMIT) };
+        let Some(rate) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
         let direction = if self.reverse { -1.0 } else { 1.0 };
         let mut wanted = [0.0; 48];
         for i in 0..n {
@@ -128,12 +129,6 @@ impl Step for VelocityGenerator {
 }
 
 impl VelocityGenerator {
-    /// The share of the velocity that is allowed; none where an override is not within 0 and 1.
-    fn rate(&self, n: usize) -> Option<f64> {
-        let least = |shares: &[f64]| shares.iter().try_fold(1.0f64, |least, share| (0.0..=1.0).contains(share).then(|| least.min(*share)));
-        Some(least(&self.r#override[..n])? * least(&self.cell_override[..n])?)
-    }
-
     /// A joint that is to move goes to the end of its range at that speed, so that it comes to rest there.
     fn plan(&mut self) {
         let (planned, holding, least, most) = (self.planned, self.is_holding, self.position_min, self.position_max);

@@ -17,10 +17,10 @@ pub struct AwaitRange {
     /// the latest value
     #[output]
     latest: f64,
-    /// least value
+    /// minimum value
     #[param(default = -1e300)]
     low: f64,
-    /// greatest value
+    /// maximum value
     #[param(default = 1e300)]
     high: f64,
     /// it is in the range; the value is what it was

@@ -15,10 +15,10 @@ pub struct SetAnalog {
     /// what to set
     #[param(default = 0.0)]
     value: f64,
-    /// least value
+    /// minimum value
     #[param(default = -1e300)]
     low: f64,
-    /// greatest value
+    /// maximum value
     #[param(default = 1e300)]
     high: f64,
 }

@@ -32,7 +32,7 @@ pub struct Chirp {
     /// time from the one to the other
     #[param(default = 10.0, unit = "s")]
     duration: f64,
-    /// greatest deviation from the offset
+    /// maximum deviation from the offset
     #[param(default = 1.0)]
     amplitude: f64,
     /// mean value

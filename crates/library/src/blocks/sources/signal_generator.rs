@@ -19,7 +19,7 @@ pub struct SignalGenerator {
     /// f: 0 constant 0, 1 sine, 2 square (1, then -1), 3 triangle (0 up to 1, down to -1, up to 0), 4 sawtooth (-1 up to 1)
     #[param(default = 1)]
     shape: u32,
-    /// greatest deviation from the offset
+    /// maximum deviation from the offset
     #[param(default = 1.0)]
     amplitude: f64,
     /// periods in a second

@@ -28,10 +28,10 @@ pub struct RunningStatistics {
     /// root of the mean square
     #[output]
     rms: f64,
-    /// least value
+    /// minimum value
     #[output]
     least: f64,
-    /// greatest value
+    /// maximum value
     #[output]
     greatest: f64,
     /// sum of the squares of the deviations: m

@@ -25,10 +25,10 @@ pub struct Statistics {
     /// root of the mean square
     #[output]
     rms: f64,
-    /// least value
+    /// minimum value
     #[output]
     least: f64,
-    /// greatest value
+    /// maximum value
     #[output]
     greatest: f64,
     /// invocations w that it looks back, 1 to 256

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useState } from "react";
+import type { VerbRequest } from "../../../control/shapes";
 import { Panel, Refusals } from "../../../design/parts";
 import { useAction, useControl } from "../../../shell/context";
 import { addressOf } from "../../../shell/route";
@@ -39,7 +40,8 @@ function InstallVerb(props: { draft: Draft & { kind: "verb" }; isSound: boolean 
           disabled={busy || !props.isSound}
           onClick={() =>
             void run(async () => {
-              await control.order("define_verb", definitionOf(props.draft));
+              // What was drawn is a definition in its JSON form; the system says what is wrong with it.
+              await control.order("define_verb", definitionOf(props.draft) as unknown as VerbRequest);
               setInstalled(props.draft);
             })
           }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trying a graph on the running system: a verb around it, SVVs for its ports, an instance that runs.
 import type { Control } from "../../../control/control";
-import type { Value } from "../../../control/shapes";
+import type { Value, VerbRequest } from "../../../control/shapes";
 import { type Draft, definitionOf, type Graph } from "./definition";
 import { type Faces, inner } from "./faces";
 
@@ -52,7 +52,8 @@ export async function begin(control: Control, draft: Draft & { kind: "graph" }, 
       });
     if (given && "value" in given) await control.order("write", { name: svv, value: given.value });
   }
-  await control.order("define_verb", verbAround(graph, wanted.every_ns));
+  // What the page has drawn is a definition in its JSON form; the system says what is wrong with it.
+  await control.order("define_verb", verbAround(graph, wanted.every_ns) as unknown as VerbRequest);
   const instance = await control.order("create", { verb: graph.name, arguments: named, placement: { "*": wanted.source } });
   await control.order("start", { instance });
   return { verb: graph.name, instance, outputs: Object.keys(graph.outputs).map((port) => named[port]?.svv ?? port) };

@@ -4,13 +4,33 @@ import type { InstalledBlock, InstalledInstance, InstalledPort } from "../../../
 import { drawn, graphsOf } from "./drawn";
 
 function port(name: string, direction: InstalledPort["direction"], cell: string | null = null): InstalledPort {
-  return { name, direction, type_text: "double", unit: "rad", mode: "synchronous", doc: "", cell };
+  return {
+    name,
+    direction,
+    type_text: "double",
+    unit: "rad",
+    mode: "synchronous",
+    doc: "",
+    cell,
+    writes: direction === "output",
+    required: false,
+  };
 }
 
 const ACTIVE = { on: true, due: "interval" as const, by: [], rates: {}, budget_ns: null, tunable: false };
 
 function block(label: string, ports: InstalledPort[]): InstalledBlock {
-  return { label, block: "library.gain", doc: "y = k u", source: "rtp0.fast", every_ns: 1_000_000, activation: ACTIVE, ports };
+  return {
+    label,
+    block: "library.gain",
+    doc: "y = k u",
+    source: "rtp0.fast",
+    size: null,
+    file: "",
+    every_ns: 1_000_000,
+    activation: ACTIVE,
+    ports,
+  };
 }
 
 function instance(blocks: InstalledBlock[], cells: InstalledInstance["cells"]): InstalledInstance {

@@ -62,7 +62,7 @@ export function drawLine(canvas: Canvas, points: Points, on: Placed, pen: Pen, w
   canvas.restore();
 }
 
-/** Least and greatest value of points; `low > high` where there is none. */
+/** Minimum and maximum value of points; `low > high` where there is none. */
 export function extent(points: Points): { low: number; high: number } {
   let low = Number.POSITIVE_INFINITY;
   let high = Number.NEGATIVE_INFINITY;

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a call comes to. One that lasts is made slice by slice, so that the caller can be interrupted, and says how it goes on.
+use crate::wrong_form;
+use model::refusal::Refusals;
+use serde::Serialize;
+use serde_json::Value as Json;
+
+/// What a call has come to; its result as JSON, or as the text of that.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Answered<O = Json> {
+    /// It is over, with this result.
+    Done(O),
+    /// Its slice is over: it goes on with this call and these arguments.
+    Waiting { call: &'static str, arguments: Json },
+}
+
+/// What the body of a call gives.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Outcome<T> {
+    /// It is over, with this answer.
+    Done(T),
+    /// Its slice is over: it goes on with this call and these arguments.
+    GoesOn { call: &'static str, arguments: Json },
+}
+
+impl<T> From<T> for Outcome<T> {
+    fn from(answer: T) -> Outcome<T> {
+        Outcome::Done(answer)
+    }
+}
+
+impl<T: Serialize> Outcome<T> {
+    /// Its answer in the form that is asked for.
+    #[doc(hidden)]
+    pub fn answered<O: Form>(self) -> Result<Answered<O>, Refusals> {
+        Ok(match self {
+            Outcome::Done(answer) => Answered::Done(O::of(answer)?),
+            Outcome::GoesOn { call, arguments } => Answered::Waiting { call, arguments },
+        })
+    }
+}
+
+/// A form of an answer.
+#[doc(hidden)]
+pub trait Form: Sized {
+    fn of(answer: impl Serialize) -> Result<Self, Refusals>;
+}
+
+impl Form for Json {
+    fn of(answer: impl Serialize) -> Result<Json, Refusals> {
+        serde_json::to_value(answer).map_err(|why| wrong_form(&why))
+    }
+}
+
+impl Form for String {
+    fn of(answer: impl Serialize) -> Result<String, Refusals> {
+        serde_json::to_string(&answer).map_err(|why| wrong_form(&why))
+    }
+}

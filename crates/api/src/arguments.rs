@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The arguments of a call, from their JSON text.
+use model::refusal::{Class, Refusal, Refusals};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value as Json};
+
+/// Arguments read straight into their type; nothing where they are not of that form: [`Given`] says what is wrong.
+#[doc(hidden)]
+pub fn quick<T: DeserializeOwned>(text: &str) -> Option<T> {
+    let text = text.trim_ascii_start();
+    // A list would do for a struct.
+    let object = if text.is_empty() { "{}" } else { text };
+    if object.starts_with('{') { serde_json::from_str(object).ok() } else { None }
+}
+
+/// The arguments of a call, taken one by one; what is left over is refused.
+#[doc(hidden)]
+pub struct Given {
+    call: &'static str,
+    given: Map<String, Json>,
+}
+
+impl Given {
+    /// Those of one call from their JSON text; empty: none.
+    pub fn of(call: &'static str, text: &str) -> Result<Given, Refusals> {
+        let given = if text.trim().is_empty() { Map::new() } else { crate::from_json(text)? };
+        Ok(Given { call, given })
+    }
+
+    /// One that must be given.
+    pub fn must<T: DeserializeOwned>(&mut self, name: &str) -> Result<T, Refusals> {
+        let value = self.given.remove(name).unwrap_or(Json::Null);
+        serde_json::from_value(value).map_err(|why| {
+            vec![Refusal::new(Class::CallError, format!("argument '{name}' of call '{}': {}", self.call, model::wording::plain(&why.to_string())))]
+        })
+    }
+
+    /// One that may be left out.
+    pub fn may<T: DeserializeOwned + Default>(&mut self, name: &str) -> Result<T, Refusals> {
+        if self.given.contains_key(name) { self.must(name) } else { Ok(T::default()) }
+    }
+
+    /// All that is left, as one value.
+    pub fn whole<T: DeserializeOwned>(&mut self) -> Result<T, Refusals> {
+        let given = Json::Object(std::mem::take(&mut self.given));
+        serde_path_to_error::deserialize(given).map_err(|why| {
+            let at = why.path().to_string();
+            let of = if at == "." || at == "?" { String::new() } else { format!("'{at}': ") };
+            vec![Refusal::new(Class::CallError, format!("call '{}': {of}{}", self.call, model::wording::plain(&why.inner().to_string())))]
+        })
+    }
+
+    /// Refuses what was not taken.
+    pub fn none_left(&self) -> Result<(), Refusals> {
+        match self.given.keys().next() {
+            None => Ok(()),
+            Some(name) => Err(vec![Refusal::new(Class::CallError, format!("call '{}' has no argument '{name}'", self.call))]),
+        }
+    }
+}
+
+/// The value of one argument as text: a text itself, a number in digits. Nothing where there is none, or none of these.
+pub(crate) fn peek(text: &str, name: &str) -> Option<String> {
+    struct Peeking<'a>(&'a str);
+
+    impl<'de> serde::de::Visitor<'de> for Peeking<'_> {
+        type Value = Option<String>;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+            f.write_str("an object")
+        }
+
+        fn visit_map<A: serde::de::MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+            let mut found = None;
+            while let Some(key) = map.next_key::<std::borrow::Cow<'de, str>>()? {
+                if key == self.0 {
+                    found = match map.next_value::<Json>()? {
+                        Json::String(text) => Some(text),
+                        Json::Number(number) => Some(number.to_string()),
+                        _ => None,
+                    };
+                } else {
+                    map.next_value::<serde::de::IgnoredAny>()?;
+                }
+            }
+            Ok(found)
+        }
+    }
+
+    serde::Deserializer::deserialize_map(&mut serde_json::Deserializer::from_str(text), Peeking(name)).ok().flatten()
+}

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A call as it is declared, and making one.
+use crate::answered::Answered;
+use crate::arguments::peek;
+use crate::calls::find;
+use crate::journal::{Journalled, Recorded};
+use crate::role::Role;
+use model::refusal::{Class, Refusal, Refusals};
+use schemars::{Schema, SchemaGenerator};
+use serde_json::{Map, Value as Json};
+use std::time::Duration;
+use supervisor::System;
+
+/// How long a wait sleeps before it looks at its deadline again.
+const SLICE: Duration = Duration::from_millis(50);
+
+type Run<O> = fn(&System, &str, Duration) -> Result<Answered<O>, Refusals>;
+type SchemaOf = fn(&mut SchemaGenerator) -> Schema;
+
+/// A call on a system: all that is known of it. [`calls!`](crate::calls!) declares one.
+#[derive(Clone, Copy)]
+pub struct Call {
+    pub name: &'static str,
+    /// What it has to do with, the heading that it is listed under.
+    pub subject: &'static str,
+    /// What it does and returns, for people, line by line.
+    pub words: &'static [&'static str],
+    /// The least role that may make it.
+    pub role: Role,
+    /// That it commands, and the argument that says what it is about; empty: the whole system.
+    pub commands: Option<&'static str>,
+    /// The log has it too where the program that holds the system gave it.
+    pub told: bool,
+    /// There it is about the system, not about its argument.
+    pub told_of_system: bool,
+    pub journal: Journalled,
+    /// It lasts, and goes on in slices.
+    pub lasts: bool,
+    /// It brings something to a stop: it waits for nobody.
+    pub stops: bool,
+    /// It may be made without command: the role to operate is enough to stop.
+    pub free: bool,
+    /// It takes long to work out, or its answer is long.
+    pub costs: bool,
+    /// It speaks of files of this host: from another one this goes another way.
+    pub local: bool,
+    /// It moves bytes at a rate: the programming system has a way of its own for that.
+    pub rated: bool,
+    /// The argument that is all that is left of the object, and its schema.
+    pub whole: Option<(&'static str, SchemaOf)>,
+    named: SchemaOf,
+    answer: SchemaOf,
+    run: Run<Json>,
+    tell: Run<String>,
+}
+
+impl std::fmt::Debug for Call {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(f, "Call({})", self.name)
+    }
+}
+
+/// Properties of a call, as its declaration has them behind the answer.
+impl Call {
+    /// A call that has none of them.
+    #[doc(hidden)]
+    pub const fn of(
+        (name, subject, words): (&'static str, &'static str, &'static [&'static str]),
+        role: Role,
+        named: SchemaOf,
+        answer: SchemaOf,
+        run: Run<Json>,
+        tell: Run<String>,
+    ) -> Call {
+        let recorded = if matches!(role, Role::Configure | Role::Download) { Recorded::Call } else { Recorded::Nothing };
+        let journal = Journalled { recorded, replaces: None, goes_with: None, watches: false, secret: &[] };
+        let (commands, whole) = (None, None);
+        Call {
+            name,
+            subject,
+            words,
+            role,
+            commands,
+            told: false,
+            told_of_system: false,
+            journal,
+            lasts: false,
+            stops: false,
+            free: false,
+            costs: false,
+            local: false,
+            rated: false,
+            whole,
+            named,
+            answer,
+            run,
+            tell,
+        }
+    }
+
+    #[doc(hidden)]
+    pub const fn whole(self, name: &'static str, of: SchemaOf) -> Call {
+        Call { whole: Some((name, of)), ..self }
+    }
+
+    /// It commands; what about, this argument says. Empty: the whole system.
+    pub const fn commands(self, about: &'static str) -> Call {
+        Call { commands: Some(about), ..self }
+    }
+
+    /// The log has it too where the program that holds the system gave it.
+    pub const fn told(self) -> Call {
+        Call { told: true, ..self }
+    }
+
+    /// The log has it too where the program that holds the system gave it, as about the system.
+    pub const fn told_of_system(self) -> Call {
+        Call { told: true, told_of_system: true, ..self }
+    }
+
+    /// It lasts, and goes on in slices.
+    pub const fn lasts(self) -> Call {
+        Call { lasts: true, ..self }
+    }
+
+    /// It brings something to a stop: it waits for nobody.
+    pub const fn stops(self) -> Call {
+        Call { stops: true, ..self }
+    }
+
+    /// It may be made without command.
+    pub const fn free(self) -> Call {
+        Call { free: true, ..self }
+    }
+
+    /// It takes long to work out, or its answer is long.
+    pub const fn costs(self) -> Call {
+        Call { costs: true, ..self }
+    }
+
+    /// It speaks of files of this host.
+    pub const fn local(self) -> Call {
+        Call { local: true, ..self }
+    }
+
+    /// It moves bytes at a rate.
+    pub const fn rated(self) -> Call {
+        Call { rated: true, ..self }
+    }
+
+    /// A journal records it, though it does not configure.
+    pub const fn journalled(self) -> Call {
+        Call { journal: Journalled { recorded: Recorded::Call, ..self.journal }, ..self }
+    }
+
+    /// A journal records what becomes of that which runs.
+    pub const fn outcome_journalled(self) -> Call {
+        Call { journal: Journalled { recorded: Recorded::Outcome, ..self.journal }, ..self }
+    }
+
+    /// A journal does not record it, though it configures.
+    pub const fn unjournalled(self) -> Call {
+        Call { journal: Journalled { recorded: Recorded::Nothing, ..self.journal }, ..self }
+    }
+
+    /// In a journal, only the last one with the same values of these arguments counts.
+    pub const fn replaces(self, of: &'static [&'static str]) -> Call {
+        Call { journal: Journalled { replaces: Some(of), ..self.journal }, ..self }
+    }
+
+    /// In a journal, it goes when this call deletes what this argument names.
+    pub const fn goes_with(self, deletes: &'static str, by: &'static str) -> Call {
+        Call { journal: Journalled { goes_with: Some((deletes, by)), ..self.journal }, ..self }
+    }
+
+    /// Where its replay fails, nothing is started.
+    pub const fn watches(self) -> Call {
+        Call { journal: Journalled { watches: true, ..self.journal }, ..self }
+    }
+
+    /// These arguments are in no file.
+    pub const fn secret(self, arguments: &'static [&'static str]) -> Call {
+        Call { journal: Journalled { secret: arguments, ..self.journal }, ..self }
+    }
+}
+
+impl Call {
+    /// The role that it needs: what advances the virtual clock is no mere looking.
+    pub fn role_under(&self, is_virtual: bool) -> Role {
+        if is_virtual && self.lasts { self.role.max(Role::Operate) } else { self.role }
+    }
+
+    /// What it does and returns, for people, on one line.
+    pub fn words(&self) -> String {
+        self.words.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ")
+    }
+
+    /// The schema of its named arguments, an object.
+    pub fn named_schema(&self, generator: &mut SchemaGenerator) -> Schema {
+        (self.named)(generator)
+    }
+
+    /// The schema of the argument that is all that is left of the object.
+    pub fn whole_schema(&self, generator: &mut SchemaGenerator) -> Option<Schema> {
+        self.whole.map(|(_, of)| of(generator))
+    }
+
+    /// The schema of its answer.
+    pub fn answer_schema(&self, generator: &mut SchemaGenerator) -> Schema {
+        (self.answer)(generator)
+    }
+
+    /// Its named arguments.
+    pub fn arguments(&self) -> Vec<Argument> {
+        let schema = Json::from((self.named)(&mut SchemaGenerator::default()));
+        let required = |name: &str| schema["required"].as_array().is_some_and(|names| names.iter().any(|required| required == name));
+        let properties = schema["properties"].as_object().cloned().unwrap_or_default();
+        let of = |(name, schema): (String, Json)| Argument { required: required(&name), words: words(&schema), name, schema };
+        properties.into_iter().map(of).collect()
+    }
+
+    /// What a call that commands is about: an instance, a device, an SVV, or `system`. Nothing where the call only looks, or waits.
+    pub fn about(&self, system: &System, arguments: &Map<String, Json>) -> Option<String> {
+        let argument = self.commands?;
+        Some(match arguments.get(argument) {
+            Some(Json::String(text)) => text.clone(),
+            Some(number) if argument == "instance" => number.as_u64().map_or_else(|| "system".to_owned(), |id| system.instance_name(id)),
+            _ => "system".to_owned(),
+        })
+    }
+
+    /// Begins it: it answers after `slice` of real time at the latest.
+    pub fn begin(&self, system: &System, arguments: &str, slice: Duration) -> Result<Answered, Refusals> {
+        (self.run)(system, arguments, slice)
+    }
+
+    /// Begins it as the program that holds the system: the log has what commands. Its answer is text.
+    pub fn begin_as_program(&self, system: &System, arguments: &str, slice: Duration) -> Result<Answered<String>, Refusals> {
+        let run = || (self.tell)(system, arguments, slice);
+        match self.commands.filter(|_| self.told) {
+            None => run(),
+            Some(_) if self.told_of_system => system.as_program(self.name, "system", 0, run),
+            Some("instance") => {
+                let instance = peek(arguments, "instance").and_then(|number| number.parse().ok()).unwrap_or(0);
+                system.as_program(self.name, "", instance, run)
+            }
+            Some(about) => system.as_program(self.name, peek(arguments, about).as_deref().unwrap_or("system"), 0, run),
+        }
+    }
+
+    /// Goes on with it, which the log has already.
+    pub fn go_on(&self, system: &System, arguments: &str, slice: Duration) -> Result<Answered<String>, Refusals> {
+        (self.tell)(system, arguments, slice)
+    }
+}
+
+/// An argument of a call.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Argument {
+    pub name: String,
+    pub required: bool,
+    /// What it is, for people.
+    pub words: String,
+    /// The JSON Schema of its type.
+    pub schema: Json,
+}
+
+fn words(schema: &Json) -> String {
+    schema["description"].as_str().unwrap_or("").replace('\n', " ")
+}
+
+/// Makes one call. `arguments`: the JSON text of an object, empty for none; the result is JSON.
+///
+/// The header `opengpac_ps.h` lists the calls and their arguments. Calls that wait return when what they wait for has come, or their
+/// `timeout_ns` has passed, on the system's clock; under the virtual clock they advance time. Errors: the refusals of the
+/// supervisor, `CallError` for a call or an argument that there is not.
+pub fn call(system: &System, name: &str, arguments: &str) -> Result<Json, Refusals> {
+    let mut answered = begin(system, name, arguments, SLICE)?;
+    loop {
+        match answered {
+            Answered::Done(result) => return Ok(result),
+            Answered::Waiting { call, arguments } => answered = begin(system, call, &arguments.to_string(), SLICE)?,
+        }
+    }
+}
+
+/// Begins a call: as [`call`], but one that lasts answers after `slice` of real time at the latest, with the call by which it goes on.
+pub fn begin(system: &System, name: &str, arguments: &str, slice: Duration) -> Result<Answered, Refusals> {
+    known(name)?.begin(system, arguments, slice)
+}
+
+/// The call of that name. Errors: there is none.
+pub fn known(name: &str) -> Result<&'static Call, Refusals> {
+    let none = || vec![Refusal::new(Class::CallError, format!("there is no call '{name}'")).remedy("see the list in opengpac_ps.h")];
+    find(name).ok_or_else(none)
+}
+
+/// What a call that commands is about: an instance, a device, an SVV, or `system`. Nothing where the call only looks, or waits.
+pub fn commanded(system: &System, call: &str, arguments: &Map<String, Json>) -> Option<String> {
+    find(call)?.about(system, arguments)
+}

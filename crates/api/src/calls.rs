@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+//! All calls.
+mod alarms;
+mod cell;
+mod configuration;
+mod devices;
+mod instances;
+mod observation;
+mod recordings;
+mod software;
+mod values;
+
+use crate::Call;
+use std::collections::HashMap;
+use std::sync::{LazyLock, OnceLock};
+
+/// The calls by subject.
+const SUBJECTS: [&[Call]; 9] = [
+    configuration::CONFIGURATION,
+    software::SOFTWARE,
+    devices::DEVICES,
+    instances::INSTANCES,
+    values::VALUES,
+    cell::CELL,
+    alarms::ALARMS,
+    observation::OBSERVATION,
+    recordings::RECORDINGS,
+];
+
+static BY_NAME: LazyLock<HashMap<&str, &Call>> = LazyLock::new(|| SUBJECTS.into_iter().flatten().map(|call| (call.name, call)).collect());
+
+/// Calls of a program that stands on this crate.
+static MORE: OnceLock<&[Call]> = OnceLock::new();
+
+/// The calls, in the order in which they are listed.
+pub fn calls() -> impl Iterator<Item = &'static Call> {
+    SUBJECTS.into_iter().chain(MORE.get().copied()).flatten()
+}
+
+/// The call of that name.
+pub fn find(name: &str) -> Option<&'static Call> {
+    BY_NAME.get(name).copied().or_else(|| MORE.get()?.iter().find(|call| call.name == name))
+}
+
+/// Enters calls that are declared outside this crate, once in the life of the process, before anything is served.
+///
+/// # Panics
+/// Where calls were entered before, or one of that name is there.
+pub fn add(more: &'static [Call]) {
+    for call in more {
+        assert!(!BY_NAME.contains_key(call.name), "there is a call '{}' already", call.name);
+    }
+    assert!(MORE.set(more).is_ok(), "calls were added before");
+}

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Processors, interrupt sources, physical devices.
+use crate::answered::Outcome;
+use crate::waits::lasting;
+use indexmap::IndexMap;
+use model::configuration::SourceKind;
+use model::refusal::{Class, Place, Refusal, Refusals};
+use model::value::Value;
+use serde_json::{Map, Value as Json, json};
+use std::time::Duration;
+use supervisor::{InProcess, Location, Patience, PhysicalDeviceAbout, System, TakenOver};
+
+crate::calls! {
+    /// What a system is made of.
+    pub(super) const CONFIGURATION about "configuration" = [
+        /// Makes a real-time processor.
+        Configure processor(
+            must name: String,
+            /// The core that it is bound to.
+            may core: Option<usize>,
+            /// Whether the supervisor is there; where no processor says so, it is on the first one.
+            may supervisor: bool,
+            /// true: in a process of its own; a text: in the process of that name.
+            may process: InProcess,
+            /// A host that has joined.
+            may host: Option<String>,
+            /// How long a process may stand still until it counts as lost.
+            may lost_after_ns: Option<u64>,
+            /// How long a process may miss its supervisor.
+            may patience_ns: Option<u64>,
+        ) -> (): commands("name")
+            => |system| {
+                let location = Location::of(&name, process, host)?;
+                system.processor_within(&name, core, supervisor, location, Patience { lost_after_ns, patience_ns })
+            };
+        /// Lets other hosts join.
+        Download listen(
+            /// "tcp/HOST:PORT" or "tls/HOST:PORT".
+            must endpoint: String,
+            /// The name of this host.
+            must name: String,
+            /// The file of the authority that signs the others' certificates.
+            may authority: Option<String>,
+            may certificate: Option<String>,
+            may key: Option<String>,
+            /// The text that a host must know to join.
+            may token: Option<String>,
+            /// How far apart clocks may be.
+            may clock_limit_ns: Option<u64>,
+        ) -> (): commands("endpoint"), secret(&["token"])
+            => |system| {
+                let mut options = json!({ "endpoint": endpoint, "name": name });
+                for (what, given) in [("authority", authority), ("certificate", certificate), ("key", key), ("token", token)] {
+                    if let Some(given) = given {
+                        options[what] = given.into();
+                    }
+                }
+                if let Some(limit_ns) = clock_limit_ns {
+                    options["clock_limit_ns"] = limit_ns.into();
+                }
+                system.listen(&options.to_string())
+            };
+        /// Lets go on what runs in processes that lost a system of this name; the system is opened with "adopt": true.
+        Configure take_over() -> TakenOver: commands(""), unjournalled
+            => |system| system.take_over();
+        /// Makes an interrupt source of a processor.
+        Configure source(
+            must processor: String,
+            must name: String,
+            /// "timer", "trigger" or "software".
+            must kind: String,
+            /// Of a timer.
+            may period_ns: u64,
+            must priority: u8,
+            /// What a firing takes under the virtual clock.
+            may virtual_cost_ns: u64,
+        ) -> (): commands("name")
+            => |system| system.source(&processor, &name, source_kind(&kind, period_ns)?, priority, virtual_cost_ns);
+        /// Requests a software source: it fires once.
+        Operate request(
+            /// "processor.source".
+            must source: String,
+        ) -> (): commands("source"), told
+            => |system| system.request(&source);
+        /// Opens a device for a source. Returns its channels and parts.
+        Configure physical_device(
+            must processor: String,
+            must name: String,
+            /// The driver: "mujoco", "loopback", "scripted", ...
+            must kind: String,
+            /// Those of the driver.
+            may options: Option<Map<String, Json>>,
+            must source: String,
+            may place: Option<Place>,
+        ) -> PhysicalDeviceAbout: commands("name")
+            => |system| {
+                let options = Json::Object(options.unwrap_or_default());
+                system.physical_device(&processor, &name, &kind, &options, &source, place)
+            };
+        /// Lets the driver of a device carry out a service, off the cycle. Returns what that answers.
+        Operate device_service(
+            must device: String,
+            /// One that the driver declares: `configuration` lists them.
+            must service: String,
+            /// Those of the service.
+            may arguments: Option<Map<String, Json>>,
+        ) -> Option<Value>: commands("device"), told, lasts
+            => |system, slice| {
+                let errand = system.service(&device, &service, Json::Object(arguments.unwrap_or_default()))?;
+                served(system, errand, slice)
+            };
+        /// Waits for a service that goes on. Returns what it answers, once.
+        Operate device_served(must errand: u64) -> Option<Value>: lasts
+            => |system, slice| served(system, errand, slice);
+        /// Opens a device that was lost again, with everything that is bound to it.
+        Operate reopen_physical_device(must name: String) -> (): commands("name"), told
+            => |system| system.reopen(&name);
+        /// Closes a device.
+        Configure delete_physical_device(must name: String) -> (): commands("name")
+            => |system| system.delete_physical_device(&name);
+        /// Lets a channel of a device request a source.
+        Configure raises(must device: String, must channel: String, must source: String, may place: Option<Place>) -> ():
+            commands("device"), goes_with("delete_physical_device", "device")
+            => |system| system.raise(&device, &channel, &source, place);
+        /// Says on which sources blocks run that nothing else places: source by pattern of labels.
+        Configure place(whole placement: IndexMap<String, String>) -> (): commands("")
+            => |system| system.place(placement);
+    ];
+}
+
+fn served(system: &System, errand: u64, slice: Duration) -> Result<Outcome<Option<Value>>, Refusals> {
+    Ok(lasting(system.served(errand, slice)?, None, "device_served", || json!({ "errand": errand })))
+}
+
+/// The kind of an interrupt source by its name; a timer has a period.
+fn source_kind(kind: &str, period_ns: u64) -> Result<SourceKind, Refusals> {
+    match kind {
+        "timer" => Ok(SourceKind::Timer { period_ns }),
+        "trigger" => Ok(SourceKind::Trigger),
+        "software" => Ok(SourceKind::Software),
+        other => Err(vec![
+            Refusal::new(Class::DefinitionError, format!("there is no kind of source '{other}'")).remedy("take \"timer\", \"trigger\" or \"software\""),
+        ]),
+    }
+}

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Logical devices.
+use crate::waits::{lasting, until};
+use model::refusal::Place;
+use model::value::Value;
+use serde_json::json;
+use supervisor::{DeviceRequest, DeviceState};
+
+crate::calls! {
+    /// Logical devices.
+    pub(super) const DEVICES about "logical devices" = [
+        /// Makes a logical device, with its own verb instance.
+        Configure device(must name: String, whole request: DeviceRequest) -> (): commands("name"), goes_with("delete_device", "name")
+            => |system| system.device(&name, request);
+        /// Starts the verb that keeps a device going. Returns that instance, 0 where there is none. It is enabled when it is ready.
+        Operate enable(must name: String) -> u64: commands("name"), told, journalled
+            => |system| system.enable(&name);
+        /// Waits until a device is enabled. Returns whether it is.
+        Observe wait_enabled(
+            must name: String,
+            /// How long at most, from now, on the system's clock.
+            may timeout_ns: Option<i64>,
+            /// Until when at most, instead.
+            may until_ns: Option<i64>,
+        ) -> bool: lasts
+            => |system, slice| {
+                let until_ns = until(system, timeout_ns, until_ns)?;
+                let waited = system.wait_enabled(&name, until_ns, slice)?;
+                Ok(lasting(waited, false, "wait_enabled", || json!({ "name": name, "until_ns": until_ns })))
+            };
+        /// Ends the verbs that use a device, then its own; waits until that is done.
+        Operate disable(must name: String) -> (): commands("name"), told, outcome_journalled, lasts, stops
+            => |system, slice| Ok(lasting(system.disable(&name, slice)?, (), "disable", || json!({ "name": name })));
+        /// Replaces the verb that keeps a device going by another one, within one firing where it is enabled.
+        Configure exchange_verb(must device: String, must verb: String, may place: Option<Place>) -> ():
+            commands("device"), told, replaces(&["device"]), goes_with("delete_device", "device")
+            => |system| system.exchange_verb(&device, &verb, place);
+        /// Deletes a device.
+        Configure delete_device(must name: String) -> (): commands("name")
+            => |system| system.delete_device(&name);
+        /// Returns "disabled", "enabling", "standstill", "moving", "stopping" or "fault".
+        Observe device_state(must name: String) -> DeviceState
+            => |system| system.device_state(&name).map(DeviceState::named);
+        /// Returns the value of a parameter.
+        Observe device_parameter(must name: String, must parameter: String) -> Value
+            => |system| system.device_parameter(&name, &parameter);
+        /// Sets a parameter.
+        Operate set_device_parameter(must name: String, must parameter: String, must value: Value) -> ():
+            commands("name"), told, journalled, replaces(&["name", "parameter"]), goes_with("delete_device", "name")
+            => |system| system.set_device_parameter(&name, &parameter, value);
+    ];
+}

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Verb instances.
+use crate::sure;
+use crate::waits::{lasting, until};
+use indexmap::IndexMap;
+use model::definition::Application;
+use model::plan::Plan;
+use model::refusal::Refusals;
+use model::value::Value;
+use serde_json::json;
+use supervisor::{InstanceAbout, InstanceState, Limits, Report};
+
+crate::calls! {
+    /// Verb instances.
+    pub(super) const INSTANCES about "verb instances" = [
+        /// Plans an application without making anything. Returns the plan.
+        Observe check(whole application: Application) -> Plan: costs
+            => |system| system.check(&application);
+        /// Calls a verb: makes an instance, starts it with the values of the application, waits until it has ended and deletes it.
+        /// Returns its end report.
+        Operate perform(
+            may limits: Limits,
+            whole application: Application,
+        ) -> Option<Report>: commands("verb"), lasts
+            => |system, slice| {
+                let begin = |instance, start: &dyn Fn() -> Result<(), Refusals>| system.as_program("start", "", instance, start);
+                let instance = system.perform(&application, limits, begin)?;
+                Ok(lasting(system.performed(instance, slice)?, None, "performed", || json!({ "instance": instance })))
+            };
+        /// Goes on with the call of a verb: waits until its instance has ended and deletes it. Returns its end report.
+        Operate performed(must instance: u64) -> Option<Report>: lasts
+            => |system, slice| Ok(lasting(system.performed(instance, slice)?, None, "performed", || json!({ "instance": instance })));
+        /// Makes an instance. Returns its number.
+        Operate create(whole application: Application) -> u64: commands("verb"), journalled
+            => |system| system.create(&application);
+        /// Starts an instance.
+        Operate start(
+            must instance: u64,
+            /// Input parameter to value.
+            may values: IndexMap<String, Value>,
+            may limits: Limits,
+        ) -> (): commands("instance"), told, journalled
+            => |system| system.start(instance, &values, limits);
+        /// Waits until an instance has ended. Returns its end report, null after the timeout.
+        Observe wait(
+            must instance: u64,
+            /// How long at most, from now, on the system's clock.
+            may timeout_ns: Option<i64>,
+            /// Until when at most, instead.
+            may until_ns: Option<i64>,
+        ) -> Option<Report>: lasts
+            => |system, slice| {
+                let until_ns = until(system, timeout_ns, until_ns)?;
+                let waited = system.wait(instance, until_ns, slice)?;
+                Ok(lasting(waited, None, "wait", || json!({ "instance": instance, "until_ns": until_ns })))
+            };
+        /// Ends an instance and waits until it has ended: a transition on `halted` may lie between, a second halt is immediate. Returns its end report.
+        Operate halt(
+            must instance: u64,
+            /// How long at most, from now, on the system's clock.
+            may timeout_ns: Option<i64>,
+            /// Until when at most, instead.
+            may until_ns: Option<i64>,
+        ) -> Option<Report>: commands("instance"), told, outcome_journalled, lasts, stops
+            => |system, slice| {
+                let until_ns = until(system, timeout_ns, until_ns)?;
+                system.halt(instance)?;
+                let waited = system.wait(instance, until_ns, slice)?;
+                Ok(lasting(waited, None, "wait", || json!({ "instance": instance, "until_ns": until_ns })))
+            };
+        /// Lets what an instance is doing run dry, then holds it.
+        Operate suspend(must instance: u64) -> (): commands("instance"), told, outcome_journalled, stops
+            => |system| system.suspend(instance);
+        /// Lets a suspended instance go on.
+        Operate resume(must instance: u64) -> (): commands("instance"), told, outcome_journalled
+            => |system| system.resume(instance);
+        /// Deletes an instance that has ended.
+        Operate delete(must instance: u64) -> (): commands("instance"), outcome_journalled
+            => |system| system.delete(instance);
+        /// Returns "created", "queued", "running", "suspended", "ended" or "deleted".
+        Observe state(must instance: u64) -> InstanceState
+            => |system| sure(InstanceState::named(system.state(instance)));
+        /// Returns what an instance is: its name, verb, state, blocks, conditions and lists.
+        Observe instance(must instance: u64) -> InstanceAbout
+            => |system| system.instance_about(instance);
+        /// Returns the end report of the latest start, null while it lasts.
+        Observe report(must instance: u64) -> Option<Report>
+            => |system| system.report(instance);
+        /// Sets tunable input parameters and intervals of a running instance.
+        Operate set(
+            must instance: u64,
+            /// Input parameter to value.
+            may values: IndexMap<String, Value>,
+            /// Label of a block to interval.
+            may every_ns: IndexMap<String, u64>,
+        ) -> (): commands("instance"), told, journalled
+            => |system| system.set(instance, &values, &every_ns);
+    ];
+}

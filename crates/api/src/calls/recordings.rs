@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Recordings: begin one, look at it, end it.
+use crate::sure;
+use model::refusal::{Class, Refusal, Refusals};
+use recorder::{Options, Recorder, Summary};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+use supervisor::System;
+
+/// How long the end of a recording is waited for in one call: what waits for a slow disk may take longer.
+const END_MAX: Duration = Duration::from_millis(500);
+
+/// A recording that has begun.
+#[derive(Serialize, JsonSchema)]
+#[schemars(rename = "RecordingBegun")]
+struct Begun {
+    /// Its number.
+    recording: u64,
+}
+
+crate::calls! {
+    /// Recordings.
+    pub(super) const RECORDINGS about "recordings" = [
+        /// Begins to record into a new MCAP file. Returns its number.
+        Configure record(
+            must path: PathBuf,
+            /// Names of SVVs, with * and ?; all where they are left out.
+            may svvs: Option<Vec<String>>,
+            /// The private cells of all verb instances too.
+            may cells: bool,
+            /// Everything that comes from outside too, so that the run can be run again.
+            may replay: bool,
+        ) -> Begun: unjournalled
+            => |system| {
+                let options = Options { svvs: svvs.unwrap_or_else(|| Options::default().svvs), cells, replay };
+                Recorder::start(system, &path, &options).map(|(recording, _)| Begun { recording })
+            };
+        /// Returns how a recording stands.
+        Observe recording(must recording: u64) -> Summary
+            => |system| sure(of(system, recording)?.summary());
+        /// Ends a recording. Returns how it stands; where it still runs, it is to be called again.
+        Configure stop_recording(must recording: u64) -> Summary: unjournalled
+            => |system, slice| sure(of(system, recording)?.stop_within(slice.min(END_MAX)));
+    ];
+}
+
+fn of(system: &System, number: u64) -> Result<Arc<Recorder>, Refusals> {
+    let found = system.companion(number).and_then(|companion| companion.as_any().downcast::<Recorder>().ok());
+    found.ok_or_else(|| vec![Refusal::new(Class::UnknownName, format!("there is no recording {number}")).remedy("take the number that 'record' gave")])
+}

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Code modules, definitions, SVVs.
+use model::compose::Composition;
+use model::definition::{DeviceType, Graph, Verb};
+use model::interface::Interface;
+use model::refusal::{Place, Refusal};
+use model::{Drawing, PortName, Verdict};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::path::PathBuf;
+use supervisor::{ModuleAbout, SvvRequest};
+
+/// The interpreter that tries a code module in a process of its own, where no `opengpac-probe` lies beside the program.
+const PYTHON: &str = "python3";
+
+/// Why two ports cannot be wired; of one port and all others, a list.
+#[derive(Serialize, JsonSchema)]
+#[serde(untagged)]
+enum Wired {
+    Two(Option<String>),
+    All(Vec<Verdict>),
+}
+
+crate::calls! {
+    /// What runs there.
+    pub(super) const SOFTWARE about "software" = [
+        /// Loads a code module. Returns its blocks.
+        Download download(
+            must path: PathBuf,
+            /// What it is called; the name of the file where it is left out.
+            may name: Option<String>,
+            /// The interpreter that tries it in a process of its own.
+            may python: Option<String>,
+        ) -> ModuleAbout: commands("name"), local
+            => |system| system.download(&path, name.as_deref(), python.as_deref().unwrap_or(PYTHON));
+        /// Enters a verb.
+        Configure define_verb(whole verb: Verb) -> (): commands("name")
+            => |system| system.define_verb(verb);
+        /// Refuses a data flow graph that is wrong; nothing is entered.
+        Observe check_graph(whole graph: Graph) -> (): costs
+            => |system| system.check_graph(&graph);
+        /// Returns all that is wrong with a graph or a verb, each with "where"; nothing is entered.
+        Observe check_definition(whole drawing: Drawing) -> Vec<Refusal>: costs
+            => |system| system.check_definition(&drawing);
+        /// Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, why each other one cannot.
+        Observe compatible(
+            must from: PortName,
+            may to: Option<PortName>,
+            whole drawing: Drawing,
+        ) -> Wired: costs
+            => |system| match to {
+                Some(to) => system.compatible(&drawing, &from, &to).map(Wired::Two),
+                None => system.compatible_with(&drawing, &from).map(Wired::All),
+            };
+        /// Enters a type of logical devices.
+        Configure define_device_type(whole device_type: DeviceType) -> (): commands("name")
+            => |system| system.define_device_type(device_type);
+        /// Returns the verb that a composition of verbs is; nothing is entered.
+        Observe compose(whole composition: Composition) -> Verb: costs
+            => |system| system.compose(&composition);
+        /// Makes an SVV.
+        Configure svv(must name: String, may place: Option<Place>, whole specification: SvvRequest) -> (): commands("name"), goes_with("delete_svv", "name")
+            => |system| system.svv(&name, &specification, place);
+        /// Deletes an SVV that nothing is bound to.
+        Configure delete_svv(must name: String) -> (): commands("name")
+            => |system| system.delete_svv(&name);
+        /// Returns every block: of the library, of code modules.
+        Observe library() -> Vec<Interface>: costs
+            => |system| crate::sure(system.blocks());
+    ];
+}

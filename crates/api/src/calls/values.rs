@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Values of SVVs, and time.
+use crate::sure;
+use crate::values::{Reading, Snapshot, history as past, snapshot};
+use crate::waits::advance as advanced;
+use model::value::Value;
+use supervisor::SvvAbout;
+
+crate::calls! {
+    /// Values and time.
+    pub(super) const VALUES about "values and time" = [
+        /// Returns one consistent snapshot.
+        Observe read(
+            /// Those of SVVs, of private cells, "move#1:coefficients", and of channels, "plant.elbow.position".
+            must names: Vec<String>,
+            /// Instead of "value", which cannot say NaN or infinity in JSON: "bytes", the memory of the C type in base64, little endian.
+            may raw: bool,
+        ) -> Snapshot: rated
+            => |system| snapshot(system, &names, raw);
+        /// Stores a value.
+        Operate write(must name: String, must value: Value) -> (): commands("name"), told
+            => |system| system.write(&name, &value);
+        /// Returns the last values, oldest first.
+        Observe history(
+            must name: String,
+            /// How many at most.
+            must count: usize,
+            /// "bytes" instead of "value", as of `read`.
+            may raw: bool,
+        ) -> Vec<Reading>: costs, rated
+            => |system| past(system, &name, count, raw);
+        /// Returns what is known of an SVV, a private cell or a channel: its type, unit, history, writers.
+        Observe svv_about(must name: String) -> SvvAbout
+            => |system| system.svv_about(&name);
+        /// Returns the time of the system, ns.
+        Observe now() -> i64
+            => |system| sure(system.now_ns());
+        /// Under the virtual clock: runs the firings in (now, now + duration].
+        Operate advance(must duration_ns: i64) -> (): lasts
+            => |system, slice| advanced(system, duration_ns, slice);
+        /// Under the virtual clock: runs the next firing, whenever that is. Returns false where nothing is ever going to happen.
+        Operate step() -> bool
+            => |system| system.step();
+    ];
+}

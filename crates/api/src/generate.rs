@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What is made of the declarations and checked in: the list in the C header, the page of the docs, the Python methods. A test of this
+//! crate says when one is stale, and writes them anew where `OPENGPAC_WRITE_SCHEMAS` is set.
+mod header;
+mod page;
+mod python;
+
+pub use header::{header, in_header};
+pub use page::page;
+pub use python::python;
+
+use crate::call::{Argument, Call};
+use schemars::SchemaGenerator;
+use serde_json::Value as Json;
+
+/// A schema in a word or two.
+fn word(schema: &Json) -> String {
+    if let Some(path) = schema["$ref"].as_str() {
+        return path.rsplit('/').next().unwrap_or(path).to_owned();
+    }
+    if let Some(any) = schema["anyOf"].as_array() {
+        return any.iter().map(word).collect::<Vec<_>>().join(" or ");
+    }
+    let one = |name: &str| match name {
+        "string" => "text".to_owned(),
+        "array" => format!("list of {}", word(&schema["items"])),
+        "object" if schema["additionalProperties"].is_object() => format!("map of {}", word(&schema["additionalProperties"])),
+        other => other.to_owned(),
+    };
+    match &schema["type"] {
+        Json::String(name) => one(name),
+        Json::Array(names) => names.iter().filter_map(Json::as_str).map(one).collect::<Vec<_>>().join(" or "),
+        _ => "any".to_owned(),
+    }
+}
+
+/// The answer of a call in a word or two; nothing where there is none.
+fn answer(call: &Call) -> Option<String> {
+    Some(word(&Json::from(call.answer_schema(&mut SchemaGenerator::default())))).filter(|word| word != "null")
+}
+
+/// The arguments that must be given, then those that may be left out.
+fn ordered(call: &Call) -> Vec<Argument> {
+    let (must, may): (Vec<_>, Vec<_>) = call.arguments().into_iter().partition(|argument| argument.required);
+    must.into_iter().chain(may).collect()
+}
+
+/// `name, [core], ...specification`: what stands in brackets may be left out, behind dots stands all that is left of the object.
+fn signature(call: &Call) -> String {
+    let named = ordered(call).into_iter().map(|a| if a.required { a.name } else { format!("[{}]", a.name) });
+    named.chain(call.whole.map(|(name, _)| format!("...{name}"))).collect::<Vec<_>>().join(", ")
+}
+
+/// Calls by subject, in their order; a subject comes once.
+fn by_subject<'a>(calls: impl Iterator<Item = &'a Call>) -> Vec<(&'static str, Vec<&'a Call>)> {
+    let mut subjects: Vec<(&'static str, Vec<&Call>)> = Vec::new();
+    for call in calls {
+        match subjects.iter_mut().find(|(subject, _)| *subject == call.subject) {
+            Some((_, of)) => of.push(call),
+            None => subjects.push((call.subject, vec![call])),
+        }
+    }
+    subjects
+}
+
+/// Words in lines of a length, each behind a margin.
+fn wrapped(text: &str, margin: &str, width: usize) -> String {
+    let (mut lines, mut line) = (String::new(), String::new());
+    for word in text.split_whitespace() {
+        if !line.is_empty() && margin.len() + line.len() + 1 + word.len() > width {
+            lines += &format!("{margin}{line}\n");
+            line.clear();
+        }
+        if !line.is_empty() {
+            line.push(' ');
+        }
+        line += word;
+    }
+    lines + margin + &line + "\n"
+}

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The list of calls in `opengpac_ps.h`.
+use super::{answer, by_subject, ordered, signature, wrapped};
+use crate::Call;
+
+/// The lines between which the list stands.
+const BEGIN: &str = " * ---- the calls, made from their declarations in crates/api ----\n";
+const END: &str = " * ---- end of the calls ----\n";
+
+/// The list of calls, lines of a comment in C.
+pub fn header<'a>(calls: impl Iterator<Item = &'a Call>) -> String {
+    by_subject(calls).into_iter().map(|(subject, calls)| format!(" * {subject}\n{}", calls.into_iter().map(one).collect::<String>())).collect()
+}
+
+fn one(call: &Call) -> String {
+    let returns = answer(call).map_or(String::new(), |answer| format!(" -> {answer}"));
+    let mut text = wrapped(&format!("{}({}){returns}", call.name, signature(call)), " *   ", 110);
+    text += &wrapped(&call.words(), " *       ", 110);
+    for argument in ordered(call).iter().filter(|argument| !argument.words.is_empty()) {
+        text += &wrapped(&format!("{}: {}", argument.name, argument.words), " *         ", 110);
+    }
+    text.replace("*/", "* /")
+}
+
+/// A header with this list in the place of the one that it has. Nothing where it has no place for one.
+pub fn in_header(header: &str, list: &str) -> Option<String> {
+    let (before, rest) = header.split_once(BEGIN)?;
+    let (_, after) = rest.split_once(END)?;
+    Some(format!("{before}{BEGIN}{list}{END}{after}"))
+}

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The page of the calls in the docs.
+use super::{answer, by_subject, ordered, signature, word, wrapped};
+use crate::Call;
+
+const HEAD: &str = "# The calls
+
+<!-- Made from the declarations in crates/api: do not edit. -->
+
+Every call on a real-time system, as a C program makes it ([opengpac_ps.h](../crates/c-package/include/opengpac_ps.h)),
+the control interface carries it ([control.md](control.md)) and the Python package uses it underneath. A call has a name
+and a JSON object of arguments; its answer is JSON. What stands in brackets may be left out; behind dots stands what is
+the rest of the object. Names of sources are `processor.source`, times are ns.
+";
+
+/// The page.
+pub fn page<'a>(calls: impl Iterator<Item = &'a Call>) -> String {
+    let subjects = by_subject(calls).into_iter().map(|(subject, calls)| {
+        let (first, rest) = subject.split_at(1);
+        format!("\n## {}{rest}\n{}", first.to_uppercase(), calls.into_iter().map(one).collect::<String>())
+    });
+    HEAD.to_owned() + &subjects.collect::<String>()
+}
+
+fn one(call: &Call) -> String {
+    let returns = answer(call).map_or(String::new(), |answer| format!(" -> {answer}"));
+    let mut text = format!("\n### {}\n\n`{}({}){returns}`\n\n{}", call.name, call.name, signature(call), wrapped(&call.words(), "", 110));
+    text += &format!("\n{}", wrapped(&properties(call), "", 110));
+    let arguments = ordered(call);
+    if !arguments.is_empty() {
+        text.push('\n');
+    }
+    for argument in arguments {
+        let words = if argument.words.is_empty() { String::new() } else { format!(": {}", argument.words) };
+        text += &format!("- `{}` ({}){words}\n", argument.name, word(&argument.schema));
+    }
+    text
+}
+
+/// The role of a call, and what else is to be known of it, in a sentence each.
+fn properties(call: &Call) -> String {
+    let role = format!("Role: {}{}.", call.role.word(), if call.free { ", without command" } else { "" });
+    let more = [
+        (call.lasts, "It lasts, and goes on in slices."),
+        (call.stops, "It stops something, and waits for nobody."),
+        (call.costs, "Few are worked on at a time."),
+        (call.local, "Not over the control interface."),
+    ];
+    let more = more.into_iter().filter(|(is, _)| *is).map(|(_, words)| format!(" {words}"));
+    role + &more.collect::<String>()
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The programming system's side of a real-time system: texts in, texts out.
+//!
+//! Definitions, applications, values and reports have one JSON form. Whoever speaks it is a programming system: the Python package
+//! through its bindings, a C program through the C package, a remote one through the control interface. [`open`] makes a system;
+//! [`call()`] is every call on it by its name, [`begin`] the same for a caller that must not wait long.
+//!
+//! Each call is declared once, in [`calls`](mod@calls), in the form of [`calls!`]. What carries it out, its role, the schemas of its
+//! arguments and its answer, the journal and the log of commands, and the lists in the C header, in the docs and in the Python package
+//! ([`generate`]) all come from that.
+mod answered;
+mod arguments;
+mod call;
+mod calls;
+mod declare;
+pub mod generate;
+mod journal;
+mod open;
+mod role;
+mod values;
+mod waits;
+
+pub use answered::{Answered, Outcome};
+#[doc(hidden)]
+pub use arguments::{Given, quick};
+pub use call::{Argument, Call, begin, call, commanded, known};
+pub use calls::{add, calls, find};
+pub use journal::{Journalled, Recorded};
+pub use open::open;
+pub use role::Role;
+pub use values::{Reading, Snapshot, snapshot};
+
+pub use model::refusal::Refusals;
+pub use supervisor::System;
+
+use model::refusal::{Class, Refusal};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// A value of the model from JSON; what is not of its form is refused as a definition error.
+pub fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Refusals> {
+    let mut reader = serde_json::Deserializer::from_str(json);
+    let read: Result<T, _> = serde_path_to_error::deserialize(&mut reader);
+    let value = read.map_err(|why| {
+        let at = why.path().to_string();
+        let of = if at == "." || at == "?" { "this".to_owned() } else { format!("'{at}'") };
+        vec![Refusal::new(Class::DefinitionError, format!("{of} is not of the right form: {}", model::wording::plain(&why.inner().to_string())))]
+    })?;
+    reader.end().map_err(|why| wrong_form(&why))?;
+    Ok(value)
+}
+
+/// JSON of a value. Errors: what JSON cannot say, a map whose keys are no texts.
+pub fn to_json(value: &impl Serialize) -> Result<String, Refusals> {
+    serde_json::to_string(value).map_err(|why| wrong_form(&why))
+}
+
+/// A refusal of a call itself: what was asked for cannot be understood.
+pub fn refusal(message: &str) -> Refusal {
+    Refusal::new(Class::CallError, message)
+}
+
+/// The answer of what cannot be refused.
+fn sure<T>(answer: T) -> Result<T, Refusals> {
+    Ok(answer)
+}
+
+fn wrong_form(why: &serde_json::Error) -> Refusals {
+    vec![Refusal::new(Class::DefinitionError, format!("this is not of the right form: {}", model::wording::plain(&why.to_string())))]
+}

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Making a system: its clock and its interconnect.
+use crate::from_json;
+use interconnect::{Carrier, Faults, Memory, Message};
+use model::refusal::{Class, Refusal, Refusals};
+use places::{Commands, Places};
+use runtime::ClockKind;
+use serde::Deserialize;
+use std::sync::Arc;
+use supervisor::System;
+
+#[derive(Deserialize)]
+#[serde(default)]
+struct Options {
+    seed: u64,
+    interconnect: Interconnect,
+    processes: Option<Processes>,
+    /// Processes that lost a system of this name are looked for.
+    adopt: bool,
+}
+
+/// How processes for processors are started.
+#[derive(Deserialize)]
+struct Processes {
+    /// Comes to call `places::processor`.
+    command: Vec<String>,
+    /// Comes to call `guard::run`.
+    guard: Vec<String>,
+    /// The interpreter that tries code modules.
+    python: String,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { seed: 1, interconnect: Interconnect::Memory, processes: None, adopt: false }
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+enum Interconnect {
+    Memory,
+    Message {
+        #[serde(default)]
+        seed: u64,
+        #[serde(default)]
+        delay_ns: (i64, i64),
+        #[serde(default)]
+        drop: f64,
+        #[serde(default)]
+        repeat: f64,
+        #[serde(default)]
+        reorder: f64,
+        #[serde(default)]
+        corrupt: f64,
+    },
+}
+
+/// A real-time system in this process. `clock`: `monotonic` or `virtual`. `options`: `{"seed": n, "interconnect": {"kind": "memory"}}`, where the
+/// interconnect may be `message` with `seed`, `delay_ns`, `drop`, `repeat`, `reorder` and `corrupt`, under the virtual clock; and
+/// `"processes": {"command": [...], "python": "..."}` says how processors get processes of their own; with `"adopt": true` those that lost a
+/// system of this name are looked for first, and `take_over` lets what runs there go on.
+pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> {
+    let options: Options = from_json(options)?;
+    let refuse = |message: String, remedy: &str| Err(vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]);
+    let kind = match clock {
+        "monotonic" => ClockKind::Monotonic,
+        "virtual" => ClockKind::Virtual { seed: options.seed },
+        other => return refuse(format!("there is no clock '{other}'"), "take \"monotonic\" or \"virtual\""),
+    };
+    if kind == ClockKind::Monotonic && matches!(options.interconnect, Interconnect::Message { .. }) {
+        return refuse("the message interconnect needs the virtual clock".to_owned(), "take clock=\"virtual\"");
+    }
+    let system = System::new(name, kind, carrier(options.interconnect)?)?;
+    if let Some(Processes { command, guard, python }) = options.processes {
+        let words = |command: Vec<String>| command.into_iter().map(Into::into).collect();
+        let commands = Commands { processor: words(command), guard: words(guard), python: python.into() };
+        system.set_places(Arc::new(Places::new(name, commands, options.adopt)));
+    }
+    Ok(system)
+}
+
+fn carrier(of: Interconnect) -> Result<Box<dyn Carrier>, Refusals> {
+    Ok(match of {
+        Interconnect::Memory => Box::new(Memory),
+        Interconnect::Message { seed, delay_ns, drop, repeat, reorder, corrupt } => {
+            let refuse = |message: String, remedy: &str| Err(vec![Refusal::new(Class::ValueRefused, message).remedy(remedy)]);
+            for (name, share) in [("drop", drop), ("repeat", repeat), ("reorder", reorder), ("corrupt", corrupt)] {
+                if !(0.0..=1.0).contains(&share) {
+                    return refuse(format!("the message interconnect is given {name}={share}"), "give the share of packets, 0 to 1");
+                }
+            }
+            if delay_ns.0 < 0 || delay_ns.0 > delay_ns.1 || delay_ns.1 > DELAY_NS_MAX {
+                let message = format!("the message interconnect is given delay_ns=({}, {})", delay_ns.0, delay_ns.1);
+                return refuse(message, "give the least and the longest delay in ns: 0 or more, the least first, one hour at most");
+            }
+            let faults = Faults { drop, repeat, reorder, corrupt, ..Faults::delay(delay_ns.0, delay_ns.1) };
+            Box::new(Message::new(seed, faults))
+        }
+    })
+}
+
+/// One hour: later than anything that is looked at.
+const DELAY_NS_MAX: i64 = 3_600_000_000_000;

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Calls that last. Each is made slice by slice, so that the caller can be interrupted, and says how it goes on.
+use crate::answered::Outcome;
+use model::refusal::{Class, Refusal, Refusals};
+use serde_json::{Value as Json, json};
+use std::time::{Duration, Instant};
+use supervisor::{System, Waited};
+
+/// Virtual time between two looks at the slice, ns.
+const ADVANCE_SLICE_NS: i64 = 10_000_000;
+
+/// When a wait gives up, on the system's clock: `until_ns`, or `timeout_ns` from now.
+pub(crate) fn until(system: &System, timeout_ns: Option<i64>, until_ns: Option<i64>) -> Result<Option<i64>, Refusals> {
+    match (timeout_ns, until_ns) {
+        (Some(_), Some(_)) => Err(vec![Refusal::new(Class::CallError, "a wait has timeout_ns or until_ns, not both")]),
+        (Some(timeout_ns), None) => Ok(Some(system.now_ns().saturating_add(timeout_ns))),
+        (None, until_ns) => Ok(until_ns),
+    }
+}
+
+/// What a wait has come to: where its slice is over, it goes on with this call.
+pub(crate) fn lasting<T, U: From<T>>(waited: Waited<T>, timed_out: U, call: &'static str, arguments: impl FnOnce() -> Json) -> Outcome<U> {
+    match waited {
+        Waited::Done(result) => Outcome::Done(result.into()),
+        Waited::TimedOut => Outcome::Done(timed_out),
+        Waited::Slice => Outcome::GoesOn { call, arguments: arguments() },
+    }
+}
+
+pub(crate) fn paused(system: &System, ids: &[u64], names: Vec<String>, slice: Duration) -> Result<Outcome<Vec<String>>, Refusals> {
+    Ok(match system.paused(ids, slice)? {
+        Waited::Slice => Outcome::GoesOn { call: "paused", arguments: json!({ "instances": ids, "names": names }) },
+        Waited::Done(()) | Waited::TimedOut => Outcome::Done(names),
+    })
+}
+
+pub(crate) fn advance(system: &System, duration_ns: i64, slice: Duration) -> Result<Outcome<()>, Refusals> {
+    let begun = Instant::now();
+    let mut left_ns = duration_ns.max(0);
+    loop {
+        let step_ns = left_ns.min(ADVANCE_SLICE_NS);
+        system.advance(step_ns)?;
+        left_ns -= step_ns;
+        if left_ns == 0 {
+            return Ok(Outcome::Done(()));
+        }
+        if begun.elapsed() >= slice {
+            return Ok(Outcome::GoesOn { call: "advance", arguments: json!({ "duration_ns": left_ns }) });
+        }
+    }
+}

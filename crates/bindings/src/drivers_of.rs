@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The drivers that this process knows: what they declare, and what they find.
+use crate::convert::{from_json, to_json};
+use model::refusal::{Class, Refusal};
+use pyo3::prelude::*;
+
+/// What each driver declares, a JSON list by name.
+#[pyfunction]
+pub fn drivers_json() -> PyResult<String> {
+    to_json(&drivers::manuals())
+}
+
+/// What a driver finds, a JSON list.
+#[pyfunction]
+pub fn scan(py: Python<'_>, kind: &str, options_json: &str) -> PyResult<String> {
+    let options: serde_json::Value = from_json(options_json)?;
+    let found = py.detach(|| drivers::scan(kind, &options));
+    match found {
+        Ok(found) => to_json(&found),
+        Err(why) => Err(crate::convert::refused(vec![Refusal::new(class(&why), why.to_string())])),
+    }
+}
+
+fn class(why: &device::DriverError) -> Class {
+    match why {
+        device::DriverError::UnknownKind { .. } => Class::UnknownName,
+        device::DriverError::Option { .. } | device::DriverError::NoScan { .. } => Class::CallError,
+        _ => Class::DeviceFailed,
+    }
+}

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The floating-point control words of a thread: rounding, flushing to zero, unmasked traps, precision. A value must not depend on what
+//! another block, a module's constructor or a program has set there, so blocks compute with the standard words.
+
+/// The control words of the calling thread, as bits; sticky flags of exceptions are not part of them. Of x86-64 MXCSR and the x87 control
+/// word, of aarch64 FPCR.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Words(u64);
+
+impl Words {
+    /// The standard words: to nearest, subnormals are numbers, nothing traps, extended precision.
+    pub const STANDARD: Words = Words(words::STANDARD);
+
+    /// Returns the words of the calling thread. A few ns; may be called on the real-time path.
+    #[inline]
+    pub fn present() -> Words {
+        Words(words::present())
+    }
+
+    /// Sets the words of the calling thread, and empties its x87 stack.
+    #[cold]
+    pub fn set(self) {
+        words::set(self.0);
+    }
+
+    /// Sets the standard words where others are set. True if it did.
+    #[inline]
+    pub fn standardise() -> bool {
+        let is_other = Words::present() != Words::STANDARD;
+        if is_other {
+            Words::STANDARD.set();
+        }
+        is_other
+    }
+}
+
+/// Standard words on a thread of somebody else, from here to the end of this value; then those that were found are set again.
+pub struct Standard {
+    found: Words,
+}
+
+impl Standard {
+    /// Sets the standard words.
+    #[must_use]
+    pub fn enter() -> Standard {
+        let found = Words::present();
+        if found != Words::STANDARD {
+            Words::STANDARD.set();
+        }
+        Standard { found }
+    }
+}
+
+impl Drop for Standard {
+    fn drop(&mut self) {
+        if Words::present() != self.found {
+            self.found.set();
+        }
+    }
+}
+
+/// Empties the x87 stack, on which code for MMX or a wrong declaration may have left something. Where there is none, nothing.
+#[inline]
+pub fn empty_stack() {
+    words::empty_stack();
+}
+
+#[cfg(target_arch = "x86_64")]
+mod words {
+    use core::arch::asm;
+
+    /// Of MXCSR without its flags.
+    const MXCSR: u32 = !0x3f;
+    /// Masks, precision and rounding of the x87 control word.
+    const X87: u16 = 0x0f3f;
+    /// The bits of it that are always set.
+    const X87_FIXED: u16 = 0x40;
+    pub const STANDARD: u64 = 0x1f80 | 0x033f << 32;
+
+    #[inline]
+    pub fn present() -> u64 {
+        let (mut mxcsr, mut control) = (0_u32, 0_u16);
+        // SAFETY: stores two words to where they are told; neither instruction waits for a pending exception.
+        unsafe {
+            asm!("stmxcsr [{mxcsr}]", "fnstcw [{control}]", mxcsr = in(reg) &raw mut mxcsr, control = in(reg) &raw mut control, options(nostack, preserves_flags));
+        }
+        u64::from(mxcsr & MXCSR) | u64::from(control & X87) << 32
+    }
+
+    pub fn set(words: u64) {
+        let (mxcsr, control) = (words as u32 & MXCSR, (words >> 32) as u16 & X87 | X87_FIXED);
+        // SAFETY: loads words that `present` gave, or the standard ones; `fninit` drops pending exceptions, which `fldcw` would raise.
+        unsafe {
+            asm!("ldmxcsr [{mxcsr}]", "fninit", "fldcw [{control}]", mxcsr = in(reg) &raw const mxcsr, control = in(reg) &raw const control,
+                out("st(0)") _, out("st(1)") _, out("st(2)") _, out("st(3)") _, out("st(4)") _, out("st(5)") _, out("st(6)") _, out("st(7)") _,
+                options(nostack, preserves_flags));
+        }
+    }
+
+    #[inline]
+    pub fn empty_stack() {
+        // SAFETY: between two calls nothing is on that stack.
+        unsafe {
+            asm!("emms", out("st(0)") _, out("st(1)") _, out("st(2)") _, out("st(3)") _, out("st(4)") _, out("st(5)") _, out("st(6)") _, out("st(7)") _,
+                options(nostack, nomem, preserves_flags));
+        }
+    }
+}
+
+#[cfg(target_arch = "aarch64")]
+mod words {
+    use core::arch::asm;
+
+    pub const STANDARD: u64 = 0;
+
+    #[inline]
+    pub fn present() -> u64 {
+        let words: u64;
+        // SAFETY: reads a register of this thread.
+        unsafe { asm!("mrs {}, fpcr", out(reg) words, options(nostack, nomem, preserves_flags)) };
+        words
+    }
+
+    pub fn set(words: u64) {
+        // SAFETY: sets a register of this thread to what `present` gave, or to the standard.
+        unsafe { asm!("msr fpcr, {}", in(reg) words, options(nostack, nomem, preserves_flags)) };
+    }
+
+    #[inline]
+    pub fn empty_stack() {}
+}
+
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+mod words {
+    pub const STANDARD: u64 = 0;
+
+    pub fn present() -> u64 {
+        STANDARD
+    }
+
+    pub fn set(_: u64) {}
+
+    pub fn empty_stack() {}
+}
+
+#[cfg(test)]
+#[cfg(target_arch = "x86_64")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_found_other_words_gets_them_back() {
+        let upward = Words(words::STANDARD | 0x4000);
+        let single_and_upward = Words(words::STANDARD & !(0x300 << 32) | 0x800 << 32);
+        for found in [upward, single_and_upward, Words::STANDARD] {
+            found.set();
+            let standard = Standard::enter();
+            assert_eq!(Words::present(), Words::STANDARD);
+            drop(standard);
+            assert_eq!(Words::present(), found);
+            assert_eq!(Words::standardise(), found != Words::STANDARD);
+            assert_eq!(Words::present(), Words::STANDARD);
+        }
+    }
+}

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What all requests share: their bodies, so large and so late at the most, and where they run.
+use crate::caller::Caller;
+use crate::calls::BODY_MAX;
+use crate::failure::Failure;
+use crate::lanes::{Lane, SMALL};
+use crate::service::Service;
+use crate::shares::Share;
+use axum::Json;
+use axum::body::{Body, Bytes, HttpBody};
+use axum::extract::State;
+use axum::http::StatusCode;
+use model::refusal::Class;
+use serde_json::Value;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::time::Duration;
+
+pub(super) type Shared = State<Arc<Service>>;
+pub(super) type Answer = Result<Json<Value>, Failure>;
+
+/// How long a body may take to arrive.
+pub(super) const BODY_TIME: Duration = Duration::from_secs(10);
+
+/// A body of this size at the most.
+pub(super) async fn body(body: Body, most: usize, time: Duration) -> Result<Bytes, Failure> {
+    let late = |_| {
+        Failure::new(Class::LimitExceeded, format!("the body has not arrived within {} s", time.as_secs()), "send it faster")
+            .status(StatusCode::REQUEST_TIMEOUT)
+    };
+    tokio::time::timeout(time, collect(body, most)).await.map_err(late)?
+}
+
+/// Collects a body. Of one that is too large the rest is read too, as far as that goes, so that its sender hears why it is refused.
+async fn collect(mut body: Body, most: usize) -> Result<Bytes, Failure> {
+    let refused = || Failure::new(Class::LimitExceeded, format!("the body has more than {most} bytes, or was broken off"), "send less at once");
+    let (mut text, mut size) = (Vec::new(), 0);
+    while let Some(frame) = std::future::poll_fn(|context| Pin::new(&mut body).poll_frame(context)).await {
+        let Ok(data) = frame.map_err(|_| refused())?.into_data() else { continue };
+        size += data.len();
+        if size <= most {
+            text.extend_from_slice(&data);
+        } else if size > most.max(BODY_MAX) + SMALL {
+            break;
+        }
+    }
+    if size > most { Err(refused()) } else { Ok(text.into()) }
+}
+
+/// A body of a call, with its share of the room for those of all callers.
+pub(super) async fn roomy(service: &Service, caller: &Caller, given: Body, most: usize) -> Result<(Bytes, Option<Share>), Failure> {
+    let size = given.size_hint().upper().and_then(|size| usize::try_from(size).ok()).unwrap_or(most).min(most);
+    let share = if size > SMALL { Some(service.lanes.bodies.take(caller, size)?) } else { None };
+    Ok((body(given, most, BODY_TIME).await?, share))
+}
+
+/// Runs a request that is no call on a thread of its lane.
+pub(super) async fn apart<T: Send + 'static>(
+    service: &Service,
+    lane: Lane,
+    caller: &Caller,
+    run: impl FnOnce() -> Result<T, Failure> + Send + 'static,
+) -> Result<T, Failure> {
+    service.lanes.enter(lane, caller)?.run(run).await
+}

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Requests about sessions: who is there, who commands, which end reports wait.
+use crate::audit::Act;
+use crate::caller::Caller;
+use crate::clock::now;
+use crate::failure::Failure;
+use crate::http::request::{Answer, BODY_TIME, Shared, apart, body};
+use crate::lanes::{Lane, SMALL};
+use crate::presence::{Held, needed, present};
+use crate::sessions::{Holder, Reports, Returned};
+use crate::wire::{self, OpenSession, TakeCommand};
+use api::Role;
+use axum::Json;
+use axum::body::Body;
+use axum::extract::{Extension, Path, Query, State};
+use axum::http::HeaderMap;
+use model::refusal::Class;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::time::Duration;
+
+/// How often a held connection looks whether its session is still there.
+const HOLD_LOOK: Duration = Duration::from_millis(100);
+
+/// The lane of what leads to a stop.
+fn to_stop(caller: &Caller) -> Lane {
+    if caller.role >= Role::Operate { Lane::Stop } else { Lane::Usual }
+}
+
+pub(super) async fn list(State(service): Shared) -> Json<Value> {
+    Json(json!({ "result": service.sessions.list() }))
+}
+
+pub(super) async fn open(State(service): Shared, Extension(caller): Extension<Caller>, given: Body) -> Answer {
+    let given = body(given, SMALL, BODY_TIME).await?;
+    let asked: OpenSession = wire::object::<OpenSession>(&given)?.checked()?;
+    let here = service.clone();
+    apart(&here, to_stop(&caller), &caller.clone(), move || {
+        service.look_after(now());
+        let act = Act::new(&caller, &asked.name, "open_session", &given);
+        let opened = service.recorded(&act, Role::Operate, || service.sessions.open(&caller, &asked, now()))?;
+        let instances = service.described(&opened.instances);
+        Ok(Json(json!({ "result": Returned { opened, instances } })))
+    })
+    .await
+}
+
+pub(super) async fn close(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
+    let presence = needed(present(&service, &headers, &caller)?)?;
+    let act = Act::new(&caller, &presence.name, "close_session", b"");
+    let here = service.clone();
+    apart(&here, Lane::Usual, &caller, move || {
+        service.recorded(&act, Role::Operate, || service.close_session(&presence.id))?;
+        Ok(Json(json!({ "result": null })))
+    })
+    .await
+}
+
+pub(super) async fn heartbeat(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
+    needed(present(&service, &headers, &caller)?)?;
+    Ok(Json(json!({ "result": null })))
+}
+
+pub(super) async fn hold(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
+    // The request itself must not count as under way: silence is silence.
+    let id = needed(present(&service, &headers, &caller)?)?.id.clone();
+    let mut held = Held::new(service.clone(), id.clone());
+    let mut look = tokio::time::interval(HOLD_LOOK);
+    while service.sessions.is_alive(&id) {
+        look.tick().await;
+    }
+    held.in_order = true;
+    Ok(Json(json!({ "result": null })))
+}
+
+pub(super) async fn holder(State(service): Shared) -> Json<Value> {
+    Json(json!({ "result": Holder { holder: service.sessions.holder() } }))
+}
+
+pub(super) async fn take_command(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap, given: Body) -> Answer {
+    let presence = needed(present(&service, &headers, &caller)?)?;
+    let given = body(given, SMALL, BODY_TIME).await?;
+    let asked: TakeCommand = wire::object(&given)?;
+    let here = service.clone();
+    apart(&here, to_stop(&caller), &caller.clone(), move || {
+        // Who is lost commands no longer.
+        service.look_after(now());
+        let act = Act::new(&caller, &presence.name, "take_command", &given);
+        service.recorded(&act, Role::Operate, || {
+            service.require_role(&caller, Role::Operate, "command")?;
+            service.sessions.take(&presence.name, caller.role, asked.force)
+        })?;
+        Ok(Json(json!({ "result": Holder { holder: Some(presence.name.clone()) } })))
+    })
+    .await
+}
+
+pub(super) async fn give_back(State(service): Shared, Extension(caller): Extension<Caller>, headers: HeaderMap) -> Answer {
+    let presence = needed(present(&service, &headers, &caller)?)?;
+    service.sessions.give_back(&presence.name);
+    Ok(Json(json!({ "result": Holder { holder: service.sessions.holder() } })))
+}
+
+pub(super) async fn reports(State(service): Shared, Extension(caller): Extension<Caller>, Path(name): Path<String>) -> Answer {
+    let here = service.clone();
+    apart(&here, Lane::Usual, &caller.clone(), move || {
+        service.drain();
+        let (reports, lost) = service.sessions.reports(&name, &caller)?;
+        Ok(Json(json!({ "result": Reports { reports, lost } })))
+    })
+    .await
+}
+
+#[derive(Deserialize)]
+pub(super) struct Through {
+    through: u64,
+}
+
+pub(super) async fn collect(
+    State(service): Shared,
+    Extension(caller): Extension<Caller>,
+    Path(name): Path<String>,
+    query: Result<Query<Through>, axum::extract::rejection::QueryRejection>,
+) -> Answer {
+    let Query(Through { through }) = query.map_err(|why| Failure::new(Class::CallError, why.body_text(), "write ?through=NUMBER"))?;
+    service.sessions.collect(&name, &caller, through)?;
+    Ok(Json(json!({ "result": null })))
+}

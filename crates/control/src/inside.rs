@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The control interface inside one process: no socket, no thread of its own, the clock of the runtime that it is used in. For
+//! simulators and tests, which let that clock stand still.
+use crate::audit::Audit;
+use crate::clock::now;
+use crate::lanes::Lanes;
+use crate::serve::{Options, service};
+use crate::service::Service;
+use axum::Router;
+use model::refusal::Refusals;
+use std::sync::Arc;
+use std::time::Duration;
+use supervisor::System;
+
+/// A system with its control interface, served to whoever has its [`Inside::router`].
+#[doc(hidden)]
+pub struct Inside(Arc<Service>);
+
+impl Inside {
+    /// Of `options` those count that say who is let in. Errors: as of [`crate::Server::start`].
+    pub fn new(system: Arc<System>, options: &Options) -> Result<Inside, Refusals> {
+        Ok(Inside(Arc::new(service(system, options, Audit::none(), None, None, Lanes::new(None))?)))
+    }
+
+    /// All paths. A request has a [`crate::Peer`] among its extensions and a `host`, as one that has come through a socket.
+    pub fn router(&self) -> Router {
+        crate::http::router(self.0.clone())
+    }
+
+    /// Looks after the sessions as long as it is polled.
+    pub async fn look_after(&self) {
+        let mut tick = tokio::time::interval(Duration::from_millis(100));
+        loop {
+            tick.tick().await;
+            self.0.look_after(now());
+        }
+    }
+}

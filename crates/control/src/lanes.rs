@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Lanes: threads and shares for each kind of request, so that what lasts or costs holds up only its own kind, and what stops waits
+//! for none of them.
+//!
+//! | lane | requests | threads | one caller at a time | all |
+//! |---|---|---|---|---|
+//! | stop | calls that stop, and those that lead to one | its own 32 | 8, an emergency stop unbounded | 16 |
+//! | wait | calls that last, in slices of 1 s at the most | shared | 24 | 128, 32 of them for `operate` and above |
+//! | costly | checks of definitions, histories and large listings | its own 2, of lower priority | 1, and 7 that wait for it | 2, and 48 that wait |
+//! | usual | everything else | shared | 8, the others wait for their turn | 32 |
+use crate::caller::Caller;
+use crate::calls::Call;
+use crate::failure::Failure;
+use crate::rates::Rates;
+use crate::shares::{Share, Shares, Turns};
+use axum::http::StatusCode;
+use model::refusal::Class;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::runtime::{Builder, Handle, Runtime};
+use tokio::sync::Semaphore;
+
+/// Waits at a time, of all callers and of one.
+const WAITS_MAX: usize = 128;
+const WAITS_EACH_MAX: usize = 24;
+/// Those that are kept for roles that may command and stop.
+const WAITS_KEPT: usize = 32;
+/// Calls at a time that stop, of all callers and of one, and threads for them: emergency stops have all the others.
+const STOPS_MAX: usize = 16;
+const STOPS_EACH_MAX: usize = 8;
+const STOP_THREADS: usize = 2 * STOPS_MAX;
+/// Costly calls that are there at a time, with those that wait for their turn, and how many are worked on.
+const COSTLY_MAX: usize = 48;
+const COSTLY_EACH_MAX: usize = 8;
+const COSTLY_THREADS: usize = 2;
+/// How much lower the priority of their threads is.
+const COSTLY_NICE: i32 = 10;
+/// Usual calls that are worked on at a time, of all callers and of one.
+const USUAL_MAX: usize = 32;
+const USUAL_EACH_MAX: usize = 8;
+/// Subscriptions to scopes, of all callers and of one: each has rings of values in every source.
+const SCOPES_MAX: usize = 64;
+const SCOPES_EACH_MAX: usize = 32;
+/// Bytes of bodies on their way in, and of answers on their way out, beyond [`SMALL`] each.
+const BODIES_MAX: usize = 24 << 20;
+const BODIES_EACH_MAX: usize = 8 << 20;
+const ANSWERS_MAX: usize = 48 << 20;
+const ANSWERS_EACH_MAX: usize = 16 << 20;
+/// Bodies and answers that are so small are bounded by the places of connections alone.
+pub(crate) const SMALL: usize = 64 << 10;
+/// Threads of the runtime that serves connections, for calls: waits, scopes under the virtual clock, usual calls and the daemon's own looks.
+const SHARED_THREADS: usize = WAITS_MAX + SCOPES_MAX + USUAL_MAX + 16;
+
+/// What a request waits for, and where it runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Lane {
+    /// An emergency stop: it has a thread always, and counts nowhere.
+    Emergency,
+    Stop,
+    Wait,
+    Costly,
+    Usual,
+}
+
+impl Lane {
+    /// The lane of a call. What stops begins in the lane for that; the wait for its end is one as any other.
+    pub fn of(call: &Call) -> Lane {
+        match call {
+            call if call.free => Lane::Emergency,
+            call if call.stops => Lane::Stop,
+            call if call.lasts => Lane::Wait,
+            call if call.costs => Lane::Costly,
+            _ => Lane::Usual,
+        }
+    }
+}
+
+/// Threads on which calls run.
+enum Threads {
+    Own(Handle),
+    /// Those of the runtime that serves the request.
+    Here,
+}
+
+impl Threads {
+    fn spawn<T: Send + 'static>(&self, run: impl FnOnce() -> T + Send + 'static) -> tokio::task::JoinHandle<T> {
+        match self {
+            Threads::Own(handle) => handle.spawn_blocking(run),
+            Threads::Here => tokio::task::spawn_blocking(run),
+        }
+    }
+}
+
+/// The runtimes of a server. Dropping one waits for nobody who sleeps.
+pub(crate) struct Runtimes {
+    pub serving: Runtime,
+    stops: Runtime,
+    costly: Runtime,
+}
+
+impl Runtimes {
+    pub fn start() -> std::io::Result<Runtimes> {
+        let apart = |name: &str, threads| {
+            let mut builder = Builder::new_multi_thread();
+            builder.worker_threads(1).max_blocking_threads(threads).thread_name(name);
+            builder
+        };
+        let lower = || {
+            // Where that is refused they go on as they are.
+            let _refused = rustix::process::nice(COSTLY_NICE);
+        };
+        let serving = Builder::new_multi_thread().worker_threads(2).max_blocking_threads(SHARED_THREADS).thread_name("control").enable_all().build()?;
+        Ok(Runtimes {
+            serving,
+            stops: apart("control stops", STOP_THREADS).build()?,
+            costly: apart("control checks", COSTLY_THREADS).on_thread_start(lower).build()?,
+        })
+    }
+
+    /// Ends them all; what still runs then is left to itself.
+    pub fn end(self, within: Duration) {
+        self.serving.shutdown_timeout(within);
+        self.stops.shutdown_background();
+        self.costly.shutdown_background();
+    }
+}
+
+/// All lanes of a served system.
+pub(crate) struct Lanes {
+    stop_threads: Threads,
+    costly_threads: Threads,
+    stops: Arc<Shares>,
+    waits: Arc<Shares>,
+    costly: Arc<Shares>,
+    pub scopes: Arc<Shares>,
+    pub bodies: Arc<Shares>,
+    pub answers: Arc<Shares>,
+    costly_turns: Turns,
+    costly_all: Arc<Semaphore>,
+    usual_turns: Turns,
+    usual_all: Arc<Semaphore>,
+    /// Requests that stop, of each caller.
+    pub stop_rates: Rates,
+}
+
+impl Lanes {
+    /// With threads of its own where there are runtimes, else all on those of whoever serves.
+    pub fn new(on: Option<&Runtimes>) -> Arc<Lanes> {
+        let threads = |of: fn(&Runtimes) -> &Runtime| on.map_or(Threads::Here, |on| Threads::Own(of(on).handle().clone()));
+        Arc::new(Lanes {
+            stop_threads: threads(|on| &on.stops),
+            costly_threads: threads(|on| &on.costly),
+            stops: Shares::new("calls that stop", STOPS_MAX, STOPS_EACH_MAX, 0),
+            waits: Shares::new("waits", WAITS_MAX, WAITS_EACH_MAX, WAITS_KEPT),
+            costly: Shares::new("checks, histories and listings", COSTLY_MAX, COSTLY_EACH_MAX, COSTLY_EACH_MAX),
+            scopes: Shares::new("scopes", SCOPES_MAX, SCOPES_EACH_MAX, SCOPES_EACH_MAX / 4),
+            bodies: Shares::new("bytes of bodies under way", BODIES_MAX, BODIES_EACH_MAX, BODIES_EACH_MAX),
+            answers: Shares::new("bytes of answers that were not read", ANSWERS_MAX, ANSWERS_EACH_MAX, ANSWERS_EACH_MAX),
+            costly_turns: Turns::new(1),
+            costly_all: Arc::new(Semaphore::new(COSTLY_THREADS)),
+            usual_turns: Turns::new(USUAL_EACH_MAX),
+            usual_all: Arc::new(Semaphore::new(USUAL_MAX)),
+            stop_rates: Rates::new(500.0, 500.0),
+        })
+    }
+
+    /// A caller's request comes into its lane, before its body is read. Errors: `LimitExceeded`.
+    pub fn enter(self: &Arc<Lanes>, lane: Lane, caller: &Caller) -> Result<Entered, Failure> {
+        let share = match lane {
+            Lane::Stop => Some(self.stops.take(caller, 1)?),
+            Lane::Wait => Some(self.waits.take(caller, 1)?),
+            Lane::Costly => Some(self.costly.take(caller, 1)?),
+            Lane::Emergency | Lane::Usual => None,
+        };
+        Ok(Entered { lanes: self.clone(), lane, who: caller.who.clone(), share })
+    }
+}
+
+/// A request in its lane.
+pub(crate) struct Entered {
+    lanes: Arc<Lanes>,
+    lane: Lane,
+    who: String,
+    share: Option<Share>,
+}
+
+impl Entered {
+    /// Runs it on a thread of its lane, when it is its turn. It keeps what it has until it is over, also where nobody waits for it any more.
+    pub async fn run<T: Send + 'static>(self, run: impl FnOnce() -> Result<T, Failure> + Send + 'static) -> Result<T, Failure> {
+        let Entered { lanes, lane, who, share } = self;
+        let turn = match lane {
+            Lane::Costly => Some((lanes.costly_turns.take(&who).await, lanes.costly_all.clone().acquire_owned().await)),
+            Lane::Usual => Some((lanes.usual_turns.take(&who).await, lanes.usual_all.clone().acquire_owned().await)),
+            Lane::Emergency | Lane::Stop | Lane::Wait => None,
+        };
+        let run = move || {
+            let _until_done = (share, turn);
+            run()
+        };
+        let running = match lane {
+            Lane::Emergency | Lane::Stop => lanes.stop_threads.spawn(run),
+            Lane::Costly => lanes.costly_threads.spawn(run),
+            Lane::Wait | Lane::Usual => Threads::Here.spawn(run),
+        };
+        running.await.map_err(|_| {
+            Failure::new(Class::InvalidState, "the call failed inside OpenGPAC", "please report it with what was called")
+                .status(StatusCode::INTERNAL_SERVER_ERROR)
+        })?
+    }
+}

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Answers on their way out: their bytes count against the share of their caller until they have left, so that nobody who does not read
+//! fills the memory.
+use crate::caller::Caller;
+use crate::failure::Failure;
+use crate::lanes::SMALL;
+use crate::service::Service;
+use crate::shares::Share;
+use api::Role;
+use axum::body::{Body, Bytes};
+use axum::http::{HeaderValue, header};
+use axum::response::Response;
+use hyper::body::{Body as HttpBody, Frame, SizeHint};
+use std::convert::Infallible;
+use std::pin::Pin;
+use std::task::{Context, Poll};
+
+/// Bytes that are handed on at a time.
+const PIECE: usize = 32 << 10;
+
+/// The rest of an answer.
+struct Leaving {
+    rest: Bytes,
+    _share: Option<Share>,
+}
+
+impl HttpBody for Leaving {
+    type Data = Bytes;
+    type Error = Infallible;
+
+    fn poll_frame(mut self: Pin<&mut Self>, _: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
+        let size = self.rest.len().min(PIECE);
+        Poll::Ready((size > 0).then(|| Ok(Frame::data(self.rest.split_to(size)))))
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.rest.is_empty()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        SizeHint::with_exact(self.rest.len() as u64)
+    }
+}
+
+/// The answer of this JSON text to a call of this role. What only looks is refused where too much waits for its caller already; what has
+/// acted is told.
+pub(crate) fn leaving(service: &Service, caller: &Caller, text: Vec<u8>, role: Role) -> Result<Response, Failure> {
+    let share = if text.len() > SMALL && role == Role::Observe { Some(service.lanes.answers.take(caller, text.len())?) } else { None };
+    let mut response = Response::new(Body::new(Leaving { rest: text.into(), _share: share }));
+    response.headers_mut().insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    Ok(response)
+}

@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Playing a journal: what there was is made again, in order; then what still ran is started again.
+use crate::audit::Act;
+use crate::caller::Caller;
+use crate::calls;
+use crate::failure::Failure;
+use crate::files::check_digest;
+use crate::journal::ledger::Kept;
+use crate::journal::lines::{By, Line, Subject};
+use crate::journal::{Journal, needed};
+use crate::service::Service;
+use api::Answered;
+use model::refusal::{Class, Refusal, Refusals};
+use serde_json::{Map, Value as Json, json};
+use std::collections::{BTreeMap, HashMap};
+use std::time::{Duration, Instant};
+use supervisor::{Anew, OfProcessor, TakenOver};
+
+/// How often it is said how far it has come.
+const SAY: Duration = Duration::from_secs(1);
+/// How long a wait goes on without a look whether it is to go on.
+const SLICE: Duration = Duration::from_millis(50);
+/// How long a device may take until it is enabled, ns of the system's clock.
+const ENABLED_WITHIN_NS: i64 = 10_000_000_000;
+
+/// Who watches a daemon that starts.
+pub trait Watcher {
+    /// Something that a person should read.
+    fn tell(&mut self, text: &str);
+    /// Asked again and again: whether it is to go on.
+    fn goes_on(&mut self) -> bool;
+}
+
+/// Nobody watches.
+pub struct Unwatched;
+
+impl Watcher for Unwatched {
+    fn tell(&mut self, _: &str) {}
+
+    fn goes_on(&mut self) -> bool {
+        true
+    }
+}
+
+struct Player<'a> {
+    service: &'a Service,
+    journal: &'a Journal,
+    watcher: &'a mut dyn Watcher,
+    /// Instances made again, by their number in the journal.
+    instances: BTreeMap<u64, u64>,
+    /// Instances that keep devices going.
+    devices: HashMap<String, u64>,
+    failures: Refusals,
+    is_unwatched: bool,
+    played: usize,
+    total: usize,
+    said: Instant,
+}
+
+/// Plays the journal of a service that nobody can call yet. Errors: it was interrupted; with `strict`, all that failed.
+pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dyn Watcher) -> Result<(), Refusals> {
+    let (kept, suspended) = {
+        let inner = journal.locked();
+        let kept: Vec<Kept> = inner.ledger.lines().cloned().collect();
+        let suspended: Vec<Subject> = inner.ledger.running().into_iter().filter(|of| inner.ledger.is_suspended(of)).collect();
+        (kept, suspended)
+    };
+    let (running, there): (Vec<Kept>, Vec<Kept>) = kept.into_iter().partition(|kept| runs(&kept.line));
+    let running: Vec<Kept> = running.into_iter().filter(|kept| !suspended.iter().any(|of| subject(&kept.line) == Some(of))).collect();
+    let mut player = Player {
+        service,
+        journal,
+        watcher,
+        instances: BTreeMap::new(),
+        devices: HashMap::new(),
+        failures: Refusals::new(),
+        is_unwatched: false,
+        played: 0,
+        total: there.len() + running.len(),
+        said: Instant::now(),
+    };
+    player.content();
+    player.all(&there)?;
+    if player.is_unwatched && !running.is_empty() {
+        player.failed("nothing was started: what watches over the machine could not be made again".to_owned(), "mend that, then enable the devices");
+    } else {
+        player.all(&running)?;
+    }
+    if !suspended.is_empty() {
+        player.watcher.tell(&format!("{} verb instances were suspended and are not started again", suspended.len()));
+    }
+    player.take_over();
+    let Player { instances, failures, total, .. } = player;
+    if total > 0 {
+        watcher.tell(&format!("played {total} of {total} calls, {} of them failed", failures.len()));
+    }
+    if strict && !failures.is_empty() {
+        return Err(failures);
+    }
+    journal.locked().instances = instances;
+    journal.look(&service.system);
+    Ok(())
+}
+
+/// Whether a line starts something or tells of what runs.
+fn runs(line: &Line) -> bool {
+    match line {
+        Line::Call { call, of, .. } => of.is_some() && call != "create",
+        Line::Became { .. } => true,
+        _ => false,
+    }
+}
+
+fn subject(line: &Line) -> Option<&Subject> {
+    match line {
+        Line::Call { of, .. } => of.as_ref(),
+        Line::Became { of, .. } => Some(of),
+        _ => None,
+    }
+}
+
+impl Player<'_> {
+    /// Gives the service the files that calls refer to.
+    fn content(&mut self) {
+        let needed = needed(&self.journal.locked().ledger);
+        for sha256 in needed {
+            // What is missing or damaged is refused by the call that needs it.
+            let kept = self.journal.content.bytes(&sha256).map(|bytes| self.service.files.put(&sha256, &bytes));
+            if let Ok(Err(failure)) = kept {
+                self.failed(format!("file {sha256}: {}", text(&failure)), "");
+            }
+        }
+    }
+
+    fn all(&mut self, lines: &[Kept]) -> Result<(), Refusals> {
+        for Kept { at, line } in lines {
+            self.watched()?;
+            let played = self.line(line);
+            self.watched()?;
+            if let Err(failure) = played {
+                let name = match line {
+                    Line::Call { call, .. } => format!("call '{call}'"),
+                    Line::Module { module, .. } => format!("module '{module}'"),
+                    Line::Stopped { .. } => "emergency stop".to_owned(),
+                    _ => "line".to_owned(),
+                };
+                self.is_unwatched |= matches!(line, Line::Stopped { .. }) || matches!(line, Line::Call { call, .. } if watches(call));
+                self.failed(format!("line {at}: {name} failed: {}", text(&failure)), "");
+            }
+            self.played += 1;
+            if self.played < self.total && self.said.elapsed() >= SAY {
+                self.said = Instant::now();
+                self.watcher.tell(&format!("played {} of {} calls", self.played, self.total));
+            }
+        }
+        Ok(())
+    }
+
+    fn watched(&mut self) -> Result<(), Refusals> {
+        if self.watcher.goes_on() {
+            return Ok(());
+        }
+        let message = format!("the daemon was ended when {} of {} calls of its journal were played", self.played, self.total);
+        Err(vec![Refusal::new(Class::InvalidState, message).remedy("start it again: the journal is as it was")])
+    }
+
+    fn failed(&mut self, what: String, remedy: &str) {
+        let told = format!("journal '{}': {what}", self.journal.path.display());
+        self.watcher.tell(&told);
+        self.service.system.log_journal(&told);
+        self.failures.push(Refusal::new(Class::InvalidState, told).remedy(remedy));
+    }
+
+    /// What runs in processes that lost the daemon before this one goes on as it is now here. Everything is there again, so that it finds
+    /// its successors; until now nothing of this system has reached a device there.
+    fn take_over(&mut self) {
+        match self.service.system.take_over() {
+            Ok(TakenOver { processors }) => processors.iter().for_each(|of| {
+                self.watcher.tell(&taken(of));
+                of.anew.iter().for_each(|Anew { block, why }| self.watcher.tell(&format!("  {block} begins anew: {why}")));
+            }),
+            Err(refusals) => self.failed(format!("taking over what runs failed: {}", text(&Failure::from(refusals))), "call take_over again"),
+        }
+    }
+
+    fn line(&mut self, line: &Line) -> Result<(), Failure> {
+        match line {
+            Line::Module { module, file, sha256, by } => {
+                let act = Act::new(&caller(by), &by.session, "module", sha256.as_bytes());
+                self.service.recorded(&act, by.role, || self.module(module, file, sha256))
+            }
+            Line::Call { call, withheld, .. } if !withheld.is_empty() => {
+                let message = format!("its argument '{}' is a secret, which a journal does not have", withheld.join("', '"));
+                Err(Failure::new(Class::CallError, message, format!("call '{call}' again")))
+            }
+            Line::Call { call, of, arguments, by, .. } => {
+                let act = Act::new(&caller(by), &by.session, call, &lines_text(arguments));
+                let arguments = self.given(of.as_ref(), call, arguments.clone())?;
+                let result = self.service.recorded(&act, by.role, || make(self.service, call, arguments, by))?;
+                self.follow(call, of.as_ref(), by, &result)
+            }
+            Line::Stopped { reason } => self.service.system.emergency_stop(reason).map_err(Failure::from),
+            Line::Became { .. } | Line::Reset {} | Line::Closed { .. } => Ok(()),
+        }
+    }
+
+    fn module(&self, module: &str, file: &str, sha256: &str) -> Result<(), Failure> {
+        let lost = |why: std::io::Error| Failure::new(Class::ModuleError, format!("its file {sha256} cannot be read: {why}"), "download it again");
+        let bytes = self.journal.content.bytes(sha256).map_err(lost)?;
+        check_digest(sha256, &bytes, "the module")?;
+        self.service.download(module, file, &bytes).map(|_| ())
+    }
+
+    /// The arguments with the number that the instance has now, which belongs to the session that started it.
+    fn given(&self, of: Option<&Subject>, call: &str, mut arguments: Map<String, Json>) -> Result<Map<String, Json>, Failure> {
+        let instance = match of {
+            Some(Subject::Instance(_)) if call == "create" => return Ok(arguments),
+            Some(Subject::Instance(number)) => self.instances.get(number),
+            Some(Subject::Device(device)) if call == "set" => self.devices.get(device),
+            _ => return Ok(arguments),
+        };
+        let gone = || Failure::new(Class::InvalidState, "the instance that it is for could not be made or started", "make it again");
+        arguments.insert("instance".to_owned(), json!(instance.ok_or_else(gone)?));
+        Ok(arguments)
+    }
+
+    /// What was made or started is found by later lines, and by the session whose it was.
+    fn follow(&mut self, call: &str, of: Option<&Subject>, by: &By, result: &Json) -> Result<(), Failure> {
+        match (call, of) {
+            ("create", Some(Subject::Instance(number))) => {
+                let instance = result.as_u64().unwrap_or_default();
+                self.instances.insert(*number, instance);
+                self.own(by, instance);
+            }
+            ("start", Some(Subject::Instance(number))) => self.own(by, self.instances.get(number).copied().unwrap_or_default()),
+            ("enable", Some(Subject::Device(device))) => {
+                let instance = result.as_u64().unwrap_or_default();
+                self.devices.insert(device.clone(), instance);
+                self.own(by, instance);
+                return self.enabled(device);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn own(&self, by: &By, instance: u64) {
+        if !by.session.is_empty() && instance > 0 {
+            self.service.sessions.restore(&by.session, &caller(by), Instant::now());
+            self.service.sessions.own(&by.session, instance);
+        }
+    }
+
+    /// Waits until a device is enabled: what is started next may need it.
+    fn enabled(&mut self, device: &str) -> Result<(), Failure> {
+        let system = &self.service.system;
+        let until_ns = system.now_ns().saturating_add(ENABLED_WITHIN_NS);
+        let mut answered = api::begin(system, "wait_enabled", &json!({ "name": device, "until_ns": until_ns }).to_string(), SLICE)?;
+        loop {
+            match answered {
+                Answered::Done(Json::Bool(false)) => {
+                    let message = format!("device '{device}' is not enabled after {} s", ENABLED_WITHIN_NS / 1_000_000_000);
+                    return Err(Failure::new(Class::NotEnabled, message, "look at the log, and enable it again"));
+                }
+                Answered::Done(_) => return Ok(()),
+                // Whoever asks next ends it.
+                Answered::Waiting { .. } if !self.watcher.goes_on() => return Ok(()),
+                Answered::Waiting { call, arguments } => answered = api::begin(system, call, &arguments.to_string(), SLICE)?,
+            }
+        }
+    }
+}
+
+/// Makes a call as whoever made it, with the rights that he had.
+fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) -> Result<Json, Failure> {
+    let unknown = || Failure::new(Class::UnknownName, format!("there is no call '{name}'"), "is this an older daemon?");
+    let call = calls::find(name).ok_or_else(unknown)?;
+    service.require_role(&caller(by), call.role, name)?;
+    let mut arguments = arguments;
+    if name == "physical_device"
+        && let Some(options) = arguments.get_mut("options")
+    {
+        service.files.resolve(options)?;
+    }
+    match api::begin(&service.system, name, &Json::Object(arguments).to_string(), SLICE)? {
+        Answered::Done(result) => Ok(result),
+        Answered::Waiting { .. } => Err(Failure::new(Class::CallError, format!("call '{name}' lasts, and cannot be played"), "delete that line")),
+    }
+}
+
+/// What has become of a processor that lost its daemon.
+fn taken(of: &OfProcessor) -> String {
+    let OfProcessor { name, processors, carried, ended, gap_ns, .. } = of;
+    let what = if processors.contains(name) { format!("processor '{name}'") } else { format!("process '{name}' (processors '{}')", processors.join("', '")) };
+    if !of.is_adopted {
+        return format!("{what} begins anew: no process of it was left");
+    }
+    let held = gap_ns.map_or(String::new(), |gap_ns| format!("; outputs held for {:.1} ms", gap_ns as f64 * 1e-6));
+    format!("{what} was taken over: {} blocks go on, {} have ended{held}", carried.len(), ended.len())
+}
+
+/// Whether nothing is started where the replay of this call fails: what would stop a motion is not there.
+fn watches(call: &str) -> bool {
+    calls::find(call).is_some_and(|call| call.journal.watches)
+}
+
+fn caller(by: &By) -> Caller {
+    Caller { who: by.who.clone(), role: by.role, from: "journal".to_owned() }
+}
+
+fn lines_text(arguments: &Map<String, Json>) -> Vec<u8> {
+    serde_json::to_vec(arguments).expect("JSON came in")
+}
+
+fn text(failure: &Failure) -> String {
+    failure.refusals.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+}

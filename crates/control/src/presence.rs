@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The session of a request, connections that hold one, and until when a caller is let in: of requests and streams alike.
+use crate::caller::{Caller, Pass};
+use crate::failure::Failure;
+use crate::service::{Presence, Service};
+use axum::http::HeaderMap;
+use model::refusal::Class;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How often it is looked whether a caller, whose request lasts, is still let in.
+pub(crate) const LOOK_AGAIN: Duration = Duration::from_secs(1);
+
+/// The session of a request.
+pub(crate) fn present(service: &Arc<Service>, headers: &HeaderMap, caller: &Caller) -> Result<Option<Presence>, Failure> {
+    let id = headers.get("opengpac-session").map(|id| id.to_str().unwrap_or(""));
+    service.present(id, caller)
+}
+
+pub(crate) fn needed(presence: Option<Presence>) -> Result<Presence, Failure> {
+    presence.ok_or_else(|| Failure::new(Class::CallError, "there is no session", "open one and send its ID in the header OpenGPAC-Session"))
+}
+
+/// A connection that a session holds: where it breaks before the session is over, the session is lost.
+pub(crate) struct Held {
+    service: Arc<Service>,
+    id: String,
+    pub in_order: bool,
+}
+
+impl Held {
+    pub fn new(service: Arc<Service>, id: String) -> Held {
+        service.sessions.hold(&id);
+        Held { service, id, in_order: false }
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        self.service.sessions.let_go(&self.id, !self.in_order);
+    }
+}
+
+/// Returns when a caller is let in no longer, with the reason.
+pub(crate) async fn shut_out(service: &Service, caller: &Caller, pass: &Pass) -> Failure {
+    loop {
+        tokio::time::sleep(LOOK_AGAIN).await;
+        if let Err(failure) = service.gate.look_again(caller, pass) {
+            return failure;
+        }
+    }
+}

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The rest of a body that nobody read: it is taken before the answer leaves, so that a client that is still sending hears why it was refused
+//! instead of finding its connection closed.
+use crate::calls::BODY_MAX;
+use axum::body::{Bytes, HttpBody};
+use hyper::body::{Frame, Incoming, SizeHint};
+use std::future::poll_fn;
+use std::pin::Pin;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+/// How long the rest may take to arrive.
+const REST_TIME: Duration = Duration::from_secs(2);
+
+/// Where a body goes that is given up before its end.
+#[derive(Clone, Default)]
+pub(crate) struct Rest(Arc<Mutex<Option<Incoming>>>);
+
+/// A body on its way to a handler.
+pub(crate) struct Given {
+    /// There until it is dropped.
+    body: Option<Incoming>,
+    rest: Rest,
+}
+
+impl Rest {
+    /// The body as a handler is given it.
+    pub fn of(&self, body: Incoming) -> Given {
+        Given { body: Some(body), rest: self.clone() }
+    }
+
+    /// Takes what was given up, as far as a body may be long, and throws it away.
+    pub async fn take(&self) {
+        let Some(mut body) = self.0.lock().unwrap_or_else(PoisonError::into_inner).take() else { return };
+        let read = async {
+            let mut size = 0;
+            while let Some(Ok(frame)) = poll_fn(|context| Pin::new(&mut body).poll_frame(context)).await {
+                size += frame.data_ref().map_or(0, Bytes::len);
+                if size > BODY_MAX {
+                    break;
+                }
+            }
+        };
+        // A client that takes longer is not waited for.
+        let _late = tokio::time::timeout(REST_TIME, read).await;
+    }
+}
+
+impl HttpBody for Given {
+    type Data = Bytes;
+    type Error = hyper::Error;
+
+    fn poll_frame(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Result<Frame<Bytes>, hyper::Error>>> {
+        self.body.as_mut().map_or(Poll::Ready(None), |body| Pin::new(body).poll_frame(context))
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.as_ref().is_none_or(HttpBody::is_end_stream)
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.as_ref().map_or_else(SizeHint::default, HttpBody::size_hint)
+    }
+}
+
+impl Drop for Given {
+    fn drop(&mut self) {
+        if let Some(body) = self.body.take().filter(|body| !body.is_end_stream()) {
+            *self.rest.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(body);
+        }
+    }
+}

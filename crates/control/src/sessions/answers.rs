@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What requests about sessions are answered.
+use api::Role;
+use schemars::JsonSchema;
+use serde::Serialize;
+use supervisor::{InstanceState, Report};
+
+/// An end report that waits for its session.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[schemars(rename = "KeptReport")]
+pub struct Kept {
+    /// Counts the ends of the system.
+    pub number: u64,
+    /// The verb instance.
+    pub instance: u64,
+    pub report: Report,
+    /// It was in an answer; it goes when the session shows that it has had that.
+    #[serde(skip)]
+    pub(super) told: bool,
+}
+
+/// What the answer to an opened session says.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "OpenedSession")]
+pub struct Opened {
+    /// Its ID, for the header `OpenGPAC-Session`.
+    pub session: String,
+    pub name: String,
+    pub role: Role,
+    /// How often it has to give a sign of life, ms.
+    pub heartbeat_ms: u64,
+    /// After how long without one it counts as lost, ms.
+    pub lost_after_ms: u64,
+    /// It was there before, and lost.
+    pub returned: bool,
+    #[serde(skip)]
+    pub instances: Vec<u64>,
+    /// End reports that wait for it.
+    pub kept_reports: usize,
+    /// End reports that are gone, because too many waited.
+    pub lost_reports: u64,
+}
+
+/// One line of the list of sessions.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "SessionInfo")]
+pub struct Listed {
+    pub name: String,
+    /// Its caller: a user, a token or a certificate.
+    pub who: String,
+    pub role: Role,
+    /// Where it calls from.
+    pub from: String,
+    /// It has command.
+    pub commands: bool,
+    pub alive: bool,
+    /// A connection holds it: where that breaks it is lost at once.
+    pub held: bool,
+    pub kept_reports: usize,
+}
+
+/// An opened session with the instances that are still there of those that it has started.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Returned {
+    #[serde(flatten)]
+    pub opened: Opened,
+    pub instances: Vec<Described>,
+}
+
+/// A verb instance of a session.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "SessionInstance")]
+pub struct Described {
+    pub instance: u64,
+    pub name: String,
+    pub state: InstanceState,
+}
+
+/// Who commands.
+#[derive(Debug, Serialize, JsonSchema)]
+pub struct Holder {
+    /// Name of the session that commands; null: none does.
+    pub holder: Option<String>,
+}
+
+/// The end reports that wait for a session.
+#[derive(Debug, Serialize, JsonSchema)]
+#[schemars(rename = "KeptReports")]
+pub struct Reports {
+    /// Oldest first.
+    pub reports: Vec<Kept>,
+    /// Those that are gone, because too many waited.
+    pub lost: u64,
+}

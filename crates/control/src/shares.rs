@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Shares: how much callers have at a time of what there is a bounded amount of. A quarter is for callers who have nothing yet, and of
+//! the rest a caller gets up to half of what is free: so whoever comes finds some, also where several hold what they can.
+use crate::caller::Caller;
+use crate::failure::Failure;
+use api::Role;
+use model::refusal::Class;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+
+/// A bounded amount of something, shared by all callers.
+pub(crate) struct Shares {
+    /// What it is, in the plural: `waits`.
+    what: &'static str,
+    all: usize,
+    /// The maximum of one caller.
+    each: usize,
+    /// What is kept for roles that may command and stop.
+    kept: usize,
+    held: Mutex<HashMap<String, usize>>,
+}
+
+/// What one caller has, until it is dropped.
+pub(crate) struct Share {
+    of: Arc<Shares>,
+    who: String,
+    amount: usize,
+}
+
+impl Shares {
+    pub fn new(what: &'static str, all: usize, each: usize, kept: usize) -> Arc<Shares> {
+        Arc::new(Shares { what, all, each, kept, held: Mutex::default() })
+    }
+
+    fn locked(&self) -> MutexGuard<'_, HashMap<String, usize>> {
+        self.held.lock().expect("nobody panics with this lock")
+    }
+
+    /// Takes so much for a caller. Errors: `LimitExceeded`, which says whose limit it is.
+    pub fn take(self: &Arc<Shares>, caller: &Caller, amount: usize) -> Result<Share, Failure> {
+        let mut held = self.locked();
+        let own = held.get(&caller.who).copied().unwrap_or(0);
+        let kept = if caller.role >= Role::Operate { 0 } else { self.kept };
+        let used: usize = held.values().sum();
+        let free = (self.all - kept).saturating_sub(used);
+        // A quarter is for those who have none yet.
+        let more = free.saturating_sub((self.all - kept) / 4) / 2;
+        let full = if own + amount > self.each || (own > 0 && own + amount > more) {
+            format!("{} has {own} {} at a time already, its share of {}", caller.who, self.what, self.all - kept)
+        } else if amount > free {
+            format!("all callers together have {used} {} at a time already", self.what)
+        } else {
+            *held.entry(caller.who.clone()).or_default() += amount;
+            return Ok(Share { of: self.clone(), who: caller.who.clone(), amount });
+        };
+        Err(Failure::new(Class::LimitExceeded, full, "come again when one is over").again_in(1))
+    }
+}
+
+impl Drop for Share {
+    fn drop(&mut self) {
+        let mut held = self.of.locked();
+        if let Some(own) = held.get_mut(&self.who) {
+            *own -= self.amount;
+            if *own == 0 {
+                held.remove(&self.who);
+            }
+        }
+    }
+}
+
+/// Callers that are remembered before those without a turn are forgotten.
+const REMEMBERED: usize = 64;
+
+/// How many requests of one caller are worked on at a time: the others wait for their turn, and so hold up nobody but themselves.
+pub(crate) struct Turns {
+    each: usize,
+    of: Mutex<HashMap<String, Arc<Semaphore>>>,
+}
+
+impl Turns {
+    pub fn new(each: usize) -> Turns {
+        Turns { each, of: Mutex::default() }
+    }
+
+    /// Waits for a turn of this caller.
+    pub async fn take(&self, who: &str) -> OwnedSemaphorePermit {
+        let own = {
+            let mut of = self.of.lock().expect("nobody panics with this lock");
+            if of.len() >= REMEMBERED {
+                of.retain(|_, turns| Arc::strong_count(turns) > 1);
+            }
+            of.entry(who.to_owned()).or_insert_with(|| Arc::new(Semaphore::new(self.each))).clone()
+        };
+        own.acquire_owned().await.expect("it is never closed")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn caller(who: &str, role: Role) -> Caller {
+        Caller { who: who.to_owned(), role, from: String::new() }
+    }
+
+    /// Takes one after the other until no more is given; what was said then.
+    fn fill(shares: &Arc<Shares>, caller: &Caller) -> (Vec<Share>, String) {
+        let mut own = Vec::new();
+        loop {
+            match shares.take(caller, 1) {
+                Ok(share) => own.push(share),
+                Err(failure) => return (own, failure.refusals[0].message.clone()),
+            }
+        }
+    }
+
+    #[test]
+    fn whoever_comes_finds_some_where_many_hold_what_they_can() {
+        let shares = Shares::new("waits", 96, 32, 32);
+        let mut held = Vec::new();
+        for number in 0..20 {
+            let (own, said) = fill(&shares, &caller(&format!("token o{number}"), Role::Observe));
+            assert!(!own.is_empty(), "observer {number} got none");
+            assert!(said.starts_with(&format!("token o{number} has {} waits at a time already", own.len())), "{said}");
+            held.push(own);
+        }
+        let (own, _) = fill(&shares, &caller("token panel", Role::Operate));
+        assert!(own.len() >= 4, "what is kept for who may stop is taken by no observer: {}", own.len());
+    }
+
+    #[test]
+    fn what_is_given_back_can_be_taken_again() {
+        let shares = Shares::new("waits", 2, 2, 0);
+        let (own, said) = fill(&shares, &caller("token a", Role::Observe));
+        assert_eq!((own.len(), said.as_str()), (1, "token a has 1 waits at a time already, its share of 2"));
+        let (other, _) = fill(&shares, &caller("token b", Role::Observe));
+        assert_eq!(other.len(), 1);
+        let said = shares.take(&caller("token c", Role::Observe), 1).err().expect("there is none left").refusals[0].message.clone();
+        assert_eq!(said, "all callers together have 2 waits at a time already");
+        drop(own);
+        assert!(shares.take(&caller("token c", Role::Observe), 1).is_ok());
+    }
+}

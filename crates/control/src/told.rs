@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the text frames of a stream say.
+use api::Snapshot;
+use model::refusal::Refusals;
+use schemars::JsonSchema;
+use serde::Serialize;
+use supervisor::{End, Entry, Installed, Statistics};
+
+/// A text frame of the stream: what a subscription has to say, or why a frame of the client was refused.
+#[derive(Debug, Default, Serialize, JsonSchema)]
+#[schemars(rename = "StreamAnswer")]
+pub(crate) struct Told {
+    /// The subscription, as its client named it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub svvs: Option<Snapshot>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub statistics: Option<Statistics>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub installed: Option<Installed>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub log: Option<Vec<Entry>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ends: Option<Vec<End>>,
+    /// The first frame of a scope: what the binary ones after it carry.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scope: Option<ScopeHead>,
+    /// Frames, or entries, that the reader was too slow for since the last frame of this subscription.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dropped: Option<u64>,
+    /// Why the subscription ended, or the frame was refused.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub errors: Option<Refusals>,
+}
+
+/// The channels of a scope.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct ScopeHead {
+    /// In the order of the runs of its binary frames.
+    pub channels: Vec<ScopeChannel>,
+}
+
+/// A channel of a scope.
+#[derive(Debug, Serialize, JsonSchema)]
+pub(crate) struct ScopeChannel {
+    pub name: String,
+    pub type_text: String,
+    pub unit: String,
+    /// Numbers of one value: elements of an array, members of a struct.
+    pub components: usize,
+}
+
+impl Told {
+    /// Something of this subscription.
+    pub fn of(id: &str) -> Told {
+        Told { id: Some(id.to_owned()), ..Told::default() }
+    }
+}

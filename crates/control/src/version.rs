@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a system is, for somebody who connects to it.
+use crate::caller::Caller;
+use crate::code::target;
+use crate::service::Service;
+use api::Role;
+use schemars::JsonSchema;
+use serde::Serialize;
+
+/// What answers, and as what it sees its caller.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct Version {
+    /// Version of OpenGPAC.
+    pub opengpac: &'static str,
+    /// Version of the control interface.
+    pub interface: u32,
+    /// Version of the block interface, for shared objects.
+    pub abi: u32,
+    /// The machine, for shared objects: `x86_64-linux`.
+    pub target: String,
+    /// Name of the real-time system.
+    pub system: String,
+    pub clock: ClockName,
+    /// Role of the caller.
+    pub role: Role,
+}
+
+/// The clock of a system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ClockName {
+    Monotonic,
+    Virtual,
+}
+
+/// The answer to `GET /v1/version`.
+pub fn version(service: &Service, caller: &Caller) -> Version {
+    Version {
+        opengpac: env!("CARGO_PKG_VERSION"),
+        interface: 1,
+        abi: opengpac::abi::ABI,
+        target: target(),
+        system: service.system.name().to_owned(),
+        clock: if service.system.is_virtual() { ClockName::Virtual } else { ClockName::Monotonic },
+        role: caller.role,
+    }
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What an open driver has beside its exchange: services and counters. The code that opens a driver takes them before it goes to the thread of its
+//! source, and keeps them.
+use crate::{Counters, Driver, DriverError, Services, check_service, find};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::sync::Arc;
+
+/// Services and counters of one open driver.
+#[derive(Clone, Default)]
+pub struct Beside {
+    kind: String,
+    services: Option<Arc<dyn Services>>,
+    counters: Option<Arc<Counters>>,
+}
+
+/// Why a service was not carried out; each in words.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Unserved {
+    /// The driver has no such service.
+    Unknown(String),
+    /// An argument is missing, unknown or of another kind.
+    Arguments(String),
+    /// What the device or its driver says.
+    Failed(String),
+}
+
+impl Beside {
+    /// Of the driver `kind` that was made just now.
+    pub fn of(kind: &str, driver: &dyn Driver) -> Beside {
+        Beside { kind: kind.to_owned(), services: driver.services(), counters: driver.counters() }
+    }
+
+    /// Carries out a service, after its arguments were checked. It may wait, so it is called with no lock held.
+    ///
+    /// # Errors
+    /// No such service, a wrong argument, what the device refuses.
+    pub fn serve(&self, service: &str, arguments: &Value) -> Result<Value, Unserved> {
+        let words = find(&self.kind).map(|of| of.services).unwrap_or_default();
+        let checked = check_service(&self.kind, words, service, arguments).map_err(|why| match why {
+            DriverError::Service { .. } => Unserved::Unknown(why.to_string()),
+            _ => Unserved::Arguments(why.to_string()),
+        })?;
+        let Some(services) = &self.services else {
+            return Err(Unserved::Failed(format!("driver '{}' declares service '{service}', and carries out none", self.kind)));
+        };
+        services.call(service, &checked).map_err(|why| Unserved::Failed(why.message))
+    }
+
+    /// What it has counted so far, by name.
+    pub fn counted(&self) -> Vec<(String, u64)> {
+        let counters = self.counters.iter().flat_map(|counters| counters.all());
+        counters.map(|(word, value)| (word.name.to_owned(), value)).collect()
+    }
+}

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A channel of a physical device, and what it says of itself.
+use crate::Type;
+
+/// Which way a channel goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Direction {
+    /// From the machine.
+    Read,
+    /// To the machine.
+    Write,
+}
+
+/// A typed, unit-carrying channel of a physical device.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct Channel {
+    /// `part.channel`, for example `elbow.position`; unique in its device.
+    pub name: String,
+    /// Which way it goes.
+    pub direction: Direction,
+    /// C type, for example `double`.
+    pub type_text: String,
+    /// Unit, or empty.
+    pub unit: String,
+    /// What it is, one line.
+    pub doc: String,
+    /// Offset in the readings or in the commands.
+    pub offset: usize,
+    /// Bytes.
+    pub len: usize,
+    /// Write: the value that leaves the machine safe (bytes of the type).
+    pub safe: Vec<u8>,
+    /// Write, `double` only: the fastest change, in units per second; enforced and counted in the write step.
+    pub slew_max: Option<f64>,
+}
+
+impl Channel {
+    /// One that is read. [`Layout::add`](crate::Layout::add) says where it lies.
+    pub fn read(name: impl Into<String>, of: Type) -> Channel {
+        Channel::new(name.into(), Direction::Read, of, Vec::new())
+    }
+
+    /// One that is written; its safe value is 0 unless [`Channel::safe`] says another.
+    pub fn write(name: impl Into<String>, of: Type) -> Channel {
+        Channel::new(name.into(), Direction::Write, of, vec![0; of.len()])
+    }
+
+    fn new(name: String, direction: Direction, of: Type, safe: Vec<u8>) -> Channel {
+        Channel { name, direction, type_text: of.to_string(), unit: String::new(), doc: String::new(), offset: 0, len: of.len(), safe, slew_max: None }
+    }
+
+    /// With this unit.
+    pub fn unit(self, unit: impl Into<String>) -> Channel {
+        Channel { unit: unit.into(), ..self }
+    }
+
+    /// With this line that says what it is.
+    pub fn doc(self, doc: impl Into<String>) -> Channel {
+        Channel { doc: doc.into(), ..self }
+    }
+
+    /// With this safe value, as bytes of the type.
+    pub fn safe(self, safe: Vec<u8>) -> Channel {
+        Channel { safe, ..self }
+    }
+
+    /// With this limit of its change, in units per second; none where nothing is given.
+    pub fn slew(self, slew_max: Option<f64>) -> Channel {
+        Channel { slew_max, ..self }
+    }
+}

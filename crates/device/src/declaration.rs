@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The declaration of a driver: what a program, a manual and the registry know of it before it is opened.
+use crate::{CounterWord, Driver, DriverError, Geometry, Given, Life, Loaded, SafeState, Scan, ServiceWord};
+use serde_json::Value;
+use std::fmt;
+
+/// Where a driver exchanges its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// On the thread of its source: its reads and writes are bounded, and neither allocate nor wait.
+    Inline,
+    /// On a thread of its own; the newest values are exchanged, each with its age.
+    Worker,
+    /// In a process of its own under the guard.
+    Process,
+}
+
+impl fmt::Display for Class {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Class::Inline => "inline",
+            Class::Worker => "worker",
+            Class::Process => "process",
+        })
+    }
+}
+
+/// What the value of an option is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Text,
+    Number,
+    /// A whole number.
+    Whole,
+    Bool,
+    List,
+    /// Names with values.
+    Table,
+}
+
+/// An option of a driver.
+#[derive(Clone, Copy, Debug)]
+pub struct OptionWord {
+    pub name: &'static str,
+    pub kind: Kind,
+    /// Unit of a number, or empty.
+    pub unit: &'static str,
+    /// What it is where it is left out, in words; none: it must be given.
+    pub default: Option<&'static str>,
+    /// One line.
+    pub doc: &'static str,
+}
+
+/// A driver that has been made and not opened, and what it says of its machine: `{"parts": [Part, …], …}`; see [`Part`](crate::Part).
+pub type Opened = (Box<dyn Driver>, Value);
+
+/// What a driver does with its checked options, without a driver of it being open: it makes one, draws its machine, tries its files.
+pub type Of<T> = fn(&Given<'_>) -> Result<T, DriverError>;
+
+/// The kind and the options of the driver that stands for another one.
+pub type StandIn = fn(&Value) -> Option<(String, Value)>;
+
+/// A kind of driver. It is a constant of the file that the driver is in; [`register`](crate::register) makes it known.
+pub struct Declaration {
+    /// The name by which a program asks for it.
+    pub kind: &'static str,
+    /// One line.
+    pub doc: &'static str,
+    pub class: Class,
+    pub options: &'static [OptionWord],
+    /// How its device comes and goes.
+    pub life: Life,
+    /// The safe state of its device.
+    pub safe_state: SafeState,
+    /// What it does off the cycle.
+    pub services: &'static [ServiceWord],
+    /// What it counts.
+    pub counters: &'static [CounterWord],
+    /// What it may do that a program of the user alone may not, one line each with how it is given: `raw sockets: cap_net_raw`.
+    pub rights: &'static [&'static str],
+    /// Finds devices that it could open; none: it cannot look.
+    pub scan: Option<Scan>,
+    /// Makes it. It may allocate, read files and load libraries.
+    pub open: Of<Opened>,
+    /// Bodies, joints, shapes and meshes of its machine, for who draws it; without opening it.
+    pub geometry: Option<Of<Option<Geometry>>>,
+    /// Tries the files that its options name, so that what is wrong with one ends no process but a child.
+    pub trial: Option<Of<()>>,
+    /// Which driver with which options stands for it where time is virtual; none: itself.
+    pub in_virtual_time: Option<StandIn>,
+    /// Of one that was loaded from a file: it makes drivers, and looks for devices, in place of `open` and `scan`.
+    pub loaded: Option<&'static dyn Loaded>,
+}
+
+impl Declaration {
+    /// Makes a driver.
+    ///
+    /// # Errors
+    /// The driver's own.
+    pub(crate) fn make(&self, given: &Given<'_>) -> Result<Opened, DriverError> {
+        self.loaded.map_or_else(|| (self.open)(given), |loaded| loaded.open(given))
+    }
+
+    /// One with these options, which is inline and has nothing beyond what every driver has.
+    pub const fn new(kind: &'static str, doc: &'static str, options: &'static [OptionWord], open: Of<Opened>) -> Declaration {
+        Declaration {
+            kind,
+            doc,
+            class: Class::Inline,
+            options,
+            life: Life::IN_PLACE,
+            safe_state: SafeState::BY_DRIVER,
+            services: &[],
+            counters: &[],
+            rights: &[],
+            scan: None,
+            open,
+            geometry: None,
+            trial: None,
+            in_virtual_time: None,
+            loaded: None,
+        }
+    }
+}
+
+impl OptionWord {
+    /// One that must be given.
+    pub const fn needed(name: &'static str, kind: Kind, doc: &'static str) -> OptionWord {
+        OptionWord { name, kind, unit: "", default: None, doc }
+    }
+
+    /// One that may be left out; `default` says what it is then.
+    pub const fn with_default(name: &'static str, kind: Kind, default: &'static str, doc: &'static str) -> OptionWord {
+        OptionWord { name, kind, unit: "", default: Some(default), doc }
+    }
+
+    /// With a unit.
+    pub const fn unit(self, unit: &'static str) -> OptionWord {
+        OptionWord { unit, ..self }
+    }
+}

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a driver does.
+use crate::{Channel, Counters, SafeHandle, Services};
+use std::sync::Arc;
+
+/// Why a device could not be read or written. It becomes the condition `device_lost` of the verbs that use the device.
+#[derive(Debug)]
+pub struct DeviceError {
+    /// For people.
+    pub message: String,
+}
+
+/// A driver. Its device is brought to its safe state by up to three: the driver itself ([`Driver::safe_state`]), the guard, where this process
+/// can do nothing any more ([`Driver::safe_handles`]), and the device, where nobody commands it any more ([`Driver::watchdog_ns`]).
+///
+/// All calls but `new`-like construction come from the thread of the device's source (under the virtual clock: from
+/// the one thread of the system); `read` and `write` must not allocate, lock or wait.
+pub trait Driver: Send {
+    /// The channels, fixed for the life of the driver.
+    fn channels(&self) -> &[Channel];
+    /// Called once before the first firing, off the real-time path. `now_ns`: the clock.
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError>;
+    /// Reads every channel at the firing released at `release_ns` (a simulated plant first advances to that time).
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError>;
+    /// Writes every channel. `engaged[i]`: whether channel i (index among the write channels) is claimed by a running verb;
+    /// one that is not carries its safe value.
+    fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError>;
+    /// Brings all outputs to their safe state now: after a fault of the source, an emergency stop, or at the end.
+    fn safe_state(&mut self);
+    /// Called once at the end, off the real-time path.
+    fn close(&mut self);
+    /// What brings the outputs to their safe state without this process, from `open` on. Asked once, after `open`, off the
+    /// real-time path. Default: nothing; then the outputs stay as they are when the process is lost.
+    fn safe_handles(&self) -> Vec<SafeHandle> {
+        Vec::new()
+    }
+    /// The watchdog of the device itself: where no new command comes for so long, it goes to its safe state without anybody, and its next
+    /// [`Driver::read`] says so. It is known from the making on, and a source that is too slow for it is refused. Default: it has none.
+    fn watchdog_ns(&self) -> Option<i64> {
+        None
+    }
+    /// What carries out its declared services. Asked once, after it is made. Default: it has none.
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        None
+    }
+    /// What it counts, as it declares. Asked once, after it is made. Default: nothing.
+    fn counters(&self) -> Option<Arc<Counters>> {
+        None
+    }
+}

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Why a driver could not be made.
+use crate::Class;
+use std::path::PathBuf;
+use thiserror::Error;
+
+/// Why [`open`](crate::open) failed. Each message says what to do next, where that is known.
+#[derive(Debug, Error)]
+pub enum DriverError {
+    /// No driver of that name.
+    #[error("no driver '{kind}'{meant}; the drivers are {known}")]
+    UnknownKind { kind: String, meant: String, known: String },
+    /// An option is missing, unknown or has a wrong value.
+    #[error("driver '{kind}': option '{option}': {problem}")]
+    Option { kind: String, option: String, problem: String },
+    /// A file that an option names cannot be read.
+    #[error("driver '{kind}' cannot read '{}': {problem}", path.display())]
+    File { kind: String, path: PathBuf, problem: String },
+    /// It exchanges in a way that nothing in this process serves.
+    #[error("driver '{kind}' is declared as {class}, which this program does not serve; open it by crate drivers, or declare it inline")]
+    Class { kind: String, class: Class },
+    /// It has no such service.
+    #[error("driver '{kind}' has no service '{service}'; {problem}")]
+    Service { kind: String, service: String, problem: String },
+    /// An argument of a service is missing, unknown or has a wrong value.
+    #[error("service '{service}' of driver '{kind}': argument '{argument}': {problem}")]
+    Argument { kind: String, service: String, argument: String, problem: String },
+    /// It cannot look for devices.
+    #[error("driver '{kind}' cannot look for devices; its manual says which options open one")]
+    NoScan { kind: String },
+    /// Another driver of that name is registered.
+    #[error("there is a driver '{kind}' already; register this one under another name")]
+    Taken { kind: String },
+    /// A process that a driver runs in could not be started, or is gone.
+    #[error("driver '{kind}': {problem}")]
+    Process { kind: String, problem: String },
+    /// The driver's own words.
+    #[error("{0}")]
+    Failed(String),
+}

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The interface of a driver: what stands between a physical device and the kernel that reads and writes it.
+//!
+//! | | |
+//! |---|---|
+//! | [`Driver`], [`DeviceError`] | what a driver does: open, read, write, safe state, close |
+//! | [`Channel`], [`Direction`], [`Type`] | what it says of its values |
+//! | [`Layout`], [`Slot`] | where they lie: offsets that nobody counts by hand |
+//! | [`Declaration`], [`OptionWord`], [`Class`] | its manual: name, options with units and defaults, where it exchanges |
+//! | [`register`], [`open`], [`geometry`] | the drivers of this process: each registers itself, nobody above names one |
+//! | [`Loaded`], [`lend_loader`] | drivers that come in a file: `name@file.so` |
+//! | [`Given`] | options, checked by one piece of code |
+//! | [`Life`], [`SafeState`] | how its device comes, goes and comes to rest |
+//! | [`Services`], [`ServiceWord`], [`Scan`] | what it does off the cycle: commands, and the search for devices |
+//! | [`Counters`] | what it counts: lost frames, late answers |
+//! | [`Beside`], [`Manual`] | services and counters of an open driver; what it declares, to be sent and printed |
+//! | [`Part`], [`Command`], [`Servo`], [`Geometry`] | what it says of its machine, and what that looks like |
+//! | [`SafeHandle`] | what the guard writes when the process of the driver is gone |
+//!
+//! Nothing here knows a kernel, a verb, a thread or a process.
+mod beside;
+mod channel;
+mod counters;
+mod declaration;
+mod driver;
+mod error;
+mod layout;
+mod lent;
+mod life;
+mod loaded;
+mod manual;
+mod options;
+mod part;
+mod registry;
+mod safe_handle;
+mod services;
+mod shapes;
+mod types;
+mod watchdog;
+mod worker;
+
+pub use beside::{Beside, Unserved};
+pub use channel::{Channel, Direction};
+pub use counters::{CounterWord, Counters};
+pub use declaration::{Class, Declaration, Kind, Of, Opened, OptionWord, StandIn};
+pub use driver::{DeviceError, Driver};
+pub use error::DriverError;
+pub use layout::{Layout, Slot};
+pub use lent::{interpreter, lend_interpreter};
+pub use life::{Life, SafeBy, SafeState};
+pub use loaded::{Loaded, Loader, lend_loader, load};
+pub use manual::{CounterAbout, Manual, OptionAbout, SafeStateAbout, ServiceAbout};
+pub use options::Given;
+pub use part::{Command, Part, Servo, UNLIMITED};
+pub use registry::{check, declarations, find, geometry, in_virtual_time, open, options_of, register, scan, try_options};
+pub use safe_handle::SafeHandle;
+pub use services::{Found, Scan, ServiceWord, Services, check_service};
+pub use shapes::{Body, Geometry, Joint, JointKind, Mesh, Shape};
+pub use types::{Number, Type};
+pub use watchdog::{check_timeout, timeout_message};
+pub use worker::{Pace, Worker, lend_worker};

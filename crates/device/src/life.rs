@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How a device comes, goes, and comes to rest: what a driver declares of it, and the conformance kit measures.
+use std::fmt;
+
+/// How a device comes and goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Life {
+    /// How long [`Driver::open`](crate::Driver::open) waits for a device that is not there yet, ns; 0: it is there, or refused at once.
+    pub waits_ns: i64,
+    /// How long after its last answer a device that is gone is told as lost, ns, at most.
+    pub lost_within_ns: i64,
+}
+
+impl Life {
+    /// It is there when it is opened, and its next exchange fails when it is gone.
+    pub const IN_PLACE: Life = Life { waits_ns: 0, lost_within_ns: 0 };
+}
+
+/// What brings outputs to their safe state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SafeBy {
+    /// The driver, by [`Driver::safe_state`](crate::Driver::safe_state).
+    Driver,
+    /// The guard, by [`Driver::safe_handles`](crate::Driver::safe_handles).
+    Guard,
+    /// The device's own watchdog, which the driver sets.
+    Device,
+}
+
+impl fmt::Display for SafeBy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            SafeBy::Driver => "driver",
+            SafeBy::Guard => "guard",
+            SafeBy::Device => "device",
+        })
+    }
+}
+
+/// The safe state of a device: what it is, what brings it about, and how soon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SafeState {
+    /// What it is, one line: `torque off`.
+    pub doc: &'static str,
+    pub by: &'static [SafeBy],
+    /// How long after it is asked for it holds, ns, at most.
+    pub within_ns: i64,
+}
+
+impl SafeState {
+    /// Each output carries its safe value when [`Driver::safe_state`](crate::Driver::safe_state) returns.
+    pub const BY_DRIVER: SafeState = SafeState { doc: "each output carries its safe value", by: &[SafeBy::Driver], within_ns: 0 };
+}

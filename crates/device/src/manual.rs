@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The declaration of a driver in a form that can be sent and printed.
+use crate::{CounterWord, Declaration, Kind, OptionWord, SafeState, ServiceWord, options_of};
+use serde::{Deserialize, Serialize};
+
+/// What a driver declares of itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Manual {
+    /// The name by which a program asks for it.
+    pub kind: String,
+    /// One line.
+    pub doc: String,
+    /// Where it exchanges: "inline", "worker" or "process".
+    pub class: String,
+    pub options: Vec<OptionAbout>,
+    /// How long it waits for a device that is not there yet, ns.
+    pub waits_ns: i64,
+    /// How long after its last answer a device that is gone is told as lost, ns.
+    pub lost_within_ns: i64,
+    pub safe_state: SafeStateAbout,
+    pub services: Vec<ServiceAbout>,
+    pub counters: Vec<CounterAbout>,
+    /// What it may do that a program of the user alone may not.
+    pub rights: Vec<String>,
+    /// Whether it can look for devices.
+    pub scans: bool,
+}
+
+/// An option of a driver, or an argument of a service.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "DriverOption"))]
+pub struct OptionAbout {
+    pub name: String,
+    /// "text", "number", "whole", "bool", "list" or "table".
+    pub kind: String,
+    /// Empty for none.
+    pub unit: String,
+    /// What it is where it is left out, in words; null: it must be given.
+    pub default: Option<String>,
+    pub doc: String,
+}
+
+/// A service of a driver: a command off the cycle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "DriverService"))]
+pub struct ServiceAbout {
+    pub name: String,
+    pub doc: String,
+    pub arguments: Vec<OptionAbout>,
+    /// The kind of its answer; null: it answers nothing.
+    pub answer: Option<String>,
+}
+
+/// A counter of a driver.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "DriverCounter"))]
+pub struct CounterAbout {
+    pub name: String,
+    /// Empty for a mere number.
+    pub unit: String,
+    pub doc: String,
+}
+
+/// The safe state of a device.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "DriverSafeState"))]
+pub struct SafeStateAbout {
+    /// What it is.
+    pub doc: String,
+    /// What brings it about: "driver", "guard", "device".
+    pub by: Vec<String>,
+    /// How long after it is asked for it holds, ns.
+    pub within_ns: i64,
+}
+
+impl From<&'static Declaration> for Manual {
+    fn from(of: &'static Declaration) -> Manual {
+        Manual {
+            kind: of.kind.to_owned(),
+            doc: of.doc.to_owned(),
+            class: of.class.to_string(),
+            options: options_of(of).into_iter().map(OptionAbout::from).collect(),
+            waits_ns: of.life.waits_ns,
+            lost_within_ns: of.life.lost_within_ns,
+            safe_state: SafeStateAbout::from(&of.safe_state),
+            services: of.services.iter().map(ServiceAbout::from).collect(),
+            counters: of.counters.iter().map(CounterAbout::from).collect(),
+            rights: of.rights.iter().map(|&right| right.to_owned()).collect(),
+            scans: of.scan.is_some(),
+        }
+    }
+}
+
+impl From<&OptionWord> for OptionAbout {
+    fn from(of: &OptionWord) -> OptionAbout {
+        let OptionWord { name, kind, unit, default, doc } = *of;
+        OptionAbout { name: name.into(), kind: kind.name().into(), unit: unit.into(), default: default.map(str::to_owned), doc: doc.into() }
+    }
+}
+
+impl From<&ServiceWord> for ServiceAbout {
+    fn from(of: &ServiceWord) -> ServiceAbout {
+        let arguments = of.arguments.iter().map(OptionAbout::from).collect();
+        ServiceAbout { name: of.name.into(), doc: of.doc.into(), arguments, answer: of.answer.map(|kind| kind.name().to_owned()) }
+    }
+}
+
+impl From<&CounterWord> for CounterAbout {
+    fn from(of: &CounterWord) -> CounterAbout {
+        CounterAbout { name: of.name.into(), unit: of.unit.into(), doc: of.doc.into() }
+    }
+}
+
+impl From<&SafeState> for SafeStateAbout {
+    fn from(of: &SafeState) -> SafeStateAbout {
+        SafeStateAbout { doc: of.doc.into(), by: of.by.iter().map(ToString::to_string).collect(), within_ns: of.within_ns }
+    }
+}
+
+impl Kind {
+    /// Its name in a manual.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Text => "text",
+            Kind::Number => "number",
+            Kind::Whole => "whole",
+            Kind::Bool => "bool",
+            Kind::List => "list",
+            Kind::Table => "table",
+        }
+    }
+}

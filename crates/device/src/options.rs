@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The options that a driver is given, checked against those that it declares.
+use crate::{DriverError, Kind, OptionWord};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+/// The options that a driver is given: known ones only, of the declared kinds, none missing.
+pub struct Given<'a> {
+    kind: &'a str,
+    options: Value,
+}
+
+impl<'a> Given<'a> {
+    /// Checks `options`, a table of names and values, against what the driver `kind` declares. One that is null counts as left out.
+    ///
+    /// # Errors
+    /// [`DriverError::Option`] names the option.
+    pub fn check<'w>(kind: &'a str, options: &Value, words: impl Iterator<Item = &'w OptionWord> + Clone) -> Result<Given<'a>, DriverError> {
+        let given = Given::check_known(kind, options, words.clone())?;
+        match words.clone().find(|word| word.default.is_none() && given.options.get(word.name).is_none()) {
+            Some(missing) => Err(given.wrong(missing.name, format!("it is missing; give {}: {}", asked_for(missing), missing.doc))),
+            None => Ok(given),
+        }
+    }
+
+    /// As [`check`](Self::check), where any of them may be left out: who looks for devices does not know them all.
+    pub(crate) fn check_known<'w>(kind: &'a str, options: &Value, words: impl Iterator<Item = &'w OptionWord> + Clone) -> Result<Given<'a>, DriverError> {
+        let wrong = |option: &str, problem: String| Err(DriverError::Option { kind: kind.into(), option: option.into(), problem });
+        let given: Map<String, Value> = match options {
+            Value::Null => Map::new(),
+            Value::Object(given) => given.iter().filter(|(_, value)| !value.is_null()).map(|(name, value)| (name.clone(), value.clone())).collect(),
+            other => return wrong("", format!("options are a table of names and values, and not {other}")),
+        };
+        for (name, value) in &given {
+            let Some(word) = words.clone().find(|word| word.name == name) else {
+                let problem = suggest::did_you_mean(name, words.clone().map(|word| word.name));
+                return wrong(name, format!("the driver has no such option; {problem}").trim_end_matches("; ").to_owned());
+            };
+            if !is_of(word.kind, value) {
+                return wrong(name, format!("{} is asked for, and {value} is none", asked_for(word)));
+            }
+        }
+        Ok(Given { kind, options: Value::Object(given) })
+    }
+
+    /// The options as the driver's own type.
+    ///
+    /// # Errors
+    /// [`DriverError::Option`]: something inside one of them is not as that type wants it.
+    pub fn read<T: DeserializeOwned>(&self) -> Result<T, DriverError> {
+        serde_json::from_value(self.options.clone()).map_err(|error| {
+            let problem = error.to_string();
+            let option = problem.split('`').nth(1).unwrap_or("").to_owned();
+            DriverError::Option { kind: self.kind.into(), option, problem }
+        })
+    }
+
+    /// The options as they are.
+    pub fn value(&self) -> &Value {
+        &self.options
+    }
+
+    /// An error that names one of them.
+    pub fn wrong(&self, option: &str, problem: impl Into<String>) -> DriverError {
+        DriverError::Option { kind: self.kind.into(), option: option.into(), problem: problem.into() }
+    }
+
+    /// The same without an option.
+    pub(crate) fn without(&self, option: &str) -> Given<'a> {
+        let mut options = self.options.clone();
+        if let Some(given) = options.as_object_mut() {
+            given.remove(option);
+        }
+        Given { kind: self.kind, options }
+    }
+}
+
+fn is_of(kind: Kind, value: &Value) -> bool {
+    match kind {
+        Kind::Text => value.is_string(),
+        Kind::Number => value.is_number(),
+        Kind::Whole => value.is_i64() || value.is_u64(),
+        Kind::Bool => value.is_boolean(),
+        Kind::List => value.is_array(),
+        Kind::Table => value.is_object(),
+    }
+}
+
+fn asked_for(word: &OptionWord) -> String {
+    let what = match word.kind {
+        Kind::Text => "a text",
+        Kind::Number => "a number",
+        Kind::Whole => "a whole number",
+        Kind::Bool => "true or false",
+        Kind::List => "a list",
+        Kind::Table => "a table of names and values",
+    };
+    if word.unit.is_empty() { what.to_owned() } else { format!("{what} in {}", word.unit) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    const WORDS: [OptionWord; 2] = [
+        OptionWord::needed("path", Kind::Text, "the file of the model"),
+        OptionWord::with_default("timestep", Kind::Number, "the model's own", "its step").unit("s"),
+    ];
+
+    fn refused(options: Value) -> String {
+        Given::check("arm", &options, WORDS.iter()).err().expect("refused").to_string()
+    }
+
+    #[test]
+    fn an_option_is_known_of_its_kind_and_there() {
+        assert!(Given::check("arm", &json!({ "path": "a", "timestep": 1, "gone": null }), WORDS.iter()).is_ok());
+        assert_eq!(refused(json!({ "pth": "a" })), "driver 'arm': option 'pth': the driver has no such option; did you mean 'path'?");
+        assert_eq!(refused(json!({})), "driver 'arm': option 'path': it is missing; give a text: the file of the model");
+        assert_eq!(refused(json!({ "path": "a", "timestep": "1" })), "driver 'arm': option 'timestep': a number in s is asked for, and \"1\" is none");
+        assert!(refused(json!([1])).contains("a table of names and values, and not [1]"));
+    }
+}

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a driver says about the parts of its machine, so that logical devices can be made for them.
+use serde::{Deserialize, Serialize};
+
+/// A joint that can be commanded: its channels are `<name>.position` and `<name>.velocity`, and those of its [`Command`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Part {
+    pub name: String,
+    /// Unit of its position: `rad` (hinge) or `m` (slide).
+    pub unit: &'static str,
+    /// Least and greatest position. [`UNLIMITED`] either way where the model has no limit.
+    pub range_min: f64,
+    pub range_max: f64,
+    /// Greatest effort either way, N.m or N; [`UNLIMITED`] where the model has no limit.
+    pub effort_max: f64,
+    /// Greatest speed either way, rad/s or m/s; [`UNLIMITED`] where the model has no limit.
+    pub speed_max: f64,
+    /// Position at the start: the model's keyframe `home`, or its zero configuration.
+    pub home: f64,
+    /// Gains that suit the inertia that moves with this joint. They mean nothing where the machine closes the loop.
+    pub servo: Servo,
+    /// What the machine takes for it.
+    pub command: Command,
+}
+
+/// What a joint takes from who commands it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Command {
+    /// An effort, in `<name>.effort` (written); `<name>.bias` (read) is the one that holds the joint. The servo runs here.
+    #[default]
+    Effort,
+    /// A position, in `<name>.goal` (written): the machine closes the loop, as the controller of a bought arm or a hobby servo does. The
+    /// safe value of that channel is NaN, no goal: the joint stays where it is, as long as nobody has stored one.
+    Position,
+}
+
+/// What stands for "no limit" in a [`Part`]: a number, so that it can be a parameter's value.
+pub const UNLIMITED: f64 = 1e6;
+
+/// Gains of a position servo at 1 kHz with bias compensation: effort = kp (setpoint - position) - kd velocity + bias.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Servo {
+    /// N.m/rad or N/m.
+    pub kp: f64,
+    /// N.m.s/rad or N.s/m.
+    pub kd: f64,
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a driver does beside its cycle: commands with typed arguments, and the search for devices.
+use crate::{DeviceError, DriverError, Given, Kind, OptionWord};
+use serde_json::Value;
+
+/// A service of a driver: a command off the cycle, as reading an object of a drive or homing it.
+#[derive(Clone, Copy, Debug)]
+pub struct ServiceWord {
+    pub name: &'static str,
+    /// One line.
+    pub doc: &'static str,
+    /// Its arguments: names, kinds, units and defaults, as options have them.
+    pub arguments: &'static [OptionWord],
+    /// What it answers; none: nothing.
+    pub answer: Option<Kind>,
+}
+
+/// What carries out the services of an open driver. It is called from threads that are not the device's source, while the source exchanges,
+/// so it shares with the driver only what may wait for neither.
+pub trait Services: Send + Sync {
+    /// Carries out a service that the driver declares, with arguments that were checked against its declaration. It may wait.
+    ///
+    /// # Errors
+    /// What the device or the driver refuses, for people.
+    fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError>;
+}
+
+/// A device that a search found.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Found {
+    /// What it is, one line.
+    pub what: String,
+    /// The options that open it.
+    pub options: Value,
+}
+
+/// Looks for devices that a driver could open; its options say where. It moves nothing.
+pub type Scan = fn(&Given<'_>) -> Result<Vec<Found>, DriverError>;
+
+/// Checks the arguments of a service against its declaration.
+///
+/// # Errors
+/// [`DriverError::Service`]: the driver has no such service. [`DriverError::Argument`] names an argument.
+pub fn check_service(kind: &str, services: &'static [ServiceWord], name: &str, arguments: &Value) -> Result<Value, DriverError> {
+    let Some(word) = services.iter().find(|word| word.name == name) else {
+        let problem = match services {
+            [] => "it has none".to_owned(),
+            _ => suggest::did_you_mean(name, services.iter().map(|word| word.name)),
+        };
+        return Err(DriverError::Service { kind: kind.into(), service: name.into(), problem });
+    };
+    let given = Given::check(kind, arguments, word.arguments.iter()).map_err(|why| match why {
+        DriverError::Option { kind, option, problem } => {
+            let problem = problem.replace("the driver has no such option", "the service has no such argument");
+            DriverError::Argument { kind, service: name.to_owned(), argument: option, problem }
+        }
+        other => other,
+    })?;
+    Ok(given.value().clone())
+}

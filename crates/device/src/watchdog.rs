@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A device with a watchdog of its own, as drives have one: where no new command comes for so long it goes to its safe state by itself, and
+//! says so when its driver comes back.
+//!
+//! Option `timeout_ns` of every driver that runs in place (a plant in a process of its own has it in that process). It begins with the first
+//! command that moves anything: a device that is at rest has nothing to time out.
+use crate::{Channel, Counters, Declaration, DeviceError, Driver, DriverError, Given, Kind, Opened, OptionWord, SafeHandle, Services};
+use std::sync::Arc;
+
+/// Shorter than any source can promise.
+const TIMEOUT_NS_MIN: i64 = 1_000_000;
+
+struct Watchdog {
+    inner: Box<dyn Driver>,
+    timeout_ns: i64,
+    /// The latest command that moves anything; none: it is at rest.
+    commanded_ns: Option<i64>,
+    is_over: bool,
+}
+
+/// The option that every driver has which does not declare it itself.
+pub(crate) const TIMEOUT: OptionWord = OptionWord::with_default(
+    "timeout_ns",
+    Kind::Whole,
+    "none",
+    "its watchdog: without a new command for so long after one that moves anything, it goes to its safe state by itself",
+)
+.unit("ns");
+
+/// Makes a driver, with a watchdog where its options ask for one.
+pub(crate) fn watched(given: &Given<'_>, of: &Declaration) -> Result<Opened, DriverError> {
+    let timeout_ns = given.value()[TIMEOUT.name].as_i64();
+    check_timeout(given, timeout_ns)?;
+    let (inner, about) = of.make(&given.without(TIMEOUT.name))?;
+    Ok(match timeout_ns {
+        Some(timeout_ns) => (Box::new(Watchdog { inner, timeout_ns, commanded_ns: None, is_over: false }), about),
+        None => (inner, about),
+    })
+}
+
+/// Refuses one that is too short.
+///
+/// # Errors
+/// [`DriverError::Option`].
+pub fn check_timeout(given: &Given<'_>, timeout_ns: Option<i64>) -> Result<(), DriverError> {
+    if timeout_ns.is_some_and(|ns| ns < TIMEOUT_NS_MIN) {
+        return Err(given.wrong(TIMEOUT.name, "at least 1 ms"));
+    }
+    Ok(())
+}
+
+/// What a driver says when it finds that the device did not wait for it.
+pub fn timeout_message(timeout_ns: i64) -> String {
+    format!("it went to its safe state by itself: no command came for its timeout of {} ms", timeout_ns as f64 * 1e-6)
+}
+
+impl Driver for Watchdog {
+    fn channels(&self) -> &[Channel] {
+        self.inner.channels()
+    }
+
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        self.inner.open(now_ns)
+    }
+
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        if let Some(over_ns) = self.commanded_ns.map(|commanded| commanded.saturating_add(self.timeout_ns)).filter(|over_ns| release_ns > *over_ns) {
+            (self.commanded_ns, self.is_over) = (None, true);
+            // It moved until then.
+            self.inner.read(over_ns, readings)?;
+            self.inner.safe_state();
+        }
+        if self.is_over {
+            return Err(DeviceError { message: timeout_message(self.timeout_ns) });
+        }
+        self.inner.read(release_ns, readings)
+    }
+
+    fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        self.commanded_ns = engaged.contains(&true).then_some(release_ns);
+        self.inner.write(release_ns, commands, engaged)
+    }
+
+    fn safe_state(&mut self) {
+        self.commanded_ns = None;
+        self.inner.safe_state();
+    }
+
+    fn close(&mut self) {
+        self.inner.close();
+    }
+
+    fn safe_handles(&self) -> Vec<SafeHandle> {
+        self.inner.safe_handles()
+    }
+
+    fn watchdog_ns(&self) -> Option<i64> {
+        Some(self.timeout_ns)
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        self.inner.services()
+    }
+
+    fn counters(&self) -> Option<Arc<Counters>> {
+        self.inner.counters()
+    }
+}

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The options of a driver that exchanges on a thread of its own. The program that opens drivers lends the thread: nothing here knows one.
+use crate::{Driver, DriverError, Given, Kind, Life, OptionWord};
+use std::sync::OnceLock;
+
+/// How often a worker exchanges where nothing is said, ns.
+const PERIOD_NS: i64 = 10_000_000;
+
+/// Exchanges on the thread of its source instead, as under the virtual clock.
+pub(crate) const IN_PLACE: OptionWord =
+    OptionWord::with_default("in_place", Kind::Bool, "false; true under the virtual clock", "exchanges on the thread of its source: for tests");
+
+/// The options that every driver of the class has.
+pub(crate) const WORDS: [OptionWord; 3] = [
+    OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "how often it exchanges, on a thread of its own").unit("ns"),
+    OptionWord::with_default("age_max_ns", Kind::Whole, "what the driver declares", "older readings are no readings: the device is lost").unit("ns"),
+    IN_PLACE,
+];
+
+/// At what pace a worker exchanges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pace {
+    pub period_ns: i64,
+    /// Older readings mean that the device is lost.
+    pub age_max_ns: i64,
+    /// How long its device may take to be there, ns.
+    pub waits_ns: i64,
+    /// On the thread of its source, with an age of 0: no thread has a pace of its own under the virtual clock.
+    pub in_place: bool,
+}
+
+/// Makes of a driver one that exchanges on a thread of its own; its last channel is `age`, how old its readings are.
+pub type Worker = fn(Box<dyn Driver>, Pace) -> Box<dyn Driver>;
+
+static WORKER: OnceLock<Worker> = OnceLock::new();
+
+/// What gives drivers a thread of their own in this process. The first one stays.
+pub fn lend_worker(worker: Worker) {
+    WORKER.get_or_init(|| worker);
+}
+
+pub(crate) fn lent() -> Option<Worker> {
+    WORKER.get().copied()
+}
+
+/// The pace that the options ask for, and the options without it.
+pub(crate) fn pace<'a>(given: &Given<'a>, life: &Life) -> Result<(Pace, Given<'a>), DriverError> {
+    let of = |word: &OptionWord| given.value()[word.name].as_i64();
+    let rest = WORDS.iter().fold(given.without(""), |rest, word| rest.without(word.name));
+    let [period, age_max, _] = &WORDS;
+    let period_ns = of(period).unwrap_or(PERIOD_NS);
+    if !(100_000..=10_000_000_000).contains(&period_ns) {
+        return Err(given.wrong(period.name, "0.1 ms to 10 s is asked for"));
+    }
+    let age_max_ns = of(age_max).unwrap_or(if life.lost_within_ns > 0 { life.lost_within_ns } else { 10 * period_ns });
+    if age_max_ns < 2 * period_ns {
+        return Err(given.wrong(age_max.name, format!("at least two periods are asked for, {} ms", 2.0 * period_ns as f64 * 1e-6)));
+    }
+    let in_place = given.value()[IN_PLACE.name].as_bool() == Some(true);
+    Ok((Pace { period_ns, age_max_ns, waits_ns: life.waits_ns, in_place }, rest))
+}

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Checks of the exchange: what is read and written, odd times and odd numbers, what it costs.
+use super::measures::{allocated, allocations, resident, waits};
+use super::rig::{PERIOD_NS, Rig};
+use super::{Check, Passed, Subject, Tried, holds};
+use device::{Class, Direction};
+use std::time::{Duration, Instant};
+
+pub(super) const CHECKS: &[Check] = &[
+    Check { name: "first-reading", sentence: "the first reading behind opening succeeds, and its numbers are finite", run: first_reading },
+    Check { name: "readings-whole", sentence: "a reading stores nothing behind the last channel", run: readings_whole },
+    Check { name: "commands-kept", sentence: "an exchange leaves the commands as they are", run: commands_kept },
+    Check { name: "unengaged", sentence: "while nobody commands anything, its parts stand still", run: unengaged },
+    Check { name: "no-leap", sentence: "a part that is engaged with what it measures does not leap", run: no_leap },
+    Check { name: "let-go", sentence: "a part that is let go of comes to rest, and can be engaged again", run: let_go },
+    Check { name: "time-stands", sentence: "two exchanges at the same time leave its readings finite", run: time_stands },
+    Check { name: "time-leaps", sentence: "an exchange 10 s late succeeds or loses the device, and its readings are finite", run: time_leaps },
+    Check { name: "time-returns", sentence: "an exchange before the last one succeeds or loses the device, and its readings are finite", run: time_returns },
+    Check { name: "nan", sentence: "a command that is not a number is refused, or does not come back in the readings", run: nan },
+    Check { name: "infinity", sentence: "a command that is infinite is refused, or does not come back in the readings", run: infinity },
+    Check { name: "huge", sentence: "the greatest commands that there are end nothing", run: huge },
+    Check { name: "all-bytes", sentence: "no bytes of a command end anything", run: all_bytes },
+    Check { name: "allocation", sentence: "an inline exchange allocates nothing", run: allocation },
+    Check { name: "waiting", sentence: "an inline exchange does not wait", run: waiting },
+    Check { name: "memory", sentence: "memory is flat over many exchanges", run: memory },
+    Check { name: "age", sentence: "readings of a worker have an age, and new ones come", run: age },
+];
+
+/// Rad or m in one firing: more is a leap, whatever the part.
+const LEAP: f64 = 0.01;
+/// Firings before anything is measured.
+const WARM: usize = 50;
+/// Firings that are measured.
+const MEASURED: usize = 500;
+/// The long check ends then, however many exchanges it has made.
+const LONG: Duration = Duration::from_secs(60);
+/// What memory may grow in all: pages that are touched for the first time.
+const GROWTH: i64 = 256 << 10;
+
+fn first_reading(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    rig.read()?;
+    finite(&rig)
+}
+
+fn finite(rig: &Rig) -> Tried {
+    rig.not_finite().map_or(Ok(Passed::Yes), |name| Err(format!("'{name}' is not finite")))
+}
+
+fn readings_whole(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    rig.cycles(WARM)?;
+    holds(rig.is_whole(), || "bytes behind it have changed".to_owned())
+}
+
+fn commands_kept(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    let before = rig.commands.clone();
+    rig.cycles(WARM)?;
+    holds(rig.commands == before, || "they are others behind it".to_owned())
+}
+
+/// Whether no part moves by more than a leap between two positions.
+fn still(rig: &Rig, joints: &[super::rig::Joint], before: &[f64], what: &str) -> Tried {
+    for ((joint, before), after) in joints.iter().zip(before).zip(rig.positions(joints)) {
+        let most = LEAP.min((joint.speed_max * PERIOD_NS as f64 * 1e-9).max(LEAP / 10.0));
+        holds((after - before).abs() <= most, || format!("'{}' goes from {before} to {after} {what}", joint.name))?;
+    }
+    Ok(Passed::Yes)
+}
+
+fn unengaged(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    if joints.is_empty() {
+        return Ok(Passed::NotApplicable("it has no parts"));
+    }
+    rig.cycles(2)?;
+    let before = rig.positions(&joints);
+    rig.cycles(20)?;
+    still(&rig, &joints, &before, "within 20 firings")
+}
+
+fn no_leap(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    if joints.is_empty() {
+        return Ok(Passed::NotApplicable("it has no parts"));
+    }
+    rig.cycles(3)?;
+    for _ in 0..10 {
+        let before = rig.positions(&joints);
+        rig.hold(&joints);
+        rig.cycle()?;
+        rig.read()?;
+        still(&rig, &joints, &before, "in one firing")?;
+    }
+    Ok(Passed::Yes)
+}
+
+fn let_go(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    if joints.is_empty() {
+        return Ok(Passed::NotApplicable("it has no parts"));
+    }
+    for _ in 0..3 {
+        rig.cycle()?;
+        rig.hold(&joints);
+        rig.cycles(3)?;
+        rig.let_go();
+        rig.cycles(50)?;
+        let before = rig.positions(&joints);
+        rig.cycles(10)?;
+        still(&rig, &joints, &before, "though nobody commands it")?;
+    }
+    Ok(Passed::Yes)
+}
+
+/// An exchange that may fail; where it does not, what is read is finite.
+fn tolerant(rig: &mut Rig) -> Tried {
+    match rig.cycle().and_then(|()| rig.read()) {
+        Ok(()) => finite(rig),
+        Err(_) => Ok(Passed::Yes),
+    }
+}
+
+fn time_stands(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    rig.cycle()?;
+    for _ in 0..3 {
+        rig.read().map_err(|why| format!("its reading fails: {why}"))?;
+        rig.write().map_err(|why| format!("its writing fails: {why}"))?;
+    }
+    finite(&rig)
+}
+
+fn time_leaps(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    rig.cycles(3)?;
+    rig.release_ns += 10_000_000_000;
+    tolerant(&mut rig)
+}
+
+fn time_returns(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    rig.cycles(20)?;
+    rig.release_ns -= 10 * PERIOD_NS;
+    tolerant(&mut rig)
+}
+
+/// Commands every double with this value, and looks whether it comes back.
+fn commanded(subject: &Subject, value: f64) -> Tried {
+    let mut rig = subject.open()?;
+    let doubles: Vec<_> = doubles(&rig);
+    if doubles.is_empty() {
+        return Ok(Passed::NotApplicable("no double is written"));
+    }
+    rig.cycles(3)?;
+    for (offset, len) in doubles {
+        (offset..offset + len).step_by(8).for_each(|at| rig.commands[at..at + 8].copy_from_slice(&value.to_ne_bytes()));
+    }
+    rig.engaged.fill(true);
+    tolerant(&mut rig)?;
+    rig.let_go();
+    tolerant(&mut rig)?;
+    rig.driver.safe_state();
+    Ok(Passed::Yes)
+}
+
+fn doubles(rig: &Rig) -> Vec<(usize, usize)> {
+    let written = rig.driver.channels().iter().filter(|channel| channel.direction == Direction::Write && channel.type_text.starts_with("double"));
+    written.map(|channel| (channel.offset, channel.len)).collect()
+}
+
+fn nan(subject: &Subject) -> Tried {
+    commanded(subject, f64::NAN)
+}
+
+fn infinity(subject: &Subject) -> Tried {
+    commanded(subject, f64::INFINITY)?;
+    commanded(subject, f64::NEG_INFINITY)
+}
+
+fn huge(subject: &Subject) -> Tried {
+    for value in [f64::MAX, f64::MIN, f64::MIN_POSITIVE] {
+        let mut rig = subject.open()?;
+        for (offset, len) in doubles(&rig) {
+            (offset..offset + len).step_by(8).for_each(|at| rig.commands[at..at + 8].copy_from_slice(&value.to_ne_bytes()));
+        }
+        rig.engaged.fill(true);
+        let _ = rig.cycles(3);
+        rig.driver.safe_state();
+    }
+    Ok(Passed::Yes)
+}
+
+fn all_bytes(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    let written: Vec<_> =
+        rig.driver.channels().iter().filter(|channel| channel.direction == Direction::Write && channel.type_text != "bool").cloned().collect();
+    // A truth value has two forms; each other type any bytes.
+    let written: Vec<_> = written.into_iter().filter(|channel| !channel.type_text.starts_with("bool")).collect();
+    if written.is_empty() {
+        return Ok(Passed::NotApplicable("no number is written"));
+    }
+    for byte in [0x00, 0x01, 0x7F, 0x80, 0xFF] {
+        written.iter().for_each(|channel| rig.commands[channel.offset..channel.offset + channel.len].fill(byte));
+        rig.engaged.fill(byte != 0);
+        if rig.cycle().is_err() {
+            rig = subject.open()?;
+        }
+    }
+    rig.driver.safe_state();
+    Ok(Passed::Yes)
+}
+
+/// Firings with every channel engaged and let go of, as they come in a program.
+fn mixed(rig: &mut Rig, joints: &[super::rig::Joint], count: usize) -> Result<(), String> {
+    for k in 0..count {
+        if k % 3 == 0 {
+            rig.let_go()
+        } else {
+            rig.hold(joints)
+        }
+        rig.cycle()?;
+    }
+    rig.let_go();
+    Ok(())
+}
+
+fn allocation(subject: &Subject) -> Tried {
+    if !subject.is_inline() {
+        return Ok(Passed::NotApplicable("it is not inline"));
+    }
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    mixed(&mut rig, &joints, WARM)?;
+    let (asked, held) = (allocations(), allocated());
+    mixed(&mut rig, &joints, MEASURED)?;
+    let (asked_then, held_then) = (allocations(), allocated());
+    match (asked, asked_then) {
+        (Some(before), Some(after)) => holds(after == before, || format!("{} times in {MEASURED} firings", after - before)),
+        _ => holds(held_then <= held, || format!("{} bytes more are held behind {MEASURED} firings", held_then - held)),
+    }
+}
+
+fn waiting(subject: &Subject) -> Tried {
+    if !subject.is_inline() {
+        return Ok(Passed::NotApplicable("it is not inline"));
+    }
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    mixed(&mut rig, &joints, WARM)?;
+    let before = waits();
+    mixed(&mut rig, &joints, MEASURED)?;
+    let waited = waits() - before;
+    // A page that comes from a disk is a wait too: one that waits by itself does so in each firing.
+    holds(waited * 10 < MEASURED as i64, || format!("its thread gave up its processor {waited} times in {MEASURED} firings"))
+}
+
+fn memory(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    mixed(&mut rig, &joints, 4 * WARM)?;
+    let (held, resident_before, begun) = (allocated(), resident(), Instant::now());
+    let mut made = 0;
+    while made < subject.exchanges && begun.elapsed() < LONG {
+        mixed(&mut rig, &joints, WARM)?;
+        made += WARM as u64;
+    }
+    let (more, pages) = (allocated() - held, resident() - resident_before);
+    holds(more <= GROWTH && pages <= 16 * GROWTH, || format!("{made} exchanges hold {more} bytes more, and {pages} in pages"))
+}
+
+fn age(subject: &Subject) -> Tried {
+    if subject.of.class != Class::Worker {
+        return Ok(Passed::NotApplicable("it is no worker"));
+    }
+    let mut rig = Rig::new(subject.made()?);
+    let Some(age) = rig.driver.channels().iter().find(|channel| channel.name == "age").cloned() else { return Err("there is no channel 'age'".to_owned()) };
+    rig.open()?;
+    let slot = device::Slot { offset: age.offset, len: age.len };
+    let deadline = Instant::now() + Duration::from_secs(30);
+    let (mut newest, mut older) = (f64::INFINITY, 0.0);
+    // An age that becomes less is that of a newer reading.
+    while Instant::now() < deadline {
+        rig.on_the_wall();
+        rig.read()?;
+        newest = slot.double(&rig.readings, 0);
+        if !(newest.is_finite() && newest >= 0.0) || newest < older {
+            break;
+        }
+        older = newest;
+    }
+    rig.driver.close();
+    holds(newest.is_finite() && newest >= 0.0, || format!("it is {newest} s"))?;
+    holds(newest < older, || "no newer reading has come within 30 s".to_owned())
+}

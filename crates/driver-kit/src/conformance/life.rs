@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Checks of its life: opened and closed in any order, and nothing left behind.
+use super::measures::{descriptors, settled, threads};
+use super::{Check, Passed, Subject, Tried, holds};
+use std::time::{Duration, Instant};
+
+pub(super) const CHECKS: &[Check] = &[
+    Check { name: "dropped", sentence: "one that was made and not opened can be put away", run: dropped },
+    Check { name: "close-unopened", sentence: "one that was not opened can be closed", run: close_unopened },
+    Check { name: "safe-unopened", sentence: "one that was not opened can be told to go to its safe state", run: safe_unopened },
+    Check { name: "opens", sentence: "it opens within the time that it declares to wait", run: opens },
+    Check { name: "open-twice", sentence: "opening it a second time is refused or harmless", run: open_twice },
+    Check { name: "close-twice", sentence: "closing it a second time is harmless", run: close_twice },
+    Check { name: "dropped-open", sentence: "one that is open can be put away without being closed", run: dropped_open },
+    Check { name: "closed-exchange", sentence: "an exchange behind its end is refused or harmless", run: closed_exchange },
+    Check { name: "channels-open", sentence: "opening it changes none of its channels", run: channels_open },
+    Check { name: "again", sentence: "a fresh one is opened behind one that was closed, and exchanges", run: again },
+    Check { name: "descriptors", sentence: "20 lives leave no descriptor behind", run: descriptors_left },
+    Check { name: "threads", sentence: "20 lives leave no thread behind", run: threads_left },
+];
+
+/// What opening may last beside what the device may take to be there: only to tell what hangs.
+const ALLOWANCE: Duration = Duration::from_secs(20);
+const LIVES: usize = 20;
+
+fn dropped(subject: &Subject) -> Tried {
+    drop(subject.made()?);
+    Ok(Passed::Yes)
+}
+
+fn close_unopened(subject: &Subject) -> Tried {
+    subject.made()?.0.close();
+    Ok(Passed::Yes)
+}
+
+fn safe_unopened(subject: &Subject) -> Tried {
+    subject.made()?.0.safe_state();
+    Ok(Passed::Yes)
+}
+
+fn opens(subject: &Subject) -> Tried {
+    let (mut driver, _) = subject.made()?;
+    let (begun, limit) = (Instant::now(), Duration::from_nanos(subject.of.life.waits_ns.unsigned_abs()) + ALLOWANCE);
+    driver.open(0).map_err(|why| why.message)?;
+    let lasted = begun.elapsed();
+    driver.close();
+    holds(lasted <= limit, || format!("it took {:.1} s", lasted.as_secs_f64()))
+}
+
+fn open_twice(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    let _ = rig.driver.open(rig.release_ns);
+    let _ = rig.read();
+    rig.driver.close();
+    Ok(Passed::Yes)
+}
+
+fn close_twice(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    rig.driver.close();
+    rig.driver.close();
+    Ok(Passed::Yes)
+}
+
+fn dropped_open(subject: &Subject) -> Tried {
+    drop(subject.open()?);
+    let mut next = subject.open()?;
+    next.read().map_err(|why| format!("the next one cannot read: {why}"))?;
+    Ok(Passed::Yes)
+}
+
+fn closed_exchange(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    rig.cycle()?;
+    rig.driver.close();
+    let _ = rig.read();
+    let _ = rig.write();
+    rig.driver.safe_state();
+    Ok(Passed::Yes)
+}
+
+fn channels_open(subject: &Subject) -> Tried {
+    let mut rig = subject.rig()?;
+    let before = format!("{:?}", rig.driver.channels());
+    rig.open()?;
+    holds(format!("{:?}", rig.driver.channels()) == before, || "they are others then".to_owned())
+}
+
+fn again(subject: &Subject) -> Tried {
+    for life in 1..=3 {
+        let mut rig = subject.open().map_err(|why| format!("life {life}: {why}"))?;
+        rig.cycles(3).map_err(|why| format!("life {life}: {why}"))?;
+        rig.driver.close();
+    }
+    Ok(Passed::Yes)
+}
+
+/// What more there is of something behind some lives.
+fn left(subject: &Subject, count: fn() -> usize) -> Result<usize, String> {
+    let live = || -> Result<(), String> {
+        let mut rig = subject.open()?;
+        rig.cycle()?;
+        rig.driver.close();
+        Ok(())
+    };
+    // What is made once for all lives.
+    live()?;
+    let before = settled(count, count());
+    (0..LIVES).try_for_each(|_| live())?;
+    Ok(settled(count, before).saturating_sub(before))
+}
+
+fn descriptors_left(subject: &Subject) -> Tried {
+    let left = left(subject, descriptors)?;
+    holds(left == 0, || format!("{left} are left"))
+}
+
+fn threads_left(subject: &Subject) -> Tried {
+    let left = left(subject, threads)?;
+    holds(left == 0, || format!("{left} are left"))
+}

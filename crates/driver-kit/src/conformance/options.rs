@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Checks of options: what is wrong is refused, and named.
+use super::subject::of_another_kind;
+use super::{Check, Passed, Subject, Tried, holds};
+use device::{DriverError, Kind};
+use serde_json::{Value, json};
+
+pub(super) const CHECKS: &[Check] = &[
+    Check { name: "made", sentence: "it is made from the options that it is checked with", run: made },
+    Check { name: "wrong-kind", sentence: "a value of a wrong kind is refused by the name of its option", run: wrong_kind },
+    Check { name: "missing", sentence: "an option that is needed and left out is refused by its name", run: missing },
+    Check { name: "unknown", sentence: "an option that nobody declared is refused by its name", run: unknown },
+    Check { name: "null", sentence: "an option that is null counts as left out", run: null },
+    Check { name: "no-table", sentence: "options that are no table of names and values are refused", run: no_table },
+    Check { name: "odd-numbers", sentence: "numbers beyond all sense are taken or refused, and end nothing", run: odd_numbers },
+    Check { name: "virtual-time", sentence: "what stands for it where time is virtual can be made", run: virtual_time },
+    Check { name: "geometry", sentence: "what its machine looks like is told without opening it", run: geometry },
+    Check { name: "trial", sentence: "the files that its options name stand its own trial", run: trial },
+];
+
+fn made(subject: &Subject) -> Tried {
+    subject.made().map(|_| Passed::Yes)
+}
+
+/// That an option is refused by its name.
+fn refused(subject: &Subject, options: &Value, name: &str) -> Result<(), String> {
+    match subject.with(options) {
+        Ok(_) => Err(format!("'{name}' is taken")),
+        Err(DriverError::Option { option, .. }) if option == name => Ok(()),
+        Err(other) if other.to_string().contains(&format!("'{name}'")) => Ok(()),
+        Err(other) => Err(format!("'{name}' is refused as: {other}")),
+    }
+}
+
+fn wrong_kind(subject: &Subject) -> Tried {
+    for word in device::options_of(subject.of) {
+        refused(subject, &subject.and(word.name, of_another_kind(word.kind)), word.name)?;
+    }
+    Ok(Passed::Yes)
+}
+
+fn missing(subject: &Subject) -> Tried {
+    let needed: Vec<_> = subject.of.options.iter().filter(|word| word.default.is_none()).collect();
+    for word in &needed {
+        refused(subject, &subject.and(word.name, Value::Null), word.name)?;
+    }
+    Ok(if needed.is_empty() { Passed::NotApplicable("it needs none") } else { Passed::Yes })
+}
+
+fn unknown(subject: &Subject) -> Tried {
+    refused(subject, &subject.and("no_such_option", json!(1)), "no_such_option").map(|()| Passed::Yes)
+}
+
+fn null(subject: &Subject) -> Tried {
+    let left_out = device::options_of(subject.of).into_iter().filter(|word| subject.options.get(word.name).is_none());
+    for word in left_out.filter(|word| word.default.is_some()) {
+        subject.with(&subject.and(word.name, Value::Null)).map_err(|why| format!("'{}': {why}", word.name))?;
+    }
+    Ok(Passed::Yes)
+}
+
+fn no_table(subject: &Subject) -> Tried {
+    let taken = [json!([1]), json!("text"), json!(3)].into_iter().find(|options| subject.with(options).is_ok());
+    holds(taken.is_none(), || format!("{} is taken", taken.unwrap_or_default()))
+}
+
+fn odd_numbers(subject: &Subject) -> Tried {
+    for word in device::options_of(subject.of) {
+        let odd: &[Value] = match word.kind {
+            Kind::Number => &[json!(-1.0), json!(0.0), json!(1e308), json!(-1e308), json!(5e-324)],
+            Kind::Whole => &[json!(-1), json!(0), json!(i64::MIN), json!(i64::MAX), json!(u64::MAX)],
+            Kind::Text => &[json!(""), json!("\u{0}"), json!("…")],
+            Kind::List => &[json!([])],
+            Kind::Bool | Kind::Table => &[],
+        };
+        for value in odd {
+            // Either is right; what panics or ends the process does not come here.
+            let _ = subject.with(&subject.and(word.name, value.clone()));
+        }
+    }
+    Ok(Passed::Yes)
+}
+
+fn virtual_time(subject: &Subject) -> Tried {
+    let (kind, options) = device::in_virtual_time(&subject.kind, &subject.options);
+    device::open(&kind, &options).map(|_| Passed::Yes).map_err(|why| format!("'{kind}': {why}"))
+}
+
+fn geometry(subject: &Subject) -> Tried {
+    match device::geometry(&subject.kind, &subject.options) {
+        Ok(Some(_)) => Ok(Passed::Yes),
+        Ok(None) => Ok(Passed::NotApplicable("its machine has no picture")),
+        Err(why) => Err(why.to_string()),
+    }
+}
+
+fn trial(subject: &Subject) -> Tried {
+    if subject.of.trial.is_none() {
+        return Ok(Passed::NotApplicable("it declares none"));
+    }
+    device::try_options(&subject.kind, &subject.options).map(|()| Passed::Yes).map_err(|why| why.to_string())
+}

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the kit found.
+use serde_json::{Value, json};
+use std::fmt;
+
+/// What a check came to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    Passed,
+    /// Why.
+    Failed(String),
+    /// Why it says nothing about this driver.
+    NotApplicable(String),
+}
+
+/// A check and what it came to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outcome {
+    pub check: String,
+    /// What holds where it passes.
+    pub sentence: String,
+    pub verdict: Verdict,
+}
+
+/// Every check, in their order.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Report {
+    pub driver: String,
+    pub outcomes: Vec<Outcome>,
+}
+
+impl Outcome {
+    /// What is said of it, behind its name.
+    fn said(&self) -> (&'static str, String) {
+        match &self.verdict {
+            Verdict::Passed => ("passed", self.sentence.clone()),
+            Verdict::Failed(cause) => ("FAILED", format!("{}: {cause}", self.sentence)),
+            Verdict::NotApplicable(why) => ("-", format!("{} ({why})", self.sentence)),
+        }
+    }
+}
+
+impl Report {
+    /// Those that failed, each with its cause.
+    pub fn failed(&self) -> Vec<(&str, &str)> {
+        let failed = self.outcomes.iter().filter_map(|outcome| match &outcome.verdict {
+            Verdict::Failed(cause) => Some((outcome.check.as_str(), cause.as_str())),
+            _ => None,
+        });
+        failed.collect()
+    }
+
+    /// For programs.
+    pub fn json(&self) -> Value {
+        let outcomes = self.outcomes.iter().map(|outcome| {
+            let (verdict, why) = match &outcome.verdict {
+                Verdict::Passed => ("passed", ""),
+                Verdict::Failed(cause) => ("failed", cause.as_str()),
+                Verdict::NotApplicable(why) => ("not applicable", why.as_str()),
+            };
+            json!({ "check": outcome.check, "sentence": outcome.sentence, "verdict": verdict, "why": why })
+        });
+        json!({ "driver": self.driver, "passed": self.failed().is_empty(), "checks": outcomes.collect::<Vec<_>>(), "text": self.to_string() })
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for outcome in &self.outcomes {
+            let (verdict, said) = outcome.said();
+            writeln!(f, "{verdict:<7} {:<28} {said}", outcome.check)?;
+        }
+        let count = |of: fn(&Verdict) -> bool| self.outcomes.iter().filter(|outcome| of(&outcome.verdict)).count();
+        let passed = count(|verdict| *verdict == Verdict::Passed);
+        let apart = count(|verdict| matches!(verdict, Verdict::NotApplicable(_)));
+        write!(f, "driver '{}': {passed} passed, {} failed, {apart} not applicable", self.driver, self.failed().len())
+    }
+}

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Checks of the safe state: it comes about as declared, and the driver goes on behind it.
+use super::rig::{PERIOD_NS, Rig};
+use super::{Check, Passed, Subject, Tried, holds};
+use device::{SafeBy, SafeHandle};
+use std::fs::File;
+use std::os::unix::fs::FileExt;
+use std::time::{Duration, Instant};
+
+pub(super) const CHECKS: &[Check] = &[
+    Check { name: "safe-returns", sentence: "going to the safe state returns, within its declared time and what a busy machine adds", run: returns },
+    Check { name: "safe-rests", sentence: "its parts stand still once its declared time has passed", run: rests },
+    Check { name: "safe-twice", sentence: "going to the safe state twice is harmless", run: twice },
+    Check { name: "safe-goes-on", sentence: "behind its safe state it exchanges again, or is lost and can be opened anew", run: goes_on },
+    Check { name: "safe-handles", sentence: "it has handles for the guard exactly where it declares the guard", run: handles },
+    Check { name: "handles-work", sentence: "what the guard writes to its handles is taken whole", run: handles_work },
+    Check { name: "watchdog-by", sentence: "it has a watchdog where it declares that its device goes to its safe state by itself", run: by_device },
+];
+
+/// What a busy machine may add: only to tell what hangs.
+const ALLOWANCE: Duration = Duration::from_secs(10);
+/// Rad or m in 10 firings at rest.
+const REST: f64 = 1e-3;
+
+/// Parts that are pushed gently, each way that they can be.
+fn pushed(subject: &Subject) -> Result<Rig, String> {
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    rig.cycles(2)?;
+    for _ in 0..20 {
+        rig.hold(&joints);
+        for joint in joints.iter().filter(|joint| joint.is_effort) {
+            let effort = joint.command.double(&rig.commands, 0) + (0.05 * joint.effort_max).min(1.0);
+            joint.command.set_double(&mut rig.commands, 0, effort);
+        }
+        rig.cycle()?;
+    }
+    Ok(rig)
+}
+
+fn returns(subject: &Subject) -> Tried {
+    let mut rig = pushed(subject)?;
+    let (begun, limit) = (Instant::now(), Duration::from_nanos(subject.of.safe_state.within_ns.unsigned_abs()) + ALLOWANCE);
+    rig.driver.safe_state();
+    let lasted = begun.elapsed();
+    holds(lasted <= limit, || format!("it took {:.1} s", lasted.as_secs_f64()))
+}
+
+fn rests(subject: &Subject) -> Tried {
+    let mut rig = pushed(subject)?;
+    let joints = rig.joints();
+    if joints.is_empty() {
+        return Ok(Passed::NotApplicable("it has no parts"));
+    }
+    rig.driver.safe_state();
+    // As the kernel does it behind a fault: nobody commands anything.
+    rig.let_go();
+    let within = subject.of.safe_state.within_ns / PERIOD_NS + 2;
+    for _ in 0..within {
+        rig.read()?;
+        rig.step();
+    }
+    let before = rig.positions(&joints);
+    for _ in 0..10 {
+        rig.read()?;
+        rig.step();
+    }
+    for ((joint, before), after) in joints.iter().zip(before).zip(rig.positions(&joints)) {
+        holds((after - before).abs() <= REST, || format!("'{}' goes from {before} to {after} within 10 firings", joint.name))?;
+    }
+    Ok(Passed::Yes)
+}
+
+fn twice(subject: &Subject) -> Tried {
+    let mut rig = pushed(subject)?;
+    rig.driver.safe_state();
+    rig.driver.safe_state();
+    rig.driver.close();
+    rig.driver.safe_state();
+    Ok(Passed::Yes)
+}
+
+fn goes_on(subject: &Subject) -> Tried {
+    let mut rig = pushed(subject)?;
+    rig.driver.safe_state();
+    rig.let_go();
+    if rig.cycles(5).is_ok() {
+        return Ok(Passed::Yes);
+    }
+    drop(rig);
+    subject.open()?.cycles(5).map_err(|why| format!("one that is opened anew: {why}"))?;
+    Ok(Passed::Yes)
+}
+
+fn declares(subject: &Subject, by: SafeBy) -> bool {
+    subject.of.safe_state.by.contains(&by)
+}
+
+fn handles(subject: &Subject) -> Tried {
+    let rig = subject.open()?;
+    let (has, declared) = (!rig.driver.safe_handles().is_empty(), declares(subject, SafeBy::Guard));
+    holds(has == declared, || if has { "it has some and does not declare the guard".to_owned() } else { "it declares the guard and has none".to_owned() })
+}
+
+/// Writes what the guard would write.
+pub(super) fn write(handle: SafeHandle) -> Result<(), String> {
+    let file = File::from(handle.descriptor);
+    for (offset, bytes) in &handle.writes {
+        let written = file.write_all_at(bytes, *offset).or_else(|_| std::io::Write::write_all(&mut &file, bytes));
+        written.map_err(|why| format!("{} bytes at {offset}: {why}", bytes.len()))?;
+    }
+    if handle.writes.iter().all(|(_, bytes)| bytes.is_empty()) { Err("it says nothing to write".to_owned()) } else { Ok(()) }
+}
+
+fn handles_work(subject: &Subject) -> Tried {
+    let rig = subject.open()?;
+    let handles = rig.driver.safe_handles();
+    if handles.is_empty() {
+        return Ok(Passed::NotApplicable("it has none"));
+    }
+    handles.into_iter().try_for_each(write)?;
+    Ok(Passed::Yes)
+}
+
+fn by_device(subject: &Subject) -> Tried {
+    if !declares(subject, SafeBy::Device) {
+        return Ok(Passed::NotApplicable("it does not declare that"));
+    }
+    holds(subject.rig()?.driver.watchdog_ns().is_some(), || "it has none with these options".to_owned())
+}

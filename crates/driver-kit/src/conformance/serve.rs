@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The process that a driver is checked in: it does what its first frame says, and tells each check as it begins and ends.
+use super::phases::{self, Phase};
+use super::{Check, Passed, Subject, Verdict, checks};
+use device::DriverError;
+use interconnect::Link;
+use process_kit::{UnixLink, inherited};
+use serde_json::{Value, json};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
+
+/// The name of the descriptor of its link.
+pub(super) const LINK: &str = "link";
+/// How long who started it may take to say what to do.
+const ORDER: Duration = Duration::from_secs(60);
+
+/// What this process is started for: the checks of a driver, or one phase of its life to be killed in.
+///
+/// # Errors
+/// For people: nobody has started it for that.
+pub fn serve() -> Result<(), String> {
+    let gone = |_| "who started it is gone".to_owned();
+    let link = UnixLink::from_descriptor(inherited(LINK).map_err(|why| why.to_string())?).map_err(|why| why.to_string())?;
+    let order = link.receive(ORDER).map_err(gone)?.ok_or("it is told nothing")?;
+    let order: Value = serde_json::from_slice(&order).map_err(|why| why.to_string())?;
+    let tell = |news: Value| link.send_with(news.to_string().as_bytes(), &[], None).map_err(gone);
+    let subject = match subject(&order) {
+        Ok(subject) => subject,
+        Err(why) => return tell(json!({ "unknown": why.to_string() })),
+    };
+    if let Some(phase) = order["phase"].as_str().and_then(Phase::of) {
+        return phases::live(&subject, phase, &link);
+    }
+    let from = usize::try_from(order["from"].as_u64().unwrap_or(0)).unwrap_or(usize::MAX);
+    for check in checks().into_iter().skip(from) {
+        tell(json!({ "begins": check.name }))?;
+        tell(match tried(check, &subject) {
+            Verdict::Passed => json!({ "passed": "" }),
+            Verdict::Failed(cause) => json!({ "failed": cause }),
+            Verdict::NotApplicable(why) => json!({ "not_applicable": why }),
+        })?;
+    }
+    Ok(())
+}
+
+fn subject(order: &Value) -> Result<Subject, DriverError> {
+    let kind = order["kind"].as_str().unwrap_or_default().to_owned();
+    let of = device::find(&kind)?;
+    Ok(Subject { of, kind, options: order["options"].clone(), exchanges: order["exchanges"].as_u64().unwrap_or(0) })
+}
+
+fn tried(check: &Check, subject: &Subject) -> Verdict {
+    match catch_unwind(AssertUnwindSafe(|| (check.run)(subject))) {
+        Ok(Ok(Passed::Yes)) => Verdict::Passed,
+        Ok(Ok(Passed::NotApplicable(why))) => Verdict::NotApplicable(why.to_owned()),
+        Ok(Err(cause)) => Verdict::Failed(cause),
+        Err(panicked) => {
+            let text = panicked.downcast_ref::<String>().cloned().or_else(|| panicked.downcast_ref::<&str>().map(|text| (*text).to_owned()));
+            Verdict::Failed(format!("it panicked: {}", text.unwrap_or_default()))
+        }
+    }
+}

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The driver that is checked, and the options that it is checked with.
+use super::rig::Rig;
+use device::{Class, Declaration, DriverError, Kind, Opened};
+use serde_json::{Value, json};
+
+/// Of a worker: where it is checked cycle by cycle it exchanges in place.
+const IN_PLACE: &str = "in_place";
+
+pub(crate) struct Subject {
+    pub(crate) kind: String,
+    pub(crate) options: Value,
+    pub(crate) of: &'static Declaration,
+    /// How many exchanges the long check makes, at most.
+    pub(crate) exchanges: u64,
+}
+
+impl Subject {
+    /// Makes a driver with these options instead.
+    pub(crate) fn with(&self, options: &Value) -> Result<Opened, DriverError> {
+        device::open(&self.kind, options)
+    }
+
+    /// Makes one as it is given.
+    pub(crate) fn made(&self) -> Result<Opened, String> {
+        self.with(&self.options).map_err(|why| why.to_string())
+    }
+
+    /// One with its buffers, which exchanges on this thread.
+    pub(crate) fn rig(&self) -> Result<Rig, String> {
+        let options = if self.of.class == Class::Worker { self.and(IN_PLACE, true.into()) } else { self.options.clone() };
+        let rig = Rig::new(self.with(&options).map_err(|why| format!("it cannot be made: {why}"))?);
+        // Another driver stands for it where time is virtual: it has a time of its own.
+        Ok(if self.of.in_virtual_time.is_some() { rig.at_own_pace() } else { rig })
+    }
+
+    /// The same, opened.
+    pub(crate) fn open(&self) -> Result<Rig, String> {
+        let mut rig = self.rig()?;
+        rig.open()?;
+        Ok(rig)
+    }
+
+    /// Its options with another one.
+    pub(crate) fn and(&self, option: &str, value: Value) -> Value {
+        let mut options = if self.options.is_object() { self.options.clone() } else { json!({}) };
+        options[option] = value;
+        options
+    }
+
+    /// Whether its exchange must be bounded: neither allocate nor wait.
+    pub(crate) fn is_inline(&self) -> bool {
+        self.of.class == Class::Inline
+    }
+}
+
+/// A value of another kind.
+pub(crate) fn of_another_kind(kind: Kind) -> Value {
+    match kind {
+        Kind::Text => json!(7),
+        Kind::Number | Kind::Whole => json!("seven"),
+        Kind::Bool => json!("yes"),
+        Kind::List => json!({ "a": 1 }),
+        Kind::Table => json!([1]),
+    }
+}

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Loading a file of drivers. It is never unloaded: a driver stays known for the life of its process, and what it declares with it.
+use super::abi::{self, ABI, Driver, Module, SYMBOL};
+use super::services::Foreign;
+use super::words;
+use device::{Declaration, DriverError};
+use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+static LOADED: Mutex<BTreeMap<PathBuf, Vec<&'static Declaration>>> = Mutex::new(BTreeMap::new());
+
+/// The drivers of a shared object; again they are the same ones.
+pub(crate) fn load(file: &Path) -> Result<Vec<&'static Declaration>, DriverError> {
+    let refused = |what: String| DriverError::Failed(format!("no driver comes from '{}': {what}", file.display()));
+    let path = file.canonicalize().map_err(|why| refused(why.to_string()))?;
+    let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(drivers) = loaded.get(&path) {
+        return Ok(drivers.clone());
+    }
+    let drivers = open(&path).map_err(refused)?;
+    loaded.insert(path, drivers.clone());
+    Ok(drivers)
+}
+
+fn open(path: &Path) -> Result<Vec<&'static Declaration>, String> {
+    // SAFETY: a program that names a driver's file asks for its code to run in this process.
+    let library = unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map_err(|error| error.to_string())?;
+    // SAFETY: the symbol has this type in every version.
+    let entry = unsafe { library.get::<unsafe extern "C" fn() -> *const Module>(SYMBOL.as_bytes()) }.map(|entry| *entry);
+    let Ok(entry) = entry else {
+        return Err(format!("it has no function {SYMBOL}; include opengpac_driver.h and declare a DRIVER"));
+    };
+    // What it declares is `'static` from here on.
+    core::mem::forget(library);
+    // SAFETY: the entry of a library that stays gives a table that stays; its version and size are looked at before the rest.
+    let module = unsafe {
+        let table = entry();
+        let (version, size) = ((*table).abi, (*table).size);
+        if version != ABI || (size as usize) < size_of::<Module>() {
+            return Err(format!(
+                "it is of version {version} of the driver interface, this system of {ABI}: build it again with this system's opengpac_driver.h"
+            ));
+        }
+        &*table
+    };
+    if module.count == 0 {
+        return Err("it has no driver: declare one with DRIVER".to_owned());
+    }
+    // SAFETY: the table says how many there are.
+    let getters = unsafe { std::slice::from_raw_parts(module.drivers, module.count as usize) };
+    let mut found: Vec<&'static Declaration> = Vec::new();
+    for getter in getters {
+        // SAFETY: as the entry.
+        let declared = declaration(unsafe { getter() })?;
+        if found.iter().any(|known| known.kind == declared.kind) {
+            return Err(format!("driver '{}' is declared twice", declared.kind));
+        }
+        found.push(declared);
+    }
+    Ok(found)
+}
+
+fn declaration(driver: *const Driver) -> Result<&'static Declaration, String> {
+    // SAFETY: a driver begins with its size.
+    let driver: &'static Driver = unsafe {
+        if ((*driver).size as usize) < size_of::<Driver>() {
+            return Err("the size of a driver's table is not that of its version: build it again with this system's opengpac_driver.h".to_owned());
+        }
+        &*driver
+    };
+    // SAFETY: texts of a library that stays.
+    let name = unsafe { abi::text(driver.name) };
+    let words = words::read(driver).map_err(|what| format!("driver '{name}': {what}"))?;
+    for (function, is_there) in [("make", driver.make.is_some()), ("read", driver.read.is_some() || driver.write.is_some())] {
+        if !is_there {
+            return Err(format!("driver '{name}' has no function {name}_{function}"));
+        }
+    }
+    if !words.services.is_empty() && driver.service.is_none() {
+        return Err(format!("driver '{name}' declares services and has no function {name}_service"));
+    }
+    Ok(Foreign::declare(driver, words))
+}

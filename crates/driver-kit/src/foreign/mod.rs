@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Drivers in C, from shared objects that were built with `opengpac_driver.h`.
+//!
+//! | module | |
+//! |---|---|
+//! | `abi` | the bytes that both sides share |
+//! | `load` | a file: its version and sizes are checked before anything of it is believed |
+//! | `words` | its declarations, as every driver has one |
+//! | `host` | what a driver may ask for while it is called |
+//! | `driver` | a driver that calls it |
+//! | `services` | its services and its search for devices |
+#[doc(hidden)]
+pub mod abi;
+mod driver;
+mod host;
+mod load;
+mod services;
+mod words;
+
+pub(crate) use load::load;

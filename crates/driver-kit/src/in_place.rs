@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A driver of the worker class on the thread of its source: its readings are never old.
+use crate::readings::Aged;
+use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services};
+use std::sync::Arc;
+
+pub(crate) struct InPlace {
+    inner: Box<dyn Driver>,
+    aged: Aged,
+}
+
+impl InPlace {
+    pub(crate) fn new(inner: Box<dyn Driver>) -> Self {
+        let aged = Aged::new(inner.channels());
+        InPlace { inner, aged }
+    }
+}
+
+impl Driver for InPlace {
+    fn channels(&self) -> &[Channel] {
+        &self.aged.channels
+    }
+
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        self.inner.open(now_ns)
+    }
+
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        self.aged.age.set_double(readings, 0, 0.0);
+        self.inner.read(release_ns, &mut readings[..self.aged.readings_len])
+    }
+
+    fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        self.inner.write(release_ns, commands, engaged)
+    }
+
+    fn safe_state(&mut self) {
+        self.inner.safe_state();
+    }
+
+    fn close(&mut self) {
+        self.inner.close();
+    }
+
+    fn safe_handles(&self) -> Vec<SafeHandle> {
+        self.inner.safe_handles()
+    }
+
+    fn watchdog_ns(&self) -> Option<i64> {
+        self.inner.watchdog_ns()
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        self.inner.services()
+    }
+
+    fn counters(&self) -> Option<Arc<Counters>> {
+        self.inner.counters()
+    }
+}

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What drivers share above their interface, crate [`device`]: where they exchange, and how they come from files.
+//!
+//! | module | |
+//! |---|---|
+//! | `worker` | a thread of its own for a driver whose exchange may wait; its source takes the newest readings, each with its age |
+//! | [`conformance`] | the kit that checks whether a driver keeps what the interface promises |
+//! | `foreign` | drivers in C, from shared objects |
+//! | `in_place` | the same driver on the thread of its source, for the virtual clock |
+pub mod conformance;
+#[doc(hidden)]
+pub mod foreign;
+mod in_place;
+mod readings;
+mod worker;
+
+use device::{Driver, Pace};
+use std::sync::Once;
+
+/// Lends the drivers of this process their threads, and the loader of those in files; again is nothing.
+pub fn lend() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        device::lend_worker(paced);
+        device::lend_loader("so", foreign::load);
+    });
+}
+
+/// The driver at its pace: its last channel is `age`, in seconds.
+fn paced(driver: Box<dyn Driver>, pace: Pace) -> Box<dyn Driver> {
+    if pace.in_place { Box::new(in_place::InPlace::new(driver)) } else { Box::new(worker::Worker::new(driver, pace)) }
+}

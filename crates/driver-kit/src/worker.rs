@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A thread of its own for a driver whose exchange may wait: a fieldbus over TCP, a serial line. The source takes the newest readings and
+//! leaves its commands in triple buffers; it never waits for the thread, and the thread never for it.
+//!
+//! | | what happens |
+//! |---|---|
+//! | an exchange fails | the next `read` of the source fails: the device is lost |
+//! | an exchange lasts | readings grow old; beyond `age_max_ns` the device is lost |
+//! | the source leaves no commands for as long | the thread brings the outputs to their safe state |
+//! | `safe_state` | the thread is woken; it happens behind the exchange that runs |
+use crate::readings::Aged;
+use device::{Channel, Counters, DeviceError, Driver, Pace, SafeHandle, Services};
+use interconnect::{TripleReader, TripleWriter, triple_buffer};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How long an exchange that runs may last when the driver is opened or closed, beside what the device may take to be there.
+const EXCHANGE: Duration = Duration::from_secs(5);
+/// Bytes before readings and commands: when they were taken, ns.
+const STAMP: usize = size_of::<i64>();
+
+/// What the source and the thread share beside the buffers.
+#[derive(Default)]
+struct Shared {
+    /// How often the outputs were to go to their safe state.
+    safe: AtomicU64,
+    stops: AtomicBool,
+    lost: AtomicBool,
+    /// Why, written before `lost`.
+    why: Mutex<String>,
+}
+
+impl Shared {
+    fn lose(&self, why: String) {
+        *self.why.lock().unwrap_or_else(PoisonError::into_inner) = why;
+        self.lost.store(true, Ordering::Release);
+    }
+
+    fn why(&self) -> DeviceError {
+        DeviceError { message: self.why.lock().unwrap_or_else(PoisonError::into_inner).clone() }
+    }
+}
+
+pub(crate) struct Worker {
+    /// Before `open`; the thread has it then.
+    inner: Option<Box<dyn Driver>>,
+    aged: Aged,
+    pace: Pace,
+    services: Option<Arc<dyn Services>>,
+    counters: Option<Arc<Counters>>,
+    watchdog_ns: Option<i64>,
+    safe_handles: Mutex<Vec<SafeHandle>>,
+    running: Option<Running>,
+}
+
+/// The source's side of an open one.
+struct Running {
+    shared: Arc<Shared>,
+    readings: TripleReader,
+    commands: TripleWriter,
+    thread: JoinHandle<()>,
+    ended: Receiver<()>,
+}
+
+impl Worker {
+    pub(crate) fn new(inner: Box<dyn Driver>, pace: Pace) -> Self {
+        let aged = Aged::new(inner.channels());
+        let (services, counters, watchdog_ns) = (inner.services(), inner.counters(), inner.watchdog_ns());
+        Worker { inner: Some(inner), aged, pace, services, counters, watchdog_ns, safe_handles: Mutex::default(), running: None }
+    }
+}
+
+impl Driver for Worker {
+    fn channels(&self) -> &[Channel] {
+        &self.aged.channels
+    }
+
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        let Some(inner) = self.inner.take() else { return Err(DeviceError { message: "it was opened before; open the device anew".to_owned() }) };
+        let shared = Arc::new(Shared::default());
+        let (to_source, readings) = triple_buffer(STAMP + self.aged.readings_len);
+        let (commands, from_source) = triple_buffer(STAMP + self.aged.written + self.aged.commands_len);
+        let (opened, opens) = sync_channel(1);
+        let (ends, ended) = sync_channel(1);
+        let exchange = Exchange {
+            inner,
+            pace: self.pace,
+            shared: shared.clone(),
+            clock: Clock { epoch: Instant::now(), epoch_ns: now_ns },
+            engaged: vec![false; self.aged.written],
+            readings: to_source,
+            commands: from_source,
+            commanded_ns: None,
+            safe_done: 0,
+        };
+        let thread = std::thread::Builder::new().name("exchange".to_owned()).spawn(move || exchange.run(&opened, &ends));
+        let thread = thread.map_err(|why| DeviceError { message: format!("no thread for its exchange: {why}") })?;
+        let waits = Duration::from_nanos(self.pace.waits_ns.unsigned_abs()) + EXCHANGE;
+        let handles = match opens.recv_timeout(waits) {
+            Ok(opened) => opened?,
+            Err(RecvTimeoutError::Timeout) => {
+                shared.stops.store(true, Ordering::Release);
+                return Err(DeviceError { message: format!("it has not answered within {:.1} s", waits.as_secs_f64()) });
+            }
+            Err(RecvTimeoutError::Disconnected) => return Err(DeviceError { message: "its driver ended while it was opened".to_owned() }),
+        };
+        self.safe_handles = Mutex::new(handles);
+        self.running = Some(Running { shared, readings, commands, thread, ended });
+        Ok(())
+    }
+
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        let Some(running) = &mut self.running else { return Err(DeviceError { message: "it is not open".to_owned() }) };
+        if running.shared.lost.load(Ordering::Acquire) {
+            return Err(running.shared.why());
+        }
+        running.readings.latch();
+        let (stamp, newest) = running.readings.front().split_at(STAMP);
+        readings[..self.aged.readings_len].copy_from_slice(newest);
+        let age_ns = (release_ns - stamp_of(stamp)).max(0);
+        self.aged.age.set_double(readings, 0, age_ns as f64 * 1e-9);
+        if age_ns > self.pace.age_max_ns {
+            let (age, most) = (age_ns as f64 * 1e-6, self.pace.age_max_ns as f64 * 1e-6);
+            return Err(DeviceError { message: format!("its newest readings are {age:.1} ms old, more than {most} ms: it answers too slowly or not at all") });
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        let Some(running) = &mut self.running else { return Err(DeviceError { message: "it is not open".to_owned() }) };
+        let written = self.aged.written;
+        let place = running.commands.back();
+        place[..STAMP].copy_from_slice(&release_ns.to_ne_bytes());
+        for (at, engaged) in place[STAMP..STAMP + written].iter_mut().zip(engaged) {
+            *at = u8::from(*engaged);
+        }
+        place[STAMP + written..].copy_from_slice(&commands[..self.aged.commands_len]);
+        running.commands.publish();
+        Ok(())
+    }
+
+    fn safe_state(&mut self) {
+        if let Some(running) = &self.running {
+            running.shared.safe.fetch_add(1, Ordering::Release);
+            running.thread.thread().unpark();
+        }
+    }
+
+    fn close(&mut self) {
+        let Some(running) = self.running.take() else { return };
+        running.shared.stops.store(true, Ordering::Release);
+        running.thread.thread().unpark();
+        // A driver that does not come back from its exchange keeps its thread: there is no way to take it from it.
+        if running.ended.recv_timeout(EXCHANGE) != Err(RecvTimeoutError::Timeout) {
+            // What it panicked with has been printed.
+            let _ = running.thread.join();
+        }
+    }
+
+    fn safe_handles(&self) -> Vec<SafeHandle> {
+        std::mem::take(&mut *self.safe_handles.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn watchdog_ns(&self) -> Option<i64> {
+        self.watchdog_ns
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        self.services.clone()
+    }
+
+    fn counters(&self) -> Option<Arc<Counters>> {
+        self.counters.clone()
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+/// The source's clock on the thread: it was read when the driver was opened.
+struct Clock {
+    epoch: Instant,
+    epoch_ns: i64,
+}
+
+impl Clock {
+    fn now_ns(&self) -> i64 {
+        self.epoch_ns + i64::try_from(self.epoch.elapsed().as_nanos()).unwrap_or(i64::MAX)
+    }
+}
+
+/// The thread's side.
+struct Exchange {
+    inner: Box<dyn Driver>,
+    pace: Pace,
+    shared: Arc<Shared>,
+    clock: Clock,
+    engaged: Vec<bool>,
+    readings: TripleWriter,
+    commands: TripleReader,
+    /// When the commands that are in force were written; none: the outputs are at rest.
+    commanded_ns: Option<i64>,
+    safe_done: u64,
+}
+
+impl Exchange {
+    fn run(mut self, opened: &SyncSender<Result<Vec<SafeHandle>, DeviceError>>, ends: &SyncSender<()>) {
+        let first = self.inner.open(self.clock.now_ns()).and_then(|()| self.read());
+        let opens = match first {
+            Ok(()) => opened.send(Ok(self.inner.safe_handles())).is_ok(),
+            Err(why) => {
+                let _ = opened.send(Err(why));
+                false
+            }
+        };
+        if opens {
+            self.serve();
+        }
+        self.inner.safe_state();
+        self.inner.close();
+        // Who closed it may have given up waiting.
+        let _ = ends.send(());
+    }
+
+    fn serve(&mut self) {
+        let mut next_ns = self.clock.now_ns() + self.pace.period_ns;
+        while !self.shared.stops.load(Ordering::Acquire) {
+            let left_ns = next_ns - self.clock.now_ns();
+            let safe = self.shared.safe.load(Ordering::Acquire);
+            if safe != self.safe_done {
+                self.safe_done = safe;
+                self.rest();
+                continue;
+            }
+            if left_ns > 0 {
+                std::thread::park_timeout(Duration::from_nanos(left_ns.unsigned_abs()));
+                continue;
+            }
+            // What was missed is not caught up with.
+            next_ns = (next_ns + self.pace.period_ns).max(self.clock.now_ns());
+            if let Err(why) = self.write().and_then(|()| self.read()) {
+                self.shared.lose(why.message);
+                return;
+            }
+        }
+    }
+
+    fn rest(&mut self) {
+        self.commands.latch();
+        self.commanded_ns = None;
+        self.inner.safe_state();
+    }
+
+    fn read(&mut self) -> Result<(), DeviceError> {
+        let now_ns = self.clock.now_ns();
+        let place = self.readings.back();
+        place[..STAMP].copy_from_slice(&now_ns.to_ne_bytes());
+        self.inner.read(now_ns, &mut place[STAMP..])?;
+        self.readings.publish();
+        Ok(())
+    }
+
+    fn write(&mut self) -> Result<(), DeviceError> {
+        let now_ns = self.clock.now_ns();
+        if self.commands.latch() {
+            self.commanded_ns = Some(stamp_of(&self.commands.front()[..STAMP]));
+        }
+        let Some(commanded_ns) = self.commanded_ns else { return Ok(()) };
+        if now_ns - commanded_ns > self.pace.age_max_ns {
+            self.rest();
+            return Ok(());
+        }
+        let (engaged, commands) = self.commands.front()[STAMP..].split_at(self.engaged.len());
+        self.engaged.iter_mut().zip(engaged).for_each(|(flag, engaged)| *flag = *engaged != 0);
+        self.inner.write(now_ns, commands, &self.engaged)
+    }
+}
+
+fn stamp_of(bytes: &[u8]) -> i64 {
+    bytes.try_into().map_or(i64::MIN, i64::from_ne_bytes)
+}

@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The process that the conformance kit checks a driver in, for tests.
+
+fn main() -> std::process::ExitCode {
+    match drivers::run_check() {
+        Ok(()) => std::process::ExitCode::SUCCESS,
+        Err(problem) => {
+            eprintln!("drivers-check: {problem}");
+            std::process::ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What loopback parts do off the cycle. The source never waits for it: what a service leaves is taken at the next reading.
+use device::{CounterWord, DeviceError, Kind, OptionWord, ServiceWord, Services};
+use serde_json::Value;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+pub(super) const SERVICES: [ServiceWord; 2] = [
+    ServiceWord { name: "place", doc: "puts a part somewhere, at once", arguments: &PLACE, answer: None },
+    ServiceWord { name: "hold", doc: "answers that long after it was asked, as a homing does", arguments: &HOLD, answer: Some(Kind::Number) },
+];
+
+const PLACE: [OptionWord; 2] = [
+    OptionWord::needed("part", Kind::Text, "its name"),
+    OptionWord::with_default("position", Kind::Number, "0", "where it is from the next reading on").unit("rad"),
+];
+
+const HOLD: [OptionWord; 1] = [OptionWord::needed("seconds", Kind::Number, "how long, at most 60").unit("s")];
+
+/// Index of the counter of readings.
+pub(super) const READINGS: usize = 0;
+
+pub(super) const COUNTERS: [CounterWord; 1] = [CounterWord { name: "readings", unit: "", doc: "how often it was read" }];
+
+/// Bits of a NaN that no service leaves: the part stays where it is.
+const STAYS: u64 = u64::MAX;
+
+/// Where services have put parts since the last reading.
+pub(super) struct Placed {
+    parts: Vec<String>,
+    positions: Vec<AtomicU64>,
+}
+
+impl Placed {
+    pub fn new(parts: &[String]) -> Arc<Placed> {
+        Arc::new(Placed { parts: parts.to_vec(), positions: parts.iter().map(|_| AtomicU64::new(STAYS)).collect() })
+    }
+
+    /// Where part `index` was put; nothing where it was not. Real-time safe.
+    pub fn take(&self, index: usize) -> Option<f64> {
+        let place = &self.positions[index];
+        if place.load(Ordering::Relaxed) == STAYS {
+            return None;
+        }
+        Some(place.swap(STAYS, Ordering::AcqRel)).filter(|bits| *bits != STAYS).map(f64::from_bits)
+    }
+}
+
+impl Services for Placed {
+    fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
+        let refuse = |message: String| Err(DeviceError { message });
+        if service == "hold" {
+            let seconds = arguments["seconds"].as_f64().unwrap_or_default();
+            if !(0.0..=60.0).contains(&seconds) {
+                return refuse(format!("it holds for 0 to 60 s, and not for {seconds} s"));
+            }
+            std::thread::sleep(Duration::from_secs_f64(seconds));
+            return Ok(seconds.into());
+        }
+        let part = arguments["part"].as_str().unwrap_or_default();
+        match self.parts.iter().position(|name| name == part) {
+            Some(index) => {
+                self.positions[index].store(arguments["position"].as_f64().unwrap_or_default().to_bits(), Ordering::Release);
+                Ok(Value::Null)
+            }
+            None => refuse(format!("there is no part '{part}', but {}", self.parts.join(", "))),
+        }
+    }
+}

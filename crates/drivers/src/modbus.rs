@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Modbus over TCP and serial lines: a device whose registers are channels.
+//!
+//! | module | |
+//! |---|---|
+//! | `pdu` | requests, answers and exceptions |
+//! | `frame` | what is around them: MBAP on TCP, CRC on a serial line |
+//! | `value` | numbers in registers: widths, orders of bytes, scales |
+//! | `map` | which channel lies where, and the fewest requests that read them |
+//! | `turn`, `link` | a request and its answer; units on one line take turns |
+//! | `client` | the driver |
+//! | `server` | the other end: channels of this machine, offered to clients |
+//! | `services`, `scan` | single registers, identification; the search for units |
+mod client;
+#[cfg(test)]
+mod codec_tests;
+mod frame;
+mod link;
+mod map;
+mod pdu;
+mod scan;
+pub(crate) mod server;
+mod services;
+mod turn;
+mod value;
+
+use crate::serial::{Parity, Settings};
+use crate::stream::Address;
+use device::{Class, Declaration, DriverError, Given, Kind, Life, Opened, OptionWord, SafeBy, SafeState};
+use link::Link;
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use std::time::Duration;
+
+pub(crate) static DRIVER: Declaration = Declaration {
+    class: Class::Worker,
+    life: Life { waits_ns: 0, lost_within_ns: 2_000_000_000 },
+    safe_state: SafeState {
+        doc: "each output carries its safe value, as long as the device answers; set its own watchdog for when it is cut off",
+        by: &[SafeBy::Driver],
+        within_ns: 1_000_000_000,
+    },
+    services: &services::SERVICES,
+    counters: &link::COUNTERS,
+    rights: &["serial line: member of the group that owns it, dialout on Debian"],
+    scan: Some(scan::scan),
+    ..Declaration::new("modbus", "a Modbus device over TCP or a serial line: registers and coils as channels", &OPTIONS, open)
+};
+
+const OPTIONS: [OptionWord; 6] = [
+    OptionWord::needed("address", Kind::Text, "tcp/192.0.2.5:502, or rtu//dev/ttyUSB0?baud=19200&parity=even; units on one line share it"),
+    OptionWord::needed(
+        "channels",
+        Kind::Table,
+        "for each name: holding, input, coil or discrete with its address, type, order, scale, offset, bit, raw, unit, write, safe, slew, every_ns",
+    ),
+    OptionWord::with_default("unit", Kind::Whole, "1", "the device on a line or behind a gateway, 0 to 255"),
+    OptionWord::with_default("answer_ns", Kind::Whole, "0.5 s", "how long an answer may take").unit("ns"),
+    OptionWord::with_default("retries", Kind::Whole, "2", "how often a request is sent again before the device is lost"),
+    OptionWord::with_default("gap", Kind::Whole, "0", "registers that nobody asked for between two that one request reads; some devices refuse them"),
+];
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Options {
+    address: String,
+    channels: Map<String, Value>,
+    #[serde(default = "first_unit")]
+    unit: u8,
+    #[serde(default = "half_a_second")]
+    answer_ns: u64,
+    #[serde(default = "twice")]
+    retries: u32,
+    #[serde(default)]
+    gap: u16,
+}
+
+fn first_unit() -> u8 {
+    1
+}
+
+fn half_a_second() -> u64 {
+    500_000_000
+}
+
+fn twice() -> u32 {
+    2
+}
+
+/// Where the standard leaves it open: port 502; 19,200 baud, even parity.
+fn address_of(text: &str) -> Result<Address, String> {
+    Address::parse(text, "rtu", Settings { baud: 19_200, parity: Parity::Even, stop_bits: 1 }, Some(502))
+}
+
+fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+    let options: Options = given.read()?;
+    let address = address_of(&options.address).map_err(|why| given.wrong("address", why))?;
+    if !(1_000_000..=60_000_000_000).contains(&options.answer_ns) {
+        return Err(given.wrong("answer_ns", "1 ms to 60 s is asked for"));
+    }
+    if matches!(address, Address::Serial { .. }) && !(1..=247).contains(&options.unit) {
+        return Err(given.wrong("unit", "units on a serial line are 1 to 247"));
+    }
+    let (channels, places) = map::places(&options.channels, map::End::Client).map_err(|why| given.wrong("channels", why))?;
+    let link = Link::new(&address, options.unit, Duration::from_nanos(options.answer_ns), options.retries).map_err(|why| given.wrong("address", why))?;
+    Ok((Box::new(client::Client::new(channels, &places, link, options.gap)), json!({ "parts": [] })))
+}

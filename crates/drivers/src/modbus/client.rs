@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A Modbus device as a driver: its channels are polled and written on a thread of its own.
+use super::link::{Count, Link};
+use super::map::{Block, Place, Write, blocks};
+use super::pdu::{PDU_MAX, Request, Space};
+use super::services::Desk;
+use device::{Channel, Counters, DeviceError, Driver, Services};
+use std::sync::Arc;
+
+pub(super) struct Client {
+    channels: Vec<Channel>,
+    /// None: it is closed. A line is free for others when its last unit has let it go.
+    link: Option<Link>,
+    counters: Arc<Counters>,
+    blocks: Vec<Block>,
+    outputs: Vec<Output>,
+    desk: Arc<Desk>,
+    /// What was read last: blocks have paces of their own.
+    readings: Vec<u8>,
+}
+
+/// A channel that is written.
+struct Output {
+    place: Place,
+    /// Its index among the write channels.
+    index: usize,
+    /// As on the wire, and what the device took last.
+    wire: [u8; 8],
+    taken: Option<[u8; 8]>,
+    is_due: bool,
+}
+
+impl Client {
+    pub(super) fn new(channels: Vec<Channel>, places: &[Place], link: Link, gap: u16) -> Client {
+        let written = places.iter().filter(|place| place.write != Write::Never).enumerate();
+        let mut outputs: Vec<Output> = written.map(|(index, place)| Output { place: place.clone(), index, wire: [0; 8], taken: None, is_due: false }).collect();
+        outputs.sort_by_key(|output| (output.place.space, output.place.address));
+        let readings = places.iter().filter(|place| place.write == Write::Never).map(|place| place.slot.offset + place.slot.len).max().unwrap_or(0);
+        let desk = Arc::new(Desk::new(link.downgrade(), outputs.iter().map(|output| output.place.clone()).collect()));
+        Client { channels, blocks: blocks(places, gap), outputs, counters: link.counters.clone(), link: Some(link), desk, readings: vec![0; readings] }
+    }
+
+    /// Asks for what is due.
+    fn poll(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        let link = self.link.as_ref().ok_or_else(closed)?;
+        for block in self.blocks.iter_mut().filter(|block| now_ns >= block.due_ns) {
+            let answer = link.ask(&Request::Read { space: block.space, address: block.address, count: block.count })?;
+            block.store(answer.data(), &mut self.readings);
+            block.due_ns = now_ns.saturating_add(block.every_ns);
+        }
+        Ok(())
+    }
+
+    /// Puts a value of each output on the wire's form; `value` gives the bytes of a channel.
+    fn prepare(&mut self, value: impl Fn(&Output) -> (Vec<u8>, bool)) {
+        for output in &mut self.outputs {
+            let (bytes, engaged) = value(output);
+            let (wire, fits) = match output.place.form.write(&bytes) {
+                Some(written) => written,
+                // What is no number is never sent.
+                None => (output.place.form.write(&output.place.safe).map_or([0; 8], |(wire, _)| wire), false),
+            };
+            if !fits {
+                self.counters.add(Count::Limited as usize, 1);
+            }
+            output.is_due = output.taken != Some(wire) || engaged && output.place.write == Write::Each;
+            output.wire = wire;
+        }
+    }
+
+    /// Writes what is due; neighbours go in one request. `once`: nothing is repeated, and the first failure ends it.
+    fn send(&mut self, once: bool) -> Result<(), DeviceError> {
+        let link = self.link.as_ref().ok_or_else(closed)?;
+        let mut at = 0;
+        while at < self.outputs.len() {
+            if !self.outputs[at].is_due {
+                at += 1;
+                continue;
+            }
+            let end = run_from(&self.outputs, at);
+            let (data, count) = data_of(&self.outputs[at..end]);
+            let Place { space, address, .. } = self.outputs[at].place;
+            let request = Request::Write { space, address, count, data: &data[..space.bytes(count)] };
+            if once {
+                link.ask_once(&request).map_err(|fault| link.error(&request, &fault))?;
+            } else {
+                link.ask(&request)?;
+            }
+            for output in &mut self.outputs[at..end] {
+                output.taken = Some(output.wire);
+            }
+            at = end;
+        }
+        Ok(())
+    }
+}
+
+/// Behind the last output that goes in one request with the one at `at`.
+fn run_from(outputs: &[Output], at: usize) -> usize {
+    let first = &outputs[at].place;
+    let mut end = at + 1;
+    while let Some(next) = outputs.get(end).filter(|next| next.is_due) {
+        let follows = next.place.space == first.space && u32::from(next.place.address) == outputs[end - 1].place.end();
+        if !follows || next.place.end() - u32::from(first.address) > u32::from(first.space.write_max()) {
+            break;
+        }
+        end += 1;
+    }
+    end
+}
+
+fn closed() -> DeviceError {
+    DeviceError { message: "it is closed; open the device anew".to_owned() }
+}
+
+/// The data of one request, and its count of registers or bits.
+fn data_of(outputs: &[Output]) -> ([u8; PDU_MAX], u16) {
+    let (mut data, mut count) = ([0; PDU_MAX], 0_u16);
+    for output in outputs {
+        let at = usize::from(count);
+        match output.place.space {
+            Space::Coil | Space::Discrete => data[at / 8] |= (output.wire[0] & 1) << (at % 8),
+            Space::Holding | Space::Input => {
+                let len = 2 * usize::from(output.place.count());
+                data[2 * at..2 * at + len].copy_from_slice(&output.wire[..len]);
+            }
+        }
+        count += output.place.count();
+    }
+    (data, count)
+}
+
+impl Driver for Client {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        // What the device holds is not known.
+        self.outputs.iter_mut().for_each(|output| output.taken = None);
+        self.blocks.iter_mut().for_each(|block| block.due_ns = i64::MIN);
+        // A device that is not there is refused here, not lost later.
+        self.poll(now_ns)
+    }
+
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        self.poll(release_ns)?;
+        readings[..self.readings.len()].copy_from_slice(&self.readings);
+        Ok(())
+    }
+
+    fn write(&mut self, _: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        self.prepare(|output| (output.place.slot.of(commands).to_vec(), engaged.get(output.index).copied().unwrap_or(false)));
+        self.send(false)
+    }
+
+    fn safe_state(&mut self) {
+        self.prepare(|output| (output.place.safe.clone(), false));
+        // All of them, whatever the device is thought to hold.
+        self.outputs.iter_mut().for_each(|output| output.is_due = true);
+        // A device that does not answer is told nothing: the log has that it is lost, and its own watchdog is what is left.
+        let _ = self.send(true);
+    }
+
+    fn close(&mut self) {
+        if let Some(link) = self.link.take() {
+            link.close();
+        }
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        Some(self.desk.clone())
+    }
+
+    fn counters(&self) -> Option<Arc<Counters>> {
+        Some(self.counters.clone())
+    }
+}

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A request and its answer: over TCP, each device with a connection of its own; over a serial line, which the units on it share in turns.
+//!
+//! | what comes | what becomes of it |
+//! |---|---|
+//! | half a frame | the rest is waited for until the answer is due |
+//! | an answer to an earlier transaction | dropped, and counted as late |
+//! | a frame that is none, another unit, another function | counted as damaged; asked again, over TCP on a new connection |
+//! | nothing | counted as a timeout; asked again |
+//! | an exception | the device's own word: asked again only where it says that it is busy |
+use super::frame::{self, FRAME_MAX, framed, unframed};
+use super::pdu::{Exception, NoAnswer, PDU_MAX, Request};
+use super::turn::Turns;
+use crate::stream::{Address, Stream};
+use device::{CounterWord, Counters, DeviceError};
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::time::{Duration, Instant};
+
+/// What is counted, in the order of [`COUNTERS`].
+#[derive(Clone, Copy)]
+#[repr(usize)]
+pub(super) enum Count {
+    Requests,
+    Timeouts,
+    Exceptions,
+    Damaged,
+    Late,
+    Reconnects,
+    Limited,
+}
+
+pub(super) static COUNTERS: [CounterWord; 7] = [
+    CounterWord { name: "requests", unit: "", doc: "requests sent, repeated ones included" },
+    CounterWord { name: "timeouts", unit: "", doc: "requests without an answer in time" },
+    CounterWord { name: "exceptions", unit: "", doc: "requests that the device refused" },
+    CounterWord { name: "damaged", unit: "", doc: "answers that were damaged, cut off or to something else" },
+    CounterWord { name: "late", unit: "", doc: "answers to an earlier request, dropped" },
+    CounterWord { name: "reconnects", unit: "", doc: "connections or lines that were opened again" },
+    CounterWord { name: "limited", unit: "", doc: "values that their register cannot hold, written as the nearest that it can" },
+];
+
+/// Why there is no answer.
+#[derive(Debug)]
+pub(super) enum Fault {
+    Exception(Exception),
+    Timeout(Duration),
+    Damaged,
+    /// The connection or the line.
+    Broken(String),
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Fault::Exception(exception) => write!(f, "{exception}"),
+            Fault::Timeout(answer) => write!(f, "no answer within {} ms", answer.as_secs_f64() * 1e3),
+            Fault::Damaged => f.write_str("its answer was damaged"),
+            Fault::Broken(why) => f.write_str(why),
+        }
+    }
+}
+
+/// The data of an answer.
+pub(super) struct Answer {
+    bytes: [u8; PDU_MAX],
+    len: usize,
+}
+
+impl Answer {
+    pub(super) fn data(&self) -> &[u8] {
+        &self.bytes[..self.len]
+    }
+
+    fn of(data: &[u8]) -> Answer {
+        let mut answer = Answer { bytes: [0; PDU_MAX], len: data.len().min(PDU_MAX) };
+        answer.bytes[..answer.len].copy_from_slice(&data[..answer.len]);
+        answer
+    }
+}
+
+/// What one device is asked by; clones ask the same one.
+#[derive(Clone)]
+pub(super) struct Link<L = Arc<Turns<Line>>> {
+    line: L,
+    /// Where it is, for people.
+    place: String,
+    pub unit: u8,
+    /// How long an answer may take.
+    pub answer: Duration,
+    /// How often it is asked again.
+    pub retries: u32,
+    pub counters: Arc<Counters>,
+}
+
+/// The serial lines of this process that are in use, by their paths.
+static LINES: Mutex<BTreeMap<String, Weak<Turns<Line>>>> = Mutex::new(BTreeMap::new());
+
+impl Link {
+    /// Nothing is connected or opened yet.
+    ///
+    /// # Errors
+    /// In words: the line is in use at another speed.
+    pub(super) fn new(address: &Address, unit: u8, answer: Duration, retries: u32) -> Result<Link, String> {
+        let line = match address {
+            Address::Tcp(_) => Arc::new(Turns::new(Line::new(address))),
+            Address::Serial { path, .. } => {
+                let mut lines = LINES.lock().unwrap_or_else(PoisonError::into_inner);
+                lines.retain(|_, line| line.strong_count() > 0);
+                let shared = lines.get(path).and_then(Weak::upgrade);
+                // Who waits for a turn holds no lock of this table.
+                let line = shared.unwrap_or_else(|| Arc::new(Turns::new(Line::new(address))));
+                lines.insert(path.clone(), Arc::downgrade(&line));
+                drop(lines);
+                if line.take().address != *address {
+                    return Err(format!("another unit on {path} has other settings of the line; give both the same"));
+                }
+                line
+            }
+        };
+        Ok(Link { line, place: address.to_string(), unit, answer, retries, counters: Arc::new(Counters::new(&COUNTERS)) })
+    }
+
+    /// The same, which keeps no line open.
+    pub(super) fn downgrade(&self) -> Link<Weak<Turns<Line>>> {
+        Link {
+            line: Arc::downgrade(&self.line),
+            place: self.place.clone(),
+            unit: self.unit,
+            answer: self.answer,
+            retries: self.retries,
+            counters: self.counters.clone(),
+        }
+    }
+
+    /// Ends the connection. A serial line is closed when its last unit is dropped.
+    pub(super) fn close(&self) {
+        let mut line = self.line.take();
+        if matches!(line.address, Address::Tcp(_)) {
+            line.stream = None;
+        }
+    }
+
+    pub(super) fn count(&self, what: Count) {
+        self.counters.add(what as usize, 1);
+    }
+
+    /// The answer to a request, which is sent again as often as declared.
+    pub(super) fn ask(&self, request: &Request<'_>) -> Result<Answer, DeviceError> {
+        let mut left = self.retries;
+        loop {
+            match self.ask_once(request) {
+                Ok(answer) => return Ok(answer),
+                Err(fault) if left == 0 || matches!(&fault, Fault::Exception(exception) if !exception.passes()) => return Err(self.error(request, &fault)),
+                Err(_) => left -= 1,
+            }
+        }
+    }
+
+    /// Why a request failed, for people.
+    pub(super) fn error(&self, request: &Request<'_>, fault: &Fault) -> DeviceError {
+        DeviceError { message: format!("unit {} at {} did not {request}: {fault}", self.unit, self.place) }
+    }
+
+    /// The answer to a request that is sent once, in this unit's turn.
+    pub(super) fn ask_once(&self, request: &Request<'_>) -> Result<Answer, Fault> {
+        let mut line = self.line.take();
+        let answer = line.exchange(self, request);
+        match &answer {
+            Ok(_) => {}
+            Err(Fault::Exception(_)) => self.count(Count::Exceptions),
+            Err(Fault::Timeout(_)) => self.count(Count::Timeouts),
+            Err(Fault::Damaged) => self.count(Count::Damaged),
+            Err(Fault::Broken(_)) => line.stream = None,
+        }
+        // Where the next frame begins on this connection nobody knows; a serial line is silent between two.
+        if matches!((&answer, &line.address), (Err(Fault::Damaged), Address::Tcp(_))) {
+            line.stream = None;
+        }
+        answer
+    }
+}
+
+impl Link<Weak<Turns<Line>>> {
+    /// None: the device was closed.
+    pub(super) fn upgrade(&self) -> Option<Link> {
+        let line = self.line.upgrade()?;
+        Some(Link { line, place: self.place.clone(), unit: self.unit, answer: self.answer, retries: self.retries, counters: self.counters.clone() })
+    }
+}
+
+/// A connection or line with what has come in on it.
+pub(super) struct Line {
+    address: Address,
+    stream: Option<Stream>,
+    was_open: bool,
+    transaction: u16,
+    bytes: [u8; 2 * FRAME_MAX],
+    filled: usize,
+    /// Until then a serial line is left silent, so that all units know that a frame begins.
+    silent_until: Option<Instant>,
+}
+
+impl Line {
+    fn new(address: &Address) -> Line {
+        Line { address: address.clone(), stream: None, was_open: false, transaction: 0, bytes: [0; 2 * FRAME_MAX], filled: 0, silent_until: None }
+    }
+
+    fn exchange(&mut self, link: &Link, request: &Request<'_>) -> Result<Answer, Fault> {
+        self.open(link)?;
+        link.count(Count::Requests);
+        let deadline = Instant::now() + link.answer;
+        match self.address {
+            Address::Tcp(_) => self.over_tcp(link, request, deadline),
+            Address::Serial { .. } => {
+                let answer = self.over_serial(link, request);
+                if matches!(answer, Err(Fault::Damaged)) {
+                    self.wait_for_silence(deadline);
+                }
+                self.silent_until = Some(Instant::now() + self.silence());
+                answer
+            }
+        }
+    }
+
+    fn open(&mut self, link: &Link) -> Result<(), Fault> {
+        if self.stream.is_some() {
+            return Ok(());
+        }
+        let stream = Stream::open(&self.address, Instant::now() + link.answer);
+        self.stream = Some(stream.map_err(|why| Fault::Broken(format!("it cannot be opened: {why}")))?);
+        self.filled = 0;
+        if self.was_open {
+            link.count(Count::Reconnects);
+        }
+        self.was_open = true;
+        Ok(())
+    }
+
+    fn send(&self, bytes: &[u8], deadline: Instant) -> Result<&Stream, Fault> {
+        let stream = self.stream.as_ref().ok_or_else(|| Fault::Broken("it is not open".to_owned()))?;
+        stream.write_all(bytes, deadline).map_err(|why| Fault::Broken(why.to_string()))?;
+        Ok(stream)
+    }
+
+    /// Waits for more bytes.
+    fn fill(&mut self, deadline: Instant) -> Result<bool, Fault> {
+        let stream = self.stream.as_ref().ok_or_else(|| Fault::Broken("it is not open".to_owned()))?;
+        let more = stream.read(&mut self.bytes[self.filled..], deadline).map_err(|why| Fault::Broken(why.to_string()))?;
+        self.filled += more;
+        Ok(more > 0)
+    }
+
+    fn over_tcp(&mut self, link: &Link, request: &Request<'_>, deadline: Instant) -> Result<Answer, Fault> {
+        self.transaction = self.transaction.wrapping_add(1);
+        let (bytes, len) = frame::mbap(self.transaction, link.unit, request.encode().bytes());
+        self.send(&bytes[..len], deadline)?;
+        loop {
+            while let Some(frame) = framed(&self.bytes[..self.filled]).map_err(|_| Fault::Damaged)? {
+                let is_mine = frame.transaction == self.transaction;
+                let answer = if frame.unit == link.unit { request.answer(frame.pdu).map(Answer::of) } else { Err(NoAnswer::Foreign) };
+                let len = frame.len;
+                self.bytes.copy_within(len..self.filled, 0);
+                self.filled -= len;
+                match answer {
+                    _ if !is_mine => link.count(Count::Late),
+                    Ok(answer) => return Ok(answer),
+                    Err(NoAnswer::Refused(exception)) => return Err(Fault::Exception(exception)),
+                    Err(NoAnswer::Foreign) => return Err(Fault::Damaged),
+                }
+            }
+            if !self.fill(deadline)? {
+                return Err(Fault::Timeout(link.answer));
+            }
+        }
+    }
+
+    fn over_serial(&mut self, link: &Link, request: &Request<'_>) -> Result<Answer, Fault> {
+        if let Some(silent) = self.silent_until.take() {
+            std::thread::sleep(silent.saturating_duration_since(Instant::now()));
+        }
+        // What still lies there belongs to nobody.
+        self.filled = 0;
+        while self.fill(Instant::now())? {
+            self.filled = 0;
+            link.count(Count::Late);
+        }
+        let (bytes, len) = frame::rtu(link.unit, request.encode().bytes());
+        let sending = self.byte_time() * len as u32;
+        let deadline = Instant::now() + sending + link.answer;
+        self.send(&bytes[..len], deadline)?;
+        loop {
+            let begun = &self.bytes[..self.filled];
+            match frame::answer_len(begun).map_err(|_| Fault::Damaged)? {
+                Some(len) if self.filled >= len => {
+                    let (unit, pdu) = unframed(&begun[..len]).map_err(|_| Fault::Damaged)?;
+                    return match request.answer(pdu) {
+                        Ok(data) if unit == link.unit && self.filled == len => Ok(Answer::of(data)),
+                        Err(NoAnswer::Refused(exception)) if unit == link.unit && self.filled == len => Err(Fault::Exception(exception)),
+                        _ => Err(Fault::Damaged),
+                    };
+                }
+                _ if self.filled >= FRAME_MAX => return Err(Fault::Damaged),
+                _ => {}
+            }
+            if !self.fill(deadline)? {
+                return Err(if self.filled == 0 { Fault::Timeout(link.answer) } else { Fault::Damaged });
+            }
+        }
+    }
+
+    /// The rest of what was damaged is no beginning of the next answer. Adapters hand on what they have every 16 ms.
+    fn wait_for_silence(&mut self, deadline: Instant) {
+        loop {
+            self.filled = 0;
+            let silence = self.silence().max(Duration::from_millis(20));
+            if !matches!(self.fill((Instant::now() + silence).min(deadline)), Ok(true)) {
+                return;
+            }
+        }
+    }
+
+    fn byte_time(&self) -> Duration {
+        match &self.address {
+            Address::Serial { settings, .. } => settings.byte_time(),
+            Address::Tcp(_) => Duration::ZERO,
+        }
+    }
+
+    /// 3.5 characters, and 1.75 ms above 19,200 baud.
+    fn silence(&self) -> Duration {
+        (self.byte_time() * 7 / 2).max(Duration::from_micros(1_750))
+    }
+}

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Which channel lies where in the tables of a device, as a program declares it.
+use super::pdu::Space;
+use super::value::{Form, Of, Order};
+use device::{Channel, Layout, Slot};
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+/// A channel as it is declared: the table is the key of its address.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Asked {
+    holding: Option<u16>,
+    input: Option<u16>,
+    coil: Option<u16>,
+    discrete: Option<u16>,
+    r#type: Option<Of>,
+    #[serde(default)]
+    order: Order,
+    scale: Option<f64>,
+    offset: Option<f64>,
+    bit: Option<u8>,
+    #[serde(default)]
+    raw: bool,
+    write: Option<Value>,
+    safe: Option<Value>,
+    every_ns: Option<i64>,
+    slew: Option<f64>,
+    #[serde(default)]
+    unit: String,
+    #[serde(default)]
+    doc: String,
+}
+
+/// Which end of the wire the channels are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum End {
+    /// It asks a device.
+    Client,
+    /// It is the device that others ask: what it reads is what they wrote.
+    Server,
+}
+
+/// When a channel is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Write {
+    /// It is read.
+    Never,
+    /// Where its value on the wire is another than before.
+    Changed,
+    /// In each period.
+    Each,
+}
+
+impl Write {
+    fn of(asked: Option<&Value>) -> Result<Write, String> {
+        match asked {
+            None | Some(Value::Bool(false)) => Ok(Write::Never),
+            Some(Value::Bool(true)) => Ok(Write::Changed),
+            Some(Value::String(word)) if word == "changed" => Ok(Write::Changed),
+            Some(Value::String(word)) if word == "each" => Ok(Write::Each),
+            Some(other) => Err(format!("\"write\": {other}: give true or \"changed\", or \"each\" for a write in each period")),
+        }
+    }
+}
+
+/// A channel and its place in a table.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    pub name: String,
+    pub space: Space,
+    pub address: u16,
+    pub form: Form,
+    pub slot: Slot,
+    pub write: Write,
+    pub safe: Vec<u8>,
+    pub every_ns: i64,
+}
+
+impl Place {
+    /// How many registers or bits it takes.
+    pub(super) fn count(&self) -> u16 {
+        self.form.registers()
+    }
+
+    /// Behind its last one.
+    pub(super) fn end(&self) -> u32 {
+        u32::from(self.address) + u32::from(self.count())
+    }
+}
+
+/// The channels, and where each lies; in the order in which they are declared.
+///
+/// # Errors
+/// In words, with the name of the channel that is wrong.
+pub(super) fn places(declared: &Map<String, Value>, end: End) -> Result<(Vec<Channel>, Vec<Place>), String> {
+    let mut layout = Layout::default();
+    let mut places = Vec::new();
+    for (name, value) in declared {
+        let (channel, place) = place(name, value, end).map_err(|why| format!("'{name}': {why}"))?;
+        let slot = layout.add(channel);
+        places.push(Place { slot, ..place });
+    }
+    overlap(&places, end)?;
+    match places.is_empty() {
+        true => Err("name at least one channel: {\"speed\": {\"input\": 0, \"type\": \"float\"}}".to_owned()),
+        false => Ok((layout.into_channels(), places)),
+    }
+}
+
+/// Refuses two channels of which one would overwrite the other.
+fn overlap(places: &[Place], end: End) -> Result<(), String> {
+    let mut claimed: Vec<&Place> = places.iter().filter(|place| end == End::Server || place.write != Write::Never).collect();
+    claimed.sort_by_key(|place| (place.space, place.address));
+    for pair in claimed.windows(2) {
+        let [one, other] = pair else { continue };
+        let both_read = one.write == Write::Never && other.write == Write::Never;
+        if one.space == other.space && one.end() > u32::from(other.address) && !both_read {
+            return Err(format!("'{}' and '{}' both lie at {} {}", one.name, other.name, other.space, other.address));
+        }
+    }
+    Ok(())
+}
+
+fn place(name: &str, value: &Value, end: End) -> Result<(Channel, Place), String> {
+    let asked: Asked = serde_json::from_value(value.clone()).map_err(|why| why.to_string())?;
+    let write = Write::of(asked.write.as_ref())?;
+    let tables = [(Space::Holding, asked.holding), (Space::Input, asked.input), (Space::Coil, asked.coil), (Space::Discrete, asked.discrete)];
+    let mut given = tables.into_iter().filter_map(|(space, address)| address.map(|address| (space, address)));
+    let (Some((space, address)), None) = (given.next(), given.next()) else {
+        return Err("give its address in one table: \"holding\", \"input\", \"coil\" or \"discrete\"".to_owned());
+    };
+    match end {
+        End::Client if write != Write::Never && !space.is_written() => {
+            return Err(format!("a client cannot write what is {space}; use \"holding\" or \"coil\""));
+        }
+        End::Server if write == Write::Never && !space.is_written() => {
+            return Err(format!("a client cannot write what is {space}, so nothing comes in there; use \"holding\" or \"coil\", or \"write\": true"));
+        }
+        _ => {}
+    }
+    let form = form(&asked, space, write)?;
+    if u32::from(address) + u32::from(form.registers()) > 0x1_0000 {
+        return Err(format!("it ends behind {space} 65535, the last there is"));
+    }
+    let channel = match write {
+        Write::Never if asked.safe.is_some() || asked.slew.is_some() => return Err("a channel that is read has neither \"safe\" nor \"slew\"".to_owned()),
+        Write::Never => Channel::read(name, form.channel_type()),
+        _ => Channel::write(name, form.channel_type()).safe(safe(&asked, &form)?).slew(asked.slew),
+    };
+    let doc = if asked.doc.is_empty() { format!("{space} {address}") } else { format!("{} ({space} {address})", asked.doc) };
+    let channel = channel.unit(&asked.unit).doc(doc);
+    let safe = channel.safe.clone();
+    let place = Place { name: name.to_owned(), space, address, form, slot: Slot { offset: 0, len: 0 }, write, safe, every_ns: asked.every_ns.unwrap_or(0) };
+    Ok((channel, place))
+}
+
+fn form(asked: &Asked, space: Space, write: Write) -> Result<Form, String> {
+    let numbers = [asked.r#type.is_some(), asked.scale.is_some(), asked.offset.is_some(), asked.raw, asked.order != Order::Abcd];
+    if space.is_bits() || asked.bit.is_some() {
+        return match asked.bit {
+            Some(_) if space.is_bits() => Err(format!("a {space} is one bit already; leave out \"bit\"")),
+            Some(16..) => Err("a register has the bits 0 to 15".to_owned()),
+            Some(_) if write != Write::Never => Err("a bit of a register cannot be written alone; write the register, or a coil".to_owned()),
+            _ if numbers.contains(&true) => Err("a bit has no \"type\", \"scale\", \"offset\", \"order\" or \"raw\"".to_owned()),
+            bit => Ok(Form::Bit(bit.unwrap_or(0))),
+        };
+    }
+    let (of, order) = (asked.r#type.unwrap_or_default(), asked.order);
+    if asked.raw {
+        return match asked.scale.is_some() || asked.offset.is_some() {
+            true => Err("what is raw has neither \"scale\" nor \"offset\"".to_owned()),
+            false => Ok(Form::Raw { of, order }),
+        };
+    }
+    let (scale, offset) = (asked.scale.unwrap_or(1.0), asked.offset.unwrap_or(0.0));
+    if scale == 0.0 || !scale.is_finite() || !offset.is_finite() {
+        return Err("a scale of 0 tells nothing; give one that is finite and not 0".to_owned());
+    }
+    Ok(Form::Scaled { of, order, scale, offset })
+}
+
+/// Bytes of its safe value: 0 or false where none is declared.
+fn safe(asked: &Asked, form: &Form) -> Result<Vec<u8>, String> {
+    let len = form.channel_type().len();
+    let Some(value) = &asked.safe else { return Ok(vec![0; len]) };
+    let no = || format!("\"safe\": {value} is no {}", form.channel_type());
+    match form {
+        Form::Bit(_) => value.as_bool().map(|bit| vec![u8::from(bit)]).ok_or_else(no),
+        Form::Scaled { .. } => {
+            let bytes = value.as_f64().ok_or_else(no)?.to_ne_bytes().to_vec();
+            match form.write(&bytes) {
+                Some((_, true)) => Ok(bytes),
+                _ => Err(format!("\"safe\": {value} does not fit the register")),
+            }
+        }
+        // Through the registers, where its number is known.
+        Form::Raw { of, order } => {
+            let as_number = Form::Scaled { of: *of, order: *order, scale: 1.0, offset: 0.0 };
+            let Some((wire, true)) = as_number.write(&value.as_f64().ok_or_else(no)?.to_ne_bytes()) else { return Err(no()) };
+            let mut bytes = vec![0; len];
+            form.read(&wire, &mut bytes);
+            Ok(bytes)
+        }
+    }
+}
+
+/// What one request reads: a range of one table, and the channels in it.
+#[derive(Clone, Debug)]
+pub(super) struct Block {
+    pub space: Space,
+    pub address: u16,
+    pub count: u16,
+    pub every_ns: i64,
+    pub due_ns: i64,
+    pub places: Vec<Place>,
+}
+
+/// The fewest requests that read these channels: neighbours of the same table and pace are one, over at most `gap` that nobody asked for,
+/// up to what the protocol allows.
+pub(super) fn blocks(places: &[Place], gap: u16) -> Vec<Block> {
+    let mut read: Vec<&Place> = places.iter().filter(|place| place.write == Write::Never).collect();
+    read.sort_by_key(|place| (place.every_ns, place.space, place.address, place.count()));
+    let mut blocks: Vec<Block> = Vec::new();
+    for place in read {
+        let joined = blocks.last_mut().filter(|last| {
+            let end = u32::from(last.address) + u32::from(last.count);
+            let count = place.end().max(end) - u32::from(last.address);
+            (last.space, last.every_ns) == (place.space, place.every_ns)
+                && u32::from(place.address) <= end + u32::from(gap)
+                && count <= u32::from(place.space.read_max())
+        });
+        match joined {
+            Some(last) => {
+                last.count = last.count.max((place.end() - u32::from(last.address)) as u16);
+                last.places.push(place.clone());
+            }
+            None => blocks.push(Block {
+                space: place.space,
+                address: place.address,
+                count: place.count(),
+                every_ns: place.every_ns,
+                due_ns: i64::MIN,
+                places: vec![place.clone()],
+            }),
+        }
+    }
+    blocks
+}
+
+impl Block {
+    /// Stores what its request read into the readings.
+    pub(super) fn store(&self, data: &[u8], readings: &mut [u8]) {
+        for place in &self.places {
+            let at = usize::from(place.address - self.address);
+            let channel = place.slot.of_mut(readings);
+            match self.space.is_bits() {
+                true => channel[0] = data.get(at / 8).map_or(0, |byte| byte >> (at % 8) & 1),
+                false => place.form.read(data.get(2 * at..).unwrap_or(&[]), channel),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn made(channels: Value) -> Result<Vec<Place>, String> {
+        places(channels.as_object().expect("a table"), End::Client).map(|(_, places)| places)
+    }
+
+    #[test]
+    fn neighbours_are_one_request_up_to_the_protocols_limits() {
+        let many: Map<String, Value> = (0..300).map(|i| (format!("r{i}"), json!({ "holding": i }))).collect();
+        let places = made(Value::Object(many)).expect("it is right");
+        let ranges = |blocks: &[Block]| blocks.iter().map(|block| (block.address, block.count)).collect::<Vec<_>>();
+        assert_eq!(ranges(&blocks(&places, 0)), [(0, 125), (125, 125), (250, 50)]);
+        let apart = made(json!({ "b": { "input": 12, "type": "double" }, "a": { "input": 10, "type": "float" }, "c": { "input": 20 }, "d": { "input": 12 },
+            "slow": { "input": 16, "every_ns": 1_000_000_000 }, "w": { "holding": 3, "write": "changed" } }))
+        .expect("it is right");
+        assert_eq!(ranges(&blocks(&apart, 0)), [(10, 6), (20, 1), (16, 1)]);
+        assert_eq!(ranges(&blocks(&apart, 4)), [(10, 11), (16, 1)]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (channel, why) in [
+            (json!({}), "give its address in one table"),
+            (json!({ "holding": 1, "coil": 1 }), "give its address in one table"),
+            (json!({ "holding": 65535, "type": "float" }), "it ends behind holding 65535"),
+            (json!({ "coil": 1, "type": "int16" }), "a bit has no \"type\""),
+            (json!({ "holding": 1, "bit": 16 }), "the bits 0 to 15"),
+            (json!({ "holding": 1, "bit": 1, "write": "each" }), "cannot be written alone"),
+            (json!({ "holding": 1, "scale": 0.0 }), "a scale of 0 tells nothing"),
+            (json!({ "holding": 1, "safe": 1.0 }), "neither \"safe\" nor \"slew\""),
+            (json!({ "holding": 1, "write": "each", "safe": 70000 }), "does not fit the register"),
+            (json!({ "holding": 1, "write": "each", "raw": true, "safe": -1 }), "is no uint16_t"),
+            (json!({ "input": 1, "write": true }), "a client cannot write what is input"),
+            (json!({ "holding": 1, "write": "often" }), "give true or \"changed\""),
+            (json!({ "holding": 1, "typ": "int16" }), "unknown field `typ`"),
+        ] {
+            let refused = made(json!({ "x": channel.clone() })).expect_err(&channel.to_string());
+            assert!(refused.starts_with("'x': ") && refused.contains(why), "{refused}");
+        }
+        let both = made(json!({ "a": { "holding": 1, "type": "float", "write": true }, "b": { "holding": 2, "write": true } }));
+        assert_eq!(both.expect_err("they overlap"), "'a' and 'b' both lie at holding 2");
+    }
+}

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Signals of a cell offered to Modbus clients, a controller of the line or an operator panel: what it reads is what they wrote, what it
+//! writes they read.
+//!
+//! | module | |
+//! |---|---|
+//! | `tables` | registers and bits, and a request carried out in them |
+//! | `serve` | the thread that answers clients |
+mod serve;
+mod tables;
+
+use super::map::{self, End, Place, Write};
+use device::{Channel, Class, Counters, Declaration, DeviceError, Driver, DriverError, Given, Kind, Life, Opened, OptionWord, SafeBy, SafeState};
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+use serve::{COUNTERS, Count, Shared, serve};
+use std::net::{IpAddr, SocketAddr, TcpListener, ToSocketAddrs};
+use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use tables::Tables;
+
+pub(crate) static DRIVER: Declaration = Declaration {
+    class: Class::Worker,
+    life: Life::IN_PLACE,
+    safe_state: SafeState { doc: "clients read the safe value of each channel", by: &[SafeBy::Driver], within_ns: 1_000_000_000 },
+    counters: &COUNTERS,
+    rights: &["ports below 1024: cap_net_bind_service"],
+    ..Declaration::new("modbus_server", "channels of this machine offered by Modbus over TCP: who asks reads and writes them", &OPTIONS, open)
+};
+
+const OPTIONS: [OptionWord; 5] = [
+    OptionWord::needed("address", Kind::Text, "where it listens: tcp/127.0.0.1:1502"),
+    OptionWord::needed("channels", Kind::Table, "as of driver modbus; those that are written are what clients read, the others what they write"),
+    OptionWord::with_default(
+        "to_network",
+        Kind::Bool,
+        "false",
+        "whether other hosts may connect: Modbus asks nobody who they are, so whoever reaches the port may write",
+    ),
+    OptionWord::with_default("clients", Kind::Whole, "8", "how many may be connected; for one more the one gives way that was silent for the longest, 1 to 64"),
+    OptionWord::with_default("silent_ns", Kind::Whole, "for ever", "how long clients may ask nothing, after the first request, before the device is lost")
+        .unit("ns"),
+];
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Options {
+    address: String,
+    channels: Map<String, Value>,
+    #[serde(default)]
+    to_network: bool,
+    #[serde(default = "eight")]
+    clients: usize,
+    silent_ns: Option<i64>,
+}
+
+fn eight() -> usize {
+    8
+}
+
+struct Server {
+    channels: Vec<Channel>,
+    places: Vec<Place>,
+    address: SocketAddr,
+    clients: usize,
+    shared: Arc<Shared>,
+    silent_ns: Option<i64>,
+    /// Requests at the last reading, and when there were more than before.
+    asked: (u64, i64),
+    running: Option<(UnixStream, JoinHandle<()>)>,
+}
+
+fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+    let options: Options = given.read()?;
+    let wrong_address = |why: String| given.wrong("address", why);
+    let to = options
+        .address
+        .strip_prefix("tcp/")
+        .ok_or_else(|| wrong_address(format!("'{}' is no address to listen at; write tcp/127.0.0.1:1502", options.address)))?;
+    let mut found = to.to_socket_addrs().map_err(|why| wrong_address(format!("'{to}': {why}; write tcp/127.0.0.1:1502")))?;
+    let address = found.next().ok_or_else(|| wrong_address(format!("'{to}' is no host")))?;
+    if !options.to_network && !is_loopback(address.ip()) {
+        let why = "other hosts could write its channels, and Modbus asks nobody who they are; listen at tcp/127.0.0.1, or say to_network=true on a network of machines only";
+        return Err(wrong_address(why.to_owned()));
+    }
+    if !(1..=64).contains(&options.clients) {
+        return Err(given.wrong("clients", "1 to 64 is asked for"));
+    }
+    let (channels, places) = map::places(&options.channels, End::Server).map_err(|why| given.wrong("channels", why))?;
+    let tables = Mutex::new(Tables::new(&places));
+    let shared = Arc::new(Shared { tables, counters: Arc::new(Counters::new(&COUNTERS)), asked: AtomicU64::new(0) });
+    let server = Server { channels, places, address, clients: options.clients, shared, silent_ns: options.silent_ns, asked: (0, 0), running: None };
+    Ok((Box::new(server), json!({ "parts": [] })))
+}
+
+fn is_loopback(ip: IpAddr) -> bool {
+    ip.to_canonical().is_loopback()
+}
+
+impl Server {
+    fn put(&self, value: impl Fn(&Place) -> Vec<u8>) {
+        let mut tables = self.shared.tables.lock().unwrap_or_else(PoisonError::into_inner);
+        for place in self.places.iter().filter(|place| place.write != Write::Never) {
+            if !tables.put(place, &value(place)) {
+                self.shared.count(Count::Limited);
+            }
+        }
+    }
+}
+
+impl Driver for Server {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        self.safe_state();
+        self.asked = (0, now_ns);
+        let cannot = |why: std::io::Error| DeviceError { message: format!("it cannot listen at {}: {why}", self.address) };
+        let listener = TcpListener::bind(self.address).map_err(cannot)?;
+        listener.set_nonblocking(true).map_err(cannot)?;
+        let (mine, ends) = UnixStream::pair().map_err(cannot)?;
+        let (shared, clients) = (self.shared.clone(), self.clients);
+        let serving = std::thread::Builder::new().name("modbus server".to_owned()).spawn(move || serve(&listener, &ends, clients, &shared));
+        self.running = Some((mine, serving.map_err(cannot)?));
+        Ok(())
+    }
+
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        let tables = self.shared.tables.lock().unwrap_or_else(PoisonError::into_inner);
+        for place in self.places.iter().filter(|place| place.write == Write::Never) {
+            tables.get(place, place.slot.of_mut(readings));
+        }
+        drop(tables);
+        let asked = self.shared.asked.load(Ordering::Relaxed);
+        if asked != self.asked.0 {
+            self.asked = (asked, release_ns);
+        }
+        match self.silent_ns {
+            Some(silent_ns) if asked > 0 && release_ns - self.asked.1 > silent_ns => {
+                Err(DeviceError { message: format!("no client has asked anything at {} for {} ms", self.address, silent_ns as f64 * 1e-6) })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn write(&mut self, _: i64, commands: &[u8], _: &[bool]) -> Result<(), DeviceError> {
+        self.put(|place| place.slot.of(commands).to_vec());
+        Ok(())
+    }
+
+    fn safe_state(&mut self) {
+        self.put(|place| place.safe.clone());
+    }
+
+    fn close(&mut self) {
+        if let Some((mine, serving)) = self.running.take() {
+            drop(mine);
+            // What it panicked with has been printed.
+            let _ = serving.join();
+        }
+    }
+
+    fn counters(&self) -> Option<Arc<Counters>> {
+        Some(self.shared.counters.clone())
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.close();
+    }
+}

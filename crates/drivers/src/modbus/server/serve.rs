@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The thread that answers clients. None of its calls waits for one of them:
+//!
+//! | a client | what becomes of it |
+//! |---|---|
+//! | sends half a request | the half is kept; the others are served |
+//! | does not take its answers | is not read until it does; the others are served |
+//! | sends what is no frame | its connection ends |
+//! | is one too many | the one that has been silent for the longest gives way |
+use super::tables::Tables;
+use crate::modbus::frame::{FRAME_MAX, framed, mbap};
+use crate::modbus::pdu::{PDU_MAX, Request, refusal};
+use device::{CounterWord, Counters};
+use std::io::{ErrorKind, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::os::fd::{AsRawFd, RawFd};
+use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// What is counted, in the order of [`COUNTERS`].
+#[derive(Clone, Copy)]
+#[repr(usize)]
+pub(super) enum Count {
+    Requests,
+    Exceptions,
+    Damaged,
+    Connections,
+    GaveWay,
+    Limited,
+}
+
+pub(super) static COUNTERS: [CounterWord; 6] = [
+    CounterWord { name: "requests", unit: "", doc: "requests answered" },
+    CounterWord { name: "exceptions", unit: "", doc: "requests refused" },
+    CounterWord { name: "damaged", unit: "", doc: "connections ended for what was no frame" },
+    CounterWord { name: "connections", unit: "", doc: "clients that have connected" },
+    CounterWord { name: "gave_way", unit: "", doc: "connections that were closed for a new one" },
+    CounterWord { name: "limited", unit: "", doc: "values that their register cannot hold, offered as the nearest that it can" },
+];
+
+/// What the thread shares with the driver.
+pub(super) struct Shared {
+    pub tables: Mutex<Tables>,
+    pub counters: Arc<Counters>,
+    /// Requests so far: a client that is there asks.
+    pub asked: AtomicU64,
+}
+
+impl Shared {
+    pub(super) fn count(&self, what: Count) {
+        self.counters.add(what as usize, 1);
+    }
+
+    /// The frame that answers a request.
+    fn answer(&self, pdu: &[u8], transaction: u16, unit: u8) -> ([u8; FRAME_MAX], usize) {
+        self.count(Count::Requests);
+        self.asked.fetch_add(1, Ordering::Relaxed);
+        let carried = Request::decode(pdu).and_then(|request| self.tables.lock().unwrap_or_else(PoisonError::into_inner).carry_out(&request));
+        let answer = carried.unwrap_or_else(|why| {
+            self.count(Count::Exceptions);
+            refusal(pdu.first().copied().unwrap_or(0), why)
+        });
+        mbap(transaction, unit, answer.bytes())
+    }
+}
+
+/// A client: what it has sent and not been answered, and what it has not taken yet.
+struct Client {
+    stream: TcpStream,
+    came: [u8; FRAME_MAX],
+    filled: usize,
+    answer: [u8; FRAME_MAX],
+    /// Of the answer: from where to where it is still to be sent.
+    left: (usize, usize),
+    /// When it was last heard, as a number that only grows.
+    heard: u64,
+}
+
+/// Serves until `ends` is closed at its other end.
+pub(super) fn serve(listener: &TcpListener, ends: &UnixStream, most: usize, shared: &Shared) {
+    let mut clients: Vec<Client> = Vec::with_capacity(most);
+    let mut asked: Vec<libc::pollfd> = Vec::with_capacity(most + 2);
+    let mut turn = 0_u64;
+    loop {
+        let entry = |fd: RawFd, events: i16| libc::pollfd { fd, events, revents: 0 };
+        asked.clear();
+        asked.extend([entry(ends.as_raw_fd(), libc::POLLIN), entry(listener.as_raw_fd(), libc::POLLIN)]);
+        asked.extend(clients.iter().map(|client| entry(client.stream.as_raw_fd(), if client.owes() { libc::POLLOUT } else { libc::POLLIN })));
+        // SAFETY: as many entries as are said, alive and of our own.
+        let ready = unsafe { libc::poll(asked.as_mut_ptr(), asked.len() as libc::nfds_t, -1) };
+        if ready < 0 {
+            match std::io::Error::last_os_error().kind() {
+                ErrorKind::Interrupted => continue,
+                _ => return,
+            }
+        }
+        if asked[0].revents != 0 {
+            return;
+        }
+        turn += 1;
+        let mut is_ready = asked[2..].iter().map(|entry| entry.revents != 0);
+        clients.retain_mut(|client| !is_ready.next().unwrap_or(false) || client.serve(turn, shared));
+        if asked[1].revents != 0 {
+            accept(listener, &mut clients, most, turn, shared);
+        }
+    }
+}
+
+fn accept(listener: &TcpListener, clients: &mut Vec<Client>, most: usize, turn: u64, shared: &Shared) {
+    let Ok((stream, _)) = listener.accept() else { return };
+    if stream.set_nonblocking(true).is_err() || stream.set_nodelay(true).is_err() {
+        return;
+    }
+    shared.count(Count::Connections);
+    if clients.len() >= most {
+        let silent = (0..clients.len()).min_by_key(|at| clients[*at].heard);
+        silent.map(|at| clients.swap_remove(at));
+        shared.count(Count::GaveWay);
+    }
+    clients.push(Client { stream, came: [0; FRAME_MAX], filled: 0, answer: [0; FRAME_MAX], left: (0, 0), heard: turn });
+}
+
+impl Client {
+    fn owes(&self) -> bool {
+        self.left.0 < self.left.1
+    }
+
+    /// Goes on with it as far as it goes at once; false: it is gone.
+    fn serve(&mut self, turn: u64, shared: &Shared) -> bool {
+        if self.owes() {
+            return self.send() && (self.owes() || self.requests(shared));
+        }
+        match self.stream.read(&mut self.came[self.filled..]) {
+            Ok(0) => false,
+            Ok(more) => {
+                (self.filled, self.heard) = (self.filled + more, turn);
+                self.requests(shared)
+            }
+            Err(why) => matches!(why.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted),
+        }
+    }
+
+    /// Answers the requests that have come, until one of the answers is not taken.
+    fn requests(&mut self, shared: &Shared) -> bool {
+        let mut pdu = [0; PDU_MAX];
+        loop {
+            let (transaction, unit, pdu) = match framed(&self.came[..self.filled]) {
+                Ok(None) => return true,
+                Err(_) => {
+                    shared.count(Count::Damaged);
+                    return false;
+                }
+                Ok(Some(frame)) => {
+                    let (len, count) = (frame.len, frame.pdu.len());
+                    pdu[..count].copy_from_slice(frame.pdu);
+                    let (transaction, unit) = (frame.transaction, frame.unit);
+                    self.came.copy_within(len..self.filled, 0);
+                    self.filled -= len;
+                    (transaction, unit, &pdu[..count])
+                }
+            };
+            let (answer, len) = shared.answer(pdu, transaction, unit);
+            (self.answer, self.left) = (answer, (0, len));
+            if !self.send() {
+                return false;
+            }
+            if self.owes() {
+                return true;
+            }
+        }
+    }
+
+    fn send(&mut self) -> bool {
+        while self.owes() {
+            match self.stream.write(&self.answer[self.left.0..self.left.1]) {
+                Ok(taken) => self.left.0 += taken,
+                Err(why) if why.kind() == ErrorKind::Interrupted => {}
+                Err(why) => return why.kind() == ErrorKind::WouldBlock,
+            }
+        }
+        true
+    }
+}

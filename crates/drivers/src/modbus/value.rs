@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What registers mean: numbers over one to four of them, in one of four orders, with scale and offset; single bits.
+use device::{Number, Type};
+use serde::Deserialize;
+
+/// The number that lies in registers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Of {
+    Int16,
+    #[default]
+    Uint16,
+    Int32,
+    Uint32,
+    Int64,
+    Uint64,
+    Float,
+    Double,
+}
+
+impl Of {
+    pub(super) const NAMES: &'static str = "int16, uint16, int32, uint32, int64, uint64, float or double";
+
+    /// How many registers it takes.
+    pub(super) fn registers(self) -> u16 {
+        match self {
+            Of::Int16 | Of::Uint16 => 1,
+            Of::Int32 | Of::Uint32 | Of::Float => 2,
+            Of::Int64 | Of::Uint64 | Of::Double => 4,
+        }
+    }
+
+    /// As C has it.
+    fn number(self) -> Number {
+        match self {
+            Of::Int16 => Number::Int16,
+            Of::Uint16 => Number::Uint16,
+            Of::Int32 => Number::Int32,
+            Of::Uint32 => Number::Uint32,
+            Of::Int64 => Number::Int64,
+            Of::Uint64 => Number::Uint64,
+            Of::Float => Number::Float,
+            Of::Double => Number::Double,
+        }
+    }
+
+    /// The bytes of a number, highest first, and whether it lies in its range. What is too large becomes the largest.
+    fn bytes_of(self, value: f64) -> ([u8; 8], bool) {
+        let mut bytes = [0; 8];
+        let whole = value.round();
+        // The casts saturate. As doubles the ends of 64 bits are one too large, which no double lies between.
+        let (high, least, most) = match self {
+            Of::Int16 => (u64::from(whole as i16 as u16) << 48, f64::from(i16::MIN), f64::from(i16::MAX)),
+            Of::Uint16 => (u64::from(whole as u16) << 48, 0.0, f64::from(u16::MAX)),
+            Of::Int32 => (u64::from(whole as i32 as u32) << 32, f64::from(i32::MIN), f64::from(i32::MAX)),
+            Of::Uint32 => (u64::from(whole as u32) << 32, 0.0, f64::from(u32::MAX)),
+            Of::Int64 => (whole as i64 as u64, i64::MIN as f64, i64::MAX as f64),
+            Of::Uint64 => (whole as u64, 0.0, u64::MAX as f64),
+            Of::Float => (u64::from((value as f32).to_bits()) << 32, f64::from(f32::MIN), f64::from(f32::MAX)),
+            Of::Double => (value.to_bits(), f64::MIN, f64::MAX),
+        };
+        bytes.copy_from_slice(&high.to_be_bytes());
+        let of = if matches!(self, Of::Float | Of::Double) { value } else { whole };
+        (bytes, (least..=most).contains(&of))
+    }
+
+    /// The number in bytes, highest first.
+    fn number_of(self, bytes: [u8; 8]) -> f64 {
+        let high = u64::from_be_bytes(bytes);
+        match self {
+            Of::Int16 => f64::from((high >> 48) as u16 as i16),
+            Of::Uint16 => f64::from((high >> 48) as u16),
+            Of::Int32 => f64::from((high >> 32) as u32 as i32),
+            Of::Uint32 => f64::from((high >> 32) as u32),
+            Of::Int64 => high as i64 as f64,
+            Of::Uint64 => high as f64,
+            Of::Float => f64::from(f32::from_bits((high >> 32) as u32)),
+            Of::Double => f64::from_bits(high),
+        }
+    }
+}
+
+/// Where the highest byte of a number lies, as manuals of devices write it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+pub(super) enum Order {
+    /// The standard's: the high word first, in it the high byte.
+    #[default]
+    #[serde(rename = "ABCD")]
+    Abcd,
+    /// The low word first.
+    #[serde(rename = "CDAB")]
+    Cdab,
+    #[serde(rename = "BADC")]
+    Badc,
+    #[serde(rename = "DCBA")]
+    Dcba,
+}
+
+impl Order {
+    /// From the wire to highest first, or back: each of them is its own inverse.
+    fn turn(self, bytes: &mut [u8]) {
+        if matches!(self, Order::Cdab | Order::Dcba) {
+            let words = bytes.len() / 2;
+            for word in 0..words / 2 {
+                let other = words - 1 - word;
+                bytes.swap(2 * word, 2 * other);
+                bytes.swap(2 * word + 1, 2 * other + 1);
+            }
+        }
+        if matches!(self, Order::Badc | Order::Dcba) {
+            bytes.chunks_exact_mut(2).for_each(|word| word.swap(0, 1));
+        }
+    }
+}
+
+/// How a channel lies in registers or in a bit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Form {
+    /// A coil, a discrete input, or this bit of a register.
+    Bit(u8),
+    /// `value = scale * number + offset`, as a double.
+    Scaled { of: Of, order: Order, scale: f64, offset: f64 },
+    /// The number as it is, as the type of that name in C.
+    Raw { of: Of, order: Order },
+}
+
+impl Form {
+    pub(super) fn registers(&self) -> u16 {
+        match self {
+            Form::Bit(_) => 1,
+            Form::Scaled { of, .. } | Form::Raw { of, .. } => of.registers(),
+        }
+    }
+
+    /// The type of its channel.
+    pub(super) fn channel_type(&self) -> Type {
+        match self {
+            Form::Bit(_) => Type::BOOL,
+            Form::Scaled { .. } => Type::DOUBLE,
+            Form::Raw { of, .. } => Type::of(of.number()),
+        }
+    }
+
+    /// From the registers on the wire to a channel. Both are as long as the form says; what is shorter is left alone.
+    pub(super) fn read(&self, wire: &[u8], channel: &mut [u8]) {
+        let len = 2 * usize::from(self.registers());
+        let (Some(wire), true) = (wire.get(..len), channel.len() == self.channel_type().len()) else { return };
+        let mut bytes = [0; 8];
+        bytes[..len].copy_from_slice(wire);
+        match *self {
+            Form::Bit(bit) => channel[0] = u8::from(u16::from_be_bytes([bytes[0], bytes[1]]) >> bit & 1 != 0),
+            Form::Scaled { of, order, scale, offset } => {
+                order.turn(&mut bytes[..len]);
+                channel.copy_from_slice(&(scale * of.number_of(bytes) + offset).to_ne_bytes());
+            }
+            Form::Raw { order, .. } => {
+                order.turn(&mut bytes[..len]);
+                native(&mut bytes[..len]);
+                channel.copy_from_slice(&bytes[..len]);
+            }
+        }
+    }
+
+    /// From a channel to the wire, and whether the value could be written as it is: else it became the nearest that can.
+    /// None: it is no number.
+    pub(super) fn write(&self, channel: &[u8]) -> Option<([u8; 8], bool)> {
+        let len = 2 * usize::from(self.registers());
+        match *self {
+            Form::Bit(_) => Some(([*channel.first()?, 0, 0, 0, 0, 0, 0, 0], true)),
+            Form::Scaled { of, order, scale, offset } => {
+                let value = f64::from_ne_bytes(channel.try_into().ok()?);
+                if value.is_nan() {
+                    return None;
+                }
+                let (mut bytes, fits) = of.bytes_of((value - offset) / scale);
+                order.turn(&mut bytes[..len]);
+                Some((bytes, fits))
+            }
+            Form::Raw { order, .. } => {
+                let mut bytes = [0; 8];
+                bytes[..len].copy_from_slice(channel.get(..len)?);
+                native(&mut bytes[..len]);
+                order.turn(&mut bytes[..len]);
+                Some((bytes, true))
+            }
+        }
+    }
+}
+
+/// From highest first to the order of this machine, or back.
+fn native(bytes: &mut [u8]) {
+    if cfg!(target_endian = "little") {
+        bytes.reverse();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scaled(of: Of, order: Order) -> Form {
+        Form::Scaled { of, order, scale: 1.0, offset: 0.0 }
+    }
+
+    fn there_and_back(form: Form, value: f64) -> f64 {
+        let (wire, fits) = form.write(&value.to_ne_bytes()).expect("a number");
+        assert!(fits, "{form:?} {value}");
+        let mut channel = [0; 8];
+        form.read(&wire, &mut channel);
+        f64::from_ne_bytes(channel)
+    }
+
+    #[test]
+    fn each_order_is_as_manuals_write_it() {
+        let value = f64::from(0x4142_4344);
+        for (order, wire) in [(Order::Abcd, b"ABCD"), (Order::Cdab, b"CDAB"), (Order::Badc, b"BADC"), (Order::Dcba, b"DCBA")] {
+            let form = scaled(Of::Uint32, order);
+            assert_eq!(&form.write(&value.to_ne_bytes()).expect("a number").0[..4], wire);
+            assert_eq!(there_and_back(form, value), value);
+        }
+    }
+
+    #[test]
+    fn every_number_comes_back() {
+        for (of, values) in [
+            (Of::Int16, &[-32768.0, -1.0, 32767.0][..]),
+            (Of::Uint16, &[0.0, 65535.0]),
+            (Of::Int32, &[-2147483648.0, 2147483647.0]),
+            (Of::Uint32, &[4294967295.0]),
+            (Of::Int64, &[-9007199254740992.0]),
+            (Of::Uint64, &[9007199254740992.0]),
+            (Of::Float, &[-0.5, 1.25e6]),
+            (Of::Double, &[0.1, -1e300]),
+        ] {
+            for (order, value) in [Order::Abcd, Order::Cdab, Order::Badc, Order::Dcba].into_iter().flat_map(|o| values.iter().map(move |v| (o, *v))) {
+                assert_eq!(there_and_back(scaled(of, order), value), value, "{of:?} {order:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_scale_is_undone_and_what_is_too_large_is_told() {
+        let form = Form::Scaled { of: Of::Int16, order: Order::Abcd, scale: 0.1, offset: -40.0 };
+        let mut channel = [0; 8];
+        form.read(&[0x02, 0x8A], &mut channel);
+        assert_eq!(f64::from_ne_bytes(channel), 25.0);
+        assert_eq!(form.write(&25.0_f64.to_ne_bytes()), Some(([0x02, 0x8A, 0, 0, 0, 0, 0, 0], true)));
+        assert_eq!(form.write(&1e9_f64.to_ne_bytes()), Some(([0x7F, 0xFF, 0, 0, 0, 0, 0, 0], false)));
+        assert_eq!(form.write(&f64::NAN.to_ne_bytes()), None);
+        assert!(!scaled(Of::Float, Order::Abcd).write(&f64::INFINITY.to_ne_bytes()).expect("a number").1);
+    }
+
+    #[test]
+    fn a_raw_one_has_the_type_of_c() {
+        let form = Form::Raw { of: Of::Int32, order: Order::Cdab };
+        assert_eq!(form.channel_type().to_string(), "int32_t");
+        let (wire, _) = form.write(&(-2_i32).to_ne_bytes()).expect("four bytes");
+        assert_eq!(wire[..4], [0xFF, 0xFE, 0xFF, 0xFF]);
+        let mut channel = [0; 4];
+        form.read(&wire, &mut channel);
+        assert_eq!(i32::from_ne_bytes(channel), -2);
+        let mut bit = [0];
+        Form::Bit(9).read(&[0x02, 0x00], &mut bit);
+        assert_eq!(bit, [1]);
+    }
+}

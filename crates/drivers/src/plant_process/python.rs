@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A driver in Python, in a process of its own. What runs there is the driver [`OBJECT`], which whoever embeds Python registers; the process, its
+//! memory and its life are those of a plant, but that it ends with its commander, its outputs safe.
+use super::opened;
+use super::words::Made;
+use device::{Class, Declaration, DriverError, Given, Kind, Life, Opened, OptionWord, SafeBy, SafeState, interpreter};
+use serde::Deserialize;
+use serde_json::Value;
+
+const KIND: &str = "python";
+/// The kind of what the process runs.
+const OBJECT: &str = "python_object";
+const PERIOD_NS: i64 = 10_000_000;
+/// The file of the package that a process of it runs.
+const PROCESS: &str = "opengpac.driver_process";
+
+pub(crate) static DRIVER: Declaration = Declaration {
+    class: Class::Process,
+    life: Life { waits_ns: 0, lost_within_ns: 10 * PERIOD_NS },
+    safe_state: SafeState {
+        doc: "each output carries its safe value, and its safe_state() was called",
+        by: &[SafeBy::Driver, SafeBy::Guard],
+        within_ns: 2 * PERIOD_NS,
+    },
+    in_virtual_time: Some(in_place),
+    ..Declaration::new(KIND, "a driver written in Python, in a process of its own", &OPTIONS, open)
+};
+
+const OPTIONS: [OptionWord; 8] = [
+    OptionWord::with_default("path", Kind::Text, "none: module is given", "the file with its class"),
+    OptionWord::with_default("module", Kind::Text, "none: path is given", "the module with its class"),
+    OptionWord::with_default("class", Kind::Text, "the only one there", "its class"),
+    OptionWord::with_default("options", Kind::Table, "none", "what the class declares as Option"),
+    OptionWord::with_default("paths", Kind::List, "those of its interpreter", "where else its process looks for modules"),
+    OptionWord::with_default("period_ns", Kind::Whole, "10 ms", "how often its exchange() is called").unit("ns"),
+    OptionWord::with_default("age_max_ns", Kind::Whole, "10 periods, at least 100 ms", "older readings are no readings: the device is lost").unit("ns"),
+    OptionWord::with_default("timeout_ns", Kind::Whole, "none", "its watchdog: without new commands for so long it is made safe, and lost").unit("ns"),
+];
+
+#[derive(Deserialize)]
+struct Options {
+    period_ns: Option<i64>,
+    age_max_ns: Option<i64>,
+    timeout_ns: Option<i64>,
+    /// Those of the driver that the process runs, checked already.
+    #[serde(flatten)]
+    object: serde_json::Map<String, Value>,
+}
+
+/// Where time is virtual: the same class in this process.
+fn in_place(options: &Value) -> Option<(String, Value)> {
+    let options: Options = serde_json::from_value(options.clone()).ok()?;
+    let mut object = options.object;
+    if let Some(timeout_ns) = options.timeout_ns {
+        object.insert("timeout_ns".to_owned(), timeout_ns.into());
+    }
+    Some((OBJECT.to_owned(), Value::Object(object)))
+}
+
+fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+    let options: Options = given.read()?;
+    device::find(OBJECT)?;
+    let period_ns = options.period_ns.unwrap_or(PERIOD_NS);
+    if !(100_000..=60_000_000_000).contains(&period_ns) {
+        return Err(given.wrong("period_ns", "0.1 ms to 60 s is asked for"));
+    }
+    let age_max_ns = options.age_max_ns.unwrap_or((10 * period_ns).max(10 * PERIOD_NS));
+    if age_max_ns < 2 * period_ns {
+        return Err(given.wrong("age_max_ns", format!("at least two periods are asked for, {} ms", 2.0 * period_ns as f64 * 1e-6)));
+    }
+    device::check_timeout(given, options.timeout_ns)?;
+    let made = Made {
+        kind: OBJECT.to_owned(),
+        options: Value::Object(options.object),
+        step_ns: Some(period_ns),
+        linger_ns: 0,
+        timeout_ns: options.timeout_ns,
+        rest_ns: Some(age_max_ns),
+        name: None,
+    };
+    let command = [interpreter(), "-m".into(), PROCESS.into()].into();
+    opened(given, KIND, made, command, (age_max_ns, options.timeout_ns), None)
+}

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A serial line: opened raw and for one program alone, read with a deadline. A pseudo terminal is one too, so that everything above it is
+//! tested without a cable.
+//!
+//! Nothing here allocates after [`SerialLine::open`]. Each wait is bounded by the deadline that its caller gives.
+use serde::Deserialize;
+use std::fs::{File, OpenOptions};
+use std::io::{Error, ErrorKind, Read, Result, Write};
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
+use std::os::unix::fs::OpenOptionsExt;
+use std::time::{Duration, Instant};
+
+/// The bit that guards each byte.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Parity {
+    #[default]
+    None,
+    Even,
+    Odd,
+}
+
+/// How a line is set: 8 data bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Settings {
+    /// Bits per second: any number that the interface can make, not only those of a list.
+    pub baud: u32,
+    pub parity: Parity,
+    /// 1 or 2.
+    pub stop_bits: u8,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { baud: 115_200, parity: Parity::None, stop_bits: 1 }
+    }
+}
+
+impl Settings {
+    /// How long one byte lasts on the line: start, 8 data, parity and stop bits.
+    pub(crate) fn byte_time(&self) -> Duration {
+        let bits = 9 + u32::from(self.parity != Parity::None) + u32::from(self.stop_bits);
+        Duration::from_nanos(u64::from(bits) * 1_000_000_000 / u64::from(self.baud.max(1)))
+    }
+}
+
+/// An open line.
+#[derive(Debug)]
+pub(crate) struct SerialLine {
+    file: File,
+}
+
+impl SerialLine {
+    /// Opens `path` raw (no echo, no line editing, no flow control) and for this program alone, and throws away what had come in before.
+    ///
+    /// # Errors
+    /// It is not there, is no terminal, cannot be set so, or another program has it ([`ErrorKind::ResourceBusy`]).
+    pub(crate) fn open(path: &str, settings: &Settings) -> Result<SerialLine> {
+        // Non-blocking, so that neither a missing carrier nor a full buffer holds anybody up; `poll` waits.
+        let file = OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOCTTY | libc::O_NONBLOCK | libc::O_CLOEXEC).open(path)?;
+        let line = SerialLine { file };
+        line.claim()?;
+        line.set(settings)?;
+        line.drain_input()?;
+        Ok(line)
+    }
+
+    /// Takes it for this program: the lock tells programs that ask for it, the flag of the terminal keeps out the others.
+    fn claim(&self) -> Result<()> {
+        // SAFETY: the descriptor is open.
+        if unsafe { libc::flock(self.raw(), libc::LOCK_EX | libc::LOCK_NB) } != 0 {
+            let why = Error::last_os_error();
+            let busy = why.kind() == ErrorKind::WouldBlock;
+            return Err(if busy { Error::new(ErrorKind::ResourceBusy, "another program has it") } else { why });
+        }
+        // SAFETY: the descriptor is open, and the request has no argument.
+        check(unsafe { libc::ioctl(self.raw(), libc::TIOCEXCL) })
+    }
+
+    fn set(&self, settings: &Settings) -> Result<()> {
+        // SAFETY: all zeros is a value of this struct of numbers.
+        let mut terminal: libc::termios2 = unsafe { std::mem::zeroed() };
+        // SAFETY: the descriptor is open, and the request writes one `termios2`.
+        check(unsafe { libc::ioctl(self.raw(), libc::TCGETS2, &raw mut terminal) })?;
+        terminal.c_iflag = libc::IGNBRK | if settings.parity == Parity::None { 0 } else { libc::INPCK | libc::IGNPAR };
+        terminal.c_oflag = 0;
+        terminal.c_lflag = 0;
+        terminal.c_cflag = libc::CS8 | libc::CREAD | libc::CLOCAL | libc::BOTHER;
+        terminal.c_cflag |= match settings.parity {
+            Parity::None => 0,
+            Parity::Even => libc::PARENB,
+            Parity::Odd => libc::PARENB | libc::PARODD,
+        };
+        if settings.stop_bits == 2 {
+            terminal.c_cflag |= libc::CSTOPB;
+        }
+        (terminal.c_ispeed, terminal.c_ospeed) = (settings.baud, settings.baud);
+        // With 0 a read that finds nothing would look like the end of the line.
+        (terminal.c_cc[libc::VMIN], terminal.c_cc[libc::VTIME]) = (1, 0);
+        // SAFETY: the descriptor is open, and the request reads one `termios2`.
+        check(unsafe { libc::ioctl(self.raw(), libc::TCSETS2, &raw const terminal) })
+    }
+
+    /// Reads what is there, at least one byte; `Ok(0)`: nothing had come when the deadline was reached. A deadline that is over does not wait.
+    ///
+    /// # Errors
+    /// The line is gone: its adapter was unplugged, the other end of the pseudo terminal closed.
+    pub(crate) fn read(&self, buffer: &mut [u8], deadline: Instant) -> Result<usize> {
+        loop {
+            match (&self.file).read(buffer) {
+                // A terminal without a byte says that it would block, so this is its end.
+                Ok(0) => return Err(Error::new(ErrorKind::UnexpectedEof, "the line is gone")),
+                Err(why) if why.kind() == ErrorKind::WouldBlock => {}
+                Err(why) if why.kind() == ErrorKind::Interrupted => continue,
+                other => return other,
+            }
+            if !wait(self.as_fd(), libc::POLLIN, deadline)? {
+                return Ok(0);
+            }
+        }
+    }
+
+    /// Gives all bytes to the line; they may still be on their way when it returns.
+    ///
+    /// # Errors
+    /// The line is gone, or has not taken them by the deadline ([`ErrorKind::TimedOut`]).
+    pub(crate) fn write_all(&self, mut bytes: &[u8], deadline: Instant) -> Result<()> {
+        while !bytes.is_empty() {
+            match (&self.file).write(bytes) {
+                Ok(taken) => bytes = &bytes[taken..],
+                Err(why) if why.kind() == ErrorKind::Interrupted => {}
+                Err(why) if why.kind() == ErrorKind::WouldBlock => {
+                    if !wait(self.as_fd(), libc::POLLOUT, deadline)? {
+                        return Err(Error::new(ErrorKind::TimedOut, "the line takes nothing"));
+                    }
+                }
+                Err(why) => return Err(why),
+            }
+        }
+        Ok(())
+    }
+
+    /// Throws away what has come in and was not read.
+    ///
+    /// # Errors
+    /// The line is gone.
+    pub(crate) fn drain_input(&self) -> Result<()> {
+        // SAFETY: the descriptor is open.
+        check(unsafe { libc::tcflush(self.raw(), libc::TCIFLUSH) })
+    }
+
+    fn raw(&self) -> i32 {
+        self.file.as_raw_fd()
+    }
+}
+
+impl Drop for SerialLine {
+    fn drop(&mut self) {
+        // A pseudo terminal outlives this end, and would keep the flag.
+        // SAFETY: the descriptor is open, and the request has no argument.
+        let _ = unsafe { libc::ioctl(self.raw(), libc::TIOCNXCL) };
+    }
+}
+
+impl AsFd for SerialLine {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.file.as_fd()
+    }
+}
+
+/// Waits until a descriptor is ready (`POLLIN`, `POLLOUT`) or has failed; false: the deadline came first.
+pub(crate) fn wait(of: BorrowedFd<'_>, events: i16, deadline: Instant) -> Result<bool> {
+    loop {
+        let left = deadline.saturating_duration_since(Instant::now());
+        let mut asked = libc::pollfd { fd: of.as_raw_fd(), events, revents: 0 };
+        let timeout = libc::timespec { tv_sec: left.as_secs().try_into().unwrap_or(libc::time_t::MAX), tv_nsec: left.subsec_nanos().into() };
+        // SAFETY: one `pollfd` and one `timespec`, both alive; no signal mask.
+        match unsafe { libc::ppoll(&raw mut asked, 1, &raw const timeout, std::ptr::null()) } {
+            0 => return Ok(false),
+            1.. => return Ok(true),
+            _ => {
+                let why = Error::last_os_error();
+                if why.kind() != ErrorKind::Interrupted {
+                    return Err(why);
+                }
+            }
+        }
+    }
+}
+
+fn check(answer: i32) -> Result<()> {
+    if answer == 0 { Ok(()) } else { Err(Error::last_os_error()) }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use std::ffi::CStr;
+    use std::os::fd::FromRawFd;
+
+    /// A pseudo terminal: the end that plays the device, and the path of the other.
+    pub(crate) fn pty() -> (File, String) {
+        // SAFETY: plain calls on a descriptor of our own; the name is copied out of a buffer of ours.
+        unsafe {
+            let master = libc::posix_openpt(libc::O_RDWR | libc::O_NOCTTY | libc::O_CLOEXEC);
+            assert!(master >= 0 && libc::grantpt(master) == 0 && libc::unlockpt(master) == 0);
+            let mut name = [0; 128];
+            assert_eq!(libc::ptsname_r(master, name.as_mut_ptr(), name.len()), 0);
+            (File::from_raw_fd(master), CStr::from_ptr(name.as_ptr()).to_str().expect("a path").to_owned())
+        }
+    }
+
+    fn soon() -> Instant {
+        Instant::now() + Duration::from_secs(30)
+    }
+
+    #[test]
+    fn every_byte_passes_both_ways() {
+        let (mut device, path) = pty();
+        let line = SerialLine::open(&path, &Settings { baud: 1_000_000, parity: Parity::Even, stop_bits: 1 }).expect("it opens");
+        let every: Vec<u8> = (0..=255).collect();
+        line.write_all(&every, soon()).expect("it takes them");
+        let mut got = vec![0; 256];
+        device.read_exact(&mut got).expect("they come");
+        assert_eq!(got, every);
+        device.write_all(&every).expect("they go");
+        let mut got: Vec<u8> = Vec::new();
+        while got.len() < 256 {
+            let mut some = [0; 64];
+            let count = line.read(&mut some, soon()).expect("it reads");
+            assert!(count > 0, "{} of 256 bytes came", got.len());
+            got.extend_from_slice(&some[..count]);
+        }
+        assert_eq!(got, every);
+    }
+
+    #[test]
+    fn it_waits_to_its_deadline_and_notices_the_end() {
+        let (mut device, path) = pty();
+        let line = SerialLine::open(&path, &Settings::default()).expect("it opens");
+        let mut some = [0; 8];
+        assert_eq!(line.read(&mut some, Instant::now()).expect("nothing is no fault"), 0);
+        device.write_all(b"old").expect("it goes");
+        assert!(wait(line.as_fd(), libc::POLLIN, soon()).expect("it is ready"));
+        line.drain_input().expect("it is there");
+        assert_eq!(line.read(&mut some, Instant::now()).expect("it is there"), 0, "what came before is gone");
+        drop(device);
+        assert!(line.read(&mut some, soon()).is_err());
+    }
+
+    #[test]
+    fn a_line_has_one_program() {
+        let (_device, path) = pty();
+        let line = SerialLine::open(&path, &Settings::default()).expect("it opens");
+        let refused = SerialLine::open(&path, &Settings::default()).expect_err("it is taken").kind();
+        assert_eq!(refused, ErrorKind::ResourceBusy);
+        drop(line);
+        SerialLine::open(&path, &Settings::default()).expect("it is free again");
+        assert_eq!(SerialLine::open("/dev/null", &Settings::default()).expect_err("no terminal").kind(), Error::from_raw_os_error(libc::ENOTTY).kind());
+    }
+
+    #[test]
+    fn a_byte_lasts_its_bits() {
+        assert_eq!(Settings { baud: 9_600, ..Settings::default() }.byte_time(), Duration::from_nanos(1_041_666));
+        assert_eq!(Settings { baud: 19_200, parity: Parity::Even, stop_bits: 1 }.byte_time(), Duration::from_nanos(572_916));
+    }
+}

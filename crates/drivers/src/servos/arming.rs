@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How a servo is met, gets its torque and loses it, and what is done for services meanwhile.
+use super::calibration::{Calibration, Entry};
+use super::driver::Servos;
+use super::frame::{Ask, BROADCAST, Frame, Protocol};
+use super::registers::{Model, Register};
+use device::DeviceError;
+use serde_json::{Value, json};
+use std::time::{Duration, Instant};
+
+/// How long a servo may take to start anew.
+const REBOOT: Duration = Duration::from_secs(2);
+/// Of an error number: that there is something to be read.
+const ALERT: u8 = 0x80;
+
+impl Servos {
+    /// Finds every servo as it was described, and lets go of it.
+    pub(super) fn meet(&mut self) -> Result<(), DeviceError> {
+        let (first, model) = (self.joints[0].wired.id, self.map.model);
+        self.line()?.find_echo(first, model).map_err(|why| self.gone(&why))?;
+        for joint in 0..self.joints.len() {
+            self.recognise(joint)?;
+            self.store(joint, self.map.torque, &[0])?;
+            self.check_settings(joint)?;
+            self.clear(joint)?;
+        }
+        Ok(())
+    }
+
+    fn recognise(&mut self, joint: usize) -> Result<(), DeviceError> {
+        let number = self.ask(joint, self.map.model)?.value;
+        let model = self.joints[joint].wired.model;
+        match model.number {
+            Some(asked) if asked != number => {
+                let called = Model::called(self.protocol, number);
+                Err(self.wrong(joint, &format!("is of model {number} ({called}) and not {asked} ({}); correct option 'servos'", model.name)))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_settings(&mut self, joint: usize) -> Result<(), DeviceError> {
+        let map = self.map;
+        let (answers, mode) = (self.ask(joint, map.answers)?.value, self.ask(joint, map.mode)?.value);
+        if answers < map.answers_min {
+            let (address, least) = (map.answers.address, map.answers_min);
+            return Err(self.wrong(joint, &format!("does not answer writes; set its register {address} to {least}")));
+        }
+        if !map.modes.contains(&mode) {
+            let (address, asked) = (map.mode.address, map.modes[0]);
+            return Err(self.wrong(joint, &format!("is in mode {mode}, in which it takes no positions; set its register {address} to {asked}")));
+        }
+        let Some(asked) = self.joints[joint].wired.homing_offset else { return Ok(()) };
+        let offset = self.protocol.offset(self.ask(joint, map.offset)?.value);
+        if offset != asked {
+            return Err(self.wrong(joint, &format!("adds {offset} counts of its own, and the calibration was made with {asked}; calibrate it again")));
+        }
+        Ok(())
+    }
+
+    /// Lets a servo forget a grave error, if it does.
+    fn clear(&mut self, joint: usize) -> Result<(), DeviceError> {
+        let (map, id) = (self.map, self.joints[joint].wired.id);
+        let grave = self.ask(joint, map.error)?.value as u8 & map.grave;
+        if grave == 0 {
+            return Ok(());
+        }
+        let left = if self.protocol == Protocol::Dynamixel {
+            self.line()?.reboot(id).map_err(|why| self.gone(&why))?;
+            let until = Instant::now() + REBOOT;
+            while !self.line()?.ping(id).map_err(|why| self.gone(&why))? {
+                if Instant::now() > until {
+                    return Err(self.wrong(joint, &format!("reported {} and did not come back after it was started anew", map.named(grave))));
+                }
+            }
+            self.ask(joint, map.error)?.value as u8 & map.grave
+        } else {
+            grave
+        };
+        if left == 0 { Ok(()) } else { Err(self.wrong(joint, &format!("reports {}; take its load away, let it cool, then reset()", map.named(left)))) }
+    }
+
+    /// Stores to a register of one servo, which says that it has it.
+    fn store(&mut self, joint: usize, register: Register, bytes: &[u8]) -> Result<(), DeviceError> {
+        let id = self.joints[joint].wired.id;
+        let written = self.line()?.write(id, register.address, bytes).map_err(|why| self.gone(&why))?;
+        let Some(answered) = written else { return Err(self.wrong(joint, "does not answer; look at its power and its cable")) };
+        match (self.protocol, answered.error & !ALERT) {
+            (Protocol::Dynamixel, error @ 1..) => Err(self.wrong(joint, &format!("refuses {bytes:?} for its register {}: error {error}", register.address))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Torque on, where the servo is: whatever its goal was, it does not move.
+    pub(super) fn hold(&mut self, joint: usize) -> Result<(), DeviceError> {
+        let counts = self.joints[joint].present.counts;
+        self.store(joint, self.map.goal, &self.protocol.goal(counts)[..usize::from(self.map.goal.len)])?;
+        self.store(joint, self.map.torque, &[1])?;
+        let held = &mut self.joints[joint];
+        (held.goal, held.has_torque) = (held.wired.angle(counts), true);
+        Ok(())
+    }
+
+    pub(super) fn release(&mut self, joint: usize) -> Result<(), DeviceError> {
+        self.store(joint, self.map.torque, &[0])?;
+        self.joints[joint].has_torque = false;
+        Ok(())
+    }
+
+    /// All torque off: at once for all, and then for each until it says so.
+    pub(super) fn rest(&mut self) {
+        self.rows.clear();
+        for joint in &mut self.joints {
+            joint.has_torque = false;
+            self.rows.extend_from_slice(&[joint.wired.id, 0]);
+        }
+        let torque = self.map.torque;
+        let told = self.bus.as_mut().map(|bus| bus.sync_write(torque, &self.rows));
+        if told.is_some_and(|told| told.is_ok()) {
+            for joint in 0..self.joints.len() {
+                // Who does not answer was told by the frame for all.
+                let _ = self.store(joint, torque, &[0]);
+            }
+        }
+    }
+
+    /// The frame that takes the torque of all, for the guard.
+    pub(super) fn relax(&self, frame: &mut Frame, rows: &[u8]) -> bool {
+        let Register { address, len } = self.map.torque;
+        self.protocol.write(frame, BROADCAST, Ask::SyncWrite { address, len, rows })
+    }
+
+    /// Widens the ends that are being recorded.
+    pub(super) fn record(&mut self) {
+        for joint in &mut self.joints {
+            let counts = joint.present.counts;
+            joint.ends = joint.ends.map(|(low, high)| (low.min(counts), high.max(counts)));
+        }
+    }
+
+    /// Carries out a service, if one is asked for.
+    pub(super) fn serve(&mut self) {
+        if let Some(request) = self.desk.take() {
+            let answer = self.carry_out(&request.service, &request.arguments);
+            request.answered(answer);
+        }
+    }
+
+    fn carry_out(&mut self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
+        match service {
+            "read" => {
+                let (joint, register) = self.addressed(arguments)?;
+                Ok(json!(self.ask(joint, register)?.value))
+            }
+            "write" => {
+                let (joint, register) = self.addressed(arguments)?;
+                if self.joints[joint].has_torque {
+                    return Err(self.wrong(joint, "holds its position; disable it before a register is written"));
+                }
+                let value = arguments["value"].as_i64().unwrap_or_default().to_le_bytes();
+                self.store(joint, register, &value[..usize::from(register.len)]).map(|()| Value::Null)
+            }
+            "record_zero" => self.record_zero(arguments["servo"].as_str()),
+            "record_ranges" => {
+                self.joints.iter_mut().for_each(|joint| joint.ends = Some((joint.present.counts, joint.present.counts)));
+                Ok(self.counts())
+            }
+            _ => self.calibration(),
+        }
+    }
+
+    fn named(&self, name: &str) -> Result<usize, DeviceError> {
+        self.joints.iter().position(|joint| joint.wired.name == name).ok_or_else(|| {
+            let meant = suggest::did_you_mean(name, self.joints.iter().map(|joint| joint.wired.name.as_str()));
+            DeviceError { message: format!("there is no servo '{name}' on {}; {meant}", self.port) }
+        })
+    }
+
+    fn addressed(&self, arguments: &Value) -> Result<(usize, Register), DeviceError> {
+        let joint = self.named(arguments["servo"].as_str().unwrap_or_default())?;
+        let number = |name: &str| arguments[name].as_u64().and_then(|number| u16::try_from(number).ok());
+        match (number("address"), number("length")) {
+            (Some(address), Some(len @ (1 | 2 | 4))) => Ok((joint, Register { address, len })),
+            _ => Err(self.wrong(joint, "has no such register; an address of its control table and a length of 1, 2 or 4 are asked for")),
+        }
+    }
+
+    fn record_zero(&mut self, name: Option<&str>) -> Result<Value, DeviceError> {
+        let only = name.map(|name| self.named(name)).transpose()?;
+        for (index, joint) in self.joints.iter_mut().enumerate() {
+            if only.is_none_or(|only| only == index) {
+                joint.zero = Some(joint.present.counts);
+            }
+        }
+        Ok(self.counts())
+    }
+
+    /// Where each is now.
+    fn counts(&self) -> Value {
+        self.joints.iter().map(|joint| (joint.wired.name.clone(), json!(joint.present.counts))).collect()
+    }
+
+    fn calibration(&mut self) -> Result<Value, DeviceError> {
+        let mut entries = Calibration::new();
+        for joint in 0..self.joints.len() {
+            let homing_offset = self.protocol.offset(self.ask(joint, self.map.offset)?.value);
+            let of = &self.joints[joint];
+            let in_force = [of.wired.counts(of.wired.min).round(), of.wired.counts(of.wired.max).round()];
+            let (range_min, range_max) = of.ends.unwrap_or((in_force[0].min(in_force[1]), in_force[0].max(in_force[1])));
+            if range_min >= range_max {
+                return Err(self.wrong(joint, "has not been moved since record_ranges; move it from end to end"));
+            }
+            let zero = of.zero.unwrap_or(of.wired.zero);
+            let zero = Some(zero).filter(|zero| *zero != 0.5 * (range_min + range_max));
+            let entry = Entry { id: of.wired.id, drive_mode: u8::from(of.wired.direction < 0.0), homing_offset, range_min, range_max, zero };
+            entries.insert(of.wired.name.clone(), entry);
+        }
+        serde_json::to_value(entries).map_err(|why| DeviceError { message: why.to_string() })
+    }
+}

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One request at a time on a line on which everyone speaks in turn: what is asked, who answers, how long that may last, what is asked again.
+use super::frame::{Answer, Ask, FRAME_MAX, Frame, Protocol, Taken};
+use super::registers::{Register, whole};
+use crate::serial::{SerialLine, Settings};
+use device::{CounterWord, Counters};
+use std::io::{Error, ErrorKind, Result};
+use std::os::fd::{AsFd, OwnedFd};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The most servos of one bus.
+pub(super) const SERVOS_MAX: usize = 64;
+/// How long a servo waits before it answers, at most: its register for that ends at 0.5 ms.
+const RETURN_DELAY: Duration = Duration::from_millis(1);
+
+pub(super) const EXCHANGES: usize = 0;
+pub(super) const TIMEOUTS: usize = 1;
+pub(super) const RETRIES: usize = 2;
+pub(super) const FRAMES_BAD: usize = 3;
+pub(super) const FRAMES_STRANGE: usize = 4;
+pub(super) const GOALS_LIMITED: usize = 5;
+pub(super) const ALERTS: usize = 6;
+pub(super) const HOST_TIME: usize = 7;
+
+pub(super) const COUNTERS: [CounterWord; 8] = [
+    CounterWord { name: "exchanges", unit: "", doc: "exchanges in which every servo answered" },
+    CounterWord { name: "timeouts", unit: "", doc: "answers that did not come in time" },
+    CounterWord { name: "retries", unit: "", doc: "requests that were made again" },
+    CounterWord { name: "frames_bad", unit: "", doc: "frames with a wrong checksum or length, dropped" },
+    CounterWord { name: "frames_strange", unit: "", doc: "answers that nobody had asked for, dropped" },
+    CounterWord { name: "goals_limited", unit: "", doc: "goals that the range or the greatest speed held back" },
+    CounterWord { name: "alerts", unit: "", doc: "readings in which a servo told of an error, a low voltage among them" },
+    CounterWord { name: "host_time", unit: "ns", doc: "processor time of this host for the latest exchange" },
+];
+
+/// How a line is to be used.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Timing {
+    pub(super) baud: u32,
+    /// What the adapter and the host may take beyond the time on the wire.
+    pub(super) latency: Duration,
+    pub(super) retries: u32,
+    /// Whether the adapter gives back what it is given; none: it is tried.
+    pub(super) echo: Option<bool>,
+}
+
+/// What a servo answered to a request of its own.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Answered {
+    pub(super) error: u8,
+    pub(super) value: u32,
+}
+
+pub(super) struct Bus {
+    line: SerialLine,
+    pub(super) protocol: Protocol,
+    timing: Timing,
+    byte_time: Duration,
+    echoes: bool,
+    frame: Frame,
+    came: [u8; 2 * FRAME_MAX],
+    len: usize,
+    scratch: [u8; FRAME_MAX],
+    counters: Arc<Counters>,
+}
+
+impl Bus {
+    /// Opens a line.
+    ///
+    /// # Errors
+    /// As [`SerialLine::open`].
+    pub(super) fn open(port: &str, protocol: Protocol, timing: Timing, counters: Arc<Counters>) -> Result<Bus> {
+        let settings = Settings { baud: timing.baud, ..Settings::default() };
+        let line = SerialLine::open(port, &settings)?;
+        Ok(Bus {
+            line,
+            protocol,
+            timing,
+            byte_time: settings.byte_time(),
+            echoes: timing.echo == Some(true),
+            frame: Frame::new(),
+            came: [0; 2 * FRAME_MAX],
+            len: 0,
+            scratch: [0; FRAME_MAX],
+            counters,
+        })
+    }
+
+    /// For the guard: the line, beside this one.
+    pub(super) fn descriptor(&self) -> Result<OwnedFd> {
+        self.line.as_fd().try_clone_to_owned()
+    }
+
+    /// Finds out whether the adapter gives back what it is given, unless that is known: by a read, whose answer is never the same bytes.
+    pub(super) fn find_echo(&mut self, id: u8, register: Register) -> Result<()> {
+        if self.timing.echo.is_some() {
+            return Ok(());
+        }
+        let until = self.send(id, Ask::Read { address: register.address, len: register.len }, 1, usize::from(register.len))?;
+        let answer = self.protocol.answer_len(usize::from(register.len));
+        // An answer may be shorter than what an echo would be, and is another from its first bytes on.
+        let begins_so = |bus: &Bus| bus.frame.bytes().starts_with(&bus.came[..bus.len.min(bus.frame.bytes().len())]);
+        let sent = self.frame.bytes().len();
+        while begins_so(self) && self.len < sent && self.receive(until)? {}
+        self.echoes = begins_so(self) && self.len >= sent;
+        // The answer is nobody's any more.
+        let rest = sent * usize::from(self.echoes) + answer;
+        while self.len < rest && self.receive(until)? {}
+        Ok(())
+    }
+
+    /// Whether a servo of that id is there.
+    pub(super) fn ping(&mut self, id: u8) -> Result<bool> {
+        let len = if self.protocol == Protocol::Dynamixel { 3 } else { 0 };
+        self.one(id, Ask::Ping, len).map(|answered| answered.is_some())
+    }
+
+    /// The value of a register of up to four bytes; none: no answer.
+    pub(super) fn read(&mut self, id: u8, register: Register) -> Result<Option<Answered>> {
+        self.one(id, Ask::Read { address: register.address, len: register.len }, usize::from(register.len))
+    }
+
+    /// Stores to a register; none: no answer.
+    pub(super) fn write(&mut self, id: u8, address: u16, bytes: &[u8]) -> Result<Option<Answered>> {
+        self.one(id, Ask::Write { address, bytes }, 0)
+    }
+
+    /// Starts a servo anew; its answer is not waited for long, as it may be on its way down.
+    pub(super) fn reboot(&mut self, id: u8) -> Result<()> {
+        self.once(id, Ask::Reboot, &[id], &mut [false], 0, &mut |_, _| ())
+    }
+
+    /// Stores to the same register of several servos, of which none answers.
+    pub(super) fn sync_write(&mut self, register: Register, rows: &[u8]) -> Result<()> {
+        let until = self.send(super::frame::BROADCAST, Ask::SyncWrite { address: register.address, len: register.len, rows }, 0, 0)?;
+        // Else it would come before that of the next request.
+        if self.echoes {
+            self.drop_echo(until)?;
+        }
+        Ok(())
+    }
+
+    /// Reads the same register of several servos, and asks those again that did not answer. `done[i]`: servo i has.
+    pub(super) fn sync_read(&mut self, register: Register, ids: &[u8], done: &mut [bool], take: &mut dyn FnMut(usize, Answer<'_>)) -> Result<()> {
+        done.fill(false);
+        for round in 0..=self.timing.retries {
+            let (mut missing, mut count) = ([0; SERVOS_MAX], 0);
+            for (id, _) in ids.iter().zip(done.iter()).filter(|(_, done)| !**done) {
+                missing[count] = *id;
+                count += 1;
+            }
+            if count == 0 {
+                return Ok(());
+            }
+            self.counters.add(RETRIES, u64::from(round > 0));
+            let ask = Ask::SyncRead { address: register.address, len: register.len, ids: &missing[..count] };
+            self.once(super::frame::BROADCAST, ask, ids, done, usize::from(register.len), take)?;
+        }
+        Ok(())
+    }
+
+    /// A request to one servo, made again where it does not answer.
+    fn one(&mut self, id: u8, ask: Ask<'_>, len: usize) -> Result<Option<Answered>> {
+        let mut answered = None;
+        for round in 0..=self.timing.retries {
+            self.counters.add(RETRIES, u64::from(round > 0));
+            let take = &mut |_: usize, answer: Answer<'_>| answered = Some(Answered { error: answer.error, value: whole(answer.bytes) });
+            self.once(id, ask, &[id], &mut [false], len, take)?;
+            if answered.is_some() {
+                break;
+            }
+        }
+        Ok(answered)
+    }
+
+    /// A request, and the answers to it within their time: `len` bytes from each of `ids` that is not `done`.
+    fn once(&mut self, id: u8, ask: Ask<'_>, ids: &[u8], done: &mut [bool], len: usize, take: &mut dyn FnMut(usize, Answer<'_>)) -> Result<()> {
+        let mut missing = done.iter().filter(|done| !**done).count();
+        let until = self.send(id, ask, missing, len)?;
+        if self.echoes && !self.drop_echo(until)? {
+            return Ok(());
+        }
+        while missing > 0 {
+            missing -= self.answers(ids, done, len, take);
+            if missing > 0 && !self.receive(until)? {
+                self.counters.add(TIMEOUTS, missing as u64);
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends a request, and says until when its answers may come.
+    fn send(&mut self, id: u8, ask: Ask<'_>, answers: usize, len: usize) -> Result<Instant> {
+        self.line.drain_input()?;
+        self.len = 0;
+        if !self.protocol.write(&mut self.frame, id, ask) {
+            return Err(Error::new(ErrorKind::InvalidInput, "the request does not fit a frame, or the protocol has none such"));
+        }
+        let bytes = self.frame.bytes();
+        // What is stuffed makes an answer longer by a third at most.
+        let wire = bytes.len() + answers * (self.protocol.answer_len(len) + len / 3);
+        let times = |of: Duration, count: usize| of * u32::try_from(count).unwrap_or(u32::MAX);
+        let until = Instant::now() + times(self.byte_time, wire) + times(RETURN_DELAY, answers) + self.timing.latency;
+        self.line.write_all(bytes, until)?;
+        Ok(until)
+    }
+
+    /// Takes what came; false: nothing until then.
+    fn receive(&mut self, until: Instant) -> Result<bool> {
+        if self.len == self.came.len() {
+            // Nobody was asked for so much: it is noise.
+            self.counters.add(FRAMES_BAD, 1);
+            self.len = 0;
+        }
+        let count = self.line.read(&mut self.came[self.len..], until)?;
+        self.len += count;
+        Ok(count > 0)
+    }
+
+    /// Leaves out what the adapter gave back; false: it was not what was sent, so somebody else spoke.
+    fn drop_echo(&mut self, until: Instant) -> Result<bool> {
+        let sent = self.frame.bytes().len();
+        while self.len < sent {
+            if !self.receive(until)? {
+                self.counters.add(TIMEOUTS, 1);
+                return Ok(false);
+            }
+        }
+        let is_own = &self.came[..sent] == self.frame.bytes();
+        self.counters.add(FRAMES_BAD, u64::from(!is_own));
+        self.leave_out(sent);
+        Ok(is_own)
+    }
+
+    fn leave_out(&mut self, count: usize) {
+        self.came.copy_within(count..self.len, 0);
+        self.len -= count;
+    }
+
+    /// Takes the answers that have come whole, and returns how many of them were missing.
+    fn answers(&mut self, ids: &[u8], done: &mut [bool], len: usize, take: &mut dyn FnMut(usize, Answer<'_>)) -> usize {
+        let (mut from, mut taken) = (0, 0);
+        while from < self.len {
+            from += match self.protocol.take(&self.came[from..self.len], &mut self.scratch) {
+                Taken::Part => break,
+                Taken::Skip(count) => count,
+                Taken::Bad(count) => {
+                    self.counters.add(FRAMES_BAD, 1);
+                    count
+                }
+                Taken::Frame(count, answer) => {
+                    let asked = answer.filter(|answer| answer.bytes.len() == len || is_refusal(self.protocol, answer));
+                    match asked.and_then(|answer| ids.iter().position(|id| *id == answer.id).map(|index| (index, answer))) {
+                        Some((index, answer)) if !done[index] => {
+                            done[index] = true;
+                            taken += 1;
+                            take(index, answer);
+                        }
+                        _ => self.counters.add(FRAMES_STRANGE, 1),
+                    }
+                    count
+                }
+            };
+        }
+        self.leave_out(from.min(self.len));
+        taken
+    }
+}
+
+/// An answer that carries only why there is no other.
+fn is_refusal(protocol: Protocol, answer: &Answer<'_>) -> bool {
+    protocol == Protocol::Dynamixel && answer.bytes.is_empty() && answer.error & 0x7f != 0
+}

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the two protocols of serial servos have in common: a host asks, a servo answers, and each frame says where it ends.
+use super::{dynamixel2, sts};
+
+/// The longest frame of either protocol that is sent or taken.
+pub(super) const FRAME_MAX: usize = 512;
+/// The servo that everyone is: nobody answers.
+pub(super) const BROADCAST: u8 = 0xfe;
+/// The greatest id of a servo.
+pub(super) const ID_MAX: u8 = 0xfc;
+
+/// A protocol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Protocol {
+    /// Feetech STS: a sum over each frame; numbers with a sign bit.
+    Sts,
+    /// Dynamixel 2.0: a CRC over each frame, in which headers are stuffed; numbers in two's complement.
+    Dynamixel,
+}
+
+/// What is asked for. Addresses are those of a servo's registers.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Ask<'a> {
+    Ping,
+    Read {
+        address: u16,
+        len: u16,
+    },
+    Write {
+        address: u16,
+        bytes: &'a [u8],
+    },
+    /// Each answers with its own frame, in this order.
+    SyncRead {
+        address: u16,
+        len: u16,
+        ids: &'a [u8],
+    },
+    /// Nobody answers. `rows`: an id and `len` bytes for each servo.
+    SyncWrite {
+        address: u16,
+        len: u16,
+        rows: &'a [u8],
+    },
+    /// Dynamixel only: starts the servo anew, which forgets its hardware error.
+    Reboot,
+}
+
+/// The answer of a servo.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Answer<'a> {
+    pub(super) id: u8,
+    /// What the protocol calls error: bits of Feetech, a number and an alert bit of Dynamixel.
+    pub(super) error: u8,
+    pub(super) bytes: &'a [u8],
+}
+
+/// What the first bytes of a buffer are.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Taken<'a> {
+    /// An answer of so many bytes; `None`: a frame that is no answer.
+    Frame(usize, Option<Answer<'a>>),
+    /// A frame that has not come whole.
+    Part,
+    /// So many bytes that begin no frame.
+    Skip(usize),
+    /// A frame whose checksum or length is wrong; so many bytes of it are left out.
+    Bad(usize),
+}
+
+/// Bytes of a frame that is being written. Nothing is allocated.
+pub(super) struct Frame {
+    bytes: [u8; FRAME_MAX],
+    len: usize,
+}
+
+impl Frame {
+    pub(super) const fn new() -> Frame {
+        Frame { bytes: [0; FRAME_MAX], len: 0 }
+    }
+
+    pub(super) fn bytes(&self) -> &[u8] {
+        &self.bytes[..self.len]
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Appends bytes; what does not fit is left out, which [`Protocol::write`] tells.
+    pub(super) fn push(&mut self, bytes: &[u8]) {
+        let end = (self.len + bytes.len()).min(FRAME_MAX);
+        self.bytes[self.len..end].copy_from_slice(&bytes[..end - self.len]);
+        self.len = end;
+    }
+
+    /// Stores one byte that was appended before.
+    pub(super) fn set(&mut self, at: usize, byte: u8) {
+        self.bytes[at] = byte;
+    }
+}
+
+impl Protocol {
+    /// Writes a frame. False where it does not fit, or the protocol has no such request.
+    pub(super) fn write(self, frame: &mut Frame, id: u8, ask: Ask<'_>) -> bool {
+        frame.clear();
+        let known = match self {
+            Protocol::Sts => sts::write(frame, id, ask),
+            Protocol::Dynamixel => dynamixel2::write(frame, id, ask),
+        };
+        known && frame.len < FRAME_MAX
+    }
+
+    /// What a buffer begins with. `scratch` takes what was stuffed.
+    pub(super) fn take<'a>(self, bytes: &'a [u8], scratch: &'a mut [u8; FRAME_MAX]) -> Taken<'a> {
+        match self {
+            Protocol::Sts => sts::take(bytes),
+            Protocol::Dynamixel => dynamixel2::take(bytes, scratch),
+        }
+    }
+
+    /// Bytes of an answer that carries `len`, where nothing is stuffed.
+    pub(super) const fn answer_len(self, len: usize) -> usize {
+        match self {
+            Protocol::Sts => 6 + len,
+            Protocol::Dynamixel => 11 + len,
+        }
+    }
+}

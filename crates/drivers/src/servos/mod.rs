@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Servos on a serial bus, as the arms have that students build: Feetech STS and Dynamixel 2.0. Each is a joint that takes goals in rad.
+//!
+//! | module | |
+//! |---|---|
+//! | `frame`, `sts`, `dynamixel2` | frames of the two protocols: any bytes may come, nothing is allocated |
+//! | `registers` | what lies where in a servo, and what its numbers mean |
+//! | `bus` | one request at a time: its time, its echo, who is asked again |
+//! | `driver`, `arming` | the exchange; torque, which comes on where the servo is |
+//! | `options`, `calibration` | which servo is which joint, its zero and its ends |
+//! | `services`, `scan` | registers, calibration and the search, off the cycle |
+//!
+//! There are two kinds and not one with an option: who has a bus knows its maker's name, and ids, baud rates and models are looked for by it.
+mod arming;
+mod bus;
+mod calibration;
+mod driver;
+mod dynamixel2;
+mod frame;
+mod options;
+mod registers;
+mod scan;
+mod services;
+mod sts;
+#[cfg(test)]
+mod tests;
+
+use device::{Class, Declaration, DriverError, Given, Life, Opened, SafeBy, SafeState};
+use frame::Protocol;
+
+pub(crate) static FEETECH: Declaration =
+    of("feetech", "Feetech STS servos on a serial bus", |given| open(given, Protocol::Sts), |given| scan::scan(given, Protocol::Sts));
+
+pub(crate) static DYNAMIXEL: Declaration = of(
+    "dynamixel",
+    "Dynamixel servos (protocol 2.0) on a serial bus",
+    |given| open(given, Protocol::Dynamixel),
+    |given| scan::scan(given, Protocol::Dynamixel),
+);
+
+const fn of(kind: &'static str, doc: &'static str, open: device::Of<Opened>, scan: device::Scan) -> Declaration {
+    Declaration {
+        class: Class::Worker,
+        life: Life { waits_ns: 0, lost_within_ns: 500_000_000 },
+        safe_state: SafeState { doc: "torque off: an arm that nothing holds sinks", by: &[SafeBy::Driver, SafeBy::Guard], within_ns: 500_000_000 },
+        services: &services::SERVICES,
+        counters: &bus::COUNTERS,
+        rights: &["the serial line: be in group dialout"],
+        scan: Some(scan),
+        ..Declaration::new(kind, doc, &options::OPTIONS, open)
+    }
+}
+
+fn open(given: &Given<'_>, protocol: Protocol) -> Result<Opened, DriverError> {
+    Ok(driver::Servos::made(options::read(given, protocol)?, protocol))
+}

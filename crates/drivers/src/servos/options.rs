@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The options of a bus of servos, and the joints that they say.
+use super::bus::{SERVOS_MAX, Timing};
+use super::calibration::{self, Calibration};
+use super::frame::{ID_MAX, Protocol};
+use super::registers::{Map, Model, TURN};
+use device::{DriverError, Given, Kind, OptionWord};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What a goal moves at most where nothing is said, rad/s.
+const SPEED: f64 = 3.0;
+
+pub(super) const OPTIONS: [OptionWord; 8] = [
+    OptionWord::needed("port", Kind::Text, "the serial line: /dev/ttyUSB0, or a link in /dev/serial/by-id"),
+    OptionWord::with_default("baud", Kind::Whole, "1000000 (Feetech), 57600 (Dynamixel)", "bits per second").unit("1/s"),
+    OptionWord::with_default(
+        "servos",
+        Kind::Table,
+        "those of the calibration",
+        "name: {id, model, min (rad), max (rad), direction (1 or -1), zero (counts)} for each joint",
+    ),
+    OptionWord::with_default("calibration", Kind::Text, "none", "a file of zeros and ranges, in the form of lerobot's"),
+    OptionWord::with_default("max_speed", Kind::Number, "3 rad/s", "no goal moves faster, whatever is commanded").unit("rad/s"),
+    OptionWord::with_default("retries", Kind::Whole, "2", "how often those are asked again that do not answer"),
+    OptionWord::with_default("latency_ns", Kind::Whole, "20 ms", "what adapter and host may take beyond the time on the wire").unit("ns"),
+    OptionWord::with_default("echo", Kind::Bool, "tried when it is opened", "whether the adapter gives back what it is given"),
+];
+
+/// Those that say what is on the line; [`timing`] reads the others.
+#[derive(Deserialize)]
+struct Options {
+    port: String,
+    #[serde(default)]
+    servos: BTreeMap<String, Servo>,
+    calibration: Option<PathBuf>,
+    max_speed: Option<f64>,
+}
+
+#[derive(Clone, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Servo {
+    id: Option<u8>,
+    model: Option<String>,
+    min: Option<f64>,
+    max: Option<f64>,
+    direction: Option<f64>,
+    zero: Option<f64>,
+}
+
+/// What a bus is opened with.
+pub(super) struct Wanted {
+    pub(super) port: String,
+    pub(super) timing: Timing,
+    pub(super) max_speed: f64,
+    pub(super) joints: Vec<Wired>,
+}
+
+/// A joint as it is wired: which servo, and how its counts are an angle.
+#[derive(Clone, Debug)]
+pub(super) struct Wired {
+    pub(super) name: String,
+    pub(super) id: u8,
+    pub(super) model: &'static Model,
+    pub(super) direction: f64,
+    /// Counts at 0 rad.
+    pub(super) zero: f64,
+    /// rad.
+    pub(super) min: f64,
+    pub(super) max: f64,
+    /// What the servo itself is to add; none: whatever it does.
+    pub(super) homing_offset: Option<i64>,
+}
+
+impl Wired {
+    pub(super) fn angle(&self, counts: f64) -> f64 {
+        self.direction * (counts - self.zero) * TAU / TURN
+    }
+
+    pub(super) fn counts(&self, angle: f64) -> f64 {
+        self.zero + self.direction * angle * TURN / TAU
+    }
+}
+
+/// How a line is used that the options name.
+pub(super) fn timing(given: &Given<'_>, protocol: Protocol, latency: Duration) -> Result<Timing, DriverError> {
+    let whole = |name: &str| given.value()[name].as_u64();
+    let narrow = |name: &str, value: Option<u64>, most: u32| match value {
+        Some(value) if value > u64::from(most) => Err(given.wrong(name, format!("at most {most} is asked for"))),
+        value => Ok(value.map(|value| value as u32)),
+    };
+    let baud = narrow("baud", whole("baud"), 10_000_000)?.unwrap_or(Map::of(protocol).bauds[0]);
+    if baud < 1_200 {
+        return Err(given.wrong("baud", "1200 to 10000000 is asked for"));
+    }
+    let retries = narrow("retries", whole("retries"), 100)?.unwrap_or(2);
+    let latency = whole("latency_ns").map_or(latency, Duration::from_nanos);
+    Ok(Timing { baud, latency, retries, echo: given.value()["echo"].as_bool() })
+}
+
+/// Reads the options, and the calibration that they name.
+pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, DriverError> {
+    let timing = timing(given, protocol, Duration::from_millis(20))?;
+    let options: Options = given.read()?;
+    let max_speed = options.max_speed.unwrap_or(SPEED);
+    if max_speed.is_nan() || max_speed <= 0.0 {
+        return Err(given.wrong("max_speed", "a speed above 0 is asked for"));
+    }
+    let calibration = match &options.calibration {
+        Some(path) => calibration::read(path).map_err(|problem| given.wrong("calibration", format!("{}: {problem}", path.display())))?,
+        None => Calibration::default(),
+    };
+    let mut servos = options.servos.clone();
+    if servos.is_empty() {
+        servos.extend(calibration.keys().map(|name| (name.clone(), Servo::default())));
+    }
+    let mut joints: Vec<Wired> = Vec::new();
+    for (name, servo) in &servos {
+        let joint = wired(name, servo, &calibration, protocol).map_err(|problem| given.wrong("servos", format!("'{name}': {problem}")))?;
+        if let Some(other) = joints.iter().find(|other| other.id == joint.id) {
+            return Err(given.wrong("servos", format!("'{name}' and '{}' have the same id, {}", other.name, joint.id)));
+        }
+        joints.push(joint);
+    }
+    joints.sort_by_key(|joint| joint.id);
+    match joints.len() {
+        0 => Err(given.wrong("servos", "it is missing; give name: {\"id\": 1} for each joint, or a calibration; a scan finds ids")),
+        1..=SERVOS_MAX => Ok(Wanted { port: options.port, timing, max_speed, joints }),
+        more => Err(given.wrong("servos", format!("{more} are given; one line has at most {SERVOS_MAX}"))),
+    }
+}
+
+fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protocol) -> Result<Wired, String> {
+    let entry = calibration.get(name);
+    if entry.is_none() && !calibration.is_empty() {
+        return Err(format!("the calibration has no such joint; {}", suggest::did_you_mean(name, calibration.keys().map(String::as_str))));
+    }
+    let id = servo.id.or(entry.map(|entry| entry.id)).ok_or("its id is missing")?;
+    if let Some(entry) = entry.filter(|entry| entry.id != id) {
+        return Err(format!("its id is {id} here and {} in the calibration", entry.id));
+    }
+    if id > ID_MAX {
+        return Err(format!("its id is {id}; ids end at {ID_MAX}"));
+    }
+    let models = Model::all(protocol);
+    let model = match &servo.model {
+        None => models.last().ok_or("there are no models")?,
+        Some(called) => models.iter().find(|model| model.name == called.as_str()).ok_or_else(|| {
+            let known: Vec<&str> = models.iter().map(|model| model.name).collect();
+            format!("no model '{called}'; the models are {}", known.join(", "))
+        })?,
+    };
+    let direction = servo.direction.or(entry.map(|entry| entry.direction())).unwrap_or(1.0);
+    if direction.abs() != 1.0 {
+        return Err(format!("its direction is {direction}; 1 or -1 is asked for"));
+    }
+    let zero = servo.zero.or(entry.map(|entry| entry.zero())).unwrap_or(0.5 * TURN);
+    let homing_offset = entry.map(|entry| entry.homing_offset);
+    let mut joint = Wired { name: name.to_owned(), id, model, direction, zero, min: 0.0, max: 0.0, homing_offset };
+    let (low, high) = entry.map_or((0.0, TURN - 1.0), |entry| (entry.range_min, entry.range_max));
+    let ends = [joint.angle(low), joint.angle(high)];
+    joint.min = servo.min.unwrap_or(ends[0].min(ends[1]));
+    joint.max = servo.max.unwrap_or(ends[0].max(ends[1]));
+    if joint.min < joint.max { Ok(joint) } else { Err(format!("its range is {} to {} rad, which is empty", joint.min, joint.max)) }
+}

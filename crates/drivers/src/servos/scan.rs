@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The search for servos: every id at every baud rate, on one line or on all of this machine.
+use super::bus::{Bus, COUNTERS};
+use super::frame::{ID_MAX, Protocol};
+use super::options;
+use super::registers::{Map, Model};
+use device::{Counters, DriverError, Found, Given};
+use serde_json::{Map as Table, Value, json};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// What a servo may take to answer while nobody is known to be there.
+const LATENCY: Duration = Duration::from_millis(5);
+
+/// Looks on the line that the options name, else on every line that has an adapter; at their baud rate, else at each that servos can have.
+pub(super) fn scan(given: &Given<'_>, protocol: Protocol) -> Result<Vec<Found>, DriverError> {
+    let mut timing = options::timing(given, protocol, LATENCY)?;
+    timing.retries = 0;
+    let ports = given.value()["port"].as_str().map_or_else(adapters, |port| vec![port.to_owned()]);
+    let bauds = if given.value()["baud"].is_null() { Map::of(protocol).bauds.to_vec() } else { vec![timing.baud] };
+    let mut found = Vec::new();
+    for port in &ports {
+        for baud in &bauds {
+            timing.baud = *baud;
+            let bus = Bus::open(port, protocol, timing, Arc::new(Counters::new(&COUNTERS)));
+            let servos = bus.and_then(|mut bus| present(&mut bus)).map_err(|why| DriverError::Failed(format!("{port} at {baud} baud: {why}")))?;
+            if !servos.is_empty() {
+                found.push(told(protocol, port, *baud, &servos));
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Lines with an adapter.
+fn adapters() -> Vec<String> {
+    let files = std::fs::read_dir("/dev").into_iter().flatten().flatten();
+    let names = files.filter_map(|file| file.file_name().into_string().ok()).filter(|name| name.starts_with("ttyUSB") || name.starts_with("ttyACM"));
+    let mut ports: Vec<String> = names.map(|name| format!("/dev/{name}")).collect();
+    ports.sort();
+    ports
+}
+
+/// Ids and the numbers of their models.
+fn present(bus: &mut Bus) -> std::io::Result<Vec<(u8, u32)>> {
+    let model = Map::of(bus.protocol).model;
+    let mut servos = Vec::new();
+    // The adapter gives back what it is given whoever is there.
+    bus.find_echo(1, model)?;
+    for id in 0..=ID_MAX {
+        if !bus.ping(id)? {
+            continue;
+        }
+        if let Some(answered) = bus.read(id, model)? {
+            servos.push((id, answered.value));
+        }
+    }
+    Ok(servos)
+}
+
+fn told(protocol: Protocol, port: &str, baud: u32, servos: &[(u8, u32)]) -> Found {
+    let called: Vec<String> = servos.iter().map(|(id, number)| format!("{} as {id}", Model::called(protocol, *number))).collect();
+    let table: Table<String, Value> =
+        servos.iter().map(|(id, number)| (format!("servo_{id}"), json!({ "id": id, "model": Model::called(protocol, *number) }))).collect();
+    Found {
+        what: format!("{} servos at {baud} baud on {port}: {}", servos.len(), called.join(", ")),
+        options: json!({ "port": port, "baud": baud, "servos": table }),
+    }
+}

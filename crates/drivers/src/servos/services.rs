@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a bus of servos does off its cycle. A caller leaves a request, which the thread that exchanges carries out between two exchanges: the
+//! line has one speaker.
+use super::calibration::{self, Calibration};
+use device::{DeviceError, Kind, OptionWord, ServiceWord, Services};
+use serde_json::Value;
+use std::path::PathBuf;
+use std::sync::mpsc::{SyncSender, sync_channel};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+/// How long a request may wait for an exchange, and for what is asked there.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+const SERVO: OptionWord = OptionWord::needed("servo", Kind::Text, "name of the joint");
+const ADDRESS: OptionWord = OptionWord::needed("address", Kind::Whole, "address in its control table");
+const LENGTH: OptionWord = OptionWord::needed("length", Kind::Whole, "bytes: 1, 2 or 4");
+const VALUE: OptionWord = OptionWord::needed("value", Kind::Whole, "what is stored, as its control table has it");
+const PATH: OptionWord = OptionWord::needed("path", Kind::Text, "the file");
+const ONE_OR_ALL: OptionWord = OptionWord::with_default("servo", Kind::Text, "all", "name of a joint");
+
+pub(super) const SERVICES: [ServiceWord; 5] = [
+    ServiceWord { name: "read", doc: "reads a register of a servo", arguments: &[SERVO, ADDRESS, LENGTH], answer: Some(Kind::Whole) },
+    ServiceWord { name: "write", doc: "stores to a register of a servo whose torque is off", arguments: &[SERVO, ADDRESS, LENGTH, VALUE], answer: None },
+    ServiceWord {
+        name: "record_zero",
+        doc: "where a joint is now is its zero, in the calibration to come",
+        arguments: &[ONE_OR_ALL],
+        answer: Some(Kind::Table),
+    },
+    ServiceWord {
+        name: "record_ranges",
+        doc: "from now on the ends are recorded between which joints are moved by hand",
+        arguments: &[],
+        answer: Some(Kind::Table),
+    },
+    ServiceWord {
+        name: "save_calibration",
+        doc: "writes what was recorded; it counts where a device is opened with it",
+        arguments: &[PATH],
+        answer: Some(Kind::Table),
+    },
+];
+
+/// What is asked of the thread that exchanges.
+pub(super) struct Request {
+    pub(super) service: String,
+    pub(super) arguments: Value,
+    answer: SyncSender<Result<Value, DeviceError>>,
+}
+
+impl Request {
+    pub(super) fn answered(self, answer: Result<Value, DeviceError>) {
+        // Who asked may have given up.
+        let _ = self.answer.send(answer);
+    }
+}
+
+/// A place for one request.
+#[derive(Default)]
+pub(super) struct Desk {
+    place: Mutex<Option<Request>>,
+    /// One caller at a time.
+    turn: Mutex<()>,
+}
+
+impl Desk {
+    /// What is asked for, if anything is. It does not wait.
+    pub(super) fn take(&self) -> Option<Request> {
+        self.place.try_lock().ok().and_then(|mut place| place.take())
+    }
+}
+
+impl Services for Desk {
+    fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
+        let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        let (answer, answers) = sync_channel(1);
+        let request = Request { service: service.to_owned(), arguments: arguments.clone(), answer };
+        *self.place.lock().unwrap_or_else(PoisonError::into_inner) = Some(request);
+        let answered = answers.recv_timeout(PATIENCE).unwrap_or_else(|_| {
+            self.place.lock().unwrap_or_else(PoisonError::into_inner).take();
+            Err(DeviceError {
+                message: format!("service '{service}': no exchange carried it out within {} s; the device is lost or closed", PATIENCE.as_secs()),
+            })
+        })?;
+        if service == "save_calibration" {
+            let failed = |message: String| DeviceError { message: format!("the calibration was not saved: {message}") };
+            let entries: Calibration = serde_json::from_value(answered.clone()).map_err(|why| failed(why.to_string()))?;
+            calibration::write(&PathBuf::from(arguments["path"].as_str().unwrap_or_default()), &entries).map_err(failed)?;
+        }
+        Ok(answered)
+    }
+}

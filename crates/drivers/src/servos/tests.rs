@@ -1,0 +1,6 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Frames of both protocols under every kind of bytes, a bus whose other end misbehaves, and an arm of two servos.
+mod arm;
+mod codecs;
+mod lines;
+mod peer;

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The fields of a text: numbers, words that are true or false, letters.
+use device::{Channel, Number, Slot, Type};
+use serde::Deserialize;
+use serde_json::Value;
+
+/// A field as it is declared.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct Asked {
+    text: Option<usize>,
+    when: Option<String>,
+    base: Option<u32>,
+    scale: Option<f64>,
+    offset: Option<f64>,
+    decimals: Option<usize>,
+    safe: Option<f64>,
+    #[serde(default)]
+    unit: String,
+    #[serde(default)]
+    doc: String,
+}
+
+/// What a field is.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Form {
+    /// `value = scale * number + offset`, a double.
+    Number { base: u32, scale: f64, offset: f64, decimals: Option<usize> },
+    /// Whether this word stands there.
+    When(Vec<u8>),
+    /// Letters, with zeros behind them.
+    Text,
+}
+
+/// A field and its channel.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Field {
+    pub form: Form,
+    pub slot: Slot,
+    /// Whether a safe value was declared.
+    pub is_safe: bool,
+}
+
+/// The longest text of a channel.
+const TEXT_MAX: usize = 256;
+
+/// The channel of a field and what it is; its slot is given by the layout.
+///
+/// # Errors
+/// In words.
+pub(super) fn declared(name: &str, value: Option<&Value>, is_written: bool) -> Result<(Channel, Field), String> {
+    let asked: Asked = value.map_or(Ok(Asked::default()), |value| serde_json::from_value(value.clone()).map_err(|why| why.to_string()))?;
+    let numbers = asked.base.is_some() || asked.scale.is_some() || asked.offset.is_some() || asked.decimals.is_some() || asked.safe.is_some();
+    let (form, of) = match (asked.text, &asked.when) {
+        (Some(_), Some(_)) => return Err("it is a \"text\" or a \"when\", not both".to_owned()),
+        (Some(_), _) | (_, Some(_)) if numbers => return Err("\"base\", \"scale\", \"offset\", \"decimals\" and \"safe\" are of numbers".to_owned()),
+        (Some(len), None) if (1..=TEXT_MAX).contains(&len) => (Form::Text, Type { number: Number::Uint8, elements: Some(len) }),
+        (Some(_), None) => return Err(format!("a text has 1 to {TEXT_MAX} letters")),
+        (None, Some(_)) if is_written => return Err("a \"when\" is read, not written".to_owned()),
+        (None, Some(word)) => (Form::When(word.as_bytes().to_vec()), Type::BOOL),
+        (None, None) => (number(&asked)?, Type::DOUBLE),
+    };
+    if !is_written && (asked.safe.is_some() || asked.decimals.is_some()) {
+        return Err("\"safe\" and \"decimals\" are of what is written".to_owned());
+    }
+    let channel = match is_written {
+        true if asked.safe.is_some() => Channel::write(name, of).safe(asked.safe.unwrap_or(0.0).to_ne_bytes().to_vec()),
+        true => Channel::write(name, of),
+        false => Channel::read(name, of),
+    };
+    let field = Field { form, slot: Slot { offset: 0, len: channel.len }, is_safe: asked.safe.is_some() };
+    Ok((channel.unit(asked.unit).doc(asked.doc), field))
+}
+
+fn number(asked: &Asked) -> Result<Form, String> {
+    let (base, scale, offset) = (asked.base.unwrap_or(10), asked.scale.unwrap_or(1.0), asked.offset.unwrap_or(0.0));
+    if !matches!(base, 10 | 16) {
+        return Err("a \"base\" is 10 or 16".to_owned());
+    }
+    if scale == 0.0 || !scale.is_finite() || !offset.is_finite() {
+        return Err("a scale of 0 tells nothing; give one that is finite and not 0".to_owned());
+    }
+    if asked.decimals.is_some_and(|decimals| decimals > 12) {
+        return Err("at most 12 decimals are written".to_owned());
+    }
+    Ok(Form::Number { base, scale, offset, decimals: asked.decimals })
+}
+
+impl Field {
+    /// How many bytes at the front are a number of this field, with spaces before it and behind its sign.
+    pub(super) fn number_in(&self, text: &[u8]) -> Option<usize> {
+        let Form::Number { base, .. } = self.form else { return None };
+        let spaces = |from: usize| from + text[from..].iter().take_while(|byte| **byte == b' ').count();
+        let digits = |from: usize| from + text[from..].iter().take_while(|byte| char::from(**byte).is_digit(base)).count();
+        let mut at = spaces(0);
+        if matches!(text.get(at), Some(b'+' | b'-')) {
+            at = spaces(at + 1);
+        }
+        let begins = at;
+        at = digits(at);
+        let mut count = at - begins;
+        if base == 10 && text.get(at) == Some(&b'.') {
+            let end = digits(at + 1);
+            (count, at) = (count + end - at - 1, end);
+        }
+        // Where no digit follows, an e is a letter of what comes next.
+        if base == 10 && count > 0 && matches!(text.get(at), Some(b'e' | b'E')) {
+            let sign = at + 1 + usize::from(matches!(text.get(at + 1), Some(b'+' | b'-')));
+            if text.get(sign).is_some_and(u8::is_ascii_digit) {
+                at = digits(sign);
+            }
+        }
+        // A longer one no device sends.
+        (count > 0 && at - begins <= 40).then_some(at)
+    }
+
+    /// Whether a part of a text has a place in the channel.
+    pub(super) fn fits(&self, part: &[u8]) -> bool {
+        match self.form {
+            Form::Text => part.len() <= self.slot.len,
+            Form::Number { base, .. } => parsed(part, base).is_some(),
+            Form::When(_) => true,
+        }
+    }
+
+    /// Stores a part of a text that fits.
+    pub(super) fn store(&self, part: &[u8], readings: &mut [u8]) {
+        match &self.form {
+            Form::Text => {
+                let (letters, rest) = self.slot.of_mut(readings).split_at_mut(part.len());
+                letters.copy_from_slice(part);
+                rest.fill(0);
+            }
+            Form::When(word) => self.slot.of_mut(readings)[0] = u8::from(part.trim_ascii() == &word[..]),
+            Form::Number { base, scale, offset, .. } => {
+                let number = parsed(part, *base).unwrap_or(f64::NAN);
+                self.slot.set_double(readings, 0, scale * number + offset);
+            }
+        }
+    }
+
+    /// Puts its value behind a text; none: it is no number.
+    pub(super) fn write(&self, commands: &[u8], text: &mut Vec<u8>) -> Option<()> {
+        match &self.form {
+            Form::Text => text.extend(self.slot.of(commands).iter().take_while(|byte| **byte != 0)),
+            Form::When(_) => {}
+            Form::Number { base, scale, offset, decimals } => {
+                let number = Some((self.slot.double(commands, 0) - offset) / scale).filter(|number| number.is_finite())?;
+                let written = match (base, decimals) {
+                    (16, _) => format!("{:X}", number.round() as i64),
+                    (_, Some(decimals)) => format!("{number:.decimals$}"),
+                    (_, None) => format!("{number}"),
+                };
+                text.extend_from_slice(written.as_bytes());
+            }
+        }
+        Some(())
+    }
+}
+
+/// The number of a part, spaces and sign in front of it. Nothing is allocated: a number is at most 40 bytes.
+fn parsed(part: &[u8], base: u32) -> Option<f64> {
+    let part = part.trim_ascii();
+    let (sign, digits) = match part.split_first() {
+        Some((b'-', rest)) => (-1.0, rest),
+        Some((b'+', rest)) => (1.0, rest),
+        _ => (1.0, part),
+    };
+    let digits = std::str::from_utf8(digits.trim_ascii()).ok()?;
+    let number = if base == 16 { u64::from_str_radix(digits, 16).ok()? as f64 } else { digits.parse::<f64>().ok()? };
+    number.is_finite().then_some(sign * number)
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// One at this place of the readings and of the commands.
+    pub(in crate::text) fn field(asked: Value, offset: usize) -> Field {
+        let (_, field) = declared("x", Some(&asked), false).expect("it is right");
+        Field { slot: Slot { offset, ..field.slot }, ..field }
+    }
+
+    #[test]
+    fn what_is_wrong_is_told() {
+        use serde_json::json;
+        for (asked, written, why) in [
+            (json!({ "text": 0 }), false, "1 to 256 letters"),
+            (json!({ "text": 4, "when": "x" }), false, "not both"),
+            (json!({ "text": 4, "scale": 2.0 }), false, "are of numbers"),
+            (json!({ "when": "x" }), true, "is read, not written"),
+            (json!({ "base": 8 }), false, "10 or 16"),
+            (json!({ "safe": 1.0 }), false, "of what is written"),
+            (json!({ "scael": 1.0 }), false, "unknown field"),
+        ] {
+            let refused = declared("x", Some(&asked), written).err();
+            assert!(refused.as_ref().is_some_and(|refused| refused.contains(why)), "{asked}: {refused:?}");
+        }
+    }
+}

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where a frame of text begins and ends in what has come in, and whether it is whole.
+//!
+//! Nothing here allocates or panics, whatever the bytes are.
+use serde::Deserialize;
+
+/// The longest frame, with all that is around its text.
+pub(super) const FRAME_MAX: usize = 1024;
+
+/// How a checksum is made, over the text alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Sum {
+    /// All bytes in exclusive or.
+    Xor,
+    /// All bytes added, modulo 256.
+    Sum,
+}
+
+/// How it is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Written {
+    /// Two hexadecimal digits.
+    #[default]
+    Hex,
+    Byte,
+}
+
+/// A checksum behind the text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Checksum {
+    pub sum: Sum,
+    pub written: Written,
+    /// Between the text and it, as the `*` of NMEA.
+    pub mark: Vec<u8>,
+}
+
+impl Checksum {
+    /// Bytes behind the text.
+    fn len(&self) -> usize {
+        self.mark.len() + if self.written == Written::Hex { 2 } else { 1 }
+    }
+
+    fn of(&self, text: &[u8]) -> u8 {
+        text.iter().fold(0, |sum, byte| match self.sum {
+            Sum::Xor => sum ^ byte,
+            Sum::Sum => sum.wrapping_add(*byte),
+        })
+    }
+
+    /// The text that stands before it; none: it is another one.
+    fn checked<'a>(&self, body: &'a [u8]) -> Option<&'a [u8]> {
+        let (text, tail) = body.split_at_checked(body.len().checked_sub(self.len())?)?;
+        let sum = match tail.strip_prefix(&self.mark[..])? {
+            [byte] => *byte,
+            [high, low] => (hex(*high)? << 4) | hex(*low)?,
+            _ => return None,
+        };
+        (sum == self.of(text)).then_some(text)
+    }
+
+    fn put(&self, text: &[u8], to: &mut Vec<u8>) {
+        let sum = self.of(text);
+        to.extend_from_slice(&self.mark);
+        match self.written {
+            Written::Byte => to.push(sum),
+            Written::Hex => to.extend_from_slice(format!("{sum:02X}").as_bytes()),
+        }
+    }
+}
+
+fn hex(digit: u8) -> Option<u8> {
+    char::from(digit).to_digit(16).map(|value| value as u8)
+}
+
+/// What is around a text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Framing {
+    pub start: Vec<u8>,
+    /// Bytes of the text, with its checksum; none: to the end mark.
+    pub length: Option<usize>,
+    pub end: Vec<u8>,
+    pub checksum: Option<Checksum>,
+}
+
+/// What the bytes begin with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scanned<'a> {
+    /// No whole frame yet.
+    Wait,
+    /// So many bytes belong to no frame: noise between two.
+    Noise(usize),
+    /// So many are a frame that is damaged.
+    Damaged(usize),
+    /// A text, and the bytes that its frame takes.
+    Frame(&'a [u8], usize),
+}
+
+impl Framing {
+    /// Looks at what has come in.
+    pub(super) fn scan<'a>(&self, bytes: &'a [u8]) -> Scanned<'a> {
+        let Some(begins) = bytes.strip_prefix(&self.start[..]) else {
+            // What may be the start stays: its rest may be on its way.
+            return match (0..bytes.len()).find(|at| self.start.starts_with(&bytes[*at..]) || bytes[*at..].starts_with(&self.start)) {
+                Some(0) | None if bytes.is_empty() || self.start.starts_with(bytes) => Scanned::Wait,
+                Some(at) => Scanned::Noise(at),
+                None => Scanned::Noise(bytes.len()),
+            };
+        };
+        match self.body(begins) {
+            Some(Ok(body)) => {
+                let len = self.start.len() + body.len() + self.end.len();
+                match &self.checksum {
+                    None => Scanned::Frame(body, len),
+                    Some(checksum) => checksum.checked(body).map_or(Scanned::Damaged(len), |text| Scanned::Frame(text, len)),
+                }
+            }
+            // A start that was none: the next is looked for behind its first byte.
+            Some(Err(())) => Scanned::Damaged(1),
+            None if bytes.len() >= FRAME_MAX => Scanned::Damaged(bytes.len()),
+            None => Scanned::Wait,
+        }
+    }
+
+    /// Text and checksum; none: not whole yet; an error: the end is not where it belongs.
+    fn body<'a>(&self, begins: &'a [u8]) -> Option<Result<&'a [u8], ()>> {
+        match self.length {
+            Some(length) => {
+                let (body, rest) = begins.split_at_checked(length)?;
+                match rest.len() >= self.end.len() {
+                    true => Some(if rest.starts_with(&self.end) { Ok(body) } else { Err(()) }),
+                    false if self.end.starts_with(rest) => None,
+                    false => Some(Err(())),
+                }
+            }
+            None => begins.windows(self.end.len()).position(|window| window == &self.end[..]).map(|at| Ok(&begins[..at])),
+        }
+    }
+
+    /// A text with all that belongs around it.
+    pub(super) fn framed(&self, text: &[u8]) -> Vec<u8> {
+        let mut frame = self.start.clone();
+        frame.extend_from_slice(text);
+        if let Some(checksum) = &self.checksum {
+            checksum.put(text, &mut frame);
+        }
+        frame.extend_from_slice(&self.end);
+        frame
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn nmea() -> Framing {
+        let checksum = Checksum { sum: Sum::Xor, written: Written::Hex, mark: b"*".to_vec() };
+        Framing { start: b"$".to_vec(), length: None, end: b"\r\n".to_vec(), checksum: Some(checksum) }
+    }
+
+    fn plain(start: &[u8], length: Option<usize>, end: &[u8]) -> Framing {
+        Framing { start: start.to_vec(), length, end: end.to_vec(), checksum: None }
+    }
+
+    #[test]
+    fn a_text_is_what_is_between_its_marks() {
+        assert_eq!(plain(b"", None, b"\r").scan(b"12.5\r9"), Scanned::Frame(b"12.5", 5));
+        assert_eq!(plain(b"\x02", None, b"\x03").scan(b"noise\x02A\x03"), Scanned::Noise(5));
+        assert_eq!(plain(b"\x02", None, b"\x03").scan(b"\x02A"), Scanned::Wait);
+        assert_eq!(plain(b"<<", None, b">>").scan(b"a<"), Scanned::Noise(1));
+        assert_eq!(plain(b"<<", None, b">>").scan(b"<"), Scanned::Wait);
+        assert_eq!(plain(b"W", Some(3), b"\n").scan(b"W123\n"), Scanned::Frame(b"123", 5));
+        assert_eq!(plain(b"W", Some(3), b"\n").scan(b"W1234"), Scanned::Damaged(1));
+        assert_eq!(plain(b"", Some(2), b"").scan(b"abc"), Scanned::Frame(b"ab", 2));
+        // The example of the standard's own.
+        let gps = b"$GPGLL,4916.45,N,12311.12,W,225444,A*31\r\n";
+        assert_eq!(nmea().scan(gps), Scanned::Frame(&gps[1..gps.len() - 5], gps.len()));
+        let mut damaged = *gps;
+        damaged[8] ^= 1;
+        assert_eq!(nmea().scan(&damaged), Scanned::Damaged(gps.len()));
+    }
+
+    #[test]
+    fn no_frame_with_one_wrong_byte_is_taken() {
+        let frame = nmea().framed(b"SCALE,12.50");
+        for at in 0..frame.len() {
+            for wrong in 0..=255 {
+                let mut damaged = frame.clone();
+                damaged[at] = wrong;
+                let is_same = damaged == frame || damaged.eq_ignore_ascii_case(&frame) && at >= frame.len() - 4;
+                assert_eq!(matches!(nmea().scan(&damaged), Scanned::Frame(b"SCALE,12.50", _)), is_same, "{at} {wrong}");
+                assert!(is_same || !matches!(nmea().scan(&damaged), Scanned::Frame(..)), "{at} {wrong}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_panic_and_each_step_goes_on(bytes in proptest::collection::vec(any::<u8>(), 0..1300), which in 0..5_usize) {
+            let framing = [nmea(), plain(b"", None, b"\n"), plain(b"\x02", Some(4), b""), plain(b"ab", Some(0), b"ba"), plain(b"", Some(3), b"")][which].clone();
+            let mut rest = &bytes[..];
+            while !rest.is_empty() {
+                match framing.scan(rest) {
+                    Scanned::Wait => break,
+                    Scanned::Noise(len) | Scanned::Damaged(len) | Scanned::Frame(_, len) => {
+                        prop_assert!(len > 0 && len <= rest.len());
+                        rest = &rest[len..];
+                    }
+                }
+            }
+            prop_assert!(rest.len() < FRAME_MAX);
+        }
+
+        #[test]
+        fn what_is_framed_is_found_again(text in "[ -~]{0,40}", noise in "[a-z]{0,9}") {
+            let text = text.replace(['$', '*'], "x");
+            let framing = nmea();
+            let stream = [noise.as_bytes(), &framing.framed(text.as_bytes())].concat();
+            let skipped = match framing.scan(&stream) { Scanned::Noise(len) => len, _ => 0 };
+            prop_assert_eq!(skipped, noise.len());
+            prop_assert!(matches!(framing.scan(&stream[skipped..]), Scanned::Frame(found, _) if found == text.as_bytes()));
+            for cut in skipped..stream.len() {
+                prop_assert_eq!(framing.scan(&stream[skipped..cut]), Scanned::Wait);
+            }
+        }
+    }
+}

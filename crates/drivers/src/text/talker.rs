@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A device that speaks in texts, as a driver.
+use super::Order;
+use super::frame::{FRAME_MAX, Framing, Scanned};
+use crate::stream::{Address, Stream};
+use device::{Channel, CounterWord, Counters, DeviceError, Driver, Kind, Layout, OptionWord, ServiceWord, Services, Slot};
+use serde_json::{Value, json};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+/// What is counted, in the order of [`COUNTERS`].
+#[derive(Clone, Copy)]
+#[repr(usize)]
+enum Count {
+    Taken,
+    Unmatched,
+    Damaged,
+    Timeouts,
+    Sent,
+}
+
+pub(super) static COUNTERS: [CounterWord; 5] = [
+    CounterWord { name: "taken", unit: "", doc: "texts that were declared" },
+    CounterWord { name: "unmatched", unit: "", doc: "texts that none of the declared fits" },
+    CounterWord { name: "damaged", unit: "", doc: "texts that were damaged, and noise between them" },
+    CounterWord { name: "timeouts", unit: "", doc: "questions without an answer in time" },
+    CounterWord { name: "sent", unit: "", doc: "texts sent" },
+];
+
+pub(super) static SERVICES: [ServiceWord; 2] = [
+    ServiceWord {
+        name: "send",
+        doc: "sends one text, with what belongs around it",
+        arguments: &[OptionWord::needed("text", Kind::Text, "without start, checksum and end")],
+        answer: None,
+    },
+    ServiceWord { name: "last_text", doc: "the text that came last, whether it was declared or not", arguments: &[], answer: Some(Kind::Text) },
+];
+
+/// How long a device may take to take a text.
+const SENDING: Duration = Duration::from_secs(1);
+
+/// What the driver shares with its services.
+struct Line {
+    address: Address,
+    framing: Framing,
+    counters: Arc<Counters>,
+    stream: Mutex<Option<Stream>>,
+    last: Mutex<(usize, [u8; FRAME_MAX])>,
+}
+
+impl Line {
+    fn stream(&self) -> MutexGuard<'_, Option<Stream>> {
+        self.stream.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn count(&self, what: Count) {
+        self.counters.add(what as usize, 1);
+    }
+
+    fn failed(&self, why: &std::io::Error) -> DeviceError {
+        DeviceError { message: format!("the device at {}: {why}", self.address) }
+    }
+
+    /// Sends a whole frame.
+    fn send(&self, frame: &[u8]) -> Result<(), DeviceError> {
+        let stream = self.stream();
+        let stream = stream.as_ref().ok_or_else(|| DeviceError { message: "it is not open".to_owned() })?;
+        stream.write_all(frame, Instant::now() + SENDING).map_err(|why| self.failed(&why))?;
+        self.count(Count::Sent);
+        Ok(())
+    }
+}
+
+impl Services for Line {
+    fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
+        match (service, arguments["text"].as_str()) {
+            ("send", Some(text)) => self.send(&self.framing.framed(text.as_bytes())).map(|()| Value::Null),
+            ("last_text", _) => {
+                let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+                Ok(json!(String::from_utf8_lossy(&last.1[..last.0])))
+            }
+            _ => Err(DeviceError { message: format!("no service '{service}'") }),
+        }
+    }
+}
+
+pub(super) struct Talker {
+    channels: Vec<Channel>,
+    line: Arc<Line>,
+    reads: Vec<Order>,
+    /// What is told, each with what was sent last.
+    writes: Vec<(Order, Option<Vec<u8>>)>,
+    asks: Option<Vec<u8>>,
+    answer: Duration,
+    silent_ns: Option<i64>,
+    heard_ns: i64,
+    came: [u8; FRAME_MAX],
+    filled: usize,
+    count: Slot,
+    taken: u64,
+    readings: Vec<u8>,
+}
+
+impl Talker {
+    pub(super) fn new(layout: Layout, count: Slot, address: Address, framing: Framing, reads: Vec<Order>, writes: Vec<Order>) -> Talker {
+        let line = Line { address, framing, counters: Arc::new(Counters::new(&COUNTERS)), stream: Mutex::new(None), last: Mutex::new((0, [0; FRAME_MAX])) };
+        Talker {
+            readings: vec![0; layout.readings_len()],
+            channels: layout.into_channels(),
+            line: Arc::new(line),
+            reads,
+            writes: writes.into_iter().map(|order| (order, None)).collect(),
+            asks: None,
+            answer: SENDING,
+            silent_ns: None,
+            heard_ns: 0,
+            came: [0; FRAME_MAX],
+            filled: 0,
+            count,
+            taken: 0,
+        }
+    }
+
+    /// It says something only when it is asked.
+    pub(super) fn asking(self, asks: Option<Vec<u8>>, answer: Duration) -> Talker {
+        Talker { asks, answer, ..self }
+    }
+
+    /// It is lost when it says nothing for so long.
+    pub(super) fn silent(self, silent_ns: Option<i64>) -> Talker {
+        Talker { silent_ns, ..self }
+    }
+
+    /// Takes all that has come; then, until the deadline, waits for a text that is declared.
+    fn hear(&mut self, deadline: Instant, release_ns: i64) -> Result<bool, DeviceError> {
+        let mut heard = false;
+        loop {
+            let until = if heard { Instant::now() } else { deadline };
+            let more = {
+                let stream = self.line.stream();
+                let stream = stream.as_ref().ok_or_else(|| DeviceError { message: "it is not open".to_owned() })?;
+                stream.read(&mut self.came[self.filled..], until).map_err(|why| self.line.failed(&why))?
+            };
+            if more == 0 {
+                return Ok(heard);
+            }
+            self.filled += more;
+            if self.take() {
+                (heard, self.heard_ns) = (true, release_ns);
+            }
+        }
+    }
+
+    /// Takes the whole frames that are there; whether one of them was declared.
+    fn take(&mut self) -> bool {
+        let (mut at, mut heard) = (0, false);
+        loop {
+            let (len, is_fine) = match self.line.framing.scan(&self.came[at..self.filled]) {
+                Scanned::Wait => break,
+                Scanned::Noise(len) | Scanned::Damaged(len) => {
+                    self.line.count(Count::Damaged);
+                    (len, None)
+                }
+                Scanned::Frame(text, len) => {
+                    // With a line feed as its end a text may have a carriage return before it.
+                    let is_line = self.line.framing.end == b"\n";
+                    let text = if is_line { text.strip_suffix(b"\r").unwrap_or(text) } else { text };
+                    let mut last = self.line.last.lock().unwrap_or_else(PoisonError::into_inner);
+                    last.0 = text.len();
+                    last.1[..text.len()].copy_from_slice(text);
+                    drop(last);
+                    (len, Some(self.reads.iter().any(|order| order.pattern.take(text, &mut self.readings))))
+                }
+            };
+            at += len;
+            match is_fine {
+                Some(true) => {
+                    heard = true;
+                    self.taken += 1;
+                    self.line.count(Count::Taken);
+                }
+                Some(false) => self.line.count(Count::Unmatched),
+                None => {}
+            }
+        }
+        self.came.copy_within(at..self.filled, 0);
+        self.filled -= at;
+        heard
+    }
+}
+
+impl Driver for Talker {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        let stream = Stream::open(&self.line.address, Instant::now() + SENDING).map_err(|why| self.line.failed(&why))?;
+        *self.line.stream() = Some(stream);
+        (self.heard_ns, self.filled, self.taken) = (now_ns, 0, 0);
+        Ok(())
+    }
+
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        match &self.asks {
+            None => {
+                self.hear(Instant::now(), release_ns)?;
+            }
+            Some(asks) => {
+                self.line.send(asks)?;
+                if !self.hear(Instant::now() + self.answer, release_ns)? {
+                    self.line.count(Count::Timeouts);
+                }
+            }
+        }
+        let silent = self.silent_ns.filter(|silent_ns| release_ns - self.heard_ns > *silent_ns);
+        if let Some(silent_ns) = silent {
+            let said = format!("the device at {} has said nothing that was declared for {} ms", self.line.address, silent_ns as f64 * 1e-6);
+            return Err(DeviceError { message: said });
+        }
+        self.count.set_double(&mut self.readings, 0, self.taken as f64);
+        readings[..self.readings.len()].copy_from_slice(&self.readings);
+        Ok(())
+    }
+
+    fn write(&mut self, _: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        for (order, sent) in &mut self.writes {
+            let is_engaged = order.indices.iter().any(|index| engaged.get(*index) == Some(&true));
+            // A text that nobody commands is sent only where it has a safe value to tell, and once.
+            if !is_engaged && !order.pattern.fields.iter().any(|field| field.is_safe) {
+                *sent = None;
+                continue;
+            }
+            let Some(text) = order.pattern.write(commands) else { continue };
+            if sent.as_ref() != Some(&text) {
+                self.line.send(&self.line.framing.framed(&text))?;
+                *sent = Some(text);
+            }
+        }
+        Ok(())
+    }
+
+    fn safe_state(&mut self) {
+        let len = self.channels.iter().filter(|channel| !channel.safe.is_empty()).map(|channel| channel.offset + channel.len).max().unwrap_or(0);
+        let mut commands = vec![0; len];
+        for channel in self.channels.iter().filter(|channel| !channel.safe.is_empty()) {
+            commands[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
+        }
+        for (order, sent) in &mut self.writes {
+            *sent = None;
+            let text = order.pattern.write(&commands).filter(|_| order.pattern.fields.iter().any(|field| field.is_safe));
+            // A device that is gone is told nothing; that it is lost has been said.
+            if text.is_some_and(|text| self.line.send(&self.line.framing.framed(&text)).is_err()) {
+                return;
+            }
+        }
+    }
+
+    fn close(&mut self) {
+        *self.line.stream() = None;
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        Some(self.line.clone())
+    }
+
+    fn counters(&self) -> Option<Arc<Counters>> {
+        Some(self.line.counters.clone())
+    }
+}

@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The exchange: the newest package in, and one out for it.
+use super::Options;
+use super::dashboard::Panel;
+use super::link::Broken;
+use super::sample::JOINTS;
+use super::script::CYCLE_NS;
+use super::session::Session;
+use super::states::{hindrance, interruption};
+use device::{Channel, Command, CounterWord, Counters, DeviceError, Driver, Layout, Part, Services, Servo, Slot, Type, UNLIMITED};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
+
+const NAMES: [&str; JOINTS] = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"];
+const HOME: [f64; JOINTS] = [0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2, 0.0, 0.0];
+/// Digital inputs and outputs of the control box.
+const DIGITAL: usize = 8;
+/// A goal that comes later than this is not allowed to be farther for it.
+const SPAN_NS_MAX: i64 = 2 * CYCLE_NS;
+
+pub(super) static COUNTERS: [CounterWord; 5] = [
+    CounterWord { name: "packages", unit: "", doc: "taken, each the newest when it was" },
+    CounterWord { name: "packages_refused", unit: "", doc: "of another form than was agreed, or with what is no number" },
+    CounterWord { name: "packages_unsent", unit: "", doc: "the connection had not taken the one before" },
+    CounterWord { name: "goals_limited", unit: "", doc: "were farther from the one before than the maximum speed allows" },
+    CounterWord { name: "age", unit: "ns", doc: "of the newest package, in firings" },
+];
+const PACKAGES: usize = 0;
+const REFUSED: usize = 1;
+const UNSENT: usize = 2;
+const LIMITED: usize = 3;
+const AGE: usize = 4;
+
+/// Where the values lie.
+struct Slots {
+    position: [Slot; JOINTS],
+    velocity: [Slot; JOINTS],
+    force: Slot,
+    torque: Slot,
+    speed_scaling: Slot,
+    inputs: [Slot; DIGITAL],
+    analog: [Slot; 2],
+    goals: [Slot; JOINTS],
+    outputs: [Slot; DIGITAL],
+}
+
+pub(super) struct Ur {
+    options: Options,
+    address: IpAddr,
+    channels: Vec<Channel>,
+    slots: Slots,
+    counters: Arc<Counters>,
+    panel: Arc<Panel>,
+    session: Option<Session>,
+    /// A package has come in for which none was sent.
+    fresh: bool,
+    /// Release of the firing that took the newest package.
+    taken_ns: i64,
+    /// Release of the firing that sent the newest one.
+    sent_ns: i64,
+    /// Digital outputs that were ever commanded.
+    commanded: u8,
+}
+
+impl Ur {
+    pub fn new(options: Options, address: IpAddr) -> (Ur, Vec<Part>) {
+        let part = |(i, name): (usize, &&str)| Part {
+            name: (*name).to_owned(),
+            unit: "rad",
+            range_min: if i == 2 { -PI } else { -TAU },
+            range_max: if i == 2 { PI } else { TAU },
+            effort_max: UNLIMITED,
+            speed_max: options.speed_max,
+            home: HOME[i],
+            servo: Servo::default(),
+            command: Command::Position,
+        };
+        let parts = NAMES.iter().enumerate().map(part).collect();
+        let (channels, slots) = channels();
+        let panel = Arc::new(Panel { to: SocketAddr::new(address, options.dashboard_port) });
+        let counters = Arc::new(Counters::new(&COUNTERS));
+        (Ur { options, address, channels, slots, counters, panel, session: None, fresh: false, taken_ns: 0, sent_ns: 0, commanded: 0 }, parts)
+    }
+
+    /// What is told next: goals no farther from those before than the maximum speed allows. The arm rests where nobody commands it.
+    fn tell(&mut self, span_ns: i64, commands: &[u8], engaged: &[bool]) {
+        let Some(session) = &mut self.session else { return };
+        let goal = |i: usize| Some(self.slots.goals[i].double(commands, 0)).filter(|goal| engaged[i] && goal.is_finite());
+        if (0..JOINTS).all(|i| goal(i).is_none()) {
+            session.rest();
+        } else {
+            if session.told.mode != session.number {
+                session.rest();
+            }
+            session.told.mode = session.number;
+            let most = self.options.speed_max * span_ns.clamp(CYCLE_NS, SPAN_NS_MAX) as f64 * 1e-9;
+            for (i, held) in session.told.goals.iter_mut().enumerate() {
+                let Some(wanted) = goal(i) else { continue };
+                let given = wanted.clamp(*held - most, *held + most);
+                self.counters.add(LIMITED, u64::from(given != wanted));
+                *held = given;
+            }
+        }
+        (session.told.mask, session.told.levels) = (0, 0);
+        for (i, slot) in self.slots.outputs.iter().enumerate().filter(|(i, _)| engaged[JOINTS + i]) {
+            session.told.mask |= 1 << i;
+            session.told.levels |= u8::from(slot.of(commands)[0] != 0) << i;
+        }
+        self.commanded |= session.told.mask;
+    }
+
+    fn store(&self, readings: &mut [u8]) {
+        let Some(Session { sample, .. }) = &self.session else { return };
+        let slots = &self.slots;
+        for i in 0..JOINTS {
+            slots.position[i].set_double(readings, 0, sample.position[i]);
+            slots.velocity[i].set_double(readings, 0, sample.velocity[i]);
+        }
+        for i in 0..3 {
+            slots.force.set_double(readings, i, sample.force[i]);
+            slots.torque.set_double(readings, i, sample.force[3 + i]);
+        }
+        slots.speed_scaling.set_double(readings, 0, sample.speed_scaling);
+        for (i, slot) in slots.inputs.iter().enumerate() {
+            slot.of_mut(readings)[0] = u8::from(sample.inputs >> i & 1 == 1);
+        }
+        for (slot, volts) in slots.analog.iter().zip(sample.analog) {
+            slot.set_double(readings, 0, volts);
+        }
+    }
+}
+
+fn channels() -> (Vec<Channel>, Slots) {
+    let mut layout = Layout::default();
+    let read = |name: String, of: Type, unit: &str, doc: &str| Channel::read(name, of).unit(unit).doc(doc);
+    let position = NAMES.map(|name| layout.add(read(format!("{name}.position"), Type::DOUBLE, "rad", "joint position")));
+    let velocity = NAMES.map(|name| layout.add(read(format!("{name}.velocity"), Type::DOUBLE, "rad/s", "joint velocity")));
+    let force = layout.add(read("tool.force".to_owned(), Type::doubles(3), "N", "force at the tool, in the frame of the base"));
+    let torque = layout.add(read("tool.torque".to_owned(), Type::doubles(3), "N.m", "torque at the tool, in the frame of the base"));
+    let speed_scaling = layout.add(read("speed_scaling".to_owned(), Type::DOUBLE, "", "by which the controller slows programs down, 0 to 1"));
+    let inputs = std::array::from_fn(|i| layout.add(read(format!("io.in{i}"), Type::BOOL, "", "digital input of the control box")));
+    let analog =
+        std::array::from_fn(|i| layout.add(read(format!("io.analog_in{i}"), Type::DOUBLE, "", "analog input of the control box, V or A as it is set")));
+    let hold = f64::NAN.to_ne_bytes();
+    let goals = NAMES.map(|name| {
+        let goal = Channel::write(format!("{name}.goal"), Type::DOUBLE).unit("rad");
+        layout.add(goal.doc("where the joint is to be; NaN: it stays").safe(hold.to_vec()))
+    });
+    let outputs = std::array::from_fn(|i| {
+        let output = Channel::write(format!("io.out{i}"), Type::BOOL);
+        layout.add(output.doc("digital output of the control box; as the pendant sets it while nobody commands it"))
+    });
+    (layout.into_channels(), Slots { position, velocity, force, torque, speed_scaling, inputs, analog, goals, outputs })
+}
+
+fn lost(why: impl ToString) -> DeviceError {
+    DeviceError { message: why.to_string() }
+}
+
+impl Driver for Ur {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        self.session = Some(Session::begin(&self.options, self.address)?);
+        (self.fresh, self.taken_ns, self.sent_ns) = (true, now_ns, now_ns);
+        Ok(())
+    }
+
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        let Some(session) = &mut self.session else { return Err(lost("it is not open")) };
+        let is_due = self.options.lockstep && !self.fresh && release_ns - self.taken_ns >= CYCLE_NS;
+        let taken = if is_due { session.wait(session.answer) } else { session.take() };
+        self.counters.set(REFUSED, session.refused);
+        if taken.map_err(lost)? {
+            (self.fresh, self.taken_ns) = (true, release_ns);
+            self.counters.add(PACKAGES, 1);
+        } else if is_due {
+            return Err(lost("the controller sends nothing any more"));
+        }
+        let age_ns = release_ns - self.taken_ns;
+        self.counters.set(AGE, age_ns.unsigned_abs());
+        if !self.options.lockstep && age_ns > self.options.silence_ns {
+            return Err(lost(format!("nothing has come from the controller for {} ms: its cable is out, or it is off", age_ns / 1_000_000)));
+        }
+        if let Some(why) = hindrance(&session.sample).or_else(|| interruption(&session.sample, session.number)) {
+            return Err(lost(why));
+        }
+        self.store(readings);
+        Ok(())
+    }
+
+    fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        if !std::mem::take(&mut self.fresh) {
+            return Ok(());
+        }
+        self.tell(release_ns - self.sent_ns, commands, engaged);
+        self.sent_ns = release_ns;
+        let sent = self.session.as_mut().map_or(Ok(true), Session::send);
+        self.counters.add(UNSENT, u64::from(!sent.map_err(lost)?));
+        Ok(())
+    }
+
+    fn safe_state(&mut self) {
+        if let Some(session) = &mut self.session {
+            session.rest();
+            (session.told.mask, session.told.levels) = (self.commanded, 0);
+            // What does not arrive is missed by the program, which stops the arm by itself.
+            let _: Result<bool, Broken> = session.send();
+        }
+    }
+
+    fn close(&mut self) {
+        if let Some(mut session) = self.session.take() {
+            session.rest();
+            (session.told.mode, session.told.mask, session.told.levels) = (-1, self.commanded, 0);
+            // As above.
+            let _: Result<bool, Broken> = session.send();
+        }
+    }
+
+    fn watchdog_ns(&self) -> Option<i64> {
+        Some(self.options.timeout_ns)
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        Some(self.panel.clone())
+    }
+
+    fn counters(&self) -> Option<Arc<Counters>> {
+        Some(self.counters.clone())
+    }
+}

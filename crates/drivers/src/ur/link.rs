@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The connection over which RTDE comes and goes: never waits where it is not told to, and allocates nothing once it is made.
+use super::rtde::{self, Malformed, Message};
+use crate::serial::wait;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{SocketAddr, TcpStream};
+use std::os::fd::AsFd;
+use std::time::{Duration, Instant};
+
+/// The longest message, and room for the beginning of the next.
+const INPUT_LEN: usize = 2 << 16;
+/// How often what has come in is fetched at most in one call: a controller that floods holds nobody up.
+const FETCHES_MAX: usize = 4;
+
+/// Why nothing comes over a connection any more.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Broken {
+    #[error("the controller closed its connection: it was restarted, or is shutting down")]
+    Closed,
+    #[error("the connection failed: {0}")]
+    Failed(#[from] io::Error),
+    #[error("what the controller sends is no RTDE: {0}")]
+    Malformed(#[from] Malformed),
+}
+
+pub(super) struct Link {
+    stream: TcpStream,
+    input: Box<[u8]>,
+    filled: usize,
+    /// What the connection has not taken yet of a package; a package is never sent in part.
+    unsent: Vec<u8>,
+}
+
+impl Link {
+    pub fn connect(to: SocketAddr, within: Duration) -> io::Result<Link> {
+        let stream = TcpStream::connect_timeout(&to, within)?;
+        stream.set_nodelay(true)?;
+        stream.set_nonblocking(true)?;
+        Ok(Link { stream, input: vec![0; INPUT_LEN].into_boxed_slice(), filled: 0, unsent: Vec::with_capacity(INPUT_LEN) })
+    }
+
+    /// Hands each message that has come in to `take`. Real-time safe where `take` is.
+    pub fn receive(&mut self, mut take: impl FnMut(Message<'_>)) -> Result<(), Broken> {
+        for _ in 0..FETCHES_MAX {
+            match self.stream.read(&mut self.input[self.filled..]) {
+                Ok(0) => return Err(Broken::Closed),
+                Ok(more) => self.filled += more,
+                Err(why) if why.kind() == ErrorKind::WouldBlock => return Ok(()),
+                Err(why) if why.kind() == ErrorKind::Interrupted => continue,
+                Err(why) if why.kind() == ErrorKind::ConnectionReset => return Err(Broken::Closed),
+                Err(why) => return Err(why.into()),
+            }
+            let mut begin = 0;
+            while let Some((message, len)) = rtde::decode(&self.input[begin..self.filled])? {
+                take(message);
+                begin += len;
+            }
+            self.input.copy_within(begin..self.filled, 0);
+            self.filled -= begin;
+        }
+        Ok(())
+    }
+
+    /// Waits until something has come in, or the connection is gone; false: the deadline came first.
+    pub fn wait(&self, deadline: Instant) -> io::Result<bool> {
+        wait(self.stream.as_fd(), libc::POLLIN, deadline)
+    }
+
+    /// Sends a package, or nothing of it: false where the connection has not taken the one before. Real-time safe.
+    pub fn send(&mut self, package: &[u8]) -> Result<bool, Broken> {
+        self.flush()?;
+        let is_free = self.unsent.is_empty();
+        if is_free {
+            self.unsent.extend_from_slice(package);
+            self.flush()?;
+        }
+        Ok(is_free)
+    }
+
+    fn flush(&mut self) -> Result<(), Broken> {
+        while !self.unsent.is_empty() {
+            match self.stream.write(&self.unsent) {
+                Ok(taken) => {
+                    self.unsent.drain(..taken);
+                }
+                Err(why) if why.kind() == ErrorKind::WouldBlock => break,
+                Err(why) if why.kind() == ErrorKind::Interrupted => {}
+                Err(why) if matches!(why.kind(), ErrorKind::BrokenPipe | ErrorKind::ConnectionReset) => return Err(Broken::Closed),
+                Err(why) => return Err(why.into()),
+            }
+        }
+        Ok(())
+    }
+}

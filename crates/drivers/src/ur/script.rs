@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The program that runs on the controller: it follows goals, and stops the arm when none comes.
+use super::states::SILENT;
+
+/// How a controller cycle lasts on an e-series.
+pub(super) const CYCLE_NS: i64 = 2_000_000;
+
+/// What the program is made for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Program {
+    /// What it says of itself while it runs, and is told to follow by: goals that were left in the registers by another one mean nothing.
+    pub session: i32,
+    /// How many cycles it waits for a new beat.
+    pub patience: i64,
+    /// Of `servoj`: s, and no unit.
+    pub lookahead_s: f64,
+    pub gain: f64,
+    /// With which it comes to rest, rad/s².
+    pub deceleration: f64,
+}
+
+impl Program {
+    /// Its text. It begins at rest, follows only goals of its own session, and each way out of it leads over a stop.
+    pub fn text(&self) -> String {
+        let Program { session, patience, lookahead_s, gain, deceleration } = self;
+        let goals = (24..30).map(|register| format!("read_input_float_register({register})")).collect::<Vec<_>>().join(", ");
+        format!(
+            "def opengpac():
+  beat = read_input_integer_register(24)
+  missed = 0
+  moving = False
+  left = 0
+  write_output_integer_register(24, {session})
+  while left == 0:
+    now = read_input_integer_register(24)
+    mode = read_input_integer_register(25)
+    if now != beat:
+      beat = now
+      missed = 0
+    else:
+      missed = missed + 1
+    end
+    if missed > {patience}:
+      left = {SILENT}
+    elif mode == -1:
+      left = -2
+    elif mode == {session}:
+      moving = True
+      servoj([{goals}], t=0.002, lookahead_time={lookahead_s}, gain={gain})
+    elif moving:
+      stopj({deceleration})
+      moving = False
+    else:
+      sync()
+    end
+  end
+  stopj({deceleration})
+  write_output_integer_register(24, left)
+end
+"
+        )
+    }
+}

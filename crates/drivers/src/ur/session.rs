@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How an arm is brought to follow: connection, recipes, power, remote control, program. Off the cycle, so that it may wait.
+use super::dashboard::Dashboard;
+use super::link::{Broken, Link};
+use super::rtde::{self, Message, kind, request};
+use super::sample::{INPUTS, OUTPUTS, Sample, Told, recipe};
+use super::script::{CYCLE_NS, Program};
+use super::states::{hindrance, interruption, is_off};
+use super::{Options, sample::JOINTS};
+use device::DeviceError;
+use std::io::Write;
+use std::net::{IpAddr, SocketAddr, TcpStream};
+use std::time::{Duration, Instant, SystemTime};
+
+/// How long a controller that is there may take to answer.
+const ANSWER: Duration = Duration::from_secs(10);
+/// In lockstep nothing depends on how fast anybody is, so this is for who never answers.
+const ANSWER_IN_LOCKSTEP: Duration = Duration::from_secs(120);
+/// How long an arm may take to be powered on and to release its brakes.
+const POWER: Duration = Duration::from_secs(60);
+const RETRY: Duration = Duration::from_millis(50);
+/// Packages a second.
+const FREQUENCY: f64 = 1e9 / CYCLE_NS as f64;
+const FIRST_E_SERIES: u32 = 5;
+
+/// An arm that follows.
+pub(super) struct Session {
+    link: Link,
+    recipes: [u8; 2],
+    /// Its number, by which the program knows its goals.
+    pub number: i32,
+    pub sample: Sample,
+    pub told: Told,
+    /// What came that was no package of the recipe.
+    pub refused: u64,
+    /// How long it may take to answer.
+    pub answer: Duration,
+}
+
+impl Session {
+    /// Brings the arm to follow. It stands until it is told goals.
+    pub fn begin(options: &Options, address: IpAddr) -> Result<Session, DeviceError> {
+        Self::try_to(options, address).map_err(|message| DeviceError { message })
+    }
+
+    fn try_to(options: &Options, address: IpAddr) -> Result<Session, String> {
+        let mut session = Self::connected(options, SocketAddr::new(address, options.rtde_port))?;
+        session.exchange()?;
+        let mut dashboard = None;
+        if options.power_on && is_off(&session.sample) {
+            let dashboard = Self::dashboard(&mut dashboard, options, address)?;
+            for command in ["power on", "brake release"] {
+                dashboard.ask(command).map_err(|why| format!("the dashboard has not answered '{command}': {why}"))?;
+            }
+            session.until(POWER, |sample| !is_off(sample))?.then_some(()).ok_or("the arm was told to power on, and is not on after a minute")?;
+        }
+        if let Some(why) = hindrance(&session.sample) {
+            return Err(why.to_owned());
+        }
+        let answer = Self::dashboard(&mut dashboard, options, address)?.ask("is in remote control");
+        if answer.as_deref().map(str::to_lowercase).is_ok_and(|answer| answer == "false") {
+            return Err("remote control is not enabled: choose it on the pendant, at its upper right corner".to_owned());
+        }
+        session.start_program(options, SocketAddr::new(address, options.script_port))?;
+        Ok(session)
+    }
+
+    fn dashboard<'a>(open: &'a mut Option<Dashboard>, options: &Options, address: IpAddr) -> Result<&'a mut Dashboard, String> {
+        let to = SocketAddr::new(address, options.dashboard_port);
+        if open.is_none() {
+            *open = Some(Dashboard::connect(to).map_err(|why| format!("no dashboard answers at {to}: {why}; enable it in the controller's services"))?);
+        }
+        open.as_mut().ok_or_else(String::new)
+    }
+
+    /// A connection whose recipes the controller has taken, tried until the time is over that the controller may take to be there.
+    fn connected(options: &Options, to: SocketAddr) -> Result<Session, String> {
+        let deadline = Instant::now() + Duration::from_nanos(options.wait_ns.unsigned_abs());
+        let answer = if options.lockstep { ANSWER_IN_LOCKSTEP } else { ANSWER };
+        loop {
+            let link = Link::connect(to, Duration::from_secs(1));
+            let made = link.map_err(|why| Failure::NotThere(format!("no controller answers at {to}: {why}; is it on, and is this its address?")));
+            match made.and_then(|link| Self::agreed(link, answer)) {
+                Ok(session) => return Ok(session),
+                Err(Failure::NotThere(_)) if Instant::now() < deadline => std::thread::sleep(RETRY),
+                Err(Failure::NotThere(why) | Failure::Refused(why)) => return Err(why),
+            }
+        }
+    }
+
+    fn agreed(mut link: Link, answer: Duration) -> Result<Session, Failure> {
+        let mut ask = |kind: u8, contents: &[u8], pick: &dyn Fn(Message<'_>) -> Option<Answer>| -> Result<Answer, Failure> {
+            link.send(&request(kind, contents))?;
+            let (mut found, deadline) = (None, Instant::now() + answer);
+            while found.is_none() {
+                if !link.wait(deadline).map_err(Broken::from)? {
+                    return Err(Failure::NotThere(format!("the controller has not answered RTDE's request '{}'", char::from(kind))));
+                }
+                link.receive(|message| found = found.take().or_else(|| pick(message)))?;
+            }
+            found.ok_or_else(|| Failure::NotThere(String::new()))
+        };
+        let agreed = |is: bool| Answer { number: u32::from(is), text: String::new() };
+        let version = ask(kind::VERSION, &rtde::PROTOCOL.to_be_bytes(), &|m| if let Message::Version(is) = m { Some(agreed(is)) } else { None })?;
+        if version.number == 0 {
+            return Err(Failure::Refused("the controller does not speak version 2 of RTDE: its software is too old".to_owned()));
+        }
+        let major = |m: Message<'_>| if let Message::Controller([major, ..]) = m { Some(Answer { number: major, text: String::new() }) } else { None };
+        let controller = ask(kind::CONTROLLER, &[], &major)?;
+        if controller.number < FIRST_E_SERIES {
+            let problem = format!("its software is of version {}, and this driver asks for 5 or later: an e-series", controller.number);
+            return Err(Failure::Refused(problem));
+        }
+        let (names, types) = recipe(&OUTPUTS);
+        let outputs =
+            |m: Message<'_>| if let Message::Outputs { recipe, types } = m { Some(Answer { number: recipe.into(), text: types.to_owned() }) } else { None };
+        let outputs = ask(kind::OUTPUTS, &[&FREQUENCY.to_be_bytes()[..], names.as_bytes()].concat(), &outputs)?;
+        agree(&OUTPUTS, &types, &outputs.text)?;
+        let (names, types) = recipe(&INPUTS);
+        let inputs =
+            |m: Message<'_>| if let Message::Inputs { recipe, types } = m { Some(Answer { number: recipe.into(), text: types.to_owned() }) } else { None };
+        let inputs = ask(kind::INPUTS, names.as_bytes(), &inputs)?;
+        agree(&INPUTS, &types, &inputs.text)?;
+        let started = ask(kind::START, &[], &|m| if let Message::Started(is) = m { Some(agreed(is)) } else { None })?;
+        if started.number == 0 {
+            return Err(Failure::Refused("the controller does not start RTDE".to_owned()));
+        }
+        let recipes = [outputs.number, inputs.number].map(|number| number as u8);
+        Ok(Session { link, recipes, number: number(), sample: Sample::default(), told: Told::default(), refused: 0, answer })
+    }
+
+    /// Starts the program, at rest, and waits until it says that it runs.
+    fn start_program(&mut self, options: &Options, to: SocketAddr) -> Result<(), String> {
+        let program = Program {
+            session: self.number,
+            patience: options.timeout_ns / CYCLE_NS,
+            lookahead_s: options.lookahead,
+            gain: options.gain,
+            deceleration: options.deceleration,
+        };
+        let failed = |why: std::io::Error| format!("no program can be sent to {to}: {why}; enable the secondary interface in the controller's services");
+        let mut stream = TcpStream::connect_timeout(&to, ANSWER).map_err(failed)?;
+        stream.write_all(program.text().as_bytes()).map_err(failed)?;
+        let number = self.number;
+        let runs = self.until(self.answer, |sample| hindrance(sample).is_some() || interruption(sample, number).is_none())?;
+        match hindrance(&self.sample) {
+            Some(why) => Err(why.to_owned()),
+            None if runs => Ok(()),
+            None => Err("the controller has not begun the program that it was sent: look at the log of its pendant".to_owned()),
+        }
+    }
+
+    /// Exchanges until something holds; false: it did not within that time.
+    fn until(&mut self, within: Duration, holds: impl Fn(&Sample) -> bool) -> Result<bool, String> {
+        let deadline = Instant::now() + within;
+        while !holds(&self.sample) {
+            if Instant::now() > deadline {
+                return Ok(false);
+            }
+            self.exchange()?;
+        }
+        Ok(true)
+    }
+
+    /// One package there and one back, the arm at rest where it is.
+    fn exchange(&mut self) -> Result<(), String> {
+        (self.told.mode, self.told.mask) = (0, 0);
+        self.send().map_err(|why| why.to_string())?;
+        self.wait(self.answer).map_err(|why| why.to_string())?.then_some(()).ok_or("the controller sends nothing any more")?;
+        self.told.goals = self.sample.position;
+        Ok(())
+    }
+
+    /// Waits for a package; false: none came.
+    pub fn wait(&mut self, within: Duration) -> Result<bool, Broken> {
+        let deadline = Instant::now() + within;
+        loop {
+            if self.take()? {
+                return Ok(true);
+            }
+            if !self.link.wait(deadline)? {
+                return Ok(false);
+            }
+        }
+    }
+
+    /// Takes the newest package that has come in; false: none has. Real-time safe.
+    pub fn take(&mut self) -> Result<bool, Broken> {
+        let (of, mut newest, mut refused) = (self.recipes[0], None, 0);
+        self.link.receive(|message| {
+            if let Message::Data { recipe, values } = message {
+                match Sample::decode(values).filter(|_| recipe == of) {
+                    Some(sample) => newest = Some(sample),
+                    None => refused += 1,
+                }
+            }
+        })?;
+        self.refused += refused;
+        self.sample = newest.unwrap_or(self.sample);
+        Ok(newest.is_some())
+    }
+
+    /// Sends what it is told; false: the connection has not taken the package before. Real-time safe.
+    pub fn send(&mut self) -> Result<bool, Broken> {
+        self.told.beat = self.told.beat.wrapping_add(1);
+        self.link.send(&self.told.encode(self.recipes[1]))
+    }
+
+    /// Tells it to rest where it is. Real-time safe.
+    pub fn rest(&mut self) {
+        let goals: [f64; JOINTS] = self.sample.position;
+        (self.told.mode, self.told.goals) = (0, goals);
+    }
+}
+
+/// What a request is answered with.
+struct Answer {
+    number: u32,
+    text: String,
+}
+
+/// Why there is no connection.
+enum Failure {
+    /// It may be there later.
+    NotThere(String),
+    Refused(String),
+}
+
+impl From<Broken> for Failure {
+    fn from(why: Broken) -> Failure {
+        Failure::NotThere(why.to_string())
+    }
+}
+
+/// Names the first value of a recipe that the controller does not have, or that another program has taken.
+fn agree(of: &[(&str, &str)], asked: &str, answered: &str) -> Result<(), Failure> {
+    if asked == answered {
+        return Ok(());
+    }
+    let wrong = of.iter().zip(answered.split(',')).find(|((_, kind), answer)| kind != answer);
+    Err(Failure::Refused(match wrong {
+        Some(((name, _), "IN_USE")) => format!("another program commands '{name}' of the controller: end it, or its fieldbus"),
+        Some(((name, _), answer)) => format!("the controller has no '{name}' as it is asked for: {answer}"),
+        None => format!("the controller answers '{answered}' where '{asked}' is asked for"),
+    }))
+}
+
+/// A number that another session is unlikely to have.
+fn number() -> i32 {
+    let nanos = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.subsec_nanos() ^ since.as_secs() as u32);
+    1 + (nanos & 0x3fff_ffff) as i32
+}

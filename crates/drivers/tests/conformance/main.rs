@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The conformance kit: every driver of this crate passes it, and each of the faulty ones is refused by the check that is meant, with its cause.
+mod faulty;
+mod ours;
+
+use driver_kit::conformance::{Report, Settings};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::time::Duration;
+
+/// Where something is built; it is there as long as this program runs.
+fn folder() -> &'static Path {
+    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+    FOLDER.get_or_init(|| {
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("conformance-{}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("a folder for tests can be made");
+        path
+    })
+}
+
+/// A shared object of this source.
+fn built(name: &str, source: &str) -> PathBuf {
+    let file = folder().join(format!("{name}.c"));
+    std::fs::write(&file, source).expect("a file for tests can be written");
+    modules::build(&[file], &Default::default()).unwrap_or_else(|why| panic!("{name}: {why}"))
+}
+
+fn settings() -> Settings {
+    static COUNTING: OnceLock<PathBuf> = OnceLock::new();
+    let counting = COUNTING.get_or_init(|| built("counting", Settings::COUNTING));
+    Settings { command: vec![env!("CARGO_BIN_EXE_drivers-check").into()], exchanges: 20_000, counting: Some(counting.clone()), limit: Duration::from_secs(120) }
+}
+
+fn checked(kind: &str, options: &Value) -> Report {
+    drivers::check_conformance(kind, options, &settings())
+}

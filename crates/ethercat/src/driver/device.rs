@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The driver in its life: brings its drives to OP, exchanges, comes to rest.
+use super::axis::Axis;
+use super::options::{COUNTERS, count};
+use super::services::Shared;
+use crate::main_device::{Bus, Cycle, Replied, Station, Wanted, bring_up, open_link};
+use crate::states::{State, describe};
+use device::{Channel, Counters, DeviceError, Driver, Services};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// How long drives may take to OP, with process data coming; and an answer off the cycle.
+const TO_OP: Duration = Duration::from_secs(10);
+const ANSWER: Duration = Duration::from_millis(200);
+
+pub(super) struct EtherCat {
+    interface: String,
+    axes: Vec<Axis>,
+    channels: Vec<Channel>,
+    timeout_ns: i64,
+    lost_after: u32,
+    counters: Arc<Counters>,
+    shared: Arc<Shared>,
+    stations: Vec<Station>,
+    cycle: Option<Cycle>,
+    /// How many cycles one after another brought nothing, and why the last of them did.
+    missed: u32,
+    written_ns: i64,
+}
+
+impl EtherCat {
+    pub fn new(interface: String, axes: Vec<Axis>, channels: Vec<Channel>, timeout_ns: i64, lost_after: u32) -> EtherCat {
+        let names = axes.iter().map(|axis| axis.name.clone()).collect();
+        EtherCat {
+            shared: Arc::new(Shared::new(interface.clone(), names)),
+            interface,
+            axes,
+            channels,
+            timeout_ns,
+            lost_after,
+            counters: Arc::new(Counters::new(&COUNTERS)),
+            stations: Vec::new(),
+            cycle: None,
+            missed: 0,
+            written_ns: 0,
+        }
+    }
+
+    fn start(&mut self) -> Result<(), String> {
+        let mut bus = Bus::open(&self.interface)?;
+        let asked: Vec<_> = self.axes.iter().map(|axis| (axis.at, axis.pdos(), axis.settings())).collect();
+        let wanted: Vec<Wanted<'_>> = asked.iter().map(|(position, pdos, settings)| Wanted { position: *position, pdos, settings }).collect();
+        let (stations, outputs, inputs) = bring_up(&mut bus, &wanted, self.timeout_ns)?;
+        for (axis, station) in self.axes.iter_mut().zip(&stations) {
+            axis.map(&station.mapping, station.outputs_at, station.inputs_at)?;
+        }
+        let too_many = || format!("the process data of {} axes do not fit into a frame", self.axes.len());
+        let mut cycle = Cycle::new(open_link(&self.interface)?, &stations, outputs, inputs).ok_or_else(too_many)?;
+        self.exchange_idle(&mut cycle)?;
+        for station in &stations {
+            let control = State::Op as u16;
+            bus.write(station.subdevice.station, crate::registers::AL_CONTROL, &control.to_le_bytes())?;
+        }
+        let until = Instant::now() + TO_OP;
+        while let Some(station) = (0..stations.len()).find(|of| cycle.state(*of) != Some((State::Op as u16, 0))) {
+            if Instant::now() > until {
+                let state = cycle.state(station).map_or_else(|| "gone".to_owned(), |(status, code)| describe(status, code));
+                return Err(format!("{} does not go to OP: it is in {state}", stations[station].subdevice.title()));
+            }
+            self.exchange_idle(&mut cycle)?;
+        }
+        self.reset_faults(&mut cycle)?;
+        self.shared.reach(stations.iter().map(|station| station.subdevice.mailbox()).collect::<Result<_, _>>()?)?;
+        (self.stations, self.cycle, self.missed) = (stations, Some(cycle), 0);
+        Ok(())
+    }
+
+    /// A frame there and back with no axis commanded.
+    fn exchange_idle(&mut self, cycle: &mut Cycle) -> Result<(), String> {
+        let until = Instant::now() + TO_OP;
+        loop {
+            for axis in &mut self.axes {
+                axis.tell_idle(cycle.outputs());
+            }
+            cycle.send().map_err(|error| format!("interface '{}': {error}", self.interface))?;
+            let replied = cycle.wait(ANSWER).map_err(|error| format!("interface '{}': {error}", self.interface))?;
+            if replied == Replied::Whole || replied == Replied::Short {
+                self.axes.iter_mut().for_each(|axis| axis.look(cycle.newest()));
+                return Ok(());
+            }
+            if Instant::now() > until {
+                return Err(format!("no frame of the cycle comes back on interface '{}'", self.interface));
+            }
+        }
+    }
+
+    /// Faults that are there already go; one that comes again is told when its axis is engaged.
+    fn reset_faults(&mut self, cycle: &mut Cycle) -> Result<(), String> {
+        for _ in 0..4 {
+            self.axes.iter_mut().filter(|axis| axis.is_faulty()).for_each(Axis::reset);
+            self.exchange_idle(cycle)?;
+        }
+        self.exchange_idle(cycle)
+    }
+
+    /// Why the cycles bring nothing: who does not answer, or what state it is in.
+    fn lost(&self, replied: Replied) -> DeviceError {
+        let cycles = self.missed;
+        let on = &self.interface;
+        let message = match (replied, &self.cycle) {
+            (Replied::Short, Some(cycle)) => self.what_is_short(cycle),
+            _ => format!(
+                "nothing came back on interface '{on}' for {cycles} cycles: the cable to '{}' is out, or it has no power",
+                self.axes.iter().min_by_key(|axis| axis.at).map_or("", |axis| axis.name.as_str())
+            ),
+        };
+        DeviceError { message }
+    }
+
+    fn what_is_short(&self, cycle: &Cycle) -> String {
+        let silent = (0..self.stations.len()).filter(|of| cycle.state(*of).is_none()).min_by_key(|of| self.axes[*of].at);
+        if let Some(of) = silent {
+            let (axis, place) = (&self.axes[of].name, self.axes[of].at);
+            return format!("axis '{axis}' at place {place} does not answer on interface '{}': the cable before it is out, or it has no power", self.interface);
+        }
+        let left = (0..self.stations.len()).find_map(|of| cycle.state(of).filter(|(status, _)| *status != State::Op as u16).map(|state| (of, state)));
+        match left {
+            Some((of, (status, code))) => format!("the drive of axis '{}' has left OP: it is in {}", self.axes[of].name, describe(status, code)),
+            None => format!("all drives on interface '{}' answer, and not all take their process data", self.interface),
+        }
+    }
+}
+
+impl Driver for EtherCat {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
+        self.written_ns = now_ns;
+        self.start().map_err(|message| DeviceError { message })
+    }
+
+    fn read(&mut self, _: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        let counters = &self.counters;
+        let Some(cycle) = &mut self.cycle else { return Err(not_open()) };
+        let replied = cycle.receive(|_| counters.add(count::REFUSED, 1)).unwrap_or(Replied::Nothing);
+        match replied {
+            Replied::Whole => {
+                self.missed = 0;
+                for axis in &mut self.axes {
+                    axis.read(cycle.newest(), readings);
+                }
+            }
+            Replied::NotAsked => {
+                for axis in &mut self.axes {
+                    axis.read(cycle.newest(), readings);
+                }
+            }
+            Replied::Short | Replied::Nothing => {
+                counters.add(if replied == Replied::Short { count::SHORT } else { count::LOST }, 1);
+                self.missed += 1;
+                if self.missed >= self.lost_after {
+                    return Err(self.lost(replied));
+                }
+            }
+        }
+        match self.axes.iter().find_map(Axis::fault) {
+            Some(message) => Err(DeviceError { message }),
+            None => Ok(()),
+        }
+    }
+
+    fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        let Some(cycle) = &mut self.cycle else { return Err(not_open()) };
+        let span_s = (release_ns - self.written_ns).max(0) as f64 * 1e-9;
+        self.written_ns = release_ns;
+        for (index, axis) in self.axes.iter_mut().enumerate() {
+            if self.shared.resets[index].swap(false, Ordering::Relaxed) {
+                axis.reset();
+            }
+            axis.write(commands, engaged[index], span_s, cycle.outputs());
+        }
+        self.counters.add(count::CYCLES, 1);
+        // A frame that cannot be sent is one that does not come back: the readings tell it.
+        let _ = cycle.send();
+        Ok(())
+    }
+
+    fn safe_state(&mut self) {
+        let Some(cycle) = &mut self.cycle else { return };
+        for axis in &mut self.axes {
+            axis.stop();
+            axis.tell_idle(cycle.outputs());
+        }
+        let _ = cycle.send();
+    }
+
+    fn close(&mut self) {
+        self.safe_state();
+        self.cycle = None;
+    }
+
+    fn watchdog_ns(&self) -> Option<i64> {
+        Some(self.timeout_ns)
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        Some(self.shared.clone())
+    }
+
+    fn counters(&self) -> Option<Arc<Counters>> {
+        Some(self.counters.clone())
+    }
+}
+
+fn not_open() -> DeviceError {
+    DeviceError { message: "the segment is not open".to_owned() }
+}

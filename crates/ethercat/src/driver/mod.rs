@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The driver `ethercat`: drives of a segment as axes.
+mod axis;
+mod device;
+mod options;
+mod services;
+
+pub use options::DRIVER;

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An emulated drive: the state machine and modes of CiA 402, and a motor that follows.
+use super::objects::{Access, Handle, Objects};
+use crate::cia402::{self, DriveState, Mode};
+
+/// Who made the emulated drives: a number that no vendor has.
+pub const VENDOR: u32 = 0x0000_6A1C;
+pub const PRODUCT: u32 = 0x0000_0402;
+/// Faults, as 0x603F says them.
+const FOLLOWING_ERROR: u16 = 0x8611;
+const COMMUNICATION: u16 = 0x8130;
+/// What full torque does, counts/s² for a thousandth of the rated torque; friction takes velocity away, 1/s.
+const ACCELERATION: f64 = 100.0;
+const FRICTION: f64 = 2.0;
+/// How quickly it stops by itself, counts/s².
+const STOPPING: f64 = 2_000_000.0;
+
+/// The drive's axis.
+pub struct Drive {
+    at: Handles,
+    state: DriveState,
+    /// Counts and counts/s.
+    position: f64,
+    velocity: f64,
+    had_reset: bool,
+    was_homing: bool,
+    homed: bool,
+}
+
+struct Handles {
+    control: Handle,
+    status: Handle,
+    error: Handle,
+    mode: Handle,
+    mode_shown: Handle,
+    target_position: Handle,
+    target_velocity: Handle,
+    target_torque: Handle,
+    position: Handle,
+    velocity: Handle,
+    torque: Handle,
+    window: Handle,
+    home_offset: Handle,
+}
+
+impl Drive {
+    /// A drive that stands at this position, and its objects.
+    pub fn new(name: &str, serial: u32, position: i32) -> (Drive, Objects) {
+        let mut objects = Objects::default();
+        identify(&mut objects, name, serial);
+        let mut word = |index, access, len: usize, value: i64| objects.add(index, 0, access, &value.to_le_bytes()[..len]);
+        use Access::{Measured, Written};
+        let at = Handles {
+            control: word(0x6040, Written, 2, 0),
+            status: word(0x6041, Measured, 2, 0),
+            error: word(0x603F, Measured, 2, 0),
+            mode: word(0x6060, Written, 1, 0),
+            mode_shown: word(0x6061, Measured, 1, 0),
+            target_position: word(0x607A, Written, 4, i64::from(position)),
+            target_velocity: word(0x60FF, Written, 4, 0),
+            target_torque: word(0x6071, Written, 2, 0),
+            position: word(0x6064, Measured, 4, i64::from(position)),
+            velocity: word(0x606C, Measured, 4, 0),
+            torque: word(0x6077, Measured, 2, 0),
+            window: word(0x6065, Written, 4, 20_000),
+            home_offset: word(0x607C, Written, 4, 0),
+        };
+        word(0x6098, Written, 1, 35);
+        objects.add(0x60C2, 0, Access::Constant, &[2]);
+        objects.add(0x60C2, 1, Access::Written, &[1]);
+        objects.add(0x60C2, 2, Access::Written, &[0xFD]);
+        map(&mut objects);
+        let position = f64::from(position);
+        let drive = Drive { at, state: DriveState::SwitchOnDisabled, position, velocity: 0.0, had_reset: false, was_homing: false, homed: false };
+        (drive, objects)
+    }
+
+    /// Goes on by a time, with the commands that are in the objects, and stores what it measures.
+    pub fn step(&mut self, objects: &mut Objects, span_s: f64) {
+        let control = objects.bits(self.at.control) as u16;
+        self.change_state(control, objects);
+        let mode = Mode::of(objects.number(self.at.mode) as i8);
+        let target = objects.number(self.at.target_position) as f64;
+        self.homed &= mode == Some(Mode::Homing);
+        if self.state == DriveState::OperationEnabled {
+            self.move_by_mode(mode, target, objects, control, span_s);
+        } else {
+            let slower = (self.velocity.abs() - STOPPING * span_s).max(0.0);
+            self.velocity = slower.copysign(self.velocity);
+            self.position += self.velocity * span_s;
+            if self.state == DriveState::QuickStopActive && self.velocity == 0.0 {
+                self.state = DriveState::SwitchOnDisabled;
+            }
+        }
+        let follows = self.state == DriveState::OperationEnabled && mode != Some(Mode::Homing) || self.homed;
+        // Remote always; voltage is there but under a fault.
+        let status = self.state.status() | 1 << 9 | u16::from(follows) << 12 | u16::from(self.homed) << 10;
+        let at = &self.at;
+        let mode_shown = objects.number(at.mode);
+        let torque = if mode == Some(Mode::Torque) && self.state == DriveState::OperationEnabled { objects.number(at.target_torque) } else { 0 };
+        let measured = [
+            (at.status, i64::from(status)),
+            (at.mode_shown, mode_shown),
+            (at.position, self.position.round() as i32 as i64),
+            (at.velocity, self.velocity.round() as i32 as i64),
+            (at.torque, torque),
+        ];
+        measured.into_iter().for_each(|(to, value)| objects.set_number(to, value));
+    }
+
+    fn move_by_mode(&mut self, mode: Option<Mode>, target: f64, objects: &mut Objects, control: u16, span_s: f64) {
+        match mode {
+            Some(Mode::Position) => {
+                if (target - self.position).abs() > objects.number(self.at.window) as f64 {
+                    return self.fail(FOLLOWING_ERROR, objects);
+                }
+                self.velocity = if span_s > 0.0 { (target - self.position) / span_s } else { self.velocity };
+                self.position = target;
+                return;
+            }
+            Some(Mode::Velocity) => self.velocity = objects.number(self.at.target_velocity) as f64,
+            Some(Mode::Torque) => {
+                let torque = objects.number(self.at.target_torque) as f64;
+                self.velocity += (torque * ACCELERATION - FRICTION * self.velocity) * span_s;
+            }
+            Some(Mode::Homing) => {
+                let starts = control & 0x10 != 0;
+                if starts && !self.was_homing {
+                    self.position = objects.number(self.at.home_offset) as f64;
+                    self.homed = true;
+                }
+                self.was_homing = starts;
+                self.velocity = 0.0;
+            }
+            None => self.velocity = 0.0,
+        }
+        self.position += self.velocity * span_s;
+    }
+
+    fn change_state(&mut self, control: u16, objects: &mut Objects) {
+        use DriveState::*;
+        let reset = control & cia402::RESET != 0;
+        if self.state == Fault && reset && !self.had_reset {
+            self.state = SwitchOnDisabled;
+            objects.set_number(self.at.error, 0);
+        }
+        self.had_reset = reset;
+        let next = match control & 0x0F {
+            _ if control & 0x02 == 0 => Some(SwitchOnDisabled),
+            _ if control & 0x04 == 0 => Some(if self.state == OperationEnabled { QuickStopActive } else { SwitchOnDisabled }),
+            word if word & 0x07 == 0x06 => Some(ReadyToSwitchOn),
+            0x07 => Some(SwitchedOn),
+            0x0F => Some(OperationEnabled),
+            _ => None,
+        };
+        self.state = match (self.state, next) {
+            (Fault, _) | (_, None) => self.state,
+            (QuickStopActive, Some(SwitchOnDisabled)) if control & 0x02 != 0 => self.state,
+            (QuickStopActive, Some(to)) if to != SwitchOnDisabled => self.state,
+            // One step a time upwards.
+            (SwitchOnDisabled, Some(ReadyToSwitchOn | SwitchOnDisabled)) => next.unwrap_or(self.state),
+            (SwitchOnDisabled, _) => self.state,
+            (ReadyToSwitchOn, Some(OperationEnabled)) => SwitchedOn,
+            (_, Some(to)) => to,
+        };
+    }
+
+    /// What the drive does when its outputs do not come any more.
+    pub fn lose_communication(&mut self, objects: &mut Objects) {
+        objects.set_number(self.at.control, 0);
+        if self.state == DriveState::OperationEnabled {
+            self.fail(COMMUNICATION, objects);
+        }
+    }
+
+    /// The drive finds something wrong.
+    pub fn fail(&mut self, error: u16, objects: &mut Objects) {
+        self.state = DriveState::Fault;
+        objects.set_number(self.at.error, i64::from(error));
+    }
+}
+
+fn identify(objects: &mut Objects, name: &str, serial: u32) {
+    use Access::Constant;
+    objects.add(0x1000, 0, Constant, &0x0002_0192u32.to_le_bytes());
+    objects.add(0x1008, 0, Constant, name.as_bytes());
+    objects.add(0x1009, 0, Constant, b"1.0");
+    // Longer than a mailbox, so that it comes in segments.
+    let version = format!("emulated drive of OpenGPAC, version {}; {}", env!("CARGO_PKG_VERSION"), "CiA 402 with CSP, CSV, CST and homing; ".repeat(6));
+    objects.add(0x100A, 0, Constant, version.as_bytes());
+    objects.add(0x1018, 0, Constant, &[4]);
+    for (sub, value) in [(1, VENDOR), (2, PRODUCT), (3, 1), (4, serial)] {
+        objects.add(0x1018, sub, Constant, &value.to_le_bytes());
+    }
+    // A text that a main device may write, longer than a mailbox.
+    objects.add(0x2000, 0, Access::Written, &[b' '; 300]);
+    objects.add(0x1C00, 0, Constant, &[4]);
+    for sub in 1..=4 {
+        objects.add(0x1C00, sub, Constant, &[sub]);
+    }
+}
+
+/// The process data as a main device finds it: the three cyclic modes, changed by 0x6060.
+fn map(objects: &mut Objects) {
+    use Access::Configured;
+    const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];
+    const INPUTS: [u32; 6] = [0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010, 0x603F_0010, 0x6061_0008];
+    for (pdo, assignment, entries) in [(0x1600u16, 0x1C12, &OUTPUTS[..]), (0x1A00, 0x1C13, &INPUTS[..])] {
+        objects.add(pdo, 0, Configured, &[entries.len() as u8]);
+        for sub in 1..=8usize {
+            let word = entries.get(sub - 1).copied().unwrap_or(0);
+            objects.add(pdo, sub as u8, Configured, &word.to_le_bytes());
+        }
+        objects.add(assignment, 0, Configured, &[1]);
+        objects.add(assignment, 1, Configured, &pdo.to_le_bytes());
+    }
+}

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The line: what passes a frame through all subdevices, and what can happen to a frame and to a line.
+use super::subdevice::Subdevice;
+use crate::states::State;
+use crate::wire::{self, Command, Datagram, Malformed};
+use serde::{Deserialize, Serialize};
+
+/// A drive of the line.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriveOptions {
+    /// As its EEPROM and its object 0x1008 say it.
+    pub name: String,
+    /// Where its axis stands at the start, counts.
+    #[serde(default)]
+    pub position: i32,
+    /// Whether it has a watchdog of its outputs; left out: yes.
+    pub watchdog: Option<bool>,
+}
+
+/// What a segment counted.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Counts {
+    pub frames: u64,
+    pub malformed: u64,
+    pub lost: u64,
+    pub spoiled: u64,
+}
+
+/// Drives on a line.
+pub struct Segment {
+    subdevices: Vec<Subdevice>,
+    /// The line ends before the subdevice of this position.
+    cut_at: usize,
+    lose: u64,
+    spoil: u64,
+    random: u64,
+    counts: Counts,
+}
+
+impl Segment {
+    /// A line of these drives, in their order.
+    pub fn new(drives: &[DriveOptions]) -> Segment {
+        let subdevices: Vec<Subdevice> = (1..).zip(drives).map(|(serial, options)| Subdevice::new(options, serial)).collect();
+        Segment { cut_at: subdevices.len(), subdevices, lose: 0, spoil: 0, random: 1, counts: Counts::default() }
+    }
+
+    /// Passes a frame through the line at this time. False: it does not come back.
+    pub fn pass(&mut self, frame: &mut [u8], now_ns: u64) -> bool {
+        let reached = self.reached();
+        self.counts.frames += 1;
+        for (position, subdevice) in self.subdevices[..reached].iter_mut().enumerate() {
+            subdevice.set_links(position + 1 == reached);
+            subdevice.go_on(now_ns);
+        }
+        if reached == 0 {
+            return false;
+        }
+        if self.lose > 0 {
+            (self.lose, self.counts.lost) = (self.lose - 1, self.counts.lost + 1);
+            return false;
+        }
+        if self.pass_datagrams(frame, reached, now_ns).is_err() {
+            self.counts.malformed += 1;
+            return false;
+        }
+        // The first subdevice marks what comes back.
+        frame[6] |= 2;
+        if self.spoil > 0 {
+            (self.spoil, self.counts.spoiled) = (self.spoil - 1, self.counts.spoiled + 1);
+            self.spoil_one(frame);
+        }
+        true
+    }
+
+    /// How many subdevices a frame reaches: one without voltage ends the line as a cut cable does.
+    fn reached(&self) -> usize {
+        let off = self.subdevices.iter().position(|subdevice| !subdevice.is_on).unwrap_or(self.subdevices.len());
+        off.min(self.cut_at)
+    }
+
+    fn pass_datagrams(&mut self, frame: &mut [u8], reached: usize, now_ns: u64) -> Result<(), Malformed> {
+        // All headers are looked at before anything is done.
+        for datagram in wire::datagrams(frame)? {
+            datagram?;
+        }
+        let mut at = wire::DATAGRAMS;
+        loop {
+            let (mut datagram, more) = wire::datagram_at(frame, at)?;
+            for subdevice in &mut self.subdevices[..reached] {
+                pass_one(subdevice, &mut datagram, frame, now_ns);
+            }
+            if !more {
+                return Ok(());
+            }
+            at = datagram.data_at() + datagram.len + 2;
+        }
+    }
+
+    /// A bit of a frame turns, as behind a check sum that did not see it.
+    fn spoil_one(&mut self, frame: &mut [u8]) {
+        self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        // Not in the addresses of Ethernet, which say nothing here.
+        let span = frame.len() - 12;
+        let at = 12 + (self.random >> 33) as usize % span;
+        frame[at] ^= 1 << (self.random >> 29 & 7);
+    }
+
+    /// The next frames do not come back.
+    pub fn lose(&mut self, frames: u64) {
+        self.lose = frames;
+    }
+
+    /// A bit of each of the next frames turns.
+    pub fn spoil(&mut self, frames: u64) {
+        self.spoil = frames;
+    }
+
+    /// Pulls the cable that leads to the subdevice of this position.
+    pub fn cut(&mut self, position: usize) {
+        self.cut_at = position;
+    }
+
+    /// Puts the cable back.
+    pub fn heal(&mut self) {
+        self.cut_at = self.subdevices.len();
+    }
+
+    /// Switches the voltage of a drive; it comes back as new.
+    pub fn power(&mut self, position: usize, is_on: bool) {
+        if let Some(subdevice) = self.subdevices.get_mut(position) {
+            subdevice.power(is_on);
+        }
+    }
+
+    /// A drive finds something wrong: an error code of CiA 402.
+    pub fn fail(&mut self, position: usize, error: u16) {
+        if let Some(subdevice) = self.subdevices.get_mut(position) {
+            subdevice.fail(error);
+        }
+    }
+
+    /// An object of a drive as a number, as its display would show it.
+    pub fn number(&self, position: usize, index: u16) -> i64 {
+        self.subdevices.get(position).map_or(0, |subdevice| subdevice.number(index))
+    }
+
+    pub fn state(&self, position: usize) -> Option<State> {
+        self.subdevices.get(position).map(Subdevice::state)
+    }
+
+    /// The state of a subdevice, and what is wrong with it, by name.
+    pub fn status(&self, position: usize) -> String {
+        self.subdevices.get(position).map_or_else(String::new, Subdevice::status)
+    }
+
+    pub fn len(&self) -> usize {
+        self.subdevices.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.subdevices.is_empty()
+    }
+
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+}
+
+fn pass_one(subdevice: &mut Subdevice, of: &mut Datagram, frame: &mut [u8], now_ns: u64) {
+    use Command::*;
+    let (device, memory) = (of.address as u16, (of.address >> 16) as u16);
+    let by_position = matches!(of.command, PositionRead | PositionWrite | PositionReadWrite | PositionReadRestWrite);
+    let by_station = matches!(of.command, StationRead | StationWrite | StationReadWrite | StationReadRestWrite);
+    let all = matches!(of.command, AllRead | AllWrite | AllReadWrite);
+    let is_meant = by_position && device == 0 || by_station && device == subdevice.station() || all;
+    if by_position || all {
+        of.address = wire::at(device.wrapping_add(1), memory);
+        of.set_address(frame, of.address);
+    }
+    match of.command {
+        Nop => {}
+        LogicalRead | LogicalWrite | LogicalReadWrite => subdevice.logical(of, frame, now_ns),
+        PositionReadRestWrite | StationReadRestWrite => subdevice.access(of, frame, is_meant, !is_meant, now_ns),
+        command if is_meant => {
+            let reads = matches!(command, PositionRead | PositionReadWrite | StationRead | StationReadWrite | AllRead | AllReadWrite);
+            let writes = !matches!(command, PositionRead | StationRead | AllRead);
+            subdevice.access(of, frame, reads, writes, now_ns);
+        }
+        _ => {}
+    }
+}

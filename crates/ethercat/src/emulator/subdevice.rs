@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An emulated subdevice: its states, its mailbox, its process data.
+use super::controller::{Changed, Controller};
+use super::drive::{Drive, PRODUCT, VENDOR};
+use super::objects::{Mapped, Objects};
+use super::sdo::{MAILBOX_LEN, SdoServer};
+use super::segment::DriveOptions;
+use crate::registers as reg;
+use crate::sii::{self, Contents, Identity, SyncManager};
+use crate::states::{ERROR, State};
+use crate::wire::{Command, Datagram};
+
+/// Where its mailboxes and its process data lie.
+const MAILBOXES: [u16; 2] = [0x1000, 0x1080];
+const OUTPUTS: u16 = 0x1100;
+const INPUTS: u16 = 0x1180;
+/// AL status codes.
+const INVALID_CHANGE: u16 = 0x0011;
+const UNKNOWN_STATE: u16 = 0x0012;
+const NO_BOOT: u16 = 0x0013;
+const MAILBOX_WRONG: u16 = 0x0016;
+const WATCHDOG: u16 = 0x001B;
+const OUTPUTS_WRONG: u16 = 0x001D;
+const INPUTS_WRONG: u16 = 0x001E;
+
+/// A drive on the line.
+pub struct Subdevice {
+    options: DriveOptions,
+    serial: u32,
+    controller: Controller,
+    objects: Objects,
+    drive: Drive,
+    sdo: SdoServer,
+    reply: [u8; MAILBOX_LEN],
+    state: State,
+    outputs: Vec<Mapped>,
+    inputs: Vec<Mapped>,
+    written_ns: u64,
+    stepped_ns: u64,
+    pub is_on: bool,
+}
+
+impl Subdevice {
+    pub fn new(options: &DriveOptions, serial: u32) -> Subdevice {
+        let (drive, objects) = Drive::new(&options.name, serial, options.position);
+        Subdevice {
+            options: options.clone(),
+            serial,
+            controller: Controller::new(eeprom(options, serial), u64::from(serial) * 1_000_003),
+            objects,
+            drive,
+            sdo: SdoServer::new(),
+            reply: [0; MAILBOX_LEN],
+            state: State::Init,
+            outputs: Vec::new(),
+            inputs: Vec::new(),
+            written_ns: 0,
+            stepped_ns: 0,
+            is_on: true,
+        }
+    }
+
+    /// Loses its voltage, or has it again: then it is as new, its axis where it was.
+    pub fn power(&mut self, is_on: bool) {
+        if is_on && !self.is_on {
+            let options = DriveOptions { position: self.position(), ..self.options.clone() };
+            *self = Subdevice::new(&options, self.serial);
+        }
+        self.is_on = is_on;
+    }
+
+    /// Counts.
+    pub fn position(&self) -> i32 {
+        self.number(0x6064) as i32
+    }
+
+    /// An object as a number; 0 where there is none.
+    pub fn number(&self, index: u16) -> i64 {
+        self.objects.find(crate::coe::Entry { index, sub: 0 }).map_or(0, |at| self.objects.number(at))
+    }
+
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// Its state, and what is wrong with it, by name.
+    pub fn status(&self) -> String {
+        crate::states::describe(self.controller.word(reg::AL_STATUS), self.controller.word(reg::AL_CODE))
+    }
+
+    pub fn fail(&mut self, error: u16) {
+        self.drive.fail(error, &mut self.objects);
+    }
+
+    /// Which of its ports have a neighbour.
+    pub fn set_links(&mut self, is_last: bool) {
+        // Its application runs; communication on port 0 and, unless it is the last, on port 1; the others are closed.
+        let links = if is_last { 0x0010 | 0x0200 | 0x0400 } else { 0x0030 | 0x0200 | 0x0800 };
+        self.controller.set_word(reg::DL_STATUS, 0x0001 | links | 0x1000 | 0x4000);
+    }
+
+    /// Its axis and its watchdog go on to this time.
+    pub fn go_on(&mut self, now_ns: u64) {
+        let span_ns = if self.stepped_ns == 0 { 0 } else { now_ns.saturating_sub(self.stepped_ns) };
+        self.stepped_ns = now_ns;
+        self.controller.tell_time(now_ns);
+        let watchdog_ns = self.controller.watchdog_ns();
+        let is_late = self.options.watchdog != Some(false) && watchdog_ns > 0 && now_ns.saturating_sub(self.written_ns) > watchdog_ns;
+        if self.state == State::Op && is_late && self.controller.is_watched(2) {
+            self.controller.set_word(reg::WATCHDOG_STATUS, 0);
+            self.drive.lose_communication(&mut self.objects);
+            self.set_state(State::SafeOp, WATCHDOG);
+        }
+        if span_ns > 0 {
+            self.drive.step(&mut self.objects, span_ns as f64 * 1e-9);
+            self.give_inputs();
+        }
+    }
+
+    /// Passes a datagram that is for it, or for all.
+    pub fn access(&mut self, of: &Datagram, frame: &mut [u8], reads: bool, writes: bool, now_ns: u64) {
+        let memory = (of.address >> 16) as u16;
+        let is_all = matches!(of.command, Command::AllRead | Command::AllReadWrite);
+        let mut counter = of.working_counter(frame);
+        let data = of.data_mut(frame);
+        // What is written is what came, whatever is read into its place.
+        let mut came = [0; crate::wire::FRAME_MAX];
+        came[..of.len].copy_from_slice(data);
+        if reads && self.controller.read(memory, data, is_all) {
+            counter = counter.wrapping_add(1);
+        }
+        if writes && let Some(changed) = self.controller.write(memory, &came[..of.len]) {
+            counter = counter.wrapping_add(if reads { 2 } else { 1 });
+            self.look_after(changed, now_ns);
+        }
+        of.set_working_counter(frame, counter);
+    }
+
+    /// Passes a logical datagram.
+    pub fn logical(&mut self, of: &Datagram, frame: &mut [u8], now_ns: u64) {
+        let reads = of.command != Command::LogicalWrite;
+        let writes = of.command != Command::LogicalRead;
+        let (done, changed) = self.controller.logical(of.address, of.data_mut(frame), reads, writes);
+        let more = if of.command == Command::LogicalReadWrite { done } else { u16::from(done != 0) };
+        of.set_working_counter(frame, of.working_counter(frame).wrapping_add(more));
+        self.look_after(changed, now_ns);
+    }
+
+    pub fn station(&self) -> u16 {
+        self.controller.word(reg::STATION)
+    }
+
+    fn look_after(&mut self, changed: Changed, now_ns: u64) {
+        if changed.outputs {
+            self.written_ns = now_ns;
+            self.controller.set_word(reg::WATCHDOG_STATUS, 1);
+            self.take_outputs();
+        }
+        if changed.mailbox {
+            self.answer_mailbox();
+        }
+        if changed.repeat {
+            self.controller.acknowledge_repeat();
+            self.put_reply();
+        }
+        if changed.al_control {
+            self.change_state(now_ns);
+        }
+    }
+
+    fn answer_mailbox(&mut self) {
+        self.controller.set_full(0, false);
+        let message = self.controller.buffer(0);
+        if self.state >= State::PreOp && self.sdo.answer(&mut self.objects, message, self.state == State::PreOp, &mut self.reply).is_some() {
+            self.put_reply();
+        }
+    }
+
+    fn put_reply(&mut self) {
+        let to = self.controller.buffer_mut(1);
+        let len = to.len().min(self.reply.len());
+        to[..len].copy_from_slice(&self.reply[..len]);
+        self.controller.set_full(1, true);
+    }
+
+    fn take_outputs(&mut self) {
+        if self.state != State::Op {
+            return;
+        }
+        let mut from = self.controller.buffer(2);
+        for mapped in &self.outputs {
+            let Some((value, rest)) = from.split_at_checked(mapped.len) else { return };
+            self.objects.set_value(mapped.of, value);
+            from = rest;
+        }
+    }
+
+    fn give_inputs(&mut self) {
+        let mut to = self.controller.buffer_mut(3);
+        for mapped in &self.inputs {
+            let Some((value, rest)) = to.split_at_mut_checked(mapped.len) else { return };
+            value.copy_from_slice(self.objects.value(mapped.of));
+            to = rest;
+        }
+    }
+
+    fn set_state(&mut self, state: State, code: u16) {
+        self.state = state;
+        self.controller.set_word(reg::AL_STATUS, state as u16 | if code == 0 { 0 } else { ERROR });
+        self.controller.set_word(reg::AL_CODE, code);
+    }
+
+    fn change_state(&mut self, now_ns: u64) {
+        let control = self.controller.word(reg::AL_CONTROL);
+        let has_error = self.controller.word(reg::AL_STATUS) & ERROR != 0;
+        let Some(to) = State::of(control) else { return self.set_state(self.state, UNKNOWN_STATE) };
+        if has_error && control & ERROR == 0 && to > State::Init {
+            return;
+        }
+        let from = self.state;
+        let goes = to <= from || matches!((from, to), (State::Init, State::PreOp) | (State::PreOp, State::SafeOp) | (State::SafeOp, State::Op));
+        let wrong = match to {
+            State::Boot => NO_BOOT,
+            _ if !goes => INVALID_CHANGE,
+            State::PreOp if from == State::Init => self.check_mailbox(),
+            State::SafeOp if from == State::PreOp => self.check_process_data(),
+            _ => 0,
+        };
+        if wrong != 0 {
+            return self.set_state(from, wrong);
+        }
+        if from == State::Op && to < State::Op {
+            self.drive.lose_communication(&mut self.objects);
+        }
+        self.written_ns = now_ns;
+        self.set_state(to, 0);
+        self.give_inputs();
+    }
+
+    fn check_mailbox(&self) -> u16 {
+        let is_right = |manager: usize| self.controller.area(manager) == (MAILBOXES[manager].into(), MAILBOX_LEN) && self.controller.is_active(manager);
+        if is_right(0) && is_right(1) { 0 } else { MAILBOX_WRONG }
+    }
+
+    fn check_process_data(&mut self) -> u16 {
+        let (Some(outputs), Some(inputs)) = (self.objects.mapping(0x1C12), self.objects.mapping(0x1C13)) else { return OUTPUTS_WRONG };
+        (self.outputs, self.inputs) = (outputs, inputs);
+        let is_right = |manager: usize, start: u16, of: &[Mapped]| {
+            let len: usize = of.iter().map(|mapped| mapped.len).sum();
+            len == 0 || self.controller.area(manager) == (start.into(), len) && self.controller.is_active(manager)
+        };
+        match (is_right(2, OUTPUTS, &self.outputs), is_right(3, INPUTS, &self.inputs)) {
+            (true, true) => 0,
+            (false, _) => OUTPUTS_WRONG,
+            _ => INPUTS_WRONG,
+        }
+    }
+}
+
+fn eeprom(options: &DriveOptions, serial: u32) -> Vec<u8> {
+    let outputs = if options.watchdog == Some(false) { 0x24 } else { 0x64 };
+    let manager = |start, len: usize, control, kind| SyncManager { start, len: len as u16, control, enable: 1, kind };
+    let sync_managers = vec![
+        manager(MAILBOXES[0], MAILBOX_LEN, 0x26, 1),
+        manager(MAILBOXES[1], MAILBOX_LEN, 0x22, 2),
+        manager(OUTPUTS, 0, outputs, 3),
+        manager(INPUTS, 0, 0x20, 4),
+    ];
+    let identity = Identity { vendor: VENDOR, product: PRODUCT, revision: 1, serial, name: options.name.clone() };
+    sii::build(&Contents { identity, has_coe: true, sync_managers, fmmus: vec![1, 2] })
+}

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+//! EtherCAT: drives by CiA 402 as axes, and an emulated segment that stands for them.
+//!
+//! | | |
+//! |---|---|
+//! | [`wire`], [`coe`], [`sii`], [`registers`] | frames, mailbox messages, EEPROM contents, addresses: functions over bytes |
+//! | [`states`], [`cia402`] | states and errors by name |
+//! | [`link`] | what carries frames |
+//! | [`main_device`] | brings subdevices to OP and exchanges their process data |
+//! | [`DRIVER`] | the driver `ethercat`: an axis for each drive |
+//! | [`emulator`] | an emulated segment |
+pub mod cia402;
+pub mod coe;
+mod driver;
+pub mod emulator;
+pub mod link;
+pub mod main_device;
+pub mod registers;
+pub mod sii;
+pub mod states;
+pub mod wire;
+
+pub use driver::DRIVER;

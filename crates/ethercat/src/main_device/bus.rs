@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One datagram after another, each waited for: what is done to a segment off the cycle.
+use crate::link::Link;
+use crate::wire::{self, Builder, Command, Datagram, FRAME_MAX};
+use std::io::ErrorKind;
+use std::time::{Duration, Instant};
+
+/// How long an answer is waited for before the frame is sent again, and how often it is.
+const TRY: Duration = Duration::from_millis(200);
+const TRIES: usize = 10;
+/// Indices of the frames off the cycle: those of the cycle are below. Both see each other's answers on the same interface.
+pub const OFF_CYCLE: u8 = 0x80;
+/// Where the frames come from: an address that no adapter has.
+pub const SOURCE: [u8; 6] = [0x10, 0x47, 0x50, 0x41, 0x43, 0x01];
+
+/// A segment, as it is reached off the cycle.
+pub struct Bus {
+    link: Link,
+    frame: Box<[u8; FRAME_MAX]>,
+    received: Box<[u8; FRAME_MAX]>,
+    index: u8,
+}
+
+/// What came back: data and working counter.
+pub struct Answer {
+    pub data: Vec<u8>,
+    pub counter: u16,
+}
+
+impl Bus {
+    /// Opens the interface.
+    ///
+    /// # Errors
+    /// For people: there is none of that name, or no right to use it.
+    pub fn open(interface: &str) -> Result<Bus, String> {
+        let link = open_link(interface)?;
+        Ok(Bus { link, frame: Box::new([0; FRAME_MAX]), received: Box::new([0; FRAME_MAX]), index: OFF_CYCLE })
+    }
+
+    /// Sends a datagram with this data and waits for it to come back.
+    ///
+    /// # Errors
+    /// For people: it does not come back.
+    pub fn ask(&mut self, command: Command, address: u32, data: &[u8]) -> Result<Answer, String> {
+        for _ in 0..TRIES {
+            self.index = self.index.wrapping_add(1) | OFF_CYCLE;
+            let mut builder = Builder::new(&mut self.frame, SOURCE);
+            let sent = builder.add(command, self.index, address, data.len()).ok_or("the data are too long for a frame")?;
+            let len = builder.finish();
+            sent.data_mut(&mut self.frame[..]).copy_from_slice(data);
+            match self.link.send(&self.frame[..len]) {
+                Ok(()) => {}
+                // Its queue is full: somebody else's frames go first.
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    std::thread::sleep(TRY);
+                    continue;
+                }
+                Err(error) => return Err(format!("interface '{}' sends nothing: {error}", self.link.name())),
+            }
+            if let Some(answer) = self.answer(&sent)? {
+                return Ok(answer);
+            }
+        }
+        Err(format!("nothing answers on interface '{}'; look at the cable to the first subdevice, and at its power", self.link.name()))
+    }
+
+    fn answer(&mut self, sent: &Datagram) -> Result<Option<Answer>, String> {
+        let until = Instant::now() + TRY;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() || !self.link.wait(left) {
+                return Ok(None);
+            }
+            let received = self.link.receive(&mut self.received[..]).map_err(|error| format!("interface '{}': {error}", self.link.name()))?;
+            let Some(frame) = received.map(|len| &self.received[..len]) else { continue };
+            let Some(Ok(came)) = wire::datagrams(frame).ok().and_then(|mut all| all.next()) else { continue };
+            // Positions are counted up on the way.
+            let is_it = (came.command, came.index, came.len, came.at) == (sent.command, sent.index, sent.len, sent.at);
+            let came_back = is_it && came.address >> 16 == sent.address >> 16;
+            if came_back {
+                return Ok(Some(Answer { data: came.data(frame).to_vec(), counter: came.working_counter(frame) }));
+            }
+        }
+    }
+
+    /// Reads memory of the subdevice with that station address.
+    ///
+    /// # Errors
+    /// For people: it does not answer.
+    pub fn read(&mut self, station: u16, memory: u16, len: usize) -> Result<Vec<u8>, String> {
+        self.try_read(station, memory, len)?.ok_or_else(|| silent(station))
+    }
+
+    /// As [`Bus::read`]; none: the memory cannot be read now, as an empty mailbox.
+    pub fn try_read(&mut self, station: u16, memory: u16, len: usize) -> Result<Option<Vec<u8>>, String> {
+        let zeros = [0; FRAME_MAX];
+        let answer = self.ask(Command::StationRead, wire::at(station, memory), &zeros[..len])?;
+        Ok((answer.counter == 1).then_some(answer.data))
+    }
+
+    /// Writes memory of the subdevice with that station address.
+    ///
+    /// # Errors
+    /// For people: it does not answer.
+    pub fn write(&mut self, station: u16, memory: u16, data: &[u8]) -> Result<(), String> {
+        if self.try_write(station, memory, data)? { Ok(()) } else { Err(silent(station)) }
+    }
+
+    /// As [`Bus::write`]; false: the memory cannot be written now, as a full mailbox.
+    pub fn try_write(&mut self, station: u16, memory: u16, data: &[u8]) -> Result<bool, String> {
+        Ok(self.ask(Command::StationWrite, wire::at(station, memory), data)?.counter == 1)
+    }
+
+    /// Writes memory of all.
+    pub fn write_all(&mut self, memory: u16, data: &[u8]) -> Result<(), String> {
+        self.ask(Command::AllWrite, wire::at(0, memory), data).map(drop)
+    }
+}
+
+/// Opens an interface, and says what to do where it cannot be.
+pub fn open_link(interface: &str) -> Result<Link, String> {
+    Link::open(interface).map_err(|error| {
+        let remedy = match error.kind() {
+            std::io::ErrorKind::PermissionDenied => "give the program the right cap_net_raw",
+            _ => "`ip link` lists the interfaces; an emulated segment says its own",
+        };
+        format!("interface '{interface}' cannot be opened: {error}; {remedy}")
+    })
+}
+
+fn silent(station: u16) -> String {
+    format!("the subdevice with station address {station:#06x} does not answer; look at its cable and its power")
+}

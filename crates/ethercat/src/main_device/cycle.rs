@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The frame of each cycle: all process data, and the state of each subdevice. Nothing here allocates or waits.
+use super::bring_up::Station;
+use super::bus::{OFF_CYCLE, SOURCE};
+use crate::link::Link;
+use crate::registers as reg;
+use crate::wire::{self, Builder, Command, Datagram, FRAME_MAX, Malformed, u16_at};
+
+/// How many frames are looked at in one reading: those of services come by too.
+const LOOKED_AT: usize = 32;
+
+/// The frame, as it is sent and as it came back.
+pub struct Cycle {
+    link: Link,
+    frame: Box<[u8; FRAME_MAX]>,
+    received: Box<[u8; FRAME_MAX]>,
+    newest: Box<[u8; FRAME_MAX]>,
+    len: usize,
+    process: Datagram,
+    states: Vec<Datagram>,
+    outputs: usize,
+    expected: u16,
+    index: u8,
+    is_out: bool,
+}
+
+/// Why a frame is not the answer to the one that was sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refused {
+    Malformed(Malformed),
+    /// It is that of another cycle, or of somebody else.
+    Other,
+    /// It has other datagrams, or outputs that nobody sent.
+    Changed,
+}
+
+/// What came back for the frame that was sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Replied {
+    /// All did what they should; the inputs are new.
+    Whole,
+    /// It came back, and not all did what they should.
+    Short,
+    /// It did not come back.
+    Nothing,
+    /// None was sent.
+    NotAsked,
+}
+
+impl Cycle {
+    /// The frame of these subdevices. None: it does not fit.
+    pub fn new(link: Link, stations: &[Station], outputs: usize, inputs: usize) -> Option<Cycle> {
+        let mut frame = Box::new([0; FRAME_MAX]);
+        let mut builder = Builder::new(&mut frame, SOURCE);
+        let process = builder.add(Command::LogicalReadWrite, 0, 0, outputs + inputs)?;
+        let states = stations.iter().map(|of| builder.add(Command::StationRead, 0, wire::at(of.subdevice.station, reg::AL_STATUS), 6));
+        let states: Option<Vec<Datagram>> = states.collect();
+        let states = states?;
+        let len = builder.finish();
+        // A subdevice that is written counts 2, one that is read counts 1.
+        let counted = |of: &Station| {
+            let (outputs, inputs) = of.mapping.bytes();
+            u16::from(outputs > 0) * 2 + u16::from(inputs > 0)
+        };
+        let expected = stations.iter().map(counted).sum();
+        let boxed = || Box::new([0; FRAME_MAX]);
+        Some(Cycle { link, received: boxed(), newest: frame.clone(), frame, len, process, states, outputs, expected, index: 0, is_out: false })
+    }
+
+    /// All outputs, to be stored to before [`Cycle::send`].
+    pub fn outputs(&mut self) -> &mut [u8] {
+        let at = self.process.data_at();
+        &mut self.frame[at..at + self.outputs]
+    }
+
+    /// The process data that came back last: outputs, then inputs.
+    pub fn newest(&self) -> &[u8] {
+        self.process.data(&self.newest[..])
+    }
+
+    /// Sends the frame. An answer to the one before it does not count any more.
+    ///
+    /// # Errors
+    /// The interface is down.
+    pub fn send(&mut self) -> std::io::Result<()> {
+        self.index = (self.index + 1) % OFF_CYCLE;
+        for at in std::iter::once(self.process.at).chain(self.states.iter().map(|of| of.at)) {
+            self.frame[at + 1] = self.index;
+        }
+        self.is_out = true;
+        self.link.send(&self.frame[..self.len])
+    }
+
+    /// Looks at the frames that came, and says what is there for the last one that was sent. `refused` counts those that were not taken.
+    ///
+    /// # Errors
+    /// The interface is down.
+    pub fn receive(&mut self, mut refused: impl FnMut(Refused)) -> std::io::Result<Replied> {
+        if !self.is_out {
+            return Ok(Replied::NotAsked);
+        }
+        for _ in 0..LOOKED_AT {
+            let Some(len) = self.link.receive(&mut self.received[..])? else { break };
+            match self.check(&self.received[..len]) {
+                Ok(replied) => {
+                    self.is_out = false;
+                    std::mem::swap(&mut self.received, &mut self.newest);
+                    return Ok(replied);
+                }
+                Err(why) => refused(why),
+            }
+        }
+        Ok(Replied::Nothing)
+    }
+
+    /// Waits for the answer, off the cycle.
+    pub fn wait(&mut self, time: std::time::Duration) -> std::io::Result<Replied> {
+        let until = std::time::Instant::now() + time;
+        loop {
+            let left = until.saturating_duration_since(std::time::Instant::now());
+            let replied = self.receive(|_| {})?;
+            if replied != Replied::Nothing || left.is_zero() {
+                return Ok(replied);
+            }
+            self.link.wait(left);
+        }
+    }
+
+    /// Whether a frame is the answer to the one that was sent, with the same datagrams and the same outputs, and whether all did what they should.
+    ///
+    /// # Errors
+    /// Why it is not. A turned bit in the inputs is seen by the check sum of Ethernet alone, which the adapter checks.
+    pub fn check(&self, frame: &[u8]) -> Result<Replied, Refused> {
+        let mut all = wire::datagrams(frame).map_err(Refused::Malformed)?;
+        for sent in std::iter::once(&self.process).chain(&self.states) {
+            let came = all.next().ok_or(Refused::Changed)?.map_err(Refused::Malformed)?;
+            if came.index != self.index {
+                return Err(Refused::Other);
+            }
+            // Command, index, address and length, with the bits that have no meaning.
+            let header = sent.at..sent.at + 8;
+            if came.at != sent.at || frame[header.clone()] != self.frame[header] {
+                return Err(Refused::Changed);
+            }
+        }
+        let at = self.process.data_at();
+        let is_same = all.next().is_none() && frame[at..at + self.outputs] == self.frame[at..at + self.outputs];
+        if !is_same {
+            return Err(Refused::Changed);
+        }
+        let is_whole = self.process.working_counter(frame) == self.expected && self.states.iter().all(|of| of.working_counter(frame) == 1);
+        Ok(if is_whole { Replied::Whole } else { Replied::Short })
+    }
+
+    /// State and code of the subdevice of this index, as the last frame had them; none: it did not answer.
+    pub fn state(&self, of: usize) -> Option<(u16, u16)> {
+        let of = self.states.get(of)?;
+        let data = of.data(&self.newest[..]);
+        (of.working_counter(&self.newest[..]) == 1).then(|| (u16_at(data, 0), u16_at(data, 4)))
+    }
+
+    /// The frame as it was sent last.
+    pub fn sent(&self) -> &[u8] {
+        &self.frame[..self.len]
+    }
+
+    pub fn link(&self) -> &Link {
+        &self.link
+    }
+}

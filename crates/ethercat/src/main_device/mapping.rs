@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Which objects a subdevice exchanges in each cycle, and where they lie.
+use super::bus::Bus;
+use super::sdo::Mailbox;
+use crate::coe::Entry;
+
+/// Assignments of PDOs, and the PDO that is written into each.
+const OUTPUTS: (u16, u16) = (0x1C12, 0x1600);
+const INPUTS: (u16, u16) = (0x1C13, 0x1A00);
+
+/// An object in the process data of one direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Field {
+    pub of: Entry,
+    /// Bits from the start.
+    pub at: usize,
+    pub bits: usize,
+}
+
+/// The objects of both directions.
+#[derive(Clone, Debug, Default)]
+pub struct Mapping {
+    pub outputs: Vec<Field>,
+    pub inputs: Vec<Field>,
+}
+
+impl Mapping {
+    /// Bytes of the outputs and of the inputs.
+    pub fn bytes(&self) -> (usize, usize) {
+        let bytes = |fields: &[Field]| fields.last().map_or(0, |field| (field.at + field.bits).div_ceil(8));
+        (bytes(&self.outputs), bytes(&self.inputs))
+    }
+}
+
+/// Writes which objects are exchanged: index, subindex and bits in a number each.
+///
+/// # Errors
+/// For people: the subdevice refuses.
+pub fn write(bus: &mut Bus, mailbox: &mut Mailbox, outputs: &[u32], inputs: &[u32]) -> Result<(), String> {
+    for ((assignment, pdo), entries) in [(OUTPUTS, outputs), (INPUTS, inputs)] {
+        let mut put = |index, sub, value: &[u8]| mailbox.download(bus, Entry { index, sub }, value);
+        put(assignment, 0, &[0])?;
+        put(pdo, 0, &[0])?;
+        for (sub, entry) in (1..).zip(entries) {
+            put(pdo, sub, &entry.to_le_bytes())?;
+        }
+        put(pdo, 0, &[entries.len() as u8])?;
+        put(assignment, 1, &pdo.to_le_bytes())?;
+        put(assignment, 0, &[1])?;
+    }
+    Ok(())
+}
+
+/// Reads which objects are exchanged.
+///
+/// # Errors
+/// For people: the subdevice does not say.
+pub fn read(bus: &mut Bus, mailbox: &mut Mailbox) -> Result<Mapping, String> {
+    Ok(Mapping { outputs: read_one(bus, mailbox, OUTPUTS.0)?, inputs: read_one(bus, mailbox, INPUTS.0)? })
+}
+
+fn read_one(bus: &mut Bus, mailbox: &mut Mailbox, assignment: u16) -> Result<Vec<Field>, String> {
+    let mut fields = Vec::new();
+    let mut at = 0;
+    for number in 1..=mailbox.number(bus, assignment, 0)?.min(32) {
+        let pdo = mailbox.number(bus, assignment, number as u8)? as u16;
+        for sub in 1..=mailbox.number(bus, pdo, 0)?.min(64) {
+            let word = mailbox.number(bus, pdo, sub as u8)?;
+            let bits = (word & 0xFF) as usize;
+            fields.push(Field { of: Entry { index: (word >> 16) as u16, sub: (word >> 8) as u8 }, at, bits });
+            at += bits;
+        }
+    }
+    Ok(fields)
+}

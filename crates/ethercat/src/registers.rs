@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Addresses in the memory of a subdevice controller.
+
+/// Type of the controller, revision, build; FMMUs, SyncManagers, memory, ports.
+pub const INFORMATION: u16 = 0x0000;
+pub const FEATURES: u16 = 0x0008;
+pub const STATION: u16 = 0x0010;
+pub const ALIAS: u16 = 0x0012;
+pub const DL_CONTROL: u16 = 0x0100;
+pub const DL_STATUS: u16 = 0x0110;
+pub const AL_CONTROL: u16 = 0x0120;
+/// State, with [`AL_CODE`] 4 bytes behind it.
+pub const AL_STATUS: u16 = 0x0130;
+pub const AL_CODE: u16 = 0x0134;
+pub const WATCHDOG_DIVIDER: u16 = 0x0400;
+pub const WATCHDOG_OUTPUTS: u16 = 0x0420;
+pub const WATCHDOG_STATUS: u16 = 0x0440;
+pub const EEPROM_CONFIG: u16 = 0x0500;
+/// Control and status, then address, then data.
+pub const EEPROM: u16 = 0x0502;
+pub const EEPROM_ADDRESS: u16 = 0x0504;
+pub const EEPROM_DATA: u16 = 0x0508;
+pub const FMMU: u16 = 0x0600;
+pub const FMMU_LEN: u16 = 16;
+pub const SYNC_MANAGER: u16 = 0x0800;
+pub const SYNC_MANAGER_LEN: u16 = 8;
+pub const DC_RECEIVED: u16 = 0x0900;
+pub const DC_SYSTEM_TIME: u16 = 0x0910;
+pub const DC_RECEIVED_UNIT: u16 = 0x0918;
+pub const DC_OFFSET: u16 = 0x0920;
+pub const DC_DELAY: u16 = 0x0928;
+pub const DC_SPEED: u16 = 0x0930;
+/// Where process memory begins.
+pub const MEMORY: u16 = 0x1000;
+
+/// Bit of a SyncManager's status: a mailbox holds something.
+pub const MAILBOX_FULL: u8 = 0x08;

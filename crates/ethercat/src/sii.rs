@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The EEPROM of a subdevice, in which it says what it is: identity, mailbox, name, SyncManagers, FMMUs.
+use crate::wire::{put, u16_at, u32_at};
+
+/// Bytes of the part that every EEPROM has.
+pub const FIXED: usize = 0x80;
+const STRINGS: u16 = 10;
+const GENERAL: u16 = 30;
+const FMMUS: u16 = 40;
+const SYNC_MANAGERS: u16 = 41;
+const END: u16 = 0xFFFF;
+const GENERAL_LEN: usize = 32;
+
+/// What a subdevice says of itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Identity {
+    pub vendor: u32,
+    pub product: u32,
+    pub revision: u32,
+    pub serial: u32,
+    pub name: String,
+}
+
+/// A SyncManager as the EEPROM has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SyncManager {
+    pub start: u16,
+    pub len: u16,
+    pub control: u8,
+    pub enable: u8,
+    /// 1 mailbox out, 2 mailbox in, 3 process data out, 4 process data in.
+    pub kind: u8,
+}
+
+/// What an EEPROM holds, as far as a main device needs it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Contents {
+    pub identity: Identity,
+    pub has_coe: bool,
+    pub sync_managers: Vec<SyncManager>,
+    /// 1 outputs, 2 inputs, 3 state of the mailbox.
+    pub fmmus: Vec<u8>,
+}
+
+/// Reads an EEPROM, which may end early: what is not there is left out.
+pub fn parse(bytes: &[u8]) -> Option<Contents> {
+    if bytes.len() < FIXED {
+        return None;
+    }
+    let mut contents = Contents { has_coe: u16_at(bytes, 0x38) & 4 != 0, ..Contents::default() };
+    let identity = &mut contents.identity;
+    (identity.vendor, identity.product) = (u32_at(bytes, 0x10), u32_at(bytes, 0x14));
+    (identity.revision, identity.serial) = (u32_at(bytes, 0x18), u32_at(bytes, 0x1C));
+    let mut name_index = 0;
+    let mut strings: Vec<String> = Vec::new();
+    let mut at = FIXED;
+    while at + 4 <= bytes.len() {
+        let (kind, len) = (u16_at(bytes, at), 2 * usize::from(u16_at(bytes, at + 2)));
+        let Some(body) = bytes.get(at + 4..at + 4 + len).filter(|_| kind != END) else { break };
+        match kind {
+            STRINGS => strings = read_strings(body),
+            GENERAL => name_index = body.get(3).copied().unwrap_or(0),
+            FMMUS => contents.fmmus = body.iter().copied().filter(|of| (1..=3).contains(of)).collect(),
+            SYNC_MANAGERS => contents.sync_managers = body.chunks_exact(8).map(read_sync_manager).collect(),
+            _ => {}
+        }
+        at += 4 + len;
+    }
+    contents.identity.name = usize::from(name_index).checked_sub(1).and_then(|index| strings.get(index).cloned()).unwrap_or_default();
+    Some(contents)
+}
+
+/// How many bytes of an EEPROM are known to be needed, when this much of it was read; none: it is read.
+pub fn wanted(bytes: &[u8]) -> Option<usize> {
+    let mut at = FIXED;
+    loop {
+        if bytes.len() < at + 4 {
+            return Some(at + 4);
+        }
+        if u16_at(bytes, at) == END || at > 0x4000 {
+            return None;
+        }
+        at += 4 + 2 * usize::from(u16_at(bytes, at + 2));
+    }
+}
+
+fn read_strings(body: &[u8]) -> Vec<String> {
+    let mut strings = Vec::new();
+    let mut rest = body.get(1..).unwrap_or_default();
+    for _ in 0..body.first().copied().unwrap_or(0) {
+        let Some((len, behind)) = rest.split_first() else { break };
+        let Some(text) = behind.get(..usize::from(*len)) else { break };
+        strings.push(text.iter().map(|byte| char::from(*byte)).filter(|c| !c.is_control()).collect());
+        rest = &behind[usize::from(*len)..];
+    }
+    strings
+}
+
+fn read_sync_manager(eight: &[u8]) -> SyncManager {
+    SyncManager { start: u16_at(eight, 0), len: u16_at(eight, 2), control: eight[4], enable: eight[6], kind: eight[7] }
+}
+
+/// Writes an EEPROM with that content. Its mailboxes are its first two SyncManagers.
+pub fn build(contents: &Contents) -> Vec<u8> {
+    let mut bytes = vec![0; FIXED];
+    let identity = &contents.identity;
+    for (at, value) in [(0x10, identity.vendor), (0x14, identity.product), (0x18, identity.revision), (0x1C, identity.serial)] {
+        put(&mut bytes, at, &value.to_le_bytes());
+    }
+    bytes[0x0E] = check_sum(&bytes[..0x0E]);
+    let mailboxes = contents.sync_managers.iter().filter(|manager| manager.kind <= 2);
+    for (manager, at) in mailboxes.zip([0x30, 0x34]) {
+        put(&mut bytes, at, &manager.start.to_le_bytes());
+        put(&mut bytes, at + 2, &manager.len.to_le_bytes());
+    }
+    put(&mut bytes, 0x38, &(if contents.has_coe { 4u16 } else { 0 }).to_le_bytes());
+    // 16 kbit, layout 1.
+    put(&mut bytes, 0x7C, &[15, 0, 1, 0]);
+    let name = identity.name.as_bytes();
+    let name = &name[..name.len().min(255)];
+    let strings = [&[1, name.len() as u8], name].concat();
+    let mut general = [0; GENERAL_LEN];
+    (general[2], general[3]) = (1, 1);
+    // SDO, its information, PDO assignment and configuration.
+    general[5] = if contents.has_coe { 0x0D } else { 0 };
+    let managers: Vec<u8> = contents.sync_managers.iter().flat_map(write_sync_manager).collect();
+    for (kind, body) in [(STRINGS, strings), (GENERAL, general.to_vec()), (FMMUS, contents.fmmus.clone()), (SYNC_MANAGERS, managers)] {
+        let words = body.len().div_ceil(2);
+        bytes.extend(kind.to_le_bytes());
+        bytes.extend((words as u16).to_le_bytes());
+        bytes.extend(&body);
+        bytes.resize(bytes.len() + 2 * words - body.len(), 0);
+    }
+    bytes.extend([0xFF; 4]);
+    bytes
+}
+
+fn write_sync_manager(of: &SyncManager) -> [u8; 8] {
+    let ([start, start_high], [len, len_high]) = (of.start.to_le_bytes(), of.len.to_le_bytes());
+    [start, start_high, len, len_high, of.control, 0, of.enable, of.kind]
+}
+
+/// x⁸ + x² + x + 1, begun with ones.
+fn check_sum(bytes: &[u8]) -> u8 {
+    bytes.iter().fold(0xFF, |sum, byte| (0..8).fold(sum ^ byte, |sum: u8, _| if sum & 0x80 == 0 { sum << 1 } else { sum << 1 ^ 0x07 }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn an_eeprom_is_read_as_it_was_written() {
+        let manager = |start, kind| SyncManager { start, len: 128, control: 0x26, enable: 1, kind };
+        let identity = Identity { vendor: 0x9999, product: 2, revision: 3, serial: 4, name: "drive".into() };
+        let contents = Contents { identity, has_coe: true, sync_managers: vec![manager(0x1000, 1), manager(0x1080, 2)], fmmus: vec![1, 2] };
+        let bytes = build(&contents);
+        assert_eq!(parse(&bytes), Some(contents));
+        assert_eq!(wanted(&bytes), None);
+        assert_eq!(wanted(&bytes[..FIXED]), Some(FIXED + 4));
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_are_too_wrong(bytes in proptest::collection::vec(any::<u8>(), 0..600)) {
+            let _ = (parse(&bytes), wanted(&bytes));
+        }
+    }
+}

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Frames of EtherCAT: datagrams in an Ethernet frame, as they are sent and as they come back.
+//!
+//! A subdevice changes a frame in place while it passes: data, working counters, addresses that count. So both sides work on the bytes
+//! themselves, and nothing here allocates.
+
+/// Type of the Ethernet frames.
+pub const ETHERTYPE: u16 = 0x88A4;
+/// The longest frame, without its check sum.
+pub const FRAME_MAX: usize = 1514;
+/// The shortest frame, without its check sum.
+pub const FRAME_MIN: usize = 60;
+/// Where the datagrams begin: behind the header of Ethernet and that of EtherCAT.
+pub const DATAGRAMS: usize = 16;
+/// What a datagram has beside its data: header and working counter.
+pub const OVERHEAD: usize = DATAGRAM_HEADER + 2;
+const DATAGRAM_HEADER: usize = 10;
+const LEN_MASK: u16 = 0x07FF;
+const MORE: u16 = 0x8000;
+/// Frames that carry datagrams, in the header of EtherCAT.
+const OF_DATAGRAMS: u16 = 0x1000;
+
+/// What a datagram asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Command {
+    Nop = 0,
+    /// By position: read, write, both.
+    PositionRead = 1,
+    PositionWrite = 2,
+    PositionReadWrite = 3,
+    /// By station address.
+    StationRead = 4,
+    StationWrite = 5,
+    StationReadWrite = 6,
+    /// Of every subdevice.
+    AllRead = 7,
+    AllWrite = 8,
+    AllReadWrite = 9,
+    /// By logical address, through the FMMUs.
+    LogicalRead = 10,
+    LogicalWrite = 11,
+    LogicalReadWrite = 12,
+    /// One reads, those behind it write.
+    PositionReadRestWrite = 13,
+    StationReadRestWrite = 14,
+}
+
+impl Command {
+    /// The command with that code.
+    pub fn of(code: u8) -> Option<Command> {
+        use Command::*;
+        const ALL: [Command; 15] = [
+            Nop,
+            PositionRead,
+            PositionWrite,
+            PositionReadWrite,
+            StationRead,
+            StationWrite,
+            StationReadWrite,
+            AllRead,
+            AllWrite,
+            AllReadWrite,
+            LogicalRead,
+            LogicalWrite,
+            LogicalReadWrite,
+            PositionReadRestWrite,
+            StationReadRestWrite,
+        ];
+        ALL.get(usize::from(code)).copied()
+    }
+}
+
+/// Why bytes are no frame of EtherCAT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Malformed {
+    Short,
+    NotEtherCat,
+    Length,
+    Command,
+}
+
+/// Where a datagram lies in its frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Datagram {
+    pub command: Command,
+    pub index: u8,
+    /// Position or station and memory address, or the logical address.
+    pub address: u32,
+    /// Offset of its header.
+    pub at: usize,
+    pub len: usize,
+}
+
+impl Datagram {
+    /// Offset of its data.
+    pub fn data_at(&self) -> usize {
+        self.at + DATAGRAM_HEADER
+    }
+
+    /// Its data.
+    pub fn data<'a>(&self, frame: &'a [u8]) -> &'a [u8] {
+        &frame[self.data_at()..self.data_at() + self.len]
+    }
+
+    /// Its data, to be stored to.
+    pub fn data_mut<'a>(&self, frame: &'a mut [u8]) -> &'a mut [u8] {
+        &mut frame[self.data_at()..self.data_at() + self.len]
+    }
+
+    /// How many subdevices did what it asks for, as it counts them.
+    pub fn working_counter(&self, frame: &[u8]) -> u16 {
+        u16_at(frame, self.data_at() + self.len)
+    }
+
+    pub fn set_working_counter(&self, frame: &mut [u8], counter: u16) {
+        put(frame, self.data_at() + self.len, &counter.to_le_bytes());
+    }
+
+    pub fn set_address(&self, frame: &mut [u8], address: u32) {
+        put(frame, self.at + 2, &address.to_le_bytes());
+    }
+}
+
+/// The datagrams of a frame, one after another.
+pub struct Datagrams<'a> {
+    frame: &'a [u8],
+    at: usize,
+    end: usize,
+    ended: bool,
+}
+
+/// Reads the headers of a frame.
+///
+/// # Errors
+/// It is none of EtherCAT, or shorter than it says.
+pub fn datagrams(frame: &[u8]) -> Result<Datagrams<'_>, Malformed> {
+    if frame.len() < DATAGRAMS {
+        return Err(Malformed::Short);
+    }
+    if u16::from_be_bytes([frame[12], frame[13]]) != ETHERTYPE {
+        return Err(Malformed::NotEtherCat);
+    }
+    let header = u16_at(frame, 14);
+    if header & !LEN_MASK != OF_DATAGRAMS {
+        return Err(Malformed::NotEtherCat);
+    }
+    let end = DATAGRAMS + usize::from(header & LEN_MASK);
+    if end > frame.len() || end == DATAGRAMS {
+        return Err(Malformed::Length);
+    }
+    Ok(Datagrams { frame, at: DATAGRAMS, end, ended: false })
+}
+
+impl Iterator for Datagrams<'_> {
+    type Item = Result<Datagram, Malformed>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let read = self.read();
+        self.ended |= read.is_err();
+        Some(read)
+    }
+}
+
+impl Datagrams<'_> {
+    fn read(&mut self) -> Result<Datagram, Malformed> {
+        let (datagram, more) = datagram_at(&self.frame[..self.end], self.at)?;
+        self.at = datagram.data_at() + datagram.len + 2;
+        self.ended = !more;
+        if self.ended && self.at != self.end {
+            return Err(Malformed::Length);
+        }
+        Ok(datagram)
+    }
+}
+
+/// The datagram that begins there, and whether another one follows it.
+///
+/// # Errors
+/// The bytes end before it does, or it has an unknown command.
+pub fn datagram_at(frame: &[u8], at: usize) -> Result<(Datagram, bool), Malformed> {
+    if at + OVERHEAD > frame.len() {
+        return Err(Malformed::Short);
+    }
+    let command = Command::of(frame[at]).ok_or(Malformed::Command)?;
+    let length = u16_at(frame, at + 6);
+    let len = usize::from(length & LEN_MASK);
+    if at + OVERHEAD + len > frame.len() {
+        return Err(Malformed::Length);
+    }
+    Ok((Datagram { command, index: frame[at + 1], address: u32_at(frame, at + 2), at, len }, length & MORE != 0))
+}
+
+/// Builds a frame in a buffer of [`FRAME_MAX`] bytes.
+pub struct Builder<'a> {
+    frame: &'a mut [u8; FRAME_MAX],
+    end: usize,
+    last: Option<usize>,
+}
+
+impl<'a> Builder<'a> {
+    /// An empty frame from this station to all.
+    pub fn new(frame: &'a mut [u8; FRAME_MAX], source: [u8; 6]) -> Builder<'a> {
+        frame[..6].fill(0xFF);
+        frame[6..12].copy_from_slice(&source);
+        frame[12..14].copy_from_slice(&ETHERTYPE.to_be_bytes());
+        Builder { frame, end: DATAGRAMS, last: None }
+    }
+
+    /// Adds a datagram, its data zero; none where it has no room.
+    pub fn add(&mut self, command: Command, index: u8, address: u32, len: usize) -> Option<Datagram> {
+        let (at, end) = (self.end, self.end + OVERHEAD + len);
+        if end > FRAME_MAX {
+            return None;
+        }
+        if let Some(last) = self.last {
+            let length = u16_at(self.frame, last + 6) | MORE;
+            put(self.frame, last + 6, &length.to_le_bytes());
+        }
+        self.frame[at..end].fill(0);
+        (self.frame[at], self.frame[at + 1]) = (command as u8, index);
+        put(self.frame, at + 2, &address.to_le_bytes());
+        put(self.frame, at + 6, &(len as u16).to_le_bytes());
+        (self.last, self.end) = (Some(at), end);
+        Some(Datagram { command, index, address, at, len })
+    }
+
+    /// Stores the length; returns how many bytes are to be sent.
+    pub fn finish(self) -> usize {
+        let header = OF_DATAGRAMS | (self.end - DATAGRAMS) as u16;
+        put(self.frame, 14, &header.to_le_bytes());
+        let padded = self.end.max(FRAME_MIN);
+        self.frame[self.end..padded].fill(0);
+        padded
+    }
+}
+
+/// A position on the line or a station address, and an address of its memory.
+pub fn at(device: u16, memory: u16) -> u32 {
+    u32::from(device) | u32::from(memory) << 16
+}
+
+/// The address of the subdevice at this position of the line: each that a frame passes counts it up, and the one that sees 0 is meant.
+pub fn position(index: usize) -> u16 {
+    0u16.wrapping_sub(index as u16)
+}
+
+pub(crate) fn u16_at(bytes: &[u8], at: usize) -> u16 {
+    u16::from_le_bytes([bytes[at], bytes[at + 1]])
+}
+
+pub(crate) fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+pub(crate) fn put(bytes: &mut [u8], at: usize, what: &[u8]) {
+    bytes[at..at + what.len()].copy_from_slice(what);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_is_read_as_it_was_built() {
+        let mut frame = [0; FRAME_MAX];
+        let mut builder = Builder::new(&mut frame, [2; 6]);
+        let first = builder.add(Command::AllRead, 1, at(0, 0x130), 2).unwrap();
+        let second = builder.add(Command::LogicalReadWrite, 1, 0x1_0000, 100).unwrap();
+        assert!(builder.add(Command::AllRead, 2, 0, 1480).is_none(), "there is no room");
+        let len = builder.finish();
+        assert_eq!(len, DATAGRAMS + 2 + 100 + 2 * OVERHEAD);
+        let read: Vec<_> = datagrams(&frame[..len]).unwrap().collect();
+        assert_eq!(read, [Ok(first), Ok(second)]);
+        assert_eq!(datagrams(&frame[..len - 1]).err(), Some(Malformed::Length));
+        assert_eq!(datagrams(&frame[..9]).err(), Some(Malformed::Short));
+    }
+}

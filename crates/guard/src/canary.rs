@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The canary: a thread whose end says that its process is dying. A process that is killed has ended for the operating system only when its memory
+//! has been put away, which takes tens of milliseconds where that is much, and locked. Its threads end at once.
+//!
+//! It says who it is in the memory of its heart. Where the operating system is too old to wait for a thread (before Linux 6.9), the end of the
+//! process is what is seen.
+use process_kit::Heartbeat;
+use process_kit::{ended, has_ended};
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd, FromRawFd, OwnedFd};
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Above every kernel: when it is to end, it does so before anything else runs.
+const PRIORITY: i32 = 98;
+/// Of `pidfd_open`: a thread, not a process.
+const PIDFD_THREAD: libc::c_long = libc::O_EXCL as libc::c_long;
+
+/// Who the canary of a heart is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Who {
+    process: u32,
+    thread: u32,
+}
+
+impl Who {
+    fn of(word: u64) -> Option<Who> {
+        let who = Who { process: (word >> 32) as u32, thread: word as u32 };
+        (who.process != 0 && who.thread != 0).then_some(who)
+    }
+
+    fn this() -> Who {
+        // SAFETY: asks about this thread.
+        Who { process: std::process::id(), thread: unsafe { libc::gettid() }.cast_unsigned() }
+    }
+
+    fn word(self) -> u64 {
+        u64::from(self.process) << 32 | u64::from(self.thread)
+    }
+
+    fn is_there(self) -> bool {
+        Path::new(&format!("/proc/{}/task/{}", self.process, self.thread)).exists()
+    }
+}
+
+/// This thread is the canary of a heart as long as this value lives.
+pub(crate) struct Sings<'a>(&'a Heartbeat);
+
+impl Sings<'_> {
+    pub fn here(heart: &Heartbeat) -> Sings<'_> {
+        heart.set_canary(Who::this().word());
+        Sings(heart)
+    }
+}
+
+impl Drop for Sings<'_> {
+    /// It ends in good order.
+    fn drop(&mut self) {
+        self.0.set_canary(0);
+    }
+}
+
+/// The thread that a heart names is the canary of another one, too.
+pub(crate) fn share(of: &Heartbeat, with: &Heartbeat) {
+    with.set_canary(of.canary());
+}
+
+/// Starts a canary for the heart of this process, which lives as long as that does.
+///
+/// # Errors
+/// No thread can be started.
+pub fn sing(heart: Arc<Heartbeat>) -> io::Result<()> {
+    let body = move || {
+        let parameter = libc::sched_param { sched_priority: PRIORITY };
+        // SAFETY: this thread's own scheduling; it sleeps for ever.
+        unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter) };
+        let _sings = Sings::here(&heart);
+        loop {
+            std::thread::park();
+        }
+    };
+    std::thread::Builder::new().name("canary".into()).spawn(body).map(drop)
+}
+
+/// The canary of a heart, as somebody else sees it.
+#[derive(Debug, Default)]
+pub struct Canary {
+    /// What the heart said when it was looked at last, and the thread, where it can be waited for.
+    said: u64,
+    thread: Option<Arc<OwnedFd>>,
+}
+
+impl Canary {
+    /// Looks at who it is; `process`: whose it must be, where that is known.
+    pub fn look(&mut self, heart: &Heartbeat, process: Option<i32>) {
+        let said = heart.canary();
+        if said == self.said {
+            return;
+        }
+        let who = Who::of(said).filter(|who| process.is_none_or(|process| process.cast_unsigned() == who.process));
+        (self.said, self.thread) = (said, who.and_then(thread_of).map(Arc::new));
+    }
+
+    /// Whether it has ended though nobody told it to: its process is dying. Once.
+    pub fn is_dying(&mut self, heart: &Heartbeat) -> bool {
+        let has_ended = self.thread.as_ref().is_some_and(|thread| has_ended(thread.as_fd()));
+        if has_ended {
+            self.thread = None;
+        }
+        // One that ends in good order says so first.
+        has_ended && heart.canary() == self.said
+    }
+
+    /// What to wait for.
+    pub fn waits_for(&self) -> Option<BorrowedFd<'_>> {
+        self.thread.as_ref().map(|thread| thread.as_fd())
+    }
+
+    /// The same, for whoever waits without this value.
+    pub fn thread(&self) -> Option<Arc<OwnedFd>> {
+        self.thread.clone()
+    }
+}
+
+/// Waits until it ends, at most `span`.
+pub fn wait(thread: &OwnedFd, span: Duration) {
+    ended(thread.as_fd(), span);
+}
+
+fn thread_of(who: Who) -> Option<OwnedFd> {
+    // SAFETY: asks for a descriptor; it is closed on exec by itself.
+    let made = unsafe { libc::syscall(libc::SYS_pidfd_open, libc::c_long::from(who.thread), PIDFD_THREAD) };
+    // SAFETY: it was made just now.
+    let made = (made >= 0).then(|| unsafe { OwnedFd::from_raw_fd(made as i32) })?;
+    // What another process says is not believed: it is a thread of that process, and was when the descriptor was made.
+    who.is_there().then_some(made)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_canary_that_ends_in_good_order_is_no_death() {
+        let heart = Arc::new(Heartbeat::new().unwrap());
+        let (ends, told) = std::sync::mpsc::channel::<()>();
+        let (here, there) = std::sync::mpsc::channel::<()>();
+        let its = heart.clone();
+        let thread = std::thread::spawn(move || {
+            let _sings = Sings::here(&its);
+            here.send(()).unwrap();
+            told.recv().unwrap();
+        });
+        there.recv().unwrap();
+        let mut canary = Canary::default();
+        canary.look(&heart, Some(std::process::id().cast_signed()));
+        assert!(!canary.is_dying(&heart));
+        ends.send(()).unwrap();
+        thread.join().unwrap();
+        assert!(!canary.is_dying(&heart));
+    }
+
+    #[test]
+    fn what_names_no_thread_of_that_process_is_not_believed() {
+        let heart = Heartbeat::new().unwrap();
+        for (word, process) in [(7, None), (u64::from(std::process::id()) << 32 | 1, None), (Who::this().word(), Some(1))] {
+            heart.set_canary(word);
+            let mut canary = Canary::default();
+            canary.look(&heart, process);
+            assert!(canary.waits_for().is_none() && !canary.is_dying(&heart), "{word:x}");
+        }
+    }
+}

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The first words with a guard process: it is started, or one that runs is taken over.
+use crate::registry::Registry;
+use crate::serve::{HEART, Hearts, LINK, PATH, SUPERVISOR};
+use crate::told::{GuardCommand, GuardError};
+use crate::wire::{Ask, Asked, Tell, encode};
+use interconnect::Closed;
+use process_kit::{Child, Heartbeat, Launch, UnixLink};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::path::Path;
+use std::time::Duration;
+
+/// How long the guard may take to answer.
+pub(crate) const ANSWER: Duration = Duration::from_secs(10);
+
+/// Sends an ask with its descriptors.
+pub(crate) fn send(link: &UnixLink, request: u64, ask: Ask, descriptors: &[OwnedFd]) -> Result<(), Closed> {
+    let borrowed: Vec<BorrowedFd<'_>> = descriptors.iter().map(AsFd::as_fd).collect();
+    link.send_with(&encode(&Asked { request, ask }), &borrowed, Some(ANSWER))
+}
+
+pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts) -> Result<(UnixLink, Child), GuardError> {
+    let (link, theirs) = UnixLink::pair().map_err(|error| GuardError(format!("no link to a guard can be made: {error}")))?;
+    let [heart, supervisor] = hearts.descriptors().map_err(|error| GuardError(format!("no descriptor can be made for a guard: {error}")))?;
+    let mut launch = Launch::new(command.command.iter().cloned()).descriptor(LINK, theirs).descriptor(HEART, heart).descriptor(SUPERVISOR, supervisor);
+    if let Some(path) = &command.path {
+        launch = launch.variable(PATH, path);
+    }
+    let child = launch.start().map_err(|error| GuardError(error.to_string()))?;
+    Ok((link, child))
+}
+
+/// What a guard tells to who adopts it, and what it lacks.
+pub(crate) fn tale(link: &UnixLink, path: &Path) -> Result<(Registry, Hearts, Vec<String>), GuardError> {
+    let silent = || GuardError(format!("what listens at '{}' does not answer as a guard does", path.display()));
+    let (mut registry, mut hearts, mut lacks) = (Registry::default(), None, Vec::new());
+    send(link, 0, Ask::Adopt, &[]).map_err(|Closed| silent())?;
+    loop {
+        let (frame, descriptors) = link.receive_with(ANSWER).map_err(|Closed| silent())?.ok_or_else(silent)?;
+        match serde_json::from_slice::<Tell>(&frame).map_err(|_| silent())? {
+            Tell::Hello { missing } => lacks = missing,
+            Tell::Hearts => {
+                let both = descriptors.into_iter().map(Heartbeat::received).collect::<Result<Vec<_>, _>>().map_err(|_| silent())?;
+                let [guard, supervisor] = <[Heartbeat; 2]>::try_from(both).map_err(|_| silent())?;
+                hearts = Some(Hearts { guard, supervisor });
+            }
+            Tell::Ward(text) => registry.told_ward(text, descriptors).ok_or_else(silent)?,
+            Tell::Handle(text) => registry.told_handle(text, descriptors).ok_or_else(silent)?,
+            Tell::Lost(loss) => {
+                registry.lose(&loss);
+            }
+            Tell::MadeSafe(_) | Tell::GoesOn { .. } => {}
+            Tell::Done { .. } => return Ok((registry, hearts.ok_or_else(silent)?, lacks)),
+            Tell::Refused { problem, .. } => return Err(GuardError(problem)),
+        }
+    }
+}

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a supervisor and its guard tell each other, as values: the command that starts a guard, what it found, what happened.
+use crate::wire::Loss;
+use process_kit::Child;
+use std::ffi::OsString;
+use std::fmt;
+use std::path::PathBuf;
+
+/// How a guard process is started, and where it can be found.
+#[derive(Clone, Debug)]
+pub struct GuardCommand {
+    /// A command line whose process calls [`guard::run`](crate::run).
+    pub command: Vec<OsString>,
+    /// Where a later supervisor finds it with [`Guard::adopt`](crate::Guard::adopt); none: nowhere.
+    pub path: Option<PathBuf>,
+}
+
+/// What the guard has to say, in the order in which it happened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum GuardEvent {
+    /// A process is lost; its outputs are safe.
+    Lost(Loss),
+    /// This process stood still; its outputs were made safe, and it was spared.
+    MadeSafe(Loss),
+    /// It goes on; its name.
+    GoesOn(String),
+    /// What the operating system did not give the guard, one line each; once for each guard process that lacks something.
+    Missing(Vec<String>),
+    /// The guard was gone; another one has taken what was registered, and guards now.
+    Restarted {
+        /// How the last one ended: "was killed by SIGKILL".
+        how: String,
+        /// What the new one could not take, in words.
+        refused: Vec<String>,
+    },
+    /// There is no guard any more, and why: processes that die from now on leave their outputs as they are.
+    Gone(String),
+}
+
+/// A process that a guard of a predecessor guards.
+#[derive(Debug)]
+pub struct Found {
+    /// The number it was registered with.
+    pub ward: u64,
+    /// Its name.
+    pub name: String,
+    /// The process.
+    pub process: Child,
+    /// Its devices that have safe handles.
+    pub devices: Vec<String>,
+    /// That it was lost, and when.
+    pub loss: Option<Loss>,
+}
+
+/// Why the guard could not do what it was asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GuardError(pub String);
+
+impl fmt::Display for GuardError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for GuardError {}

@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The rules by which a process counts as lost, and what follows from that: values without a clock, a thread or a descriptor. Whoever looks
+//! says what time it is, and a [`Subject`] says what is seen and does what has to be done.
+//!
+//! | who looks | at whom | with | what follows |
+//! |---|---|---|---|
+//! | the guard, and the supervisor's watcher beside it | each process that has devices | [`Watch`] | its outputs are made safe |
+//! | the supervisor's watcher | the guard | [`Pulse`] | it is ended, and another one is started |
+//! | the heart of a processor | the guard and the supervisor | [`Watchers`] | where both stand still, it makes its own outputs safe |
+//!
+//! Two bounds, because two things are not equally certain: a process that the operating system holds stopped (SIGSTOP, a debugger) does nothing,
+//! whatever the load of the machine; one whose heart is silent may only wait for a core.
+use serde::{Deserialize, Serialize};
+use std::time::Duration;
+
+/// How long the heart of a process may stand still.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Bounds {
+    /// Until it counts as frozen, whatever the reason.
+    pub silent_ns: i64,
+    /// Until it counts as stopped, where the operating system says that it is.
+    pub stopped_ns: i64,
+}
+
+impl Default for Bounds {
+    /// A heart beats every 20 ms. A process that was stopped is seen within some 120 ms; a silent one gets the time for which a loaded
+    /// machine may hold it up.
+    fn default() -> Bounds {
+        Bounds { silent_ns: 500_000_000, stopped_ns: 100_000_000 }
+    }
+}
+
+impl From<Duration> for Bounds {
+    /// One bound for both: somebody said how long it may stand still, for whatever reason.
+    fn from(bound: Duration) -> Bounds {
+        let bound_ns = i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX);
+        Bounds { silent_ns: bound_ns, stopped_ns: bound_ns }
+    }
+}
+
+/// A shorter bound would judge the scheduler, not the process.
+const BOUND_NS_MIN: i64 = 10_000_000;
+/// Between two looks.
+const LOOK_NS: (i64, i64) = (1_000_000, 20_000_000);
+/// How long a killed process may take to end before its outputs are made safe all the same (and again when it has ended).
+const DEATH_NS_MAX: i64 = 100_000_000;
+/// How long writes that failed are tried again, and how often.
+const RETRY_NS_MAX: i64 = 10_000_000_000;
+const RETRY_NS: i64 = 10_000_000;
+
+/// How a process stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// Its heart beats, or has not been silent for long.
+    Serves,
+    /// The operating system holds it stopped, and has done so for the bound.
+    Stopped,
+    /// Its heart has been silent for the bound.
+    Silent,
+}
+
+/// Judges a heart that is looked at now and then.
+#[derive(Clone, Debug)]
+pub struct Pulse {
+    bounds: Bounds,
+    seen: u64,
+    looked_ns: i64,
+    still_ns: i64,
+}
+
+impl Pulse {
+    /// Of a heart that has beaten so often by now.
+    pub fn new(bounds: Bounds, beats: u64, now_ns: i64) -> Pulse {
+        let bounds = Bounds { silent_ns: bounds.silent_ns.max(BOUND_NS_MIN), stopped_ns: bounds.stopped_ns.max(BOUND_NS_MIN) };
+        Pulse { bounds, seen: beats, looked_ns: now_ns, still_ns: 0 }
+    }
+
+    /// How often to look.
+    pub fn interval_ns(&self) -> i64 {
+        (self.bounds.silent_ns.min(self.bounds.stopped_ns) / 5).clamp(LOOK_NS.0, LOOK_NS.1)
+    }
+
+    /// One look. `is_stopped` is asked only of a heart that has stood still for long enough. A long time between two looks counts as two
+    /// intervals only: then it was who looks, or the whole machine, that stood still. A heart that has not beaten yet is not silent.
+    pub fn look(&mut self, beats: u64, is_stopped: impl FnOnce() -> bool, now_ns: i64) -> Standing {
+        let elapsed_ns = (now_ns - self.looked_ns).clamp(0, 2 * self.interval_ns());
+        self.looked_ns = now_ns;
+        self.still_ns = if beats == self.seen { self.still_ns.saturating_add(elapsed_ns) } else { 0 };
+        self.seen = beats;
+        if self.still_ns >= self.bounds.stopped_ns && is_stopped() {
+            Standing::Stopped
+        } else if beats != 0 && self.still_ns >= self.bounds.silent_ns {
+            Standing::Silent
+        } else {
+            Standing::Serves
+        }
+    }
+}
+
+/// What a [`Watch`] sees of a process, and what it does to it. Nothing here may wait.
+pub trait Subject {
+    /// It is no more.
+    fn has_ended(&mut self) -> bool;
+    /// It is about to end, as far as that can be seen before it has: nothing of it runs any more.
+    fn is_dying(&mut self) -> bool {
+        false
+    }
+    /// How often its heart has beaten.
+    fn beats(&self) -> u64;
+    /// The operating system holds it stopped.
+    fn is_stopped(&self) -> bool;
+    /// What is written for it stays in force, whatever it writes itself afterwards.
+    fn latches(&self) -> bool;
+    /// Ends it at once; that it has ended is seen later.
+    fn kill(&mut self);
+    /// Writes its safe values: those that have not been written yet, or all of them (`afresh`). Whether nothing is left to write.
+    fn write(&mut self, afresh: bool) -> bool;
+}
+
+/// Why a process counts as lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// It has ended: killed, aborted, crashed, or by itself without a word.
+    Died,
+    /// Its heart stood still for its bound.
+    Frozen,
+    /// It was stopped (SIGSTOP, a debugger) for its bound.
+    Stopped,
+}
+
+/// What one look has come to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// It is lost: its outputs have been made safe. Once in the life of a process.
+    Lost {
+        /// Why.
+        cause: Cause,
+        /// When that was seen.
+        seen_ns: i64,
+    },
+    /// It stands still and is spared: its outputs have been made safe.
+    MadeSafe {
+        /// Why.
+        cause: Cause,
+        /// When that was seen.
+        seen_ns: i64,
+    },
+    /// It stood still, was spared, and goes on.
+    GoesOn,
+}
+
+/// A process that is watched: how its loss is seen, and in which order what has to be done is done.
+///
+/// A process that only stands still is killed first, and written for only when it has ended, so that it can never come back and write over a
+/// safe value. One that is spared is written for while it stands still; this needs outputs that [latch](Subject::latches).
+#[derive(Clone, Debug)]
+pub struct Watch {
+    pulse: Option<Pulse>,
+    is_spared: bool,
+    state: State,
+    /// Something could not be written so far.
+    is_owed: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum State {
+    Guarded,
+    /// It stands still, and its outputs are safe.
+    Still,
+    /// It stood still, was killed, and has not ended yet.
+    Killed {
+        cause: Cause,
+        seen_ns: i64,
+    },
+    /// `is_over`: it has ended, which a killed one may not have at first.
+    Lost {
+        since_ns: i64,
+        is_over: bool,
+    },
+}
+
+impl Watch {
+    /// `pulse`: none where the end of the process alone counts. `is_spared`: it is not killed where it stands still and its outputs latch.
+    pub fn new(pulse: Option<Pulse>, is_spared: bool) -> Watch {
+        Watch { pulse, is_spared, state: State::Guarded, is_owed: false }
+    }
+
+    /// One look.
+    pub fn look(&mut self, of: &mut impl Subject, now_ns: i64) -> Option<Event> {
+        self.look_as(of, true, now_ns)
+    }
+
+    /// One look beside a guard that serves: where the process has ended it is written for at once, whoever saw it first; one that stands still is
+    /// left to the guard.
+    pub fn look_beside(&mut self, of: &mut impl Subject, now_ns: i64) -> Option<Event> {
+        self.look_as(of, false, now_ns)
+    }
+
+    fn look_as(&mut self, of: &mut impl Subject, leads: bool, now_ns: i64) -> Option<Event> {
+        let has_ended = of.has_ended();
+        match self.state {
+            State::Guarded | State::Still if has_ended => self.lose(of, Cause::Died, now_ns, now_ns, true),
+            State::Guarded | State::Still if of.is_dying() => {
+                // What it takes to put its memory away is not waited for. Once it has ended it is written for again.
+                of.kill();
+                self.lose(of, Cause::Died, now_ns, now_ns, false)
+            }
+            State::Guarded => {
+                let cause = self.stands_still(of, now_ns).filter(|_| leads)?;
+                if self.is_spared && of.latches() {
+                    self.state = State::Still;
+                    self.is_owed = !of.write(true);
+                    return Some(Event::MadeSafe { cause, seen_ns: now_ns });
+                }
+                self.kill(of, cause, now_ns)
+            }
+            State::Still => match self.stands_still(of, now_ns) {
+                None => {
+                    (self.state, self.is_owed) = (State::Guarded, false);
+                    Some(Event::GoesOn)
+                }
+                Some(cause) if !of.latches() => self.kill(of, cause, now_ns),
+                Some(_) => {
+                    self.write_owed(of);
+                    None
+                }
+            },
+            State::Killed { cause, seen_ns } => {
+                let is_late = now_ns - seen_ns > DEATH_NS_MAX;
+                if has_ended || is_late || of.is_dying() { self.lose(of, cause, seen_ns, now_ns, has_ended) } else { None }
+            }
+            State::Lost { since_ns, is_over } => {
+                if has_ended && !is_over {
+                    self.state = State::Lost { since_ns, is_over: true };
+                    self.is_owed = !of.write(true);
+                } else if now_ns - since_ns > RETRY_NS_MAX {
+                    (self.state, self.is_owed) = (State::Lost { since_ns, is_over: true }, false);
+                }
+                self.write_owed(of);
+                None
+            }
+        }
+    }
+
+    /// Something was added to what is to be written: where its outputs are safe already, it is written at once.
+    pub fn added(&mut self, of: &mut impl Subject) {
+        if matches!(self.state, State::Lost { .. } | State::Still) {
+            self.is_owed = !of.write(false);
+        }
+    }
+
+    /// How often to look; none: only when the process ends.
+    pub fn interval_ns(&self) -> Option<i64> {
+        let pulse = || self.pulse.as_ref().map(Pulse::interval_ns);
+        match self.state {
+            State::Guarded => pulse(),
+            State::Still => Some(pulse().unwrap_or(RETRY_NS).min(RETRY_NS)),
+            State::Killed { .. } => Some(RETRY_NS),
+            State::Lost { is_over, .. } => (self.is_owed || !is_over).then_some(RETRY_NS),
+        }
+    }
+
+    /// It is lost, and has ended.
+    pub fn is_over(&self) -> bool {
+        matches!(self.state, State::Lost { is_over: true, .. })
+    }
+
+    /// Nothing of it is waited for any more: neither its end nor writes that failed.
+    pub fn is_settled(&self) -> bool {
+        self.is_over() && !self.is_owed
+    }
+
+    fn stands_still(&mut self, of: &impl Subject, now_ns: i64) -> Option<Cause> {
+        match self.pulse.as_mut()?.look(of.beats(), || of.is_stopped(), now_ns) {
+            Standing::Serves => None,
+            Standing::Stopped => Some(Cause::Stopped),
+            Standing::Silent => Some(Cause::Frozen),
+        }
+    }
+
+    fn kill(&mut self, of: &mut impl Subject, cause: Cause, seen_ns: i64) -> Option<Event> {
+        of.kill();
+        self.state = State::Killed { cause, seen_ns };
+        None
+    }
+
+    fn lose(&mut self, of: &mut impl Subject, cause: Cause, seen_ns: i64, since_ns: i64, is_over: bool) -> Option<Event> {
+        self.is_owed = !of.write(true);
+        self.state = State::Lost { since_ns, is_over };
+        Some(Event::Lost { cause, seen_ns })
+    }
+
+    fn write_owed(&mut self, of: &mut impl Subject) {
+        if self.is_owed {
+            self.is_owed = !of.write(false);
+        }
+    }
+}
+
+/// Those who watch a process, as its own heart sees them.
+#[derive(Clone, Debug)]
+pub struct Watchers {
+    guard: Pulse,
+    supervisor: Pulse,
+}
+
+impl Watchers {
+    /// They may stand still for `patience`.
+    pub fn new(patience: Duration, now_ns: i64) -> Watchers {
+        let pulse = || Pulse::new(patience.into(), 0, now_ns);
+        Watchers { guard: pulse(), supervisor: pulse() }
+    }
+
+    /// One look at how often their hearts have beaten. True: both have stood still for the patience, so nobody is left who would make the outputs
+    /// of this process safe, and it does so itself.
+    pub fn look(&mut self, guard: u64, supervisor: u64, now_ns: i64) -> bool {
+        // One that has not beaten yet has the patience, too, and no more.
+        let silent = |pulse: &mut Pulse, beats: u64| pulse.look(beats.saturating_add(1), || false, now_ns) == Standing::Silent;
+        let (guard, supervisor) = (silent(&mut self.guard, guard), silent(&mut self.supervisor, supervisor));
+        guard && supervisor
+    }
+}
+
+#[cfg(test)]
+mod tests;

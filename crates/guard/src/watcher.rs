@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The supervisor's watcher: a thread that does nothing else. It looks at the guard, which is replaced where it stands still, and beside the
+//! guard at every process that is registered there: whoever notices first writes the safe handles, and to write them twice does no harm. It is the
+//! canary of this process, too.
+use crate::canary::Sings;
+use crate::serve::{BEAT_NS, Hearts};
+use crate::stopped::Stops;
+use crate::ward::Seen;
+use crate::wards::Wards;
+use crate::watch::{Bounds, Cause, Pulse, Standing};
+use crate::wire::{Ask, Loss};
+use interconnect::Link;
+use process_kit::{Child, UnixLink, now_ns};
+use process_kit::{pid_of, process_descriptor, signal};
+use std::io;
+use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// How long the guard may stand still. It outranks everything where it has the rights, so the bound of its silence is for machines that do not
+/// give them.
+const GUARD: Bounds = Bounds { silent_ns: 1_000_000_000, stopped_ns: 100_000_000 };
+/// The guard is to say what it saw: only where it does not, the watcher does.
+const SAID_NS: i64 = 200_000_000;
+/// Below the guard, above the plants and every kernel.
+const PRIORITY: i32 = 98;
+
+/// What the watcher's thread and those who register share. No lock here is held across a wait.
+pub(crate) struct Watcher {
+    pub hearts: Hearts,
+    wards: Mutex<Wards>,
+    /// None while there is none to look at.
+    guard: Mutex<Option<Present>>,
+    /// Wakes the thread: there is somebody else to wait for.
+    wakes: Wakes,
+    /// The guard that is gone was ended by the watcher.
+    is_ended: AtomicBool,
+    ends: AtomicBool,
+}
+
+/// The guard process that serves.
+struct Present {
+    /// It has taken what is registered.
+    guards: bool,
+    process: OwnedFd,
+    stops: Stops,
+    pulse: Pulse,
+    link: Arc<UnixLink>,
+}
+
+/// A counter that can be waited for.
+struct Wakes(OwnedFd);
+
+impl Wakes {
+    fn new() -> io::Result<Wakes> {
+        // SAFETY: makes a descriptor, which is owned at once.
+        match unsafe { libc::eventfd(0, libc::EFD_CLOEXEC | libc::EFD_NONBLOCK) } {
+            // SAFETY: it was made just now.
+            made if made >= 0 => Ok(Wakes(unsafe { OwnedFd::from_raw_fd(made) })),
+            _ => Err(io::Error::last_os_error()),
+        }
+    }
+
+    fn wake(&self) {
+        let one = 1_u64;
+        // SAFETY: writes a number of our own. Where there is no room, it wakes already.
+        unsafe { libc::write(self.0.as_raw_fd(), (&raw const one).cast(), 8) };
+    }
+
+    fn heard(&self) {
+        let mut count = 0_u64;
+        // SAFETY: reads into a number of our own. Where nothing is there, nobody woke it.
+        unsafe { libc::read(self.0.as_raw_fd(), (&raw mut count).cast(), 8) };
+    }
+}
+
+fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Watcher {
+    /// Errors: no descriptors left.
+    pub fn new(hearts: Hearts) -> io::Result<Watcher> {
+        let (is_ended, ends) = (AtomicBool::new(false), AtomicBool::new(false));
+        Ok(Watcher { hearts, wards: Mutex::default(), guard: Mutex::default(), wakes: Wakes::new()?, is_ended, ends })
+    }
+
+    /// Watches what the guard is asked to watch. This process itself is the guard's alone.
+    pub fn act(&self, ask: &Ask, descriptors: &[OwnedFd]) {
+        if matches!(ask, Ask::Ward(text) if text.is_spared) {
+            return;
+        }
+        // Without a descriptor left it is watched by the guard alone; so is what belongs to this process, of which nothing is known here.
+        let Ok(copies) = descriptors.iter().map(OwnedFd::try_clone).collect::<io::Result<Vec<_>>>() else { return };
+        let _unknown = locked(&self.wards).act(ask.clone(), copies);
+        self.wakes.wake();
+    }
+
+    /// This is the guard from now on: a child of ours, or that of a predecessor. Until it `guards`, this thread does.
+    pub fn guarded_by(&self, child: Option<&Child>, link: &Arc<UnixLink>, guards: bool) {
+        let process = match child {
+            Some(child) => child.descriptor(),
+            None => link.peer().and_then(|(_, pid)| process_descriptor(pid)),
+        };
+        // One that nothing is known of is known by its link alone.
+        *locked(&self.guard) = process.ok().map(|process| {
+            let pulse = Pulse::new(GUARD, self.hearts.guard.count(), now_ns());
+            Present { guards, stops: Stops::of(process.as_fd()), process, pulse, link: link.clone() }
+        });
+    }
+
+    /// The guard has taken what is registered.
+    pub fn is_guarded(&self) {
+        if let Some(guard) = locked(&self.guard).as_mut() {
+            guard.guards = true;
+        }
+    }
+
+    /// The guard is gone. Whether that was because it stood still, and was ended here.
+    pub fn is_gone(&self) -> bool {
+        *locked(&self.guard) = None;
+        self.is_ended.swap(false, Ordering::AcqRel)
+    }
+
+    /// The thread of it ends.
+    pub fn end(&self) {
+        self.ends.store(true, Ordering::Release);
+        self.wakes.wake();
+    }
+
+    /// Watches until the end. `lost`: is told of what is lost, a while after that was seen.
+    pub fn run(&self, lost: impl Fn(Loss)) {
+        prioritise();
+        let _sings = Sings::here(&self.hearts.supervisor);
+        let mut said = Vec::new();
+        while !self.ends.load(Ordering::Acquire) {
+            self.hearts.supervisor.beat();
+            self.wait();
+            let now_ns = now_ns();
+            let leads = !self.serves(now_ns);
+            let seen = locked(&self.wards).look(leads, now_ns);
+            for loss in seen.into_iter().filter_map(|seen| if let Seen::Lost(loss) = seen { Some(loss) } else { None }) {
+                // Why it stood still, only who ended it can say.
+                let due_ns = if loss.cause == Cause::Died { now_ns + SAID_NS } else { now_ns };
+                said.push((due_ns, loss));
+            }
+            said.retain(|(due_ns, loss): &(i64, Loss)| {
+                let is_due = *due_ns <= now_ns;
+                if is_due {
+                    lost(loss.clone());
+                }
+                !is_due
+            });
+        }
+    }
+
+    /// Until a process ends, the link of the guard breaks, or it is time to look.
+    fn wait(&self) {
+        let wait = |number: i32, events| libc::pollfd { fd: number, events, revents: 0 };
+        let mut waits = vec![wait(self.wakes.0.as_raw_fd(), libc::POLLIN)];
+        let interval_ns = {
+            let wards = locked(&self.wards);
+            waits.extend(wards.waits().map(|process| wait(process.as_raw_fd(), libc::POLLIN)));
+            wards.interval_ns().unwrap_or(BEAT_NS).min(BEAT_NS)
+        };
+        // Of the link only that it is broken: who hears the guard is another thread.
+        waits.extend(locked(&self.guard).as_ref().map(|guard| wait(guard.link.as_fd().as_raw_fd(), 0)));
+        let limit = libc::timespec { tv_sec: 0, tv_nsec: interval_ns };
+        // A number that is closed meanwhile, and given to something else, ends the wait early at most: every process is asked again.
+        // SAFETY: the list has the length given; the limit lives until the call returns.
+        let ready = unsafe { libc::ppoll(waits.as_mut_ptr(), waits.len() as libc::nfds_t, &limit, std::ptr::null()) };
+        self.wakes.heard();
+        if ready > 0 && waits.last().is_some_and(|link| link.events == 0 && link.revents != 0) {
+            // It is restored by who hears it.
+            *locked(&self.guard) = None;
+        }
+    }
+
+    /// Whether the guard watches. One that stands still is of no use: it is ended, and who hears it starts another one.
+    fn serves(&self, now_ns: i64) -> bool {
+        let mut present = locked(&self.guard);
+        let Some(guard) = present.as_mut() else { return false };
+        if guard.pulse.look(self.hearts.guard.count(), || guard.stops.now(), now_ns) != Standing::Serves {
+            self.is_ended.store(true, Ordering::Release);
+            signal(guard.process.as_fd(), libc::SIGKILL);
+            guard.link.close();
+            *present = None;
+        }
+        present.as_ref().is_some_and(|guard| guard.guards)
+    }
+}
+
+/// Where it is given; a watcher without it is only less punctual.
+fn prioritise() {
+    let parameter = libc::sched_param { sched_priority: PRIORITY };
+    // SAFETY: this thread's own scheduling and timers.
+    unsafe {
+        libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64);
+        libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter);
+    }
+}
+
+/// Whether a guard that does not end is held stopped: it would stay for ever.
+pub(crate) fn is_stopped(child: &Child) -> bool {
+    child.descriptor().is_ok_and(|process| pid_of(process.as_fd()).is_ok() && Stops::of(process.as_fd()).now())
+}

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a source counts of itself.
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// Counters and histograms of one source, readable at any time.
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
+pub struct Statistics {
+    /// Firings, without those of `execute`.
+    pub firings: u64,
+    /// Releases that were skipped because the firing before was not over.
+    pub overruns: u64,
+    /// Ratio values that were absent when their reader asked for them.
+    pub late: u64,
+    /// Invocations that faulted.
+    pub faults: u64,
+    /// Lateness of the start of firings behind their release: last, greatest, and counts in bins of powers of two from 2^0 ns to 2^31 ns.
+    pub jitter_last_ns: u64,
+    /// Greatest lateness.
+    pub jitter_max_ns: u64,
+    /// Bin b counts values from 2^b to 2^(b+1) ns; the first also 0, the last also more.
+    pub jitter_bins: [u64; 32],
+    /// Length of a firing, the same way.
+    pub duration_last_ns: u64,
+    /// Greatest length.
+    pub duration_max_ns: u64,
+    /// As `jitter_bins`.
+    pub duration_bins: [u64; 32],
+    /// Of all firings together: what share of the time it works.
+    pub duration_sum_ns: u64,
+    /// Conditions and other events that found no place and were lost.
+    pub lost: u64,
+    /// A fault stopped it.
+    pub stopped: bool,
+    /// What was asked for and not given (priority, memory lock, core), in words; empty if all was.
+    pub rights_missing: Vec<String>,
+}
+
+/// Written by the source's own kernel alone, with plain stores.
+#[derive(Default)]
+pub struct Counters {
+    pub(crate) firings: AtomicU64,
+    pub overruns: AtomicU64,
+    pub(crate) late: AtomicU64,
+    pub(crate) faults: AtomicU64,
+    pub(crate) lost: AtomicU64,
+    pub stopped: AtomicBool,
+    pub jitter: Histogram,
+    pub duration: Histogram,
+}
+
+impl Counters {
+    /// As they stand.
+    pub(crate) fn read(&self) -> Statistics {
+        let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        Statistics {
+            firings: load(&self.firings),
+            overruns: load(&self.overruns),
+            late: load(&self.late),
+            faults: load(&self.faults),
+            lost: load(&self.lost),
+            jitter_last_ns: load(&self.jitter.last_ns),
+            jitter_max_ns: load(&self.jitter.max_ns),
+            jitter_bins: std::array::from_fn(|bin| load(&self.jitter.bins[bin])),
+            duration_last_ns: load(&self.duration.last_ns),
+            duration_max_ns: load(&self.duration.max_ns),
+            duration_bins: std::array::from_fn(|bin| load(&self.duration.bins[bin])),
+            duration_sum_ns: load(&self.duration.sum_ns),
+            stopped: self.stopped.load(Ordering::Acquire),
+            rights_missing: Vec::new(),
+        }
+    }
+}
+
+/// Last, greatest, sum, and counts in bins of powers of two.
+#[derive(Default)]
+pub struct Histogram {
+    last_ns: AtomicU64,
+    max_ns: AtomicU64,
+    sum_ns: AtomicU64,
+    bins: [AtomicU64; 32],
+}
+
+impl Histogram {
+    #[inline]
+    pub fn add(&self, ns: i64) {
+        let ns = ns.max(0) as u64;
+        self.last_ns.store(ns, Ordering::Relaxed);
+        if ns > self.max_ns.load(Ordering::Relaxed) {
+            self.max_ns.store(ns, Ordering::Relaxed);
+        }
+        add(&self.sum_ns, ns);
+        add(&self.bins[(ns | 1).ilog2().min(31) as usize], 1);
+    }
+}
+
+/// Adds to a counter that this thread alone writes: no atomic read-modify-write.
+#[inline]
+pub fn add(counter: &AtomicU64, n: u64) {
+    counter.store(counter.load(Ordering::Relaxed) + n, Ordering::Relaxed);
+}

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Floating-point state: no block computes with what another one has set.
+//!
+//! The control words are standard at the beginning of a firing and looked at when its steps are through: two looks a firing, none a block. Blocks
+//! of a module that *can* change them (the loader has seen it, [`mark::FLOATS`]) are called through [`run`], which looks after each
+//! invocation: a change is a fault of that block, which leaves everything as it was. What is found at the end of a firing only stops the source before
+//! anything is published; from then on every block of this process is called through [`run`], so that the next change has a name.
+use crate::block::Block;
+use crate::guard::Call;
+use crate::memory::Cell;
+use opengpac::Invocation;
+use opengpac::abi::{Header, Run, mark, outcome};
+use opengpac::floats::{Words, empty_stack};
+use std::ffi::c_void;
+use std::ptr;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Something has changed the words that nobody expected it of.
+pub(crate) static DISTRUST: AtomicBool = AtomicBool::new(false);
+
+/// At the beginning of a firing.
+#[inline]
+pub(crate) fn begin() {
+    Words::standardise();
+    empty_stack();
+}
+
+/// In the first word of what a step is called with: the rest of the word is the address of the block's header.
+const WATCHED: u64 = 1 << 62;
+
+/// A block whose invocations are looked at one by one.
+#[repr(C)]
+pub(crate) struct Watched {
+    /// Where the guard finds whether the block may be ended: the address of its header, and [`WATCHED`].
+    header: u64,
+    call: Call,
+    /// What it may store, with the instance itself first.
+    stores: Vec<Cell>,
+    before: Vec<u8>,
+}
+
+impl Watched {
+    /// None where nothing is to be feared of `block`.
+    pub(crate) fn of(block: &Block) -> Option<Box<Watched>> {
+        if block.descriptor().reserved & mark::FLOATS == 0 && !DISTRUST.load(Ordering::Relaxed) {
+            return None;
+        }
+        let stores: Vec<Cell> = [block.memory()].into_iter().chain(block.stores().map(|(_, cell)| cell)).cloned().collect();
+        let before = vec![0; stores.iter().map(Cell::len).sum()];
+        let call = Call { run: block.descriptor().run, instance: block.instance().cast(), invocation: ptr::null() };
+        let header = WATCHED | call.instance as u64;
+        Some(Box::new(Watched { header, call, stores, before }))
+    }
+
+    fn note(&mut self) {
+        let mut rest = self.before.as_mut_slice();
+        for cell in &self.stores {
+            let (bytes, behind) = rest.split_at_mut(cell.len());
+            // SAFETY: the cell is held and as long as the bytes; its source's own thread, and no block runs.
+            unsafe { bytes.as_mut_ptr().copy_from_nonoverlapping(cell.start(), bytes.len()) };
+            rest = behind;
+        }
+    }
+
+    fn put_back(&self) {
+        let mut rest = self.before.as_slice();
+        for cell in &self.stores {
+            let (bytes, behind) = rest.split_at(cell.len());
+            // SAFETY: as in `note`.
+            unsafe { cell.start().copy_from_nonoverlapping(bytes.as_ptr(), bytes.len()) };
+            rest = behind;
+        }
+        // SAFETY: an instance starts with its header. Whatever happens, an invocation adds one to its number.
+        unsafe { (*self.call.instance.cast::<Header>()).number += 1 };
+    }
+}
+
+/// The entry of a block that is watched.
+///
+/// # Safety
+/// `watched` is a [`Watched`] that nothing else refers to; `invocation` is in order.
+pub unsafe extern "C" fn run(watched: *mut c_void, invocation: *const Invocation) -> u64 {
+    // SAFETY: the table keeps what it watches, and calls each with its own; no other reference to it is alive.
+    let watched = unsafe { &mut *watched.cast::<Watched>() };
+    watched.note();
+    // SAFETY: the block is held, its memory in order.
+    let result = unsafe { (watched.call.run)(watched.call.instance, invocation) };
+    let is_changed = Words::standardise();
+    empty_stack();
+    if is_changed {
+        watched.put_back();
+        return outcome::FLOATS;
+    }
+    result
+}
+
+/// A call outside every firing, as of a trial: `call` with standard words, and whether it has changed them. The caller's are set again.
+pub fn outside<R>(call: impl FnOnce() -> R) -> (R, bool) {
+    let _standard = opengpac::floats::Standard::enter();
+    let result = call();
+    (result, Words::standardise())
+}
+
+/// What the table calls for `block`: itself, or its watcher, which the table has to keep.
+pub(crate) fn entry(block: &Block) -> (Run, *mut c_void, Option<Box<Watched>>) {
+    match Watched::of(block) {
+        None => (block.descriptor().run, block.instance().cast(), None),
+        Some(mut watched) => (run, (&raw mut *watched).cast(), Some(watched)),
+    }
+}

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The reading end of a connection: what a latch fills, and the values that wait for the readers of a queue.
+use crate::connection::{End, QueueMember, WORD};
+use crate::memory::{Cell, Span, spans};
+use crate::phase::{Paced, State};
+use crate::way::{Nowhere, Way};
+use interconnect::Receiver;
+use std::cell::UnsafeCell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
+
+/// The reading end: latched once, at the start of the reader's firing.
+pub struct Inbound<A> {
+    state: UnsafeCell<InboundState>,
+    /// Release time of the publication that was latched last.
+    brought_ns: AtomicI64,
+    /// Since when a ratio value is absent, plus one; 0 where none is.
+    late_ns: AtomicI64,
+    spans: Vec<Span>,
+    pub members: Vec<QueueMember<A>>,
+    pub way: Option<Way>,
+    pub group: Vec<Cell>,
+}
+
+struct InboundState {
+    receiver: Box<dyn Receiver>,
+    waiting: Vec<Waiting>,
+}
+
+/// Values of one member that have arrived and were not taken yet: a ring of `DEPTH`.
+struct Waiting {
+    bytes: Box<[u8]>,
+    numbers: [u64; DEPTH],
+    first: usize,
+    count: usize,
+    /// Values taken so far: a reader has had one if it remembers this number.
+    sequence: u64,
+    /// Number of the value in the cell; of a ratio member.
+    taken: Option<u64>,
+    /// The ratio value that was found to be late last, so that it is counted once.
+    late: Option<u64>,
+    /// Of a ratio member: number of the newest value that arrived, since the reader was switched on.
+    newest: Option<u64>,
+    /// Of a ratio member n: (p, k) where invocation p of the reader, counted from its activation, takes number k, p + n number k + 1, ….
+    anchor: (u64, u64),
+    /// Of a ratio member: invocations of the reader since its activation, when it was looked at last.
+    phase: u64,
+    /// True while an activation that is on has not had the present value.
+    held: bool,
+}
+
+/// Rows that one look takes: a writer that never ends, in another process, holds no firing up for good.
+const ROWS_MAX: usize = 4096;
+
+/// Room for a member's values on the reader's side; more wait in the connection's own queue.
+const DEPTH: usize = 4;
+
+// SAFETY: touched only by the kernel of the reading source.
+unsafe impl<A: Send + Sync> Send for Inbound<A> {}
+// SAFETY: as for `Send`.
+unsafe impl<A: Send + Sync> Sync for Inbound<A> {}
+
+impl<A: Paced> Inbound<A> {
+    /// `group` and `queue` as the writing end has them, with cells of the reader's image.
+    pub fn new(receiver: impl Into<End<dyn Receiver>>, group: Vec<Cell>, queue: Vec<QueueMember<A>>) -> Arc<Inbound<A>> {
+        let (spans, _) = spans(&group);
+        let waiting = queue.iter().map(|member| Waiting::new(member.cell.len(), member.ratio)).collect();
+        let End { end: receiver, way } = receiver.into();
+        let state = UnsafeCell::new(InboundState { receiver, waiting });
+        Arc::new(Inbound { state, brought_ns: AtomicI64::new(i64::MIN), late_ns: AtomicI64::new(0), spans, members: queue, way, group })
+    }
+
+    /// Lets go of what carries it, with its descriptors and threads: nothing comes any more.
+    ///
+    /// # Safety
+    /// The kernel of the reading source has ended.
+    pub unsafe fn sever(&self) {
+        // SAFETY: nobody else touches it any more.
+        unsafe { &mut *self.state.get() }.receiver = Box::new(Nowhere::default());
+    }
+
+    /// Release time of the firing whose publication was latched last, ns on the clock; none before the first.
+    pub fn brought_ns(&self) -> Option<i64> {
+        Some(self.brought_ns.load(Ordering::Relaxed)).filter(|ns| *ns != i64::MIN)
+    }
+
+    /// Since when a ratio value is absent that its reader has asked for, ns on the clock.
+    pub fn late_since_ns(&self) -> Option<i64> {
+        Some(self.late_ns.load(Ordering::Relaxed) - 1).filter(|ns| *ns >= 0)
+    }
+
+    /// What `brought_ns` and `late_since_ns` say, of a remote one: as its kernel told last.
+    pub fn report(&self, brought_ns: Option<i64>, late_since_ns: Option<i64>) {
+        self.brought_ns.store(brought_ns.unwrap_or(i64::MIN), Ordering::Relaxed);
+        self.late_ns.store(late_since_ns.map_or(0, |ns| ns.saturating_add(1)), Ordering::Relaxed);
+    }
+
+    /// Takes the newest group into its cells, if there is a new one. `midway` is called with half of it copied.
+    ///
+    /// # Safety
+    /// Called by the kernel of the reading source alone.
+    pub(crate) unsafe fn latch(&self, now_ns: i64, midway: &mut dyn FnMut()) {
+        // SAFETY: the caller is the one that touches it.
+        let state = unsafe { &mut *self.state.get() };
+        let Some(header) = state.receiver.latch(now_ns) else { return };
+        self.brought_ns.store(header.time_ns, Ordering::Relaxed);
+        let group = state.receiver.group();
+        for span in &self.spans {
+            let place = &group[span.at..span.at + span.len];
+            let half = span.len / 2;
+            // SAFETY: a span lies within its cells, which are held.
+            unsafe { span.start.copy_from_nonoverlapping(place.as_ptr(), half) };
+            midway();
+            // SAFETY: as above.
+            unsafe { span.start.add(half).copy_from_nonoverlapping(place.as_ptr().add(half), span.len - half) };
+        }
+    }
+
+    /// The same in one go: the path of real threads.
+    ///
+    /// # Safety
+    /// As for `latch`.
+    #[inline]
+    pub(crate) unsafe fn latch_at_once(&self, now_ns: i64) {
+        // SAFETY: the caller is the one that touches it.
+        let state = unsafe { &mut *self.state.get() };
+        let Some(header) = state.receiver.latch(now_ns) else { return };
+        self.brought_ns.store(header.time_ns, Ordering::Relaxed);
+        let group = state.receiver.group();
+        for span in &self.spans {
+            // SAFETY: a span lies within its cells, which are held, its place within the group.
+            unsafe { span.start.copy_from_nonoverlapping(group[span.at..span.at + span.len].as_ptr(), span.len) };
+        }
+    }
+
+    /// True where it has queue members.
+    pub(crate) fn queues(&self) -> bool {
+        !self.members.is_empty()
+    }
+
+    /// Forgets which members are held.
+    ///
+    /// # Safety
+    /// As for `latch`.
+    pub(crate) unsafe fn release(&self) {
+        // SAFETY: the caller is the one that touches it.
+        unsafe { &mut *self.state.get() }.waiting.iter_mut().for_each(|waiting| waiting.held = false);
+    }
+
+    /// Marks a member whose value an active reader has not had.
+    ///
+    /// # Safety
+    /// As for `latch`.
+    pub(crate) unsafe fn hold(&self, member: usize, had: u64) {
+        // SAFETY: the caller is the one that touches it.
+        let waiting = &mut unsafe { &mut *self.state.get() }.waiting[member];
+        waiting.held |= waiting.sequence != had;
+    }
+
+    /// Takes the rows that arrived, and the next value of each synchronous member that is not held.
+    ///
+    /// # Safety
+    /// As for `latch`.
+    pub unsafe fn take(&self) {
+        // SAFETY: the caller is the one that touches it.
+        let state = unsafe { &mut *self.state.get() };
+        self.distribute(state);
+        for (member, waiting) in self.members.iter().zip(&mut state.waiting).filter(|(member, _)| member.ratio == 0) {
+            if !waiting.held {
+                waiting.pop_into(&member.cell);
+            }
+        }
+    }
+
+    /// Takes ratio members by number for the readers that are due: invocation j takes number ⌊j/n⌋ − 1, where both began together; where one
+    /// began later, the first number that came is taken from the next invocation on, and the next one n later. `late` is called with
+    /// each member whose value is absent.
+    ///
+    /// # Safety
+    /// As for `latch`.
+    pub(crate) unsafe fn take_ratios(&self, now_ns: i64, late: &mut dyn FnMut(u32)) {
+        // SAFETY: the caller is the one that touches it.
+        let state = unsafe { &mut *self.state.get() };
+        self.distribute(state);
+        for (index, (member, waiting)) in self.members.iter().zip(&mut state.waiting).enumerate() {
+            let Some(activation) = member.activation.as_ref().filter(|_| member.ratio > 0) else { continue };
+            // SAFETY: an activation of the reading source.
+            let reader = unsafe { &*activation.state() };
+            let phase = waiting.attend(reader, member.ratio);
+            let (first, number) = waiting.anchor;
+            if !reader.due || phase < first {
+                continue;
+            }
+            let wanted = number.saturating_add((phase - first) / u64::from(member.ratio));
+            while waiting.count > 0 && waiting.numbers[waiting.first] <= wanted {
+                waiting.pop_into(&member.cell);
+            }
+            if waiting.taken == Some(wanted) {
+                self.late_ns.store(0, Ordering::Relaxed);
+                continue;
+            }
+            if self.late_ns.load(Ordering::Relaxed) == 0 {
+                self.late_ns.store(now_ns + 1, Ordering::Relaxed);
+            }
+            if waiting.late != Some(wanted) {
+                waiting.late = Some(wanted);
+                late(index as u32);
+            }
+        }
+    }
+
+    /// How many values of `member` were taken so far.
+    ///
+    /// # Safety
+    /// As for `latch`.
+    #[inline]
+    pub(crate) unsafe fn sequence(&self, member: usize) -> u64 {
+        // SAFETY: the caller is the one that touches it.
+        unsafe { &*self.state.get() }.waiting[member].sequence
+    }
+
+    /// Drops what waits for these members, of all of them together, so that none is a row behind another: a reader that is switched on takes
+    /// nothing that came before.
+    ///
+    /// # Safety
+    /// As for `latch`.
+    pub(crate) unsafe fn skip(&self, is_skipped: &dyn Fn(usize) -> bool) {
+        // SAFETY: the caller is the one that touches it.
+        let state = unsafe { &mut *self.state.get() };
+        let drop_waiting = |state: &mut InboundState| {
+            state.waiting.iter_mut().enumerate().filter(|(member, _)| is_skipped(*member)).for_each(|(_, waiting)| waiting.count = 0);
+        };
+        loop {
+            drop_waiting(state);
+            let before = state.receiver.rows();
+            if before == 0 {
+                break;
+            }
+            self.distribute(state);
+            if state.receiver.rows() >= before {
+                break;
+            }
+        }
+        drop_waiting(state);
+        for (member, waiting) in state.waiting.iter_mut().enumerate().filter(|(member, _)| is_skipped(*member)) {
+            waiting.begin(self.members[member].ratio);
+        }
+    }
+
+    /// False for a ratio member whose reader is off: nothing waits for it.
+    fn is_read(&self, index: usize) -> bool {
+        let member = &self.members[index];
+        // SAFETY: an activation of the reading source, whose kernel asks.
+        member.ratio == 0 || member.activation.as_ref().is_none_or(|activation| unsafe { (*activation.state()).on })
+    }
+
+    /// Moves rows that arrived to their members, while all members of a row have room.
+    fn distribute(&self, state: &mut InboundState) {
+        let masks = self.members.len().div_ceil(64);
+        for _ in 0..ROWS_MAX {
+            let Some((_, row)) = state.receiver.peek_row() else { return };
+            let present = |index: usize| row[index / 8] & (1 << (index % 8)) != 0;
+            if (0..self.members.len()).any(|index| present(index) && state.waiting[index].count == DEPTH && self.is_read(index)) {
+                return;
+            }
+            for (index, member) in self.members.iter().enumerate().filter(|(index, _)| present(*index)) {
+                let number = u64::from_ne_bytes(row[(masks + index) * WORD..][..WORD].try_into().expect("eight bytes were cut out"));
+                if let Some(activation) = member.activation.as_ref().filter(|_| member.ratio > 0) {
+                    // SAFETY: an activation of the reading source.
+                    state.waiting[index].relate(number, unsafe { &*activation.state() }, member.ratio);
+                }
+                state.waiting[index].push(number, &row[member.offset..member.offset + member.cell.len()]);
+            }
+            state.receiver.pop_row();
+        }
+    }
+}
+
+impl Waiting {
+    fn new(len: usize, ratio: u32) -> Waiting {
+        Waiting {
+            bytes: vec![0; len * DEPTH].into(),
+            numbers: [0; DEPTH],
+            first: 0,
+            count: 0,
+            sequence: 0,
+            taken: None,
+            late: None,
+            newest: None,
+            anchor: (u64::from(ratio), 0),
+            phase: 0,
+            held: false,
+        }
+    }
+
+    /// Looks at the reader: invocations since its activation. Where it was switched on since the last look, all begins anew.
+    #[inline]
+    fn attend(&mut self, reader: &State, ratio: u32) -> u64 {
+        let phase = reader.number.saturating_sub(reader.activated);
+        if phase < self.phase {
+            self.begin(ratio);
+        }
+        self.phase = phase;
+        phase
+    }
+
+    /// The reader is switched on.
+    #[cold]
+    fn begin(&mut self, ratio: u32) {
+        (self.taken, self.late, self.newest, self.anchor) = (None, None, None, (u64::from(ratio), 0));
+    }
+
+    /// Number `number` of a ratio member arrives. The first one since the reader or the writer was switched on says how their
+    /// invocations lie to each other: as if they had begun together, unless that is off by more than one update.
+    #[inline]
+    fn relate(&mut self, number: u64, reader: &State, ratio: u32) {
+        if !reader.on {
+            // Nothing waits for it.
+            self.count = 0;
+            return;
+        }
+        let (phase, n) = (self.attend(reader, ratio), u64::from(ratio));
+        let begins = self.newest.is_none_or(|newest| number <= newest);
+        self.newest = Some(number);
+        if begins {
+            let together = phase.abs_diff(number.saturating_add(1).saturating_mul(n)) <= n;
+            self.anchor = if together { (n, 0) } else { (phase + 1, number) };
+            (self.count, self.taken, self.late) = (0, None, None);
+        }
+    }
+
+    fn push(&mut self, number: u64, bytes: &[u8]) {
+        if self.count == DEPTH {
+            // A row that another process has changed since it was looked at.
+            return;
+        }
+        let place = (self.first + self.count) % DEPTH;
+        self.numbers[place] = number;
+        self.bytes[place * bytes.len()..][..bytes.len()].copy_from_slice(bytes);
+        self.count += 1;
+    }
+
+    fn pop_into(&mut self, cell: &Cell) {
+        if self.count == 0 {
+            return;
+        }
+        cell.store(&self.bytes[self.first * cell.len()..][..cell.len()]);
+        self.taken = Some(self.numbers[self.first]);
+        self.first = (self.first + 1) % DEPTH;
+        self.count -= 1;
+        self.sequence += 1;
+    }
+}

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Running times: what the blocks of a process are told of time, in each of its sources.
+use crate::source::SourceId;
+use opengpac::abi::Invocation;
+use std::cell::UnsafeCell;
+use std::ptr;
+use std::sync::atomic::{AtomicPtr, Ordering};
+
+/// Those of one process, one a source: a list that only grows.
+#[derive(Default)]
+pub(crate) struct RunningTimes(AtomicPtr<RunningTime>);
+
+// SAFETY: the list is atomic; each running time is touched by the kernel of its source alone.
+unsafe impl Send for RunningTimes {}
+// SAFETY: as for `Send`.
+unsafe impl Sync for RunningTimes {}
+
+/// Running time of a process in one source, and what its blocks are told.
+pub struct RunningTime {
+    source: SourceId,
+    next: *mut RunningTime,
+    state: UnsafeCell<TimeState>,
+}
+
+/// What the kernel of that source alone touches.
+#[derive(Default)]
+pub struct TimeState {
+    pub(crate) invocation: Invocation,
+    /// Clock time at which the running time was 0, while it runs; else the running time itself.
+    base_ns: i64,
+    runs: bool,
+    /// The serving pass in which a condition of the process acted last.
+    pub(crate) moved: u64,
+}
+
+impl RunningTimes {
+    /// That of `source`, made where there is none. Not on the real-time path.
+    pub(crate) fn prepare(&self, source: SourceId) -> &RunningTime {
+        let mut made: *mut RunningTime = ptr::null_mut();
+        loop {
+            let head = self.0.load(Ordering::Acquire);
+            if let Some(found) = find(head, source) {
+                if !made.is_null() {
+                    // SAFETY: made below and never published.
+                    drop(unsafe { Box::from_raw(made) });
+                }
+                return found;
+            }
+            if made.is_null() {
+                made = Box::into_raw(Box::new(RunningTime { source, next: head, state: UnsafeCell::new(TimeState::default()) }));
+            }
+            // SAFETY: not published yet.
+            unsafe { (*made).next = head };
+            if self.0.compare_exchange(head, made, Ordering::AcqRel, Ordering::Acquire).is_ok() {
+                // SAFETY: it stays until the process goes.
+                return unsafe { &*made };
+            }
+        }
+    }
+
+    /// That of `source`, if it was prepared.
+    pub(crate) fn find(&self, source: SourceId) -> Option<&RunningTime> {
+        find(self.0.load(Ordering::Acquire), source)
+    }
+}
+
+impl Drop for RunningTimes {
+    fn drop(&mut self) {
+        let mut time = *self.0.get_mut();
+        while !time.is_null() {
+            // SAFETY: the list owns its members, and nobody else holds it.
+            time = unsafe { Box::from_raw(time) }.next;
+        }
+    }
+}
+
+fn find<'a>(mut time: *mut RunningTime, source: SourceId) -> Option<&'a RunningTime> {
+    while !time.is_null() {
+        // SAFETY: members of the list stay until the process goes.
+        let found = unsafe { &*time };
+        if found.source == source {
+            return Some(found);
+        }
+        time = found.next;
+    }
+    None
+}
+
+impl RunningTime {
+    /// What the kernel of its source touches, and nobody else.
+    pub fn state(&self) -> *mut TimeState {
+        self.state.get()
+    }
+}
+
+impl TimeState {
+    /// Tells the blocks of the process what time it is.
+    #[inline]
+    pub(crate) fn tell(&mut self, now_ns: i64) {
+        self.invocation.now_ns = now_ns;
+        self.invocation.time_ns = if self.runs { now_ns - self.base_ns } else { self.base_ns };
+    }
+
+    /// Starts at 0.
+    pub fn start(&mut self, now_ns: i64) {
+        self.base_ns = now_ns;
+        self.runs = true;
+    }
+
+    /// Runs as another does whose clock is ahead by `ahead_ns`: by nothing, where it is of the same host.
+    pub fn keep(&mut self, other: &TimeState, ahead_ns: i64) {
+        (self.base_ns, self.runs) = (if other.runs { other.base_ns - ahead_ns } else { other.base_ns }, other.runs);
+    }
+
+    /// Stands still.
+    pub(crate) fn stop(&mut self, now_ns: i64) {
+        if self.runs {
+            self.base_ns = now_ns - self.base_ns;
+            self.runs = false;
+        }
+    }
+
+    /// Goes on.
+    pub(crate) fn resume(&mut self, now_ns: i64) {
+        if !self.runs {
+            self.base_ns = now_ns - self.base_ns;
+            self.runs = true;
+        }
+    }
+}

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the kernel of a device's source touches in every firing, and what the floors above exchange in it between two of them.
+use crate::tape::Tape;
+use device::{DeviceError, Driver};
+use interconnect::{Receiver, Sender};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicI64, Ordering};
+
+/// What the kernel of the device's source alone touches.
+pub struct Service {
+    /// Reads and writes its channels.
+    pub driver: Box<dyn Driver>,
+    /// What goes to the driver: commands with safe values and slew limits applied; it also remembers what was written last.
+    pub out: Vec<u8>,
+    /// For each write channel: claimed at the last write.
+    pub(crate) engaged: Vec<bool>,
+    /// Release of the last write, ns.
+    pub written_ns: Option<i64>,
+    /// How much the driver's clock is ahead of the source's: that of the host which opened it.
+    pub ahead_ns: i64,
+    /// Where what it read last goes, for an heir.
+    pub shows: Option<Box<dyn Sender>>,
+    /// It is an heir: the driver is another device's so far.
+    pub looks: Option<Box<dyn View>>,
+    /// It was taken over, and has not been written since.
+    pub is_new: bool,
+    /// Its driver is closed.
+    pub is_closed: bool,
+}
+
+/// The device that an heir is to take over, as the heir sees it.
+pub trait View: Send {
+    /// What that read last.
+    ///
+    /// # Errors
+    /// It is lost where it runs.
+    fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError>;
+
+    /// Gives driver and last outputs of that device to its heir. `ahead_ns`: how much the clock of the host before was ahead of the heir's.
+    ///
+    /// # Safety
+    /// The host of that device has ended.
+    unsafe fn give(&self, heir: &mut Service, ahead_ns: i64);
+}
+
+impl Service {
+    /// What is to go out goes to the driver.
+    pub(crate) fn send(&mut self, release_ns: i64, tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
+        let mut live = || self.driver.write(release_ns + self.ahead_ns, &self.out, &self.engaged);
+        match tape {
+            None => live(),
+            Some(tape) => tape.written(&mut live),
+        }
+    }
+
+    /// Once: safe state, then the end of the driver.
+    pub(crate) fn close(&mut self) {
+        if !std::mem::replace(&mut self.is_closed, true) {
+            self.driver.safe_state();
+            self.driver.close();
+        }
+    }
+}
+
+/// Where others can see what a device read last, and how long nobody wrote it while it was handed over.
+pub struct Seen {
+    /// What it read last, for one heir.
+    pub view: Mutex<Option<Box<dyn Receiver>>>,
+    gap_ns: AtomicI64,
+}
+
+/// No gap is known.
+const NO_GAP: i64 = -1;
+
+impl Default for Seen {
+    fn default() -> Seen {
+        Seen { view: Mutex::default(), gap_ns: AtomicI64::new(NO_GAP) }
+    }
+}
+
+impl Seen {
+    /// The first write after a device was taken over.
+    pub(crate) fn written(&self, gap_ns: i64) {
+        self.gap_ns.store(gap_ns, Ordering::Release);
+    }
+
+    /// After it was taken over: from the release of the last write before to that of the first write after, ns. None as long as there was none.
+    pub fn gap_ns(&self) -> Option<i64> {
+        Some(self.gap_ns.load(Ordering::Acquire)).filter(|gap| *gap != NO_GAP)
+    }
+}

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the channels of a device ask for, and how a device stands: the kernel of its source sets this, others read it.
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
+
+/// What a read channel asks for when it reads so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Ask {
+    /// The emergency stop: outputs are safe from the write of the firing that read it on.
+    Stop,
+    /// Nothing of the kernel: the supervisor is told of each change.
+    Tell,
+}
+
+/// How a device stands. Of a remote one: as it was told last.
+pub struct Standing {
+    /// It failed: it is neither read nor written any more.
+    pub lost: AtomicBool,
+    /// For each channel: which reading of it asks for something, and how that stands.
+    pub asking: Vec<Asking>,
+    /// For each channel: how often its slew limit acted.
+    pub limited: Vec<AtomicU64>,
+    /// Calls of `Device::forget`.
+    pub forgotten: AtomicU64,
+}
+
+impl Standing {
+    pub(crate) fn new(channels: usize) -> Standing {
+        let (asking, limited) = ((0..channels).map(|_| Asking::default()).collect(), (0..channels).map(|_| AtomicU64::new(0)).collect());
+        Standing { lost: AtomicBool::new(false), asking, limited, forgotten: AtomicU64::new(0) }
+    }
+
+    /// It is open again, and nothing of it has been read yet.
+    pub fn found(&self) {
+        for asking in &self.asking {
+            let what = asking.what.load(Ordering::Acquire);
+            asking.once.store(false, Ordering::Release);
+            // As of `Device::ask`: what would stop is not there until it is read, what tells is not granted until then.
+            asking.now.store(what != OFF && what & STOP == 0, Ordering::Release);
+        }
+        self.lost.store(false, Ordering::Release);
+    }
+}
+
+/// A channel whose readings are looked at. Flags only, each by itself: the kernel sets, the supervisor reads.
+#[derive(Default)]
+pub struct Asking {
+    /// `OFF`, or what it asks for and whether it does so at 0 (`AT_ZERO`).
+    pub(crate) what: AtomicU8,
+    /// It does now.
+    pub now: AtomicBool,
+    /// It did, since somebody last forgot.
+    pub once: AtomicBool,
+}
+
+impl Asking {
+    /// What it asks for, and whether it does so at 0; none where nobody looks at it.
+    pub fn of(&self) -> Option<(Ask, bool)> {
+        let what = self.what.load(Ordering::Acquire);
+        (what != OFF).then_some((if what & STOP != 0 { Ask::Stop } else { Ask::Tell }, what & AT_ZERO != 0))
+    }
+}
+
+pub(crate) const OFF: u8 = 0;
+pub(crate) const STOP: u8 = 1;
+pub(crate) const TELL: u8 = 2;
+pub(crate) const AT_ZERO: u8 = 4;
+
+/// What whoever runs a remote device is asked to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum DeviceCall {
+    /// `Device::ask`.
+    Ask { channel: u32, what: Ask, at_zero: bool },
+    /// `Device::forget`.
+    Forget { channel: u32 },
+}

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The kernel of one source: what its firings and scripts share.
+use crate::counters::add;
+use crate::event::{Event, Teller};
+use crate::memory::Span;
+use crate::process::{CAPTURED_MAX, Process};
+use crate::shared::{Shared, Source};
+use crate::table::Table;
+use crate::tape::{Occasion, digest};
+use crate::word::Word;
+use std::sync::Arc;
+
+/// The kernel of one source. Its own thread alone touches it; under the virtual clock, the one thread.
+pub struct Kernel {
+    pub source: Arc<Source>,
+    pub(crate) shared: Arc<Shared>,
+    pub table: Box<Table>,
+    pub(crate) teller: Teller,
+    /// Number of the last firing. Scripts switch intervals on from the next.
+    pub firing: u64,
+    /// A step faulted in this firing, or it is one of `execute`: `Table::ran` says what ran.
+    pub(crate) careful: bool,
+    /// A signal or a spent budget ended a firing: no step runs until a restart.
+    pub stopped: bool,
+    /// Something was told: the supervisor is to be woken.
+    pub(crate) told: bool,
+    /// A script stored something that is not published yet.
+    pub(crate) stored: bool,
+    /// A source was raised: it is to be woken.
+    pub(crate) raised: bool,
+    /// Number of the pass that serves conditions.
+    pub(crate) pass: u64,
+    /// Processes that entered a stage in the present script, to be looked at for what they remember.
+    pub(crate) entered: Vec<*const Process>,
+    /// What a reaction captures.
+    pub(crate) captured: Vec<u8>,
+    /// Time budget of a firing whose activations declare none.
+    pub(crate) budget_ns: i64,
+}
+
+// SAFETY: the pointers of `entered` live only within one script, whose processes it keeps.
+unsafe impl Send for Kernel {}
+
+impl Kernel {
+    pub fn new(source: Arc<Source>, shared: Arc<Shared>, teller: Teller, firing: u64, budget_ns: i64) -> Kernel {
+        let (entered, captured) = (Vec::with_capacity(1024), Vec::with_capacity(CAPTURED_MAX));
+        let table = Box::new(Table::empty());
+        Kernel {
+            source,
+            shared,
+            table,
+            teller,
+            firing,
+            careful: false,
+            stopped: false,
+            told: false,
+            stored: false,
+            raised: false,
+            pass: 0,
+            entered,
+            captured,
+            budget_ns,
+        }
+    }
+
+    /// A stretch of its record begins, where one is made.
+    #[inline]
+    pub(crate) fn begin(&self) {
+        if let Some(tape) = &self.source.tape {
+            tape.begin();
+        }
+    }
+
+    /// The stretch is over.
+    #[inline]
+    pub(crate) fn end(&self, occasion: Occasion, time_ns: i64) {
+        if let Some(tape) = self.source.tape.as_ref().filter(|tape| tape.records()) {
+            tape.end(occasion, self.firing, time_ns, self.digest(), self.stopped);
+        }
+    }
+
+    /// Digest of everything that its blocks have stored.
+    pub fn digest(&self) -> u64 {
+        // SAFETY: a span lies within its cells, which the table's blocks hold; this source's own image.
+        let bytes = |span: &Span| unsafe { std::slice::from_raw_parts(span.start, span.len) };
+        self.table.stored.iter().fold(0, |of, span| digest(of, bytes(span)))
+    }
+
+    pub(crate) fn tell_asked(&mut self, now_ns: i64) {
+        self.tell(Event::Asked { source: self.source.id, time_ns: now_ns }, &[], &[]);
+    }
+
+    pub(crate) fn tell(&mut self, event: Event, value: &[u8], captured: &[u8]) {
+        self.told = true;
+        if !self.teller.tell(&self.shared.serials, event, value, captured) {
+            add(&self.source.counters.lost, 1);
+        }
+    }
+
+    /// A condition found no place: it is counted, and told when there is room.
+    #[cold]
+    pub(crate) fn lose(&mut self) {
+        self.told = true;
+        self.teller.lose();
+        add(&self.source.counters.lost, 1);
+    }
+
+    /// After firings and scripts: wakes who is to be woken. The one system call, and only where somebody sleeps.
+    pub fn wake(&mut self) {
+        if self.raised {
+            self.raised = false;
+            self.table.wakes.iter().chain(&self.table.edge_sources).flatten().for_each(|source| source.bell.wake());
+        }
+        self.told |= self.teller.tell_lost(&self.shared.serials);
+        if self.told {
+            self.told = false;
+            self.shared.supervisor.ring();
+        }
+    }
+}
+
+/// Where a process stands, which others move too; where a record is made that is part of it.
+pub(crate) fn word_of(source: &Source, process: &Process) -> Word {
+    let word = process.word();
+    source.tape.as_ref().map_or(word, |tape| Word::unpack(tape.number(word.pack())))
+}
+
+/// Whether a process could be moved, in the same way.
+pub(crate) fn is_so(source: &Source, moved: bool) -> bool {
+    source.tape.as_ref().map_or(moved, |tape| tape.whether(moved))
+}

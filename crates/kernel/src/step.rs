@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Steps and rings of rows, of which a table is built.
+use crate::block::Block;
+use crate::memory::Cell;
+use crate::process::Process;
+use crate::rows::RowsEnd;
+use crate::schedule::Activation;
+use crate::window::Window;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// What a step does.
+pub enum StepKind {
+    /// One invocation of a block.
+    Block(Arc<Block>),
+    /// Copies cells: a gather or scatter of an array port, the delay of a ratio input inside a source.
+    Copy(Vec<(Cell, Cell)>),
+    /// Appends to windows what the block of an earlier step has stored.
+    Append(Vec<Append>),
+}
+
+/// A value that a block stores, and a window of the last values of it: input items that ask for a history are bound to windows.
+#[derive(Clone)]
+pub struct Append {
+    /// The block that stores it.
+    pub block: Arc<Block>,
+    /// n where its output is a ratio output n, else 1: it stores on the nth, 2nth, … invocation.
+    pub ratio: u32,
+    /// The newest value.
+    pub value: Cell,
+    /// The last values, oldest first.
+    pub window: Window,
+}
+
+/// One step, with when it is due and whose it is.
+pub struct Step {
+    /// What it does.
+    pub kind: StepKind,
+    /// When it is due.
+    pub activation: Arc<Activation>,
+    /// Whose conditions it reports and whose running time it sees.
+    pub process: Arc<Process>,
+    /// Indices of the earlier steps of this table whose output it takes synchronously: where one of them faulted in this
+    /// firing, or did not run, this one is not due.
+    pub drivers: Vec<u32>,
+}
+
+/// A ring of rows that the PS, a scope or the recorder reads: these cells are copied into a row at the end of each firing.
+pub struct Rows {
+    /// In order, without gaps.
+    pub cells: Vec<Cell>,
+    /// The writing end.
+    pub writer: Arc<RowsEnd>,
+}
+
+/// Each activation once, each after those that drive it.
+pub(crate) fn in_driving_order(steps: &[Step]) -> Vec<Arc<Activation>> {
+    fn visit(activation: &Arc<Activation>, seen: &mut HashMap<*const Activation, ()>, order: &mut Vec<Arc<Activation>>) {
+        if seen.insert(Arc::as_ptr(activation), ()).is_none() {
+            activation.planned_drivers().iter().for_each(|(driver, _)| visit(driver, seen, order));
+            order.push(activation.clone());
+        }
+    }
+    let (mut seen, mut order) = (HashMap::new(), Vec::new());
+    for (index, step) in steps.iter().enumerate() {
+        if index == 0 || !Arc::ptr_eq(&step.activation, &steps[index - 1].activation) {
+            visit(&step.activation, &mut seen, &mut order);
+        }
+    }
+    order
+}

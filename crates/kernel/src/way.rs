@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How a connection is called whose ends are made separately, and the end of one over which nothing goes.
+use interconnect::{ConnectionSpec, Full, Header, Receiver, Sender};
+use std::any::Any;
+use std::sync::Arc;
+
+/// How far apart the ends of a connection lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Reach {
+    /// In one process.
+    Process,
+    /// In two processes of one host.
+    Host,
+    /// On two hosts.
+    Network,
+}
+
+/// A connection by name: what both of its ends are made with, wherever they lie.
+#[derive(Clone, Copy, Debug)]
+pub struct Way {
+    /// Never given twice in a system.
+    pub number: u64,
+    /// Its two sources and its lengths.
+    pub spec: ConnectionSpec,
+    /// How far apart its ends lie.
+    pub reach: Reach,
+}
+
+/// An end of a connection over which nothing goes and nothing comes: one that is remote, in the tables that are kept here and that nothing
+/// here runs ([`Nowhere::default`]); or one that could not be made, in a table that is run ([`Nowhere::of`]).
+#[derive(Default)]
+pub struct Nowhere {
+    group: Vec<u8>,
+    /// What goes on as long as this end is here.
+    _kept: Option<Arc<dyn Any + Send + Sync>>,
+}
+
+impl Nowhere {
+    /// In the place of an end of `spec` that could not be made: what is published goes nowhere, a row finds no room.
+    pub fn of(spec: &ConnectionSpec) -> Nowhere {
+        Nowhere { group: vec![0; spec.asynchronous_len], _kept: None }
+    }
+
+    /// In the place of a remote end; keeps `kept` as long as it is here.
+    pub fn keeping(kept: Option<Arc<dyn Any + Send + Sync>>) -> Nowhere {
+        Nowhere { group: Vec::new(), _kept: kept }
+    }
+}
+
+impl Sender for Nowhere {
+    fn group(&mut self) -> &mut [u8] {
+        &mut self.group
+    }
+
+    fn publish(&mut self, _number: u64, _now_ns: i64) {}
+
+    fn push(&mut self, _number: u64, _now_ns: i64, _fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full> {
+        Err(Full)
+    }
+
+    fn arrived(&self) -> bool {
+        false
+    }
+}
+
+impl Receiver for Nowhere {
+    fn latch(&mut self, _now_ns: i64) -> Option<Header> {
+        None
+    }
+
+    fn group(&self) -> &[u8] {
+        &self.group
+    }
+
+    fn peek_row(&mut self) -> Option<(u64, &[u8])> {
+        None
+    }
+
+    fn pop_row(&mut self) -> bool {
+        false
+    }
+
+    fn rows(&self) -> usize {
+        0
+    }
+}

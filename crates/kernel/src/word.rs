@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The word of a process, on which kernel, supervisor and programming system race.
+
+/// The process's word: generation 32 | stage 16 | flags 16.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct Word {
+    pub generation: u32,
+    pub stage: u16,
+    pub(crate) flags: u16,
+}
+
+/// Nothing acts until an `Op::Stage`.
+pub(crate) const FROZEN: u16 = 1;
+/// Frozen by `claim`, which moved it to the next generation; what still runs belongs to the one before.
+pub(crate) const CLAIMED: u16 = 2;
+/// Ended by a reaction.
+pub(crate) const ENDED: u16 = 4;
+
+impl Word {
+    pub(crate) fn pack(self) -> u64 {
+        u64::from(self.generation) << 32 | u64::from(self.stage) << 16 | u64::from(self.flags)
+    }
+
+    pub(crate) fn unpack(word: u64) -> Word {
+        Word { generation: (word >> 32) as u32, stage: (word >> 16) as u16, flags: word as u16 }
+    }
+
+    /// True while conditions act.
+    pub fn acts(self) -> bool {
+        self.flags == 0
+    }
+
+    /// True while a condition that comes counts for the waits of the present list: also while the supervisor has taken it to carry it on.
+    /// Where it goes to another list, what was remembered is forgotten.
+    pub fn remembers(self) -> bool {
+        self.flags & ENDED == 0
+    }
+
+    /// The generation that what runs now belongs to.
+    pub(crate) fn running_generation(self) -> u32 {
+        self.generation - u32::from(self.flags & CLAIMED != 0 && self.generation > 0)
+    }
+}

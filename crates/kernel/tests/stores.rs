@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A firing that its budget ends, at any instant: what blocks stored is of one invocation, and has the number of that invocation.
+//!
+//! `OPENGPAC_BUDGET_FAULTS=100000 OPENGPAC_SEED=7 cargo test -p kernel --test stores -- --nocapture` is the large campaign.
+#![allow(clippy::undocumented_unsafe_blocks, reason = "a timer that raises a signal, and a module that is loaded by hand")]
+#[path = "support/modules.rs"]
+mod modules;
+mod support;
+use kernel::*;
+use opengpac::abi::Descriptor;
+use opengpac::{FunctionBlock, Invocation, Outcome};
+use runtime::Host;
+use std::ffi::CStr;
+use std::sync::Arc;
+use std::time::Instant;
+use support::*;
+
+const MS: i64 = 1_000_000;
+
+/// Fills wide outputs with the number of the invocation: y = number.
+#[derive(FunctionBlock)]
+struct Wide {
+    /// the first
+    #[output]
+    a: [f64; 2000],
+    /// the second
+    #[output]
+    b: [f64; 2000],
+}
+
+impl opengpac::Step for Wide {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        (self.a, self.b) = ([invocation.number as f64; 2000], [invocation.number as f64; 2000]);
+        Outcome::Done
+    }
+}
+
+/// The same in C, built as a user's module is.
+fn in_c() -> &'static Descriptor {
+    modules::blocks_of("wide", &modules::AS_A_USER)[0]
+}
+
+/// The outputs of a block: where they are stored, and their stamp.
+struct Stored {
+    block: Arc<Block>,
+    cells: Vec<Cell>,
+    stamp: Cell,
+}
+
+impl Stored {
+    fn new(id: u32, descriptor: &'static Descriptor) -> Stored {
+        let len = 2000 * size_of::<f64>();
+        let memory = Extent::new(descriptor.instance_size as usize).cell(0, descriptor.instance_size as usize);
+        let mut block = Block::install(BlockId(id), &format!("b{id}"), descriptor, Arc::new(()), memory);
+        let extent = Extent::new(descriptor.item_count as usize * len + 24);
+        let cells: Vec<Cell> = (0..descriptor.item_count as usize).map(|at| extent.cell(at * len, len)).collect();
+        cells.iter().enumerate().for_each(|(item, cell)| block.bind(item, cell));
+        let stamp = extent.cell(cells.len() * len, 24);
+        stamp.store(&unstamped());
+        Stored { block: Arc::new(block), cells, stamp }
+    }
+
+    /// What every reader would come to see: a value and its number. Errs where they do not belong together.
+    fn number(&self) -> Result<u64, String> {
+        let stamp = self.stamp.load();
+        let number = u64::from_ne_bytes(stamp[..8].try_into().unwrap());
+        for (at, cell) in self.cells.iter().enumerate() {
+            let bytes = cell.load();
+            let values = bytes.chunks_exact(8).map(|bytes| f64::from_ne_bytes(bytes.try_into().unwrap()));
+            if let Some((index, value)) = values.enumerate().find(|(_, value)| *value != number as f64) {
+                return Err(format!("element {index} of output {at} of {:?} is of invocation {value}, its number is {number}", self.block.id()));
+            }
+        }
+        Ok(number)
+    }
+}
+
+/// A timer that sends the budget's signal to this thread.
+struct Alarm(libc::timer_t);
+
+impl Alarm {
+    fn new() -> Alarm {
+        // The first real-time signal that somebody handles, from where the guard looks for one.
+        let taken = |signal: i32| unsafe {
+            let mut present: libc::sigaction = std::mem::zeroed();
+            libc::sigaction(signal, std::ptr::null(), &mut present);
+            present.sa_flags & libc::SA_SIGINFO != 0
+        };
+        let signal = (libc::SIGRTMIN() + 3..libc::SIGRTMAX()).find(|&signal| taken(signal)).expect("a host is there");
+        unsafe {
+            let mut event: libc::sigevent = std::mem::zeroed();
+            event.sigev_notify = libc::SIGEV_THREAD_ID;
+            event.sigev_signo = signal;
+            event.sigev_notify_thread_id = libc::syscall(libc::SYS_gettid) as i32;
+            let mut timer = std::mem::zeroed();
+            assert_eq!(libc::timer_create(libc::CLOCK_MONOTONIC, &mut event, &mut timer), 0);
+            Alarm(timer)
+        }
+    }
+
+    fn set(&self, in_ns: i64) {
+        let time = |ns| libc::timespec { tv_sec: 0, tv_nsec: ns };
+        let once = libc::itimerspec { it_interval: time(0), it_value: time(in_ns.max(1)) };
+        assert_eq!(unsafe { libc::timer_settime(self.0, 0, &once, std::ptr::null_mut()) }, 0);
+    }
+}
+
+impl Drop for Alarm {
+    fn drop(&mut self) {
+        unsafe { libc::timer_delete(self.0) };
+    }
+}
+
+struct Program {
+    host: Host,
+    source: SourceId,
+    stored: Vec<Stored>,
+    now_ns: i64,
+}
+
+impl Program {
+    fn new() -> Program {
+        let host = virtual_host(1);
+        let source = host.add_source(timer("fast", MS as u64, 80)).unwrap();
+        let c = in_c();
+        assert_eq!(unsafe { CStr::from_ptr(c.name) }, c"wide");
+        let stored = vec![Stored::new(1, c), Stored::new(2, Wide::descriptor()), Stored::new(3, c)];
+        let (process, activation) = (Process::new(1, 1), Activation::with_budget(Due::Interval, None, Some(1)));
+        let steps = stored.iter().map(|stored| step(&stored.block, &activation, &process, &[])).collect();
+        let stamped = stored.iter().map(|of| Stamped { block: of.block.clone(), ratio: 1, stamp: of.stamp.clone(), history: None }).collect();
+        host.submit(source, script(vec![Op::Table(Box::new(support::table(steps).with_stamped(stamped))), Op::On(activation, 1)]));
+        Program { host, source, stored, now_ns: 0 }
+    }
+
+    /// One firing; the block that its budget ended it in.
+    fn fire(&mut self) -> Option<BlockId> {
+        self.now_ns += MS;
+        assert!(self.host.fire_next(self.now_ns).unwrap());
+        let mut ended = None;
+        for event in events(&self.host) {
+            if let Event::Stopped { block, fault, .. } = event {
+                assert_eq!(fault, Fault::Budget);
+                ended = Some(block);
+            }
+        }
+        ended
+    }
+
+    /// How long a firing takes, and a little more. The watchdog of the program looks at this source too, and every firing is over its budget:
+    /// where it came by, the firing does not count.
+    fn long_ns(&mut self) -> u64 {
+        let mut took = Vec::new();
+        while took.len() < 20 {
+            let start = Instant::now();
+            match self.fire() {
+                None => took.push(start.elapsed().as_nanos() as u64),
+                Some(_) => self.host.restart(self.source),
+            }
+        }
+        took.sort_unstable();
+        took[10] * 5 / 4 + 1000
+    }
+
+    fn numbers(&self) -> Vec<u64> {
+        self.stored.iter().map(|stored| stored.number().unwrap()).collect()
+    }
+}
+
+/// xorshift64*.
+fn random(seed: &mut u64) -> u64 {
+    *seed ^= *seed >> 12;
+    *seed ^= *seed << 25;
+    *seed ^= *seed >> 27;
+    seed.wrapping_mul(0x2545_f491_4f6c_dd1d)
+}
+
+fn setting(name: &str, default: u64) -> u64 {
+    std::env::var(name).map_or(default, |given| given.parse().expect("a number"))
+}
+
+#[test]
+fn a_budget_that_ends_at_any_instant_tears_nothing() {
+    let (count, mut seed) = (setting("OPENGPAC_BUDGET_FAULTS", 300), setting("OPENGPAC_SEED", 1).max(1));
+    let mut program = Program::new();
+    let alarm = Alarm::new();
+    let long_ns = program.long_ns();
+    let (mut faults, mut through, mut firings) = (0, 0, 0u64);
+    while faults < count {
+        let before = program.numbers();
+        alarm.set((random(&mut seed) % long_ns) as i64);
+        let ended = program.fire();
+        alarm.set(1);
+        firings += 1;
+        let after = program.numbers();
+        if let Some(block) = ended {
+            faults += 1;
+            // The one whose time it was had stored all, or nothing; those before it had.
+            let at = program.stored.iter().position(|stored| stored.block.id() == block).unwrap();
+            assert!((0..at).all(|earlier| after[earlier] > before[earlier]), "{before:?} {after:?} ended in {at}");
+            through += u64::from(after[at] > before[at]);
+            program.host.restart(program.source);
+            if faults % 10_000 == 0 {
+                println!("{faults} budget faults in {firings} firings, {through} of them while a block stored: none torn");
+            }
+        } else {
+            assert!(after.iter().zip(&before).all(|(after, before)| after > before), "{before:?} {after:?}");
+        }
+    }
+    println!("{faults} budget faults in {firings} firings, {through} of them while a block stored: none torn");
+    assert!(through > 0, "signals came while blocks stored");
+    assert!(through < faults, "and while they did not");
+}

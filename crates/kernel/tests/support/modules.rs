@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Blocks in C, compiled and loaded by hand.
+use opengpac::abi::{Descriptor, Module};
+use std::ffi::CString;
+use std::process::Command;
+
+/// As a user's module is built.
+#[allow(dead_code, reason = "each test file uses its part")]
+pub const AS_A_USER: [&str; 3] = ["-std=c11", "-O2", "-ffp-contract=off"];
+
+/// The blocks of `tests/blocks/NAME.c`, compiled with these options.
+pub fn blocks_of(name: &str, options: &[&str]) -> Vec<&'static Descriptor> {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let object = std::env::temp_dir().join(format!("opengpac-{name}-{}.so", std::process::id()));
+    let (include, source) = (format!("-I{root}/../block/include"), format!("{root}/tests/blocks/{name}.c"));
+    let done = Command::new("cc").args(options).args(["-shared", "-fPIC", &include, &source, "-o"]).arg(&object).status().unwrap();
+    assert!(done.success());
+    let path = CString::new(object.to_str().unwrap()).unwrap();
+    unsafe {
+        let library = libc::dlopen(path.as_ptr(), libc::RTLD_NOW);
+        std::fs::remove_file(&object).unwrap();
+        assert!(!library.is_null());
+        let entry: extern "C" fn() -> *const Module = std::mem::transmute(libc::dlsym(library, c"opengpac_module".as_ptr()));
+        let module = &*entry();
+        std::slice::from_raw_parts(module.blocks, module.block_count as usize).iter().map(|block| &**block).collect()
+    }
+}

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+use crate::reference::{Approach, Led, is_bad_limit};
+use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
+
+/// A limit is negative or no number, or the range is empty.
+const BAD_LIMIT: u32 = 1;
+/// Over how many invocations a set-point is approached at most.
+const INTERPOLATION_MAX: f64 = 1e6;
+
+/// Reference of a joint whose drive closes the loop: goal = q_r - offset, q_r the set-point, smoothed; fault 1: a limit below 0, an empty range.
+///
+/// q_r is that of `joint_servo`: a new set-point is approached within `period`, the time between two of them, so that a generator at 20 ms
+/// leads a drive at 2 ms without stairs and without steps of speed, at a delay of one and a half periods. q_r stays within the range of the
+/// joint and its maximum speed, and begins where the joint is. For a drive that takes an effort instead, use `joint_servo`.
+#[derive(FunctionBlock)]
+pub struct JointReference {
+    /// position that is commanded
+    #[input(asynchronous, unit = "rad|m")]
+    setpoint: f64,
+    /// position q
+    #[input(unit = "rad|m")]
+    position: f64,
+    /// what is added to the readings of the joint to give q
+    #[input(asynchronous, default = 0.0, unit = "rad|m")]
+    offset: f64,
+    /// whether q is known: before, the range of q_r means nothing and is not kept to
+    #[input(asynchronous, default = true)]
+    homed: bool,
+    /// what the drive is told, as it counts positions
+    #[output(unit = "rad|m")]
+    goal: f64,
+    /// q_r - q
+    #[output(unit = "rad|m")]
+    error: f64,
+    /// q_r: where the joint is commanded to be now
+    #[output(unit = "rad|m")]
+    reference: f64,
+    /// q_r': how fast it is commanded to move now; 0 where no set-points come
+    #[output(unit = "rad/s|m/s")]
+    reference_velocity: f64,
+    /// invocations in which the range or the maximum speed held q_r back
+    #[output]
+    limited: i64,
+    /// time between two set-points
+    #[param(default = 0.02, unit = "s")]
+    period: f64,
+    /// least q_r
+    #[param(default = -1e6, unit = "rad|m")]
+    position_min: f64,
+    /// greatest q_r
+    #[param(default = 1e6, unit = "rad|m")]
+    position_max: f64,
+    /// greatest |q_r'|
+    #[param(default = 1e6, unit = "rad/s|m/s")]
+    speed_max: f64,
+    /// whether the range is kept to only when the joint is homed
+    #[param(default = false)]
+    needs_home: bool,
+    /// |q_r - q| is above the preset; the value is q_r - q; off where the preset is 0
+    #[condition(preset = 0.0, unit = "rad|m")]
+    following_error: ConditionOf<f64>,
+    /// where the reference is
+    #[state(opaque)]
+    approach: Approach,
+}
+
+impl Step for JointReference {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        if is_bad_limit(self.period) || is_bad_limit(self.speed_max) || is_bad_limit(self.position_max - self.position_min) {
+            return Outcome::Fault(BAD_LIMIT);
+        }
+        let range = (self.homed || !self.needs_home).then_some((self.position_min, self.position_max));
+        let led = Led { setpoint: self.setpoint, position: self.position, offset: self.offset, range, speed_max: self.speed_max };
+        let invocations = |span_s: f64| if span_s > 0.0 { (self.period / span_s).round().clamp(1.0, INTERPOLATION_MAX) as u32 } else { 1 };
+        let now = self.approach.advance(invocation.time_ns, led, invocations);
+        (self.reference, self.reference_velocity, self.goal) = (now.reference, now.velocity, now.reference - self.offset);
+        self.limited += i64::from(now.limited);
+        self.error = now.reference - self.position;
+        if self.following_error.preset > 0.0 && self.error.abs() > self.following_error.preset {
+            self.following_error.report(self.error);
+        }
+        Outcome::Done
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reference() -> JointReference {
+        JointReference {
+            setpoint: 0.7, position: 0.7, offset: 0.0, homed: true, goal: 0.0, error: 0.0, reference: 0.0, reference_velocity: 0.0, limited: 0, period: 0.02,
+            position_min: -1e6, position_max: 1e6, speed_max: 1e6, needs_home: false, following_error: ConditionOf::new(0.0), approach: Approach::default(),
+        }
+    }
+
+    fn at(ms: i64) -> Invocation {
+        Invocation { number: ms as u64, time_ns: ms * 1_000_000, now_ns: 0 }
+    }
+
+    #[test]
+    fn it_begins_where_the_joint_is_and_comes_to_the_setpoint() {
+        let mut block = JointReference { setpoint: 0.9, speed_max: 0.5, ..reference() };
+        let mut before = 0.7;
+        for k in 0..400 {
+            assert_eq!(block.step(&at(2 * k)), Outcome::Done);
+            assert!((0.0..=1e-3 + 1e-12).contains(&(block.goal - before)), "at most 0.5 rad/s: {}", block.goal - before);
+            (before, block.position) = (block.goal, block.goal);
+        }
+        assert_eq!((block.goal, block.reference_velocity), (0.9, 0.0));
+    }
+
+    #[test]
+    fn it_approaches_a_setpoint_over_its_period_at_any_rate() {
+        // From rest, the greatest speed is reached after one period: ten invocations of 2 ms, twenty of 1 ms.
+        for step in [1, 2] {
+            let mut block = reference();
+            assert_eq!(block.step(&at(0)), Outcome::Done);
+            block.setpoint = 0.8;
+            let fastest = (1..100).map(|k| (block.step(&at(k * step)), block.reference_velocity, k * step).1).fold(0.0, f64::max);
+            assert!((fastest - 5.0).abs() < 0.01 && block.goal == 0.8, "{fastest} rad/s, {}", block.goal);
+        }
+    }
+
+    #[test]
+    fn another_offset_leaves_the_goal_of_the_drive() {
+        let mut block = reference();
+        assert_eq!(block.step(&at(0)), Outcome::Done);
+        (block.offset, block.setpoint, block.position) = (-0.5, 0.2, 0.2);
+        assert_eq!(block.step(&at(1)), Outcome::Done);
+        assert!((block.goal - 0.7).abs() < 1e-12 && (block.reference - 0.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn it_reports_the_following_error_and_refuses_bad_limits() {
+        let mut block = JointReference { setpoint: 1.0, following_error: ConditionOf::new(0.1), ..reference() };
+        assert_eq!((block.step(&at(0)), block.following_error.is_reported()), (Outcome::Done, false), "it begins where the joint is");
+        for k in 1..50 {
+            assert_eq!(block.step(&at(k)), Outcome::Done);
+        }
+        assert!(block.following_error.is_reported());
+        assert_eq!(JointReference { speed_max: f64::NAN, ..reference() }.step(&at(0)), Outcome::Fault(BAD_LIMIT));
+    }
+}

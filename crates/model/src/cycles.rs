@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Cycles of synchronous ports: found, named, and with what relaxes them.
+use crate::flatten::{FlatBlock, Group, Port};
+use crate::interface::{Kind, Mode};
+use crate::order;
+use crate::refusal::{Class, Place, Refusal, Where};
+
+/// A cycle of synchronous ports within the definition.
+pub(crate) fn synchronous_cycle(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>], place: &Option<Place>) -> Option<Refusal> {
+    let mut edges = Vec::new();
+    for group in groups {
+        for writer in group.ports.iter().filter(|p| blocks[p.0].kind.item(p.1).kind == Kind::Output) {
+            for reader in group.ports.iter().filter(|p| is_synchronous_input(blocks, **p)) {
+                edges.push((writer.0, reader.0));
+            }
+        }
+    }
+    debug_assert_eq!(group_of.len(), blocks.len());
+    let cycle = order::find_cycle(blocks.len(), &edges)?;
+    let (first, last) = (*cycle.first()?, *cycle.last()?);
+    let closing = groups.iter().filter(|group| group.ports.iter().any(|p| p.0 == last && blocks[last].kind.item(p.1).kind == Kind::Output));
+    let relaxed: Vec<usize> = closing.flat_map(|group| &group.ports).filter(|p| p.0 == first && is_synchronous_input(blocks, **p)).map(|p| p.1).collect();
+    let labels: Vec<&str> = cycle.iter().map(|&block| blocks[block].label.as_str()).collect();
+    Some(cycle_refusal(&labels, &modes_of(&blocks[first], &relaxed), place))
+}
+
+/// How these inputs of a block are relaxed; of a block within a graph it is for that graph to say.
+pub(crate) fn modes_of(block: &FlatBlock, items: &[usize]) -> String {
+    let relaxed: Vec<String> = items.iter().map(|item| format!("'{}.{}': 'asynchronous'", block.label, block.kind.interface.items[*item].name)).collect();
+    if relaxed.is_empty() || block.label.contains('.') { "modes=".to_owned() } else { format!("modes={{{}}}", relaxed.join(", ")) }
+}
+
+/// How the synchronous inputs of a block are relaxed, all of them.
+pub(crate) fn modes_of_all(block: &FlatBlock) -> String {
+    let is_synchronous = |item: &usize| block.kind.item(*item).kind == Kind::Input && block.mode(*item) == Mode::Synchronous;
+    modes_of(block, &(0..block.kind.interface.items.len()).filter(is_synchronous).collect::<Vec<_>>())
+}
+
+/// How the first block of a cycle is relaxed that only its labels tell.
+pub(crate) fn modes_of_first(blocks: &[FlatBlock], labels: &[&str]) -> String {
+    let first = blocks.iter().find(|block| labels.first() == Some(&block.label.as_str()));
+    first.map_or_else(|| "modes=".to_owned(), modes_of_all)
+}
+
+pub(crate) fn is_synchronous_input(blocks: &[FlatBlock], (block, item): Port) -> bool {
+    blocks[block].kind.item(item).kind == Kind::Input && blocks[block].mode(item) == Mode::Synchronous
+}
+
+/// Names a cycle. `modes`: what relaxes one of its inputs.
+pub(crate) fn cycle_refusal(labels: &[&str], modes: &str, place: &Option<Place>) -> Refusal {
+    let path: Vec<String> = labels.iter().chain(labels.first()).map(|label| format!("'{label}'")).collect();
+    let about = labels.iter().map(|label| Where::Block { block: (*label).to_owned() });
+    Refusal::new(Class::SynchronousCycle, format!("synchronous ports make a cycle: {}", path.join(" → ")))
+        .remedy(format!("relax one of the inputs, for example with {modes}"))
+        .at(place)
+        .about(about)
+}

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Logical device types, and a verb applied to devices and SVVs.
+use crate::refusal::Place;
+use crate::value::Value;
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+/// What happens to a start that needs something of a logical device which another verb holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Arbitration {
+    /// It is refused, naming the holder.
+    #[default]
+    Refuse,
+    /// It waits until what it needs is free, in the order of the starts.
+    Queue,
+    /// The holder is aborted, and the start follows.
+    Abort,
+}
+
+/// How an SVV of a logical device starts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Initial {
+    Value(Value),
+    /// From this SVV of the same device, once, when the device is enabled.
+    CopyOf(String),
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct SvvSpecification {
+    /// C type.
+    pub type_text: String,
+    #[serde(default)]
+    pub unit: String,
+    #[serde(default)]
+    pub initial: Option<Initial>,
+    /// How many earlier values are kept for Python.
+    #[serde(default)]
+    pub history: u32,
+    /// Minimum and maximum value that the PS may store.
+    #[serde(default)]
+    pub within: Option<(f64, f64)>,
+    /// The PS keeps its value over a warm restart.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub keep: Option<bool>,
+    /// Of a device type: the devices have no SVV of their own, they share the system's of this name.
+    #[serde(default)]
+    pub shared: Option<String>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct DeviceParameter {
+    pub default: Value,
+    #[serde(default)]
+    pub unit: String,
+    #[serde(default)]
+    pub tunable: bool,
+    /// The PS keeps its value over a warm restart; absent: that of a tunable one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub keep: Option<bool>,
+}
+
+/// A logical device type: an optional verb, SVVs, parameters.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct DeviceType {
+    pub name: String,
+    #[serde(default)]
+    pub doc: String,
+    /// Name of the verb that keeps the device going; members meet its parameters by name.
+    #[serde(default)]
+    pub verb: Option<String>,
+    #[serde(default)]
+    pub svvs: IndexMap<String, SvvSpecification>,
+    #[serde(default)]
+    pub parameters: IndexMap<String, DeviceParameter>,
+    #[serde(default)]
+    pub arbitration: Arbitration,
+    #[serde(default)]
+    pub place: Option<Place>,
+}
+
+/// What an instantiation parameter or object is given.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Argument {
+    /// An SVV by name.
+    Svv(String),
+    /// One SVV for each element of an array port.
+    Svvs(Vec<String>),
+    /// A channel of a physical device.
+    Channel {
+        device: String,
+        channel: String,
+    },
+    /// A part of a physical device: `drive.position` of the verb is its channel `part.position`.
+    Part {
+        device: String,
+        part: String,
+    },
+    /// A logical device by name.
+    Device(String),
+    Devices(Vec<String>),
+}
+
+/// A verb applied to arguments: what makes a verb instance.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Application {
+    /// Name of a verb that was defined in the system.
+    pub verb: String,
+    /// Instance name, or absent: `verb#n`.
+    #[serde(default)]
+    pub name: Option<String>,
+    #[serde(default)]
+    pub arguments: IndexMap<String, Argument>,
+    /// Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first that fits counts.
+    #[serde(default)]
+    pub placement: IndexMap<String, String>,
+    /// Intervals changed at application: label → ns.
+    #[serde(default)]
+    pub every: IndexMap<String, u64>,
+    /// Values of a start, where a check is to look at them too.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub values: IndexMap<String, Value>,
+    /// The logical device whose own verb this is.
+    #[serde(default)]
+    pub owner: Option<String>,
+    #[serde(default)]
+    pub place: Option<Place>,
+}

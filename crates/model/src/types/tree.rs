@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A type as a tree with its layout: for a programming system, which reads and writes its bytes.
+use super::Type;
+use serde::Serialize;
+
+/// A C type with its layout.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct TypeTree {
+    #[serde(flatten)]
+    pub form: TypeForm,
+    /// The normalised declaration.
+    pub text: String,
+    /// Bytes of a value, padding included.
+    pub size: usize,
+    /// Alignment, bytes.
+    pub align: usize,
+}
+
+/// What a type is made of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum TypeForm {
+    /// Its name in C: `double`, `int32_t`, `bool`.
+    Scalar(String),
+    /// The type of an element, and their number.
+    Array(Box<TypeTree>, usize),
+    /// Name, type and offset in bytes of each member.
+    Struct(Vec<(String, TypeTree, usize)>),
+}
+
+impl Type {
+    /// The type as a tree with its layout.
+    pub fn tree(&self) -> TypeTree {
+        let form = match self {
+            Type::Scalar(_) => TypeForm::Scalar(self.normalised()),
+            Type::Array(element, count) => TypeForm::Array(Box::new(element.tree()), *count),
+            Type::Struct(members) => {
+                let members = members.iter().zip(self.offsets());
+                TypeForm::Struct(members.map(|(member, offset)| (member.name.clone(), member.member_type.tree(), offset)).collect())
+            }
+        };
+        TypeTree { form, text: self.normalised(), size: self.size(), align: self.align() }
+    }
+}

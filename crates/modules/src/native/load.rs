@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Loading a shared object.
+use super::elf::{self, ElfError};
+use super::floats;
+use super::probe::Finding;
+use super::seal::{self, Seal};
+use crate::backend::{LoadOptions, LoadedModule};
+use crate::error::LoadError;
+use crate::folder::Folder;
+use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+use opengpac::abi::{Descriptor, MODULE_SYMBOL, Module, mark};
+use opengpac::floats::Words;
+use opengpac::read::{ModuleFace, Refusal};
+use std::path::Path;
+
+/// Tries the bytes of a shared object in a child process, then loads them here.
+pub(crate) fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
+    let here = || path.to_path_buf();
+    if seal::check(&bytes) == Seal::Broken {
+        return Err(LoadError::Damaged { path: here(), what: "its bytes are not those that were built".to_string() });
+    }
+    elf::check(&bytes).map_err(|error| match error {
+        ElfError::Damaged(what) => LoadError::Damaged { path: here(), what },
+        ElfError::Foreign { have, want } => LoadError::ForeignTarget { path: here(), have, want },
+    })?;
+    let folder = private_folder()?;
+    let name = module_name(path);
+    let copy = folder.path().join(format!("{name}.so"));
+    std::fs::write(&copy, &bytes).map_err(|error| LoadError::Unreadable { path: copy.clone(), what: error.to_string() })?;
+    judge(path, options.probe.run(&copy), options)?;
+    let words = Words::present();
+    let opened = open(path, &copy);
+    let changed_floats = Words::present() != words;
+    if changed_floats {
+        words.set();
+    }
+    let mut face = opened?;
+    let marks = if floats::can_change(&bytes) { mark::LOADED | mark::FLOATS } else { mark::LOADED };
+    face.blocks.iter_mut().for_each(|block| block.descriptor = marked(block.descriptor, marks));
+    let ModuleFace { blocks, types, target, compiler } = face;
+    Ok(LoadedModule { name, path: here(), blocks, types, target, compiler, changed_floats, bytes: bytes.into() })
+}
+
+/// The loader's copy of a descriptor, with what it knows of the block. It stays, as the module does.
+fn marked(descriptor: &'static Descriptor, marks: u32) -> &'static Descriptor {
+    Box::leak(Box::new(Descriptor { reserved: marks, ..*descriptor }))
+}
+
+fn private_folder() -> Result<Folder, LoadError> {
+    Folder::new().map_err(|error| LoadError::Unreadable { path: std::env::temp_dir(), what: error.to_string() })
+}
+
+fn judge(path: &Path, finding: Finding, options: &LoadOptions) -> Result<(), LoadError> {
+    let path = path.to_path_buf();
+    Err(match finding {
+        Finding::Sound => return Ok(()),
+        Finding::OtherAbi(module) => LoadError::AbiVersion { path, module, here: opengpac::abi::ABI },
+        Finding::NoSymbol => LoadError::NotAModule { path },
+        Finding::Refused(what) => LoadError::Damaged { path, what },
+        Finding::Crashed(signal) => LoadError::Crashed { path, signal },
+        Finding::TimedOut => LoadError::TimedOut { path, seconds: options.probe.limit.as_secs() },
+        Finding::Unusable(what) => LoadError::NoProbe { what },
+    })
+}
+
+/// Loads the copy that a child has survived.
+fn open(path: &Path, copy: &Path) -> Result<ModuleFace, LoadError> {
+    let here = || path.to_path_buf();
+    // SAFETY: a child process has just loaded these bytes, run their initialisation and walked their tables.
+    let library = unsafe { Library::open(Some(copy), RTLD_NOW | RTLD_LOCAL) }.map_err(|error| LoadError::Damaged { path: here(), what: error.to_string() })?;
+    // SAFETY: the symbol has this type in every version of the ABI.
+    let entry = unsafe { library.get::<unsafe extern "C" fn() -> *const Module>(MODULE_SYMBOL.as_bytes()) }.map(|symbol| *symbol);
+    let Ok(entry) = entry else { return Err(LoadError::NotAModule { path: here() }) };
+    // Descriptors are `'static` from here on: the module stays.
+    core::mem::forget(library);
+    // SAFETY: the entry of a module that stays.
+    unsafe { ModuleFace::read(entry()) }.map_err(|refusal| match refusal {
+        Refusal::AbiVersion { module, here: version } => LoadError::AbiVersion { path: here(), module, here: version },
+        Refusal::NoBlocks => LoadError::NoBlocks { path: here() },
+        Refusal::Invalid { block, item, what } => LoadError::Invalid { path: here(), block, item, what },
+    })
+}
+
+fn module_name(path: &Path) -> String {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    match stem.strip_prefix("lib") {
+        Some(rest) if !rest.is_empty() && path.extension().is_some_and(|ending| ending == "so") => rest.to_string(),
+        _ => stem,
+    }
+}

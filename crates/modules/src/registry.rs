@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The code backends of this process, and which of them a file is for.
+use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
+use crate::error::LoadError;
+use crate::{native, source};
+use std::path::Path;
+use std::sync::{PoisonError, RwLock};
+
+/// Every backend of this crate.
+static ALL: [&dyn Backend; 2] = [&source::Sources, &native::SharedObjects];
+/// Those of other crates.
+static REGISTERED: RwLock<Vec<&'static dyn Backend>> = RwLock::new(Vec::new());
+
+/// From now on [`load`] knows the files of this backend, in this process. Where two know a file, the first one takes it; again is nothing.
+pub fn register(backend: &'static dyn Backend) {
+    let mut registered = REGISTERED.write().unwrap_or_else(PoisonError::into_inner);
+    let kind = backend.describe().kind;
+    if registered.iter().all(|known| known.describe().kind != kind) {
+        registered.push(backend);
+    }
+}
+
+/// What the backends of this process take.
+pub fn backends() -> Vec<Description> {
+    all().iter().map(|backend| backend.describe()).collect()
+}
+
+/// Loads a code module from a file of any kind that a backend takes. A file that was rebuilt under its name can be loaded again while the
+/// old module is in use.
+///
+/// Not for the real-time path: it starts processes and takes from 10 ms to some seconds.
+///
+/// # Errors
+/// Whatever is wrong with the file, as a [`LoadError`]; this process goes on as it was.
+pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
+    if !path.is_file() {
+        return Err(LoadError::NotFound { path: path.to_path_buf() });
+    }
+    if let Some(backend) = by_ending(path) {
+        return backend.load(path, options);
+    }
+    let bytes = std::fs::read(path).map_err(|error| LoadError::Unreadable { path: path.to_path_buf(), what: error.to_string() })?;
+    by_bytes(&bytes).ok_or_else(|| unknown(path))?.load(path, options)
+}
+
+/// The same from the bytes of a module, for one that came from another process. `path` is its name in messages, and gives that of the
+/// module; nothing has to be there.
+///
+/// # Errors
+/// As for [`load`].
+pub fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
+    let backend = by_bytes(&bytes).or_else(|| by_ending(path)).ok_or_else(|| unknown(path))?;
+    backend.load_bytes(path, bytes, options)
+}
+
+fn all() -> Vec<&'static dyn Backend> {
+    let registered = REGISTERED.read().unwrap_or_else(PoisonError::into_inner);
+    ALL.iter().chain(registered.iter()).copied().collect()
+}
+
+fn by_ending(path: &Path) -> Option<&'static dyn Backend> {
+    let ending = path.extension()?.to_str()?;
+    all().into_iter().find(|backend| backend.describe().endings.contains(&ending))
+}
+
+fn by_bytes(bytes: &[u8]) -> Option<&'static dyn Backend> {
+    all().into_iter().find(|backend| backend.probe(bytes))
+}
+
+fn unknown(path: &Path) -> LoadError {
+    let kinds: Vec<String> = backends().iter().map(|of| format!("{} (.{})", of.kind, of.endings.join(", ."))).collect();
+    let known =
+        kinds.split_last().map_or_else(String::new, |(last, rest)| if rest.is_empty() { last.clone() } else { format!("{} or {last}", rest.join(", ")) });
+    LoadError::Unknown { path: path.to_path_buf(), known }
+}

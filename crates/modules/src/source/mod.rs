@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+//! C and C++ sources, which are built into a shared object first.
+pub(crate) mod build;
+mod diagnosis;
+
+pub use build::{BuildError, BuildOptions, build, compiler, write_header};
+
+use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
+use crate::error::LoadError;
+use crate::folder::Folder;
+use crate::native;
+use std::path::Path;
+
+/// The backend.
+pub(crate) struct Sources;
+
+impl Backend for Sources {
+    fn describe(&self) -> Description {
+        Description { kind: "a C or C++ source", endings: &["c", "cpp", "cc", "cxx"] }
+    }
+
+    /// A text tells no language: its name does.
+    fn probe(&self, _bytes: &[u8]) -> bool {
+        false
+    }
+
+    fn load(&self, path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
+        let unreadable = |error: std::io::Error| LoadError::Unreadable { path: path.to_path_buf(), what: error.to_string() };
+        let folder = Folder::new().map_err(|error| LoadError::Unreadable { path: std::env::temp_dir(), what: error.to_string() })?;
+        let build_options = BuildOptions { output: Some(folder.path().join("built.so")), ..options.build.clone() };
+        let built = build(&[path], &build_options).map_err(|error| match error {
+            BuildError::Failed { message, file, line } => LoadError::BuildFailed { first_error: message, file, line },
+            other => LoadError::CannotBuild(other),
+        })?;
+        // What was built lies there until it has been read.
+        let bytes = std::fs::read(built).map_err(unreadable)?;
+        native::load_bytes(path, bytes, options)
+    }
+
+    fn load_bytes(&self, path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
+        native::load_bytes(path, bytes, options)
+    }
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+//! In place of [`joined`](self) where links between hosts were not built: whoever asks for them is told how to get them.
+use crate::telling::Telling;
+use rtp::{NO_HOSTS, Started};
+use serde::Deserialize;
+use std::ffi::OsString;
+
+/// How a host would listen or join.
+#[derive(Clone, Debug, Deserialize)]
+pub struct JoinOptions {}
+
+/// No host ever joins.
+pub(crate) struct Joined;
+
+impl Joined {
+    pub fn new(_telling: Telling) -> Joined {
+        Joined
+    }
+
+    pub fn listen(&self, _system: &str, _options: &str, _epoch_ns: i64) -> Result<(), String> {
+        Err(NO_HOSTS.to_owned())
+    }
+
+    pub fn close(&self) {}
+
+    pub fn start(&self, system: &str, host: &str, processor: &str) -> Result<Started, String> {
+        Err(format!("no host '{host}' has joined system '{system}' for processor '{processor}': {NO_HOSTS}"))
+    }
+}
+
+/// Lends no host.
+///
+/// # Errors
+/// Always, with what to do.
+pub fn join(_system: &str, _options: JoinOptions, _python: OsString, _stop: &dyn Fn() -> bool) -> Result<(), String> {
+    Err(NO_HOSTS.to_owned())
+}

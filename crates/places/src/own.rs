@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+//! This process, as the guard has it: processors that are threads of the program.
+use device::SafeHandle;
+use guard::{Bounds, Guard};
+use process_kit::Heartbeat;
+use rtp::{Held, Holder};
+use std::sync::Arc;
+
+/// A processor of this process, guarded.
+pub(crate) struct Own {
+    guard: Arc<Guard>,
+    ward: u64,
+    heart: Heartbeat,
+}
+
+impl Own {
+    /// Guards this process for a processor. Errors: in words.
+    pub fn guarded(guard: Arc<Guard>, ward: u64, processor: &str, bounds: Bounds) -> Result<Own, String> {
+        let heart = Heartbeat::new().map_err(crate::text)?;
+        let watched = Heartbeat::received(heart.descriptor().map_err(crate::text)?).map_err(crate::text)?;
+        guard.watch_this(ward, processor, watched, bounds).map_err(crate::text)?;
+        Ok(Own { guard, ward, heart })
+    }
+}
+
+impl Held for Own {
+    fn holder(&self) -> Holder {
+        let (guard, ward) = (self.guard.clone(), self.ward);
+        Box::new(move |device: &str, handles: &[SafeHandle]| {
+            let copy = |of: &SafeHandle| Ok(SafeHandle { descriptor: of.descriptor.try_clone()?, writes: of.writes.clone(), latches: of.latches });
+            let copies = handles.iter().map(copy).collect::<std::io::Result<Vec<_>>>().map_err(crate::text)?;
+            guard.hold(ward, device, copies).map_err(crate::text)
+        })
+    }
+
+    fn beat(&self) {
+        self.heart.beat();
+    }
+}
+
+impl Drop for Own {
+    fn drop(&mut self) {
+        // Where the guard is gone there is nothing to forget.
+        let _forgotten = self.guard.forget(self.ward);
+    }
+}

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A process that was started here, or that a predecessor of this process started: held by a descriptor of it, never by its
+//! number alone, which may be another process's by now.
+use crate::Status;
+use crate::process::{ended, pid_of, process_descriptor, signal};
+use std::io;
+use std::os::fd::{AsFd, AsRawFd, OwnedFd};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+/// How long a dropped child may take to end by itself.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// A process. Dropping one that was started here ends it, and all that it started in its own group; [`Child::leave`] lets it live. Dropping
+/// an adopted one lets it live.
+#[derive(Debug)]
+pub struct Child {
+    pid: libc::pid_t,
+    descriptor: OwnedFd,
+    /// We are its parent: it is ours to reap.
+    is_ours: bool,
+    /// How it ended, once that is known.
+    status: Mutex<Option<Status>>,
+    is_left: bool,
+}
+
+impl Child {
+    /// The process `pid`, which this process has just started and not reaped.
+    pub(crate) fn started(pid: libc::pid_t) -> io::Result<Child> {
+        match process_descriptor(pid) {
+            Ok(descriptor) => Ok(Child { pid, descriptor, is_ours: true, status: Mutex::new(None), is_left: false }),
+            Err(error) => {
+                // SAFETY: the process is our child and not reaped: the number is its own.
+                unsafe {
+                    libc::kill(pid, libc::SIGKILL);
+                    libc::waitpid(pid, std::ptr::null_mut(), 0);
+                }
+                Err(error)
+            }
+        }
+    }
+
+    /// A process that somebody else started, by its descriptor: a supervisor that comes back adopts what its predecessor left.
+    ///
+    /// # Errors
+    /// `InvalidData` for a descriptor that is not one of a process.
+    pub fn adopt(descriptor: OwnedFd) -> io::Result<Child> {
+        let pid = pid_of(descriptor.as_fd())?;
+        Ok(Child { pid, descriptor, is_ours: false, status: Mutex::new(None), is_left: true })
+    }
+
+    /// Its number; -1 for an adopted one that had ended already.
+    pub fn pid(&self) -> i32 {
+        self.pid
+    }
+
+    /// A second descriptor of the process, to send to another process.
+    ///
+    /// # Errors
+    /// No descriptors left.
+    pub fn descriptor(&self) -> io::Result<OwnedFd> {
+        self.descriptor.try_clone()
+    }
+
+    /// Waits until it has ended, at most `limit`; how it ended, or none where it still runs. Reaps it.
+    pub fn wait(&self, limit: Duration) -> Option<Status> {
+        let deadline = Instant::now() + limit;
+        let mut status = self.status.lock().unwrap_or_else(PoisonError::into_inner);
+        if status.is_none() && ended(self.descriptor.as_fd(), deadline.saturating_duration_since(Instant::now())) {
+            *status = Some(self.reap());
+        }
+        *status
+    }
+
+    /// Whether it still runs.
+    pub fn is_running(&self) -> bool {
+        self.wait(Duration::ZERO).is_none()
+    }
+
+    /// Ends it at once (SIGKILL).
+    pub fn kill(&self) {
+        signal(self.descriptor.as_fd(), libc::SIGKILL);
+    }
+
+    /// Asks it to end (SIGTERM), and kills it where it has not after `grace`. How it ended.
+    pub fn end(&self, grace: Duration) -> Status {
+        signal(self.descriptor.as_fd(), libc::SIGTERM);
+        // One that is stopped would not see that it is asked.
+        signal(self.descriptor.as_fd(), libc::SIGCONT);
+        if let Some(status) = self.wait(grace) {
+            return status;
+        }
+        self.kill();
+        self.wait(GRACE).unwrap_or(Status::Ended)
+    }
+
+    /// Lets it live on without us.
+    pub fn leave(mut self) {
+        self.is_left = true;
+    }
+
+    /// What is left of it: the rest of its group, and, where it is our child, the entry that says how it ended.
+    fn reap(&self) -> Status {
+        if !self.is_ours {
+            return Status::Ended;
+        }
+        // SAFETY: all zeroes is a valid value, which the call fills; the process is our child and not reaped, so the number of its
+        // group is still its own.
+        let about = unsafe {
+            libc::kill(-self.pid, libc::SIGKILL);
+            let mut about: libc::siginfo_t = std::mem::zeroed();
+            if libc::waitid(libc::P_PIDFD, self.descriptor.as_raw_fd() as libc::id_t, &mut about, libc::WEXITED) != 0 {
+                return Status::Ended;
+            }
+            about
+        };
+        // SAFETY: `waitid` has filled the member of ended children.
+        let status = unsafe { about.si_status() };
+        match about.si_code {
+            libc::CLD_EXITED => Status::Exited(status),
+            code => Status::Killed { signal: status, core: code == libc::CLD_DUMPED },
+        }
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        if !self.is_left && self.is_running() {
+            self.end(GRACE);
+        }
+    }
+}

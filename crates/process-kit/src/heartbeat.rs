@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The heartbeat: a word that a process counts up as long as it serves, and that others watch.
+use crate::SharedMemory;
+use std::io;
+use std::os::fd::OwnedFd;
+use std::sync::atomic::Ordering;
+
+/// The beats, and who the canary is.
+const LEN: usize = 16;
+const CANARY: usize = 8;
+
+/// One process's heartbeat, in shared memory. It is watched from its first beat on.
+#[derive(Debug)]
+pub struct Heartbeat {
+    memory: SharedMemory,
+}
+
+impl Heartbeat {
+    /// A heartbeat that has not beaten yet.
+    ///
+    /// # Errors
+    /// No memory or descriptors left.
+    pub fn new() -> io::Result<Heartbeat> {
+        Ok(Heartbeat { memory: SharedMemory::new(LEN)? })
+    }
+
+    /// The heartbeat that another process made and sent.
+    ///
+    /// # Errors
+    /// `InvalidData` for a descriptor that is none.
+    pub fn received(descriptor: OwnedFd) -> io::Result<Heartbeat> {
+        Ok(Heartbeat { memory: SharedMemory::received(descriptor, LEN)? })
+    }
+
+    /// Beats: one atomic store. Real-time safe. One thread does this.
+    #[inline]
+    pub fn beat(&self) {
+        let word = self.memory.word(0);
+        word.store(word.load(Ordering::Relaxed).wrapping_add(1), Ordering::Release);
+    }
+
+    /// How often it has beaten.
+    #[inline]
+    pub fn count(&self) -> u64 {
+        self.memory.word(0).load(Ordering::Acquire)
+    }
+
+    /// Whoever beat it is gone, and the next has not beaten yet.
+    pub fn begin(&self) {
+        self.memory.word(0).store(0, Ordering::Release);
+    }
+
+    /// Who the canary of this heart is, a thread whose end says that its process is dying; 0: there is none.
+    pub fn canary(&self) -> u64 {
+        self.memory.word(CANARY).load(Ordering::Acquire)
+    }
+
+    /// Says who it is.
+    pub fn set_canary(&self, who: u64) {
+        self.memory.word(CANARY).store(who, Ordering::Release);
+    }
+
+    /// A descriptor of it, for the process that beats or one that watches.
+    ///
+    /// # Errors
+    /// No descriptors left.
+    pub fn descriptor(&self) -> io::Result<OwnedFd> {
+        self.memory.descriptor()
+    }
+}

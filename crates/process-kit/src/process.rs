@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A process, held by a descriptor of it: never by its number alone, which may be another process's by now.
+use std::io;
+use std::os::fd::{AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
+use std::time::{Duration, Instant};
+
+/// A descriptor of a process: it says when the process ends, and can signal it and no other.
+///
+/// # Errors
+/// There is no such process, or no descriptor is left.
+pub fn process_descriptor(pid: libc::pid_t) -> io::Result<OwnedFd> {
+    // SAFETY: asks for a descriptor; it is closed on exec by itself.
+    match unsafe { libc::syscall(libc::SYS_pidfd_open, pid, 0) } {
+        made if made >= 0 => {
+            // SAFETY: it was made just now.
+            Ok(unsafe { OwnedFd::from_raw_fd(made as i32) })
+        }
+        _ => Err(io::Error::last_os_error()),
+    }
+}
+
+/// This process, as others hold it: to be sent to the guard.
+///
+/// # Errors
+/// No descriptors left.
+pub fn this_process() -> io::Result<OwnedFd> {
+    process_descriptor(std::process::id().cast_signed())
+}
+
+/// Its number; -1 where it has ended and was reaped.
+///
+/// # Errors
+/// `InvalidData`: the descriptor is not one of a process.
+pub fn pid_of(process: BorrowedFd<'_>) -> io::Result<libc::pid_t> {
+    let about = std::fs::read_to_string(format!("/proc/self/fdinfo/{}", process.as_raw_fd()))?;
+    let pid = about.lines().find_map(|line| line.strip_prefix("Pid:")?.trim().parse::<libc::pid_t>().ok());
+    pid.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "the descriptor is not one of a process"))
+}
+
+/// Whether it has ended. Never waits.
+pub fn has_ended(process: BorrowedFd<'_>) -> bool {
+    let mut poll = libc::pollfd { fd: process.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+    // SAFETY: one entry of our own; no time to wait.
+    unsafe { libc::poll(&mut poll, 1, 0) > 0 }
+}
+
+/// Waits until the process has ended, at most `limit`.
+pub fn ended(process: BorrowedFd<'_>, limit: Duration) -> bool {
+    let deadline = Instant::now() + limit;
+    loop {
+        let mut poll = libc::pollfd { fd: process.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+        let left_ms = deadline.saturating_duration_since(Instant::now()).as_millis();
+        // SAFETY: one entry of our own.
+        let ready = unsafe { libc::poll(&mut poll, 1, i32::try_from(left_ms).unwrap_or(i32::MAX)) };
+        if ready > 0 {
+            return true;
+        }
+        if deadline <= Instant::now() + Duration::from_millis(1) {
+            return false;
+        }
+    }
+}
+
+/// Signals the process and no other. False where there is none any more, or no right to.
+pub fn signal(process: BorrowedFd<'_>, signal: i32) -> bool {
+    // SAFETY: takes no memory of ours.
+    unsafe { libc::syscall(libc::SYS_pidfd_send_signal, process.as_raw_fd(), signal, std::ptr::null::<libc::siginfo_t>(), 0) == 0 }
+}

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Rights that a process asks the operating system for.
+
+/// Whether this process may lock any amount of memory: a limit would make later allocations fail. Takes the limit off where that is allowed.
+pub fn may_lock_all() -> bool {
+    let any = libc::rlimit { rlim_cur: libc::RLIM_INFINITY, rlim_max: libc::RLIM_INFINITY };
+    // SAFETY: a limit of the process's own.
+    let taken_off = unsafe { libc::setrlimit(libc::RLIMIT_MEMLOCK, &any) == 0 };
+    taken_off || ignores_the_limit()
+}
+
+/// Whether this process has CAP_IPC_LOCK, for which there is no limit.
+fn ignores_the_limit() -> bool {
+    const VERSION_3: u32 = 0x2008_0522;
+    const IPC_LOCK: u32 = 1 << 14;
+    /// Effective, permitted, inheritable: for capabilities 0 to 31, then for those above.
+    type Sets = [[u32; 3]; 2];
+    let (who, mut sets) = ([VERSION_3, 0], Sets::default());
+    // SAFETY: the kernel reads a version and a process (0: this one), and writes the sets of that version.
+    let asked = unsafe { libc::syscall(libc::SYS_capget, who.as_ptr(), sets.as_mut_ptr()) };
+    asked == 0 && sets[0][0] & IPC_LOCK != 0
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Processes are started with what is named and nothing else, and end with nothing left over.
+use interconnect::Link;
+use process_kit::{Child, Launch, Status, UnixLink};
+use std::ffi::OsString;
+use std::os::fd::{AsRawFd, OwnedFd};
+use std::time::Duration;
+
+const LIMIT: Duration = Duration::from_secs(10);
+
+fn stand_in(words: &[&str]) -> Launch {
+    let program: OsString = env!("CARGO_BIN_EXE_process-kit-stand-in").into();
+    Launch::new([program].into_iter().chain(words.iter().map(OsString::from)))
+}
+
+fn linked(words: &[&str]) -> (Child, UnixLink) {
+    let (link, theirs) = UnixLink::pair().unwrap();
+    (stand_in(words).descriptor("link", theirs).real_time_max(Duration::from_secs(3)).start().unwrap(), link)
+}
+
+#[test]
+fn a_process_ends_in_words() {
+    let ended = |words: &[&str]| stand_in(words).start().unwrap().wait(LIMIT).expect("it ends").to_string();
+    assert_eq!(ended(&["exit", "0"]), "ended by itself");
+    assert_eq!(ended(&["exit", "3"]), "ended by itself with status 3");
+    assert!(ended(&["abort"]).starts_with("was ended by SIGABRT (it aborted)"));
+}
+
+#[test]
+fn a_program_that_is_not_there_is_named() {
+    let refused = Launch::new(["/nowhere/program".into(), "--now".into()]).start().expect_err("there is none").to_string();
+    assert!(refused.contains("cannot start '/nowhere/program --now'") && refused.contains("No such file"), "{refused}");
+    assert!(Launch::new([]).start().expect_err("no words").to_string().contains("is empty"));
+}
+
+#[test]
+fn it_gets_what_is_named_and_nothing_else() {
+    // A descriptor that no library marked as not to be passed on.
+    let open: OwnedFd = std::fs::File::open("/dev/null").unwrap().into();
+    // SAFETY: clears a flag of our own descriptor.
+    unsafe { libc::fcntl(open.as_raw_fd(), libc::F_SETFD, 0) };
+    let (child, link) = linked(&["words"]);
+    let said = String::from_utf8(link.receive(LIMIT).unwrap().expect("in time")).unwrap();
+    assert_eq!(said, "0,1,2,3 true 3000000 true", "descriptors, group of its own, limit of real-time threads, taken once");
+    link.close();
+    assert_eq!(child.wait(LIMIT), Some(Status::Exited(0)));
+}
+
+#[test]
+fn what_it_started_ends_with_it() {
+    let (child, link) = linked(&["parent"]);
+    let sleeper: i32 = String::from_utf8(link.receive(LIMIT).unwrap().expect("in time")).unwrap().parse().unwrap();
+    assert!(std::path::Path::new(&format!("/proc/{sleeper}")).exists());
+    drop(child);
+    let gone = || match std::fs::read_to_string(format!("/proc/{sleeper}/stat")) {
+        Err(_) => true,
+        // A process whose new parent has not reaped it yet.
+        Ok(stat) => stat.contains(") Z "),
+    };
+    let deadline = std::time::Instant::now() + LIMIT;
+    while !gone() {
+        assert!(std::time::Instant::now() < deadline, "the sleeper outlives its group");
+        std::thread::yield_now();
+    }
+    assert!(link.receive(LIMIT).is_err(), "the other side is gone");
+}
+
+#[test]
+fn a_stopped_process_ends_when_it_is_asked_to() {
+    let (child, link) = linked(&["parent"]);
+    link.receive(LIMIT).unwrap().expect("in time");
+    // SAFETY: signals our child.
+    unsafe { libc::kill(child.pid(), libc::SIGSTOP) };
+    assert_eq!(child.end(LIMIT), Status::Killed { signal: libc::SIGTERM, core: false });
+    assert_eq!(child.wait(Duration::ZERO), Some(Status::Killed { signal: libc::SIGTERM, core: false }), "it is remembered");
+}
+
+#[test]
+fn an_adopted_process_is_known_by_its_descriptor() {
+    let (child, link) = linked(&["parent"]);
+    link.receive(LIMIT).unwrap().expect("in time");
+    let adopted = Child::adopt(child.descriptor().unwrap()).unwrap();
+    assert_eq!(adopted.pid(), child.pid());
+    assert!(adopted.is_running());
+    adopted.kill();
+    assert_eq!(child.wait(LIMIT), Some(Status::Killed { signal: libc::SIGKILL, core: false }));
+    assert_eq!(adopted.wait(LIMIT), Some(Status::Ended));
+    let other: OwnedFd = std::fs::File::open("/dev/null").unwrap().into();
+    assert!(Child::adopt(other).is_err());
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Native code out of a file: a record brings the code modules of its blocks, and to run it again is to run them. Nobody's file is trusted for being
+//! there: whoever runs it says so, of all its modules or of those with these digests.
+use crate::file::Reader;
+use crate::recording::Item;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+use std::path::Path;
+
+/// Which modules of a file may run.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(untagged)]
+pub enum Trust {
+    /// All, or none.
+    Said(bool),
+    /// Those with these digests.
+    Of(Vec<String>),
+}
+
+impl Default for Trust {
+    fn default() -> Trust {
+        Trust::Said(false)
+    }
+}
+
+/// A code module in a file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Brought {
+    /// Its name.
+    pub name: String,
+    /// Bytes of the shared object.
+    pub len: usize,
+    /// SHA-256 of it, in hexadecimal digits.
+    pub sha256: String,
+}
+
+impl Brought {
+    fn of(name: &str, bytes: &[u8]) -> Brought {
+        let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        Brought { name: name.to_owned(), len: bytes.len(), sha256 }
+    }
+}
+
+/// The code modules that a file brings, as far as it can be read. Nothing of them runs.
+///
+/// # Errors
+/// In words: the file is not there, or is none.
+pub fn modules_in(path: &Path) -> Result<Vec<Brought>, String> {
+    let mut reader = Reader::open(path)?;
+    let mut found: Vec<Brought> = Vec::new();
+    // What comes behind a damage is not replayed either.
+    while let Ok(Some(item)) = reader.next_item() {
+        if let Item::Module { name, bytes, .. } = item {
+            let one = Brought::of(&name, &bytes);
+            if !found.contains(&one) {
+                found.push(one);
+            }
+        }
+    }
+    Ok(found)
+}
+
+impl Trust {
+    /// Errors: the file brings what is not trusted, in words.
+    pub(crate) fn check_file(&self, path: &Path) -> Result<(), String> {
+        if *self == Trust::Said(true) {
+            return Ok(());
+        }
+        let strange: Vec<Brought> = modules_in(path)?.into_iter().filter(|one| !self.covers(one)).collect();
+        if strange.is_empty() { Ok(()) } else { Err(refusal(&path.display().to_string(), &strange)) }
+    }
+
+    /// The same of one module that is about to be loaded: the file may be another one than that which was looked at.
+    pub(crate) fn check(&self, path: &Path, name: &str, bytes: &[u8]) -> Result<(), String> {
+        if *self == Trust::Said(true) {
+            return Ok(());
+        }
+        let one = Brought::of(name, bytes);
+        if self.covers(&one) { Ok(()) } else { Err(refusal(&path.display().to_string(), &[one])) }
+    }
+
+    fn covers(&self, one: &Brought) -> bool {
+        match self {
+            Trust::Said(all) => *all,
+            Trust::Of(digests) => digests.contains(&one.sha256),
+        }
+    }
+}
+
+fn refusal(path: &str, strange: &[Brought]) -> String {
+    let told: Vec<String> = strange.iter().map(|one| format!("'{}' ({} bytes, SHA-256 {})", one.name, one.len, one.sha256)).collect();
+    format!(
+        "'{path}' brings native code, which a replay runs with all your rights: {}; who built it the file does not say: where you trust whoever gave it to you, replay it with trust=True (opengpac replay --trust)",
+        told.join(", ")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_module_is_trusted_by_its_bytes_and_not_by_its_name() {
+        let [one, other] = [Brought::of("press", b"one"), Brought::of("press", b"other")];
+        assert!(!Trust::default().covers(&one) && Trust::Said(true).covers(&one));
+        let trust = Trust::Of(vec![one.sha256.clone()]);
+        assert!(trust.covers(&one) && !trust.covers(&other));
+        let refused = trust.check(Path::new("run.mcap"), "press", b"other").expect_err("other bytes");
+        assert!(refused.contains(&other.sha256) && refused.contains("'press' (5 bytes") && refused.contains("--trust"), "{refused}");
+        assert_eq!(one.sha256, "7692c3ad3540bb803c020b3aee66cd8887123234ea0c6e7143c0add73ff431ed");
+    }
+}

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the threads of a processor share.
+use device::Beside;
+use interconnect::Link;
+use kernel::{Device, SourceId};
+use runtime::Host;
+use runtime::wire::Reader;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
+
+/// The devices that were opened here, by name.
+pub(crate) type Devices = Mutex<BTreeMap<String, Arc<Device>>>;
+
+/// What the threads of a processor share.
+pub(crate) struct Shared {
+    pub host: Arc<Host>,
+    pub link: Arc<dyn Link>,
+    pub reader: Mutex<Reader>,
+    pub devices: Arc<Devices>,
+    /// Services and counters of their drivers.
+    pub besides: Mutex<BTreeMap<String, Beside>>,
+    /// Sources that run here.
+    pub sources: Mutex<Vec<SourceId>>,
+    /// What runs here is what this process is there for: its heart beats by it.
+    pub leads: AtomicBool,
+    pub ends: AtomicBool,
+    /// While it is set, every write of a device is the safe one.
+    pub stop: Arc<AtomicBool>,
+    /// How long who commands may say nothing, ms; 0: as long as it likes.
+    pub silence_ms: AtomicU64,
+}
+
+impl Shared {
+    /// Whether who commands has said nothing for too long.
+    pub fn is_over(&self, silence: Duration) -> bool {
+        let limit_ms = self.silence_ms.load(Ordering::Acquire);
+        limit_ms != 0 && silence > Duration::from_millis(limit_ms)
+    }
+}
+
+/// How long it waits for a frame before it looks around.
+pub(crate) const LOOK: Duration = Duration::from_millis(100);
+
+pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().expect("nobody panics with the lock held")
+}

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The one clock of a real-time system: monotonic, or virtual.
+
+/// Which clock a host lives by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClockKind {
+    /// CLOCK_MONOTONIC; every source is a thread.
+    Monotonic,
+    /// Time moves only by `Host::fire_next`; the whole system runs in the caller's thread, ordered by time, priority, RTP,
+    /// source, request number. `seed` chooses preemptions.
+    Virtual { seed: u64 },
+}
+
+/// Time budget of a firing under the virtual clock.
+pub(crate) const BUDGET_VIRTUAL_NS: i64 = 1_000_000_000;

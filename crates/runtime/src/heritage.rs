@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the sources of a host take over from those of one that ran before in this process: which block goes on where which other one
+//! stopped. Paired off the real-time path, by label and face; carried out between two firings by [`Op::Inherit`](kernel::Op::Inherit).
+use crate::heir;
+use kernel::phase::Paced;
+use kernel::{Activation, Block, Cell, Device, Inheritance, Process, SourceId, Table, View};
+use opengpac::abi::{Item, NONE, kind};
+use std::collections::HashMap;
+use std::ffi::CStr;
+use std::ptr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+
+/// What the table of a source has in force.
+#[derive(Clone)]
+pub struct Holding {
+    source: SourceId,
+    blocks: Vec<Held>,
+    devices: Vec<Arc<Device>>,
+}
+
+#[derive(Clone)]
+struct Held {
+    block: Arc<Block>,
+    process: Arc<Process>,
+    activation: Arc<Activation>,
+}
+
+impl Holding {
+    /// What `table` has in force once it is that of `source`.
+    pub fn of(table: &Table, source: SourceId) -> Holding {
+        let held = |step: &kernel::table::ColdStep| {
+            let (process, activation) = (table.processes[step.process as usize].clone(), table.activations[step.slot as usize].clone());
+            step.block.clone().map(|block| Held { block, process, activation })
+        };
+        Holding { source, blocks: table.steps.iter().filter_map(held).collect(), devices: table.devices.clone() }
+    }
+
+    /// The labels of its blocks.
+    pub fn labels(&self) -> impl Iterator<Item = &str> {
+        self.blocks.iter().map(|held| held.block.name())
+    }
+
+    /// Its devices.
+    pub fn devices(&self) -> &[Arc<Device>] {
+        &self.devices
+    }
+}
+
+/// What one source takes over.
+pub struct Heritage {
+    passes: Vec<Pass>,
+    /// The verb instances of its blocks, each with that before and the source where it ran.
+    times: Vec<(Arc<Process>, Arc<Process>, SourceId)>,
+    devices: Vec<Arc<Device>>,
+    ahead_ns: i64,
+    /// What is to be freed elsewhere. Never locked: a script is shared, this is not.
+    left: Mutex<Vec<Box<dyn View>>>,
+    is_done: Arc<AtomicBool>,
+}
+
+struct Pass {
+    to: Arc<Block>,
+    from: Arc<Block>,
+    copies: Vec<(Cell, Cell)>,
+    /// Where it is the first of its activation that goes on.
+    activation: Option<Arc<Activation>>,
+}
+
+/// Which blocks of a source go on, and which begin anew and why.
+#[derive(Debug, Default)]
+pub struct Passed {
+    /// Labels.
+    pub carried: Vec<String>,
+    /// Labels, each with the reason in words.
+    pub anew: Vec<(String, String)>,
+}
+
+impl Heritage {
+    /// What the source of `to` takes over from sources that have ended when it is carried out. `ahead_ns`: how much the clock of their host is
+    /// ahead of that of this one.
+    pub fn between(to: &Holding, before: &[Holding], ahead_ns: i64) -> (Heritage, Passed) {
+        let known: HashMap<&str, (&Held, SourceId)> =
+            before.iter().flat_map(|holding| holding.blocks.iter().map(|held| (held.block.name(), (held, holding.source)))).collect();
+        let (mut passes, mut times, mut passed) = (Vec::new(), Vec::<(Arc<Process>, Arc<Process>, SourceId)>::new(), Passed::default());
+        let mut last: *const Activation = ptr::null();
+        for held in &to.blocks {
+            let label = held.block.name().to_owned();
+            let Some((from, source)) = known.get(label.as_str()) else {
+                passed.anew.push((label, "there was none of that name".to_owned()));
+                continue;
+            };
+            match copies(&held.block, &from.block) {
+                Err(why) => passed.anew.push((label, why)),
+                Ok(copies) => {
+                    let is_first = !ptr::eq(last, Arc::as_ptr(&held.activation));
+                    last = Arc::as_ptr(&held.activation);
+                    let activation = is_first.then(|| held.activation.clone());
+                    passes.push(Pass { to: held.block.clone(), from: from.block.clone(), copies, activation });
+                    if !times.iter().any(|(to, ..)| Arc::ptr_eq(to, &held.process)) {
+                        times.push((held.process.clone(), from.process.clone(), *source));
+                    }
+                    passed.carried.push(label);
+                }
+            }
+        }
+        let left = Mutex::new(Vec::with_capacity(to.devices.len()));
+        (Heritage { passes, times, devices: to.devices.clone(), ahead_ns, left, is_done: Arc::default() }, passed)
+    }
+
+    /// Set when it has been carried out.
+    pub fn is_done(&self) -> Arc<AtomicBool> {
+        self.is_done.clone()
+    }
+
+    /// Carries it out where no source has the devices: nobody else touches them.
+    ///
+    /// # Safety
+    /// No kernel has `device` in its table, and the host of the device before has ended.
+    pub unsafe fn alone(device: &Device, ahead_ns: i64) {
+        // SAFETY: the caller's word.
+        drop(unsafe { heir::inherit(device, ahead_ns) });
+    }
+}
+
+impl Inheritance for Heritage {
+    unsafe fn carry_out(&mut self, source: SourceId) {
+        for pass in &self.passes {
+            for (from, to) in &pass.copies {
+                // SAFETY: both cells are held and of one length (paired so); the sources of the first have ended, the second is of this source.
+                unsafe { ptr::copy(from.start(), to.start(), to.len()) };
+            }
+            // SAFETY: each instance starts with its header, and neither runs; the activation is of this source.
+            unsafe {
+                let (to, from) = (&mut *pass.to.header(), &*pass.from.header());
+                let shift = from.number.wrapping_sub(to.number);
+                (to.number, to.activated) = (from.number, to.activated.wrapping_add(shift));
+                if let Some(activation) = &pass.activation {
+                    let state = &mut *activation.state();
+                    (state.number, state.activated) = (state.number.wrapping_add(shift), state.activated.wrapping_add(shift));
+                }
+            }
+        }
+        for (to, from, before) in &self.times {
+            if let (Some(to), Some(from)) = (to.time(source), from.time(*before)) {
+                // SAFETY: the first is a time in this source, the source of the second has ended.
+                unsafe { (*to.state()).keep(&*from.state(), self.ahead_ns) };
+            }
+        }
+        let left = self.left.get_mut().expect("nobody locks it");
+        for device in &self.devices {
+            // SAFETY: a device of this source; the host before has ended.
+            left.extend(unsafe { heir::inherit(device, self.ahead_ns) });
+        }
+        self.is_done.store(true, Ordering::Release);
+    }
+}
+
+/// What makes `to` go on where `from` stopped: parameters, states, outputs and what its items are bound to. Errors: where the two
+/// faces differ, how, in words.
+fn copies(to: &Block, from: &Block) -> Result<Vec<(Cell, Cell)>, String> {
+    let (items, others) = (to.items(), from.items());
+    if items.len() != others.len() {
+        return Err(format!("it has {} items, the one before had {}", items.len(), others.len()));
+    }
+    for (item, other) in items.iter().zip(others) {
+        if !is_same_face(item, other) {
+            return Err(format!("its item '{}' differs from '{}' of the one before", text(item.name), text(other.name)));
+        }
+    }
+    let ((memory, _, bound), (memory_before, _, bound_before)) = (to.parts(), from.parts());
+    let mut copies = Vec::new();
+    for (index, (item, other)) in items.iter().zip(others).enumerate() {
+        if item.offset != NONE && other.offset != NONE {
+            let (at, at_before, len) = (item.offset as usize, other.offset as usize, item.size as usize);
+            let (now, before) = (memory.part(at, len), memory_before.part(at_before, len));
+            if item.kind == kind::SIZE && now.load() != before.load() {
+                return Err(format!("it is made for another '{}'", text(item.name)));
+            }
+            copies.push((before, now));
+        }
+        if let (Some(now), Some(before), true) = (&bound[index], &bound_before[index], item.kind != kind::DEVICE_READ) {
+            if now.len() != before.len() {
+                return Err(format!("what its item '{}' is bound to has another length", text(item.name)));
+            }
+            copies.push((before.clone(), now.clone()));
+        }
+    }
+    copies.extend(from.reported().zip(to.reported()));
+    Ok(copies)
+}
+
+fn is_same_face(item: &Item, other: &Item) -> bool {
+    let words = |of: &Item| (of.kind, of.mode, of.size, of.offset == NONE, of.address == NONE);
+    words(item) == words(other) && text(item.name) == text(other.name) && text(item.type_text) == text(other.type_text)
+}
+
+fn text(of: *const std::ffi::c_char) -> String {
+    if of.is_null() {
+        return String::new();
+    }
+    // SAFETY: a descriptor's texts end in NUL and live as long as its module, which the block holds.
+    unsafe { CStr::from_ptr(of) }.to_string_lossy().into_owned()
+}

@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The kernels of one process: a thread for each interrupt source, or all of them under the virtual clock.
+mod looking;
+mod play;
+mod remote;
+mod submitting;
+
+pub use play::{Change, Played};
+
+use crate::clock::{BUDGET_VIRTUAL_NS, ClockKind};
+use crate::remote_sources::RemoteSources;
+use crate::thread;
+use crate::trace::tape::SourceTape;
+use crate::trace::{CodeNames, Trace};
+use crate::virtual_clock::Virtual;
+use crate::watchdog::Watchdog;
+use interconnect::Carrier;
+use kernel::clock::monotonic_ns;
+use kernel::event::telling;
+use kernel::guard::BLACK_BOX_LEN;
+use kernel::script::Submission;
+use kernel::shared::Shared;
+use kernel::shared::Source;
+use kernel::state::Kernel;
+use kernel::tape::Tape;
+use kernel::{BlockTimes, Event, Inbound, Op, Outbound, Script, SourceId, SourceKind, SourceSpec, Statistics, guard};
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, Ordering};
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock, RwLockReadGuard};
+use std::thread::JoinHandle;
+
+/// All kernels of this process.
+pub struct Host {
+    pub(crate) carrier: Mutex<Box<dyn Carrier>>,
+    sources: RwLock<Vec<Arc<Source>>>,
+    pub(crate) shared: Arc<Shared>,
+    remote_sources: RemoteSources,
+    /// The record that is made of it.
+    trace: OnceLock<Arc<Trace>>,
+    /// It does again what is recorded.
+    plays: AtomicBool,
+    /// Of sources that are recorded or played.
+    tapes: Mutex<HashMap<SourceId, Arc<SourceTape>>>,
+    /// Where the next sources say which block runs.
+    black_box: Mutex<Option<BlackBox>>,
+    /// Monotonic: when the host was made. Zero under the virtual clock.
+    pub(crate) epoch_ns: i64,
+    /// Virtual: now.
+    now_ns: AtomicI64,
+    /// Virtual: the executor, used by one thread at a time.
+    executor: Option<Mutex<Virtual>>,
+    watchdog: Arc<Watchdog>,
+    threads: Mutex<Vec<Running>>,
+    /// Rings of the supervisor's bell when `poll` found nothing last.
+    polled: AtomicU32,
+    closed: AtomicBool,
+}
+
+// SAFETY: the executor, the only part that is not `Sync` by itself, holds kernels, which belong to whoever holds its lock.
+unsafe impl Sync for Host {}
+// SAFETY: as for `Sync`.
+unsafe impl Send for Host {}
+
+/// A thread of the host, and the source that it serves, where it serves one.
+type Running = (Option<Arc<Source>>, JoinHandle<()>);
+
+/// Memory for guards that others read.
+struct BlackBox {
+    memory: *mut u8,
+    /// Places from there on.
+    left: usize,
+}
+
+// SAFETY: an address; whoever gave it promised that nobody else writes there.
+unsafe impl Send for BlackBox {}
+
+impl BlackBox {
+    fn guard(&self, budget_ns: i64) -> guard::Guard {
+        // SAFETY: the promise of `set_black_box`, and each place is given once.
+        unsafe { guard::Guard::at(self.memory, budget_ns) }
+    }
+}
+
+/// The least default time budget of a firing.
+const BUDGET_MIN_NS: i64 = 100_000_000;
+
+impl Host {
+    /// No sources yet. `carrier`: what carries connections. Installs the fault handlers (once a process; earlier handlers are called for what is not ours).
+    pub fn new(clock: ClockKind, carrier: Box<dyn Carrier>) -> Host {
+        Host::since(clock, carrier, monotonic_ns())
+    }
+
+    /// The same with an epoch of its own, ns of CLOCK_MONOTONIC: that of the host whose sources some of these are. Nothing under the virtual clock.
+    pub fn since(clock: ClockKind, carrier: Box<dyn Carrier>, epoch_ns: i64) -> Host {
+        guard::install();
+        let (epoch_ns, executor) = match clock {
+            ClockKind::Monotonic => (epoch_ns, None),
+            ClockKind::Virtual { seed } => (0, Some(Mutex::new(Virtual::new(seed)))),
+        };
+        let shared: Arc<Shared> = Arc::default();
+        let host = Host {
+            carrier: Mutex::new(carrier),
+            sources: RwLock::default(),
+            shared: shared.clone(),
+            remote_sources: RemoteSources::default(),
+            trace: OnceLock::new(),
+            plays: AtomicBool::new(false),
+            tapes: Mutex::default(),
+            black_box: Mutex::default(),
+            epoch_ns,
+            now_ns: AtomicI64::new(0),
+            executor,
+            watchdog: Arc::new(Watchdog::new(shared)),
+            threads: Mutex::default(),
+            polled: AtomicU32::new(0),
+            closed: AtomicBool::new(false),
+        };
+        let watchdog = host.watchdog.clone();
+        let thread = std::thread::Builder::new().name("watchdog".into()).spawn(move || watchdog.run());
+        // Without it only endless loops are not contained.
+        host.threads().extend(thread.map(|thread| (None, thread)));
+        host
+    }
+
+    /// Makes a record from now on, so that the run can be run again. `names`: how code is called there. None where there are sources already,
+    /// or a record.
+    pub fn record(&self, names: CodeNames) -> Option<Arc<Trace>> {
+        let sources = self.sources();
+        let trace = Arc::new(Trace::new(names));
+        (sources.is_empty() && self.trace.set(trace.clone()).is_ok()).then_some(trace)
+    }
+
+    /// A host under the virtual clock whose sources do what is recorded of others: [`Host::play`].
+    pub fn playing() -> Host {
+        let host = Host::new(ClockKind::Virtual { seed: 0 }, Box::new(interconnect::Memory));
+        host.plays.store(true, Ordering::Release);
+        host
+    }
+
+    /// The record that is made of it.
+    pub fn trace(&self) -> Option<&Arc<Trace>> {
+        self.trace.get()
+    }
+
+    /// Makes a source with an empty table; a monotonic one starts its thread. Fails if the thread cannot be made.
+    pub fn add_source(&self, spec: SourceSpec) -> std::io::Result<SourceId> {
+        let mut sources = self.sources.write().expect("nobody panics with the lock held");
+        let id = SourceId(sources.len() as u32);
+        let budget_ns = match (&self.executor, &spec.kind) {
+            (Some(_), _) => BUDGET_VIRTUAL_NS,
+            (None, SourceKind::Timer { period_ns }) => BUDGET_MIN_NS.max(10 * *period_ns as i64),
+            (None, SourceKind::Software) => BUDGET_MIN_NS,
+        };
+        let (teller, listener) = telling(id);
+        let guard = self.black_box().map_or_else(|| guard::Guard::new(budget_ns), |place| place.guard(budget_ns));
+        let tape = match self.trace.get() {
+            Some(trace) => Some(trace.tape(id, &spec)),
+            None => self.plays.load(Ordering::Acquire).then(SourceTape::playing),
+        };
+        let source = Arc::new(Source::new(id, spec, listener, guard, tape.clone().map(|tape| tape as Arc<dyn Tape>)));
+        let kernel = Kernel::new(source.clone(), self.shared.clone(), teller, 0, budget_ns);
+        match &self.executor {
+            Some(executor) => executor.lock().expect("nobody panics with the lock held").add(kernel, self.now_ns()),
+            None => {
+                let epoch_ns = self.epoch_ns;
+                let (ready, is_ready) = channel();
+                let name = source.spec.name.chars().take(15).collect();
+                let thread = std::thread::Builder::new().name(name).spawn(move || thread::run(kernel, epoch_ns, &ready))?;
+                self.threads().push((Some(source.clone()), thread));
+                // Its rights are known when this returns; a thread that ended at once has dropped its end.
+                let _ready = is_ready.recv();
+            }
+        }
+        self.tapes.lock().expect("nobody panics with the lock held").extend(tape.map(|tape| (id, tape)));
+        self.watchdog.watch(source.clone());
+        sources.push(source);
+        Ok(id)
+    }
+
+    /// From now on sources say in `memory` which step runs, one behind the other in the order in which they are made, each in
+    /// [`BLACK_BOX_LEN`] bytes: so that it can be read when this process is gone. Sources that find no room say it to nobody.
+    ///
+    /// # Safety
+    /// The memory is zero, starts on a cache line, stays as long as the process, and nobody else writes there.
+    pub unsafe fn set_black_box(&self, memory: *mut u8, len: usize) {
+        *self.black_box.lock().expect("nobody panics with the lock held") = Some(BlackBox { memory, left: len / BLACK_BOX_LEN });
+    }
+
+    fn black_box(&self) -> Option<BlackBox> {
+        let mut present = self.black_box.lock().expect("nobody panics with the lock held");
+        let place = present.as_mut().filter(|place| place.left > 0)?;
+        let next = BlackBox { memory: place.memory, left: 1 };
+        // SAFETY: within the memory, or at its end where nothing is left.
+        (place.memory, place.left) = (unsafe { place.memory.add(BLACK_BOX_LEN) }, place.left - 1);
+        Some(next)
+    }
+
+    /// Keeps the place of a remote source.
+    pub(crate) fn reserve(&self, spec: SourceSpec) -> SourceId {
+        let mut sources = self.sources.write().expect("nobody panics with the lock held");
+        let id = SourceId(sources.len() as u32);
+        let (_, listener) = telling(id);
+        if let Some(trace) = self.trace.get() {
+            trace.broken(&format!("source '{}' runs in another process or on another host", spec.name));
+        }
+        sources.push(Arc::new(Source::new(id, spec, listener, guard::Guard::new(0), None)));
+        id
+    }
+
+    /// Virtual: the kernel of a source, between two firings.
+    pub(crate) fn with_kernel<T>(&self, source: SourceId, then: impl FnOnce(&mut Kernel) -> T) -> T {
+        self.executor().with_kernel(source.0 as usize, then)
+    }
+
+    /// Virtual: true where so much is requested at this instant that one request more is refused. Never under the monotonic clock.
+    pub fn is_full(&self) -> bool {
+        self.executor.as_ref().is_some_and(|executor| executor.lock().expect("nobody panics with the lock held").is_full())
+    }
+
+    /// Requests a firing of a software source.
+    pub fn request(&self, source: SourceId) {
+        if let Some(remote) = self.remote(source) {
+            return remote.request(source);
+        }
+        let source = self.source(source);
+        source.request(self.now_ns());
+        source.bell().wake();
+    }
+
+    /// True where time is a number that `fire_next` and `set_now` move.
+    pub fn is_virtual(&self) -> bool {
+        self.executor.is_some()
+    }
+
+    /// ns on the clock since the host's epoch; the first release of a timer of period T is at T.
+    pub fn now_ns(&self) -> i64 {
+        match self.executor {
+            Some(_) => self.now_ns.load(Ordering::Relaxed),
+            None => monotonic_ns() - self.epoch_ns,
+        }
+    }
+
+    /// Restarts a source that a fault stopped (after its devices are safe and its blocks gone).
+    pub fn restart(&self, source: SourceId) {
+        if let Some(remote) = self.remote(source) {
+            return remote.restart(source);
+        }
+        let source = self.source(source);
+        source.restarting.store(true, Ordering::Release);
+        match &self.executor {
+            Some(executor) => executor.lock().expect("nobody panics with the lock held").carry_out(source.id.0 as usize, self.now_ns()),
+            None => source.bell().ring(),
+        }
+    }
+
+    /// Stops all sources, brings devices to their safe state, joins the threads.
+    pub fn close(&self) {
+        self.end(false);
+    }
+
+    /// Stops all sources and joins the threads; the devices stay as they are, for an heir. Where nobody holds one any more it is safe and closed.
+    pub fn leave(&self) {
+        self.end(true);
+    }
+
+    fn end(&self, leaves: bool) {
+        if self.closed.swap(true, Ordering::AcqRel) {
+            return;
+        }
+        self.remote_sources.close();
+        for source in self.sources().iter() {
+            source.leaving.store(leaves, Ordering::Release);
+            source.closing.store(true, Ordering::Release);
+            source.bell().ring();
+        }
+        if let Some(executor) = &self.executor {
+            // Also where a firing has panicked: this may be called by a destructor on its way, where a second panic ends the process.
+            executor.lock().unwrap_or_else(PoisonError::into_inner).close();
+        }
+        let (of_sources, others): (Vec<_>, Vec<_>) = std::mem::take(&mut *self.threads()).into_iter().partition(|(source, _)| source.is_some());
+        of_sources.into_iter().for_each(|(source, thread)| join(source.as_deref(), thread));
+        // It watched to the end: a block that does not return must not keep its thread.
+        self.watchdog.close();
+        others.into_iter().for_each(|(source, thread)| join(source.as_deref(), thread));
+    }
+
+    /// Lets go of what carries these connections, which others may hold for longer than the host runs. Of a host that is closed; else nothing.
+    pub fn sever<'a>(&self, inbounds: impl IntoIterator<Item = &'a Inbound>, outbounds: impl IntoIterator<Item = &'a Outbound>) {
+        if !self.closed.load(Ordering::Acquire) || !self.threads().is_empty() {
+            return;
+        }
+        // SAFETY: the kernels of a closed host have ended: its threads are joined, and its executor has let go of them.
+        inbounds.into_iter().for_each(|inbound| unsafe { inbound.sever() });
+        // SAFETY: as above.
+        outbounds.into_iter().for_each(|outbound| unsafe { outbound.sever() });
+    }
+
+    /// Lets what is under way arrive, and raises who waits for it.
+    fn deliver(&self, now_ns: i64) {
+        self.now_ns.fetch_max(now_ns, Ordering::Relaxed);
+        let sources = self.sources();
+        self.carrier.lock().expect("nobody panics with the lock held").deliver(now_ns, &mut |reader| {
+            if let Some(source) = sources.get(reader as usize).filter(|source| source.period_ns().is_none()) {
+                source.request(now_ns);
+            }
+        });
+    }
+
+    fn executor(&self) -> MutexGuard<'_, Virtual> {
+        let executor = self.executor.as_ref().expect("only a host with the virtual clock is driven firing by firing");
+        executor.lock().expect("nobody panics with the lock held")
+    }
+
+    /// Where a source is recorded or played.
+    pub(crate) fn tape(&self, source: SourceId) -> Option<Arc<SourceTape>> {
+        self.tapes.lock().expect("nobody panics with the lock held").get(&source).cloned()
+    }
+
+    /// Joined when the host is closed.
+    pub(crate) fn keep_thread(&self, thread: JoinHandle<()>) {
+        self.threads().push((None, thread));
+    }
+
+    pub(crate) fn sources(&self) -> RwLockReadGuard<'_, Vec<Arc<Source>>> {
+        self.sources.read().expect("nobody panics with the lock held")
+    }
+
+    pub(crate) fn source(&self, source: SourceId) -> Arc<Source> {
+        self.sources()[source.0 as usize].clone()
+    }
+
+    fn threads(&self) -> MutexGuard<'_, Vec<Running>> {
+        self.threads.lock().expect("nobody panics with the lock held")
+    }
+}
+
+/// Waits for a thread to end, but for one that never will. One that panicked has said so; the others are joined all the same.
+fn join(source: Option<&Source>, thread: JoinHandle<()>) {
+    let Some(source) = source else { return drop(thread.join()) };
+    while !thread.is_finished() {
+        if source.is_beyond_reach() {
+            return;
+        }
+        std::thread::sleep(JOIN_LOOKS);
+    }
+    drop(thread.join());
+}
+
+/// How often it looks whether a thread has ended.
+const JOIN_LOOKS: std::time::Duration = std::time::Duration::from_micros(200);
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        self.close();
+    }
+}

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Events, time and statistics of a host: what a supervisor looks at.
+use super::*;
+
+impl Host {
+    /// The next event, if there is one. For the supervisor alone. Events come in the order in which they were made, over all
+    /// sources; a script's acknowledgement is one of them.
+    pub fn poll(&self) -> Option<Event> {
+        if let Some(event) = self.remote_sources.pop_first() {
+            return Some(event);
+        }
+        let event = self.next_event()?;
+        Some(if self.remote_sources.is_any() { self.remote_sources.serve(event) } else { event })
+    }
+
+    fn next_event(&self) -> Option<Event> {
+        let rings = self.shared.supervisor.rings();
+        let sources = self.sources();
+        let next = sources.iter().filter_map(|source| Some((source.listener().next_serial(&source.done)?, source))).min_by_key(|(serial, _)| *serial);
+        if let Some(told) = self.remote_sources.take_told(next.as_ref().map(|(serial, _)| *serial)) {
+            return Some(told);
+        }
+        if let Some(deaf) = sources.iter().find(|source| source.is_deaf.load(Ordering::Acquire) && !source.is_told_deaf.swap(true, Ordering::AcqRel)) {
+            return Some(Event::Deaf { source: deaf.id, time_ns: self.now_ns() });
+        }
+        let Some((serial, source)) = next else {
+            self.polled.store(rings, Ordering::Release);
+            return None;
+        };
+        source.listener().take(source.id, serial)
+    }
+
+    /// Monotonic: waits until an event is there, `unpark` was called, or the time has come. Not on a real-time path of a source.
+    /// Call it when `poll` has given nothing. Under the virtual clock it returns at once.
+    pub fn park(&self, until_ns: Option<i64>) {
+        if self.executor.is_none() {
+            self.shared.supervisor.sleep(self.polled.load(Ordering::Acquire), until_ns.map(|until| (self.epoch_ns + until).max(0)));
+        }
+    }
+
+    /// How often the supervisor was rung for so far: read before `poll` and whatever else is looked at, and given to
+    /// [`Host::park_since`], so that nothing that comes meanwhile is slept through, whoever else polls.
+    pub fn rings(&self) -> u32 {
+        self.shared.supervisor.rings()
+    }
+
+    /// `park` for a supervisor that is not alone in polling: returns at once where it was rung for since `seen`.
+    pub fn park_since(&self, seen: u32, until_ns: Option<i64>) {
+        if self.executor.is_none() {
+            self.shared.supervisor.sleep(seen, until_ns.map(|until| (self.epoch_ns + until).max(0)));
+        }
+    }
+
+    /// Wakes `park`, now or the next time.
+    pub fn unpark(&self) {
+        self.shared.supervisor.ring();
+    }
+
+    /// Virtual: when the next thing happens (a release, a pending request, an arrival on the carrier).
+    pub fn next_time(&self) -> Option<i64> {
+        let firing = self.executor().next().map(|(time, _)| time);
+        let arrival = self.carrier.lock().expect("nobody panics with the lock held").next_arrival();
+        [firing, arrival].into_iter().flatten().min()
+    }
+
+    /// Virtual: sets the clock to the time of the next firing, if that is not after `limit_ns`, and runs that one firing (with
+    /// whatever preempts it). Nobody sees anything of a firing that ends behind `limit_ns` before the clock comes to its end. False if there
+    /// is none; the clock is then left as it is. Errs when more than 10,000 requested firings fall in one instant; the others are refused.
+    pub fn fire_next(&self, limit_ns: i64) -> Result<bool, String> {
+        guard::prepare_thread();
+        let executor = self.executor();
+        loop {
+            let firing = executor.next();
+            let arrival = self.carrier.lock().expect("nobody panics with the lock held").next_arrival();
+            if let Some(arrival) = arrival.filter(|&arrival| arrival <= limit_ns && firing.is_none_or(|(time, _)| arrival <= time)) {
+                self.deliver(arrival.max(self.now_ns()));
+                continue;
+            }
+            let Some((time, index)) = firing.filter(|&(time, _)| time <= limit_ns) else { return Ok(false) };
+            executor.fire(index, time, limit_ns, &self.now_ns)?;
+            if let Some(trace) = self.trace.get() {
+                trace.gather();
+            }
+            return Ok(true);
+        }
+    }
+
+    /// Virtual: the end of everything that was computed.
+    pub fn busy_until_ns(&self) -> i64 {
+        self.executor().busy_until_ns()
+    }
+
+    /// Virtual: moves the clock forward where nothing happens.
+    pub fn set_now(&self, now_ns: i64) {
+        self.now_ns.fetch_max(now_ns, Ordering::Relaxed);
+    }
+
+    /// The period of a timer; none of other sources.
+    pub fn period_ns(&self, source: SourceId) -> Option<i64> {
+        self.source(source).period_ns()
+    }
+
+    /// Counters and histograms of a source.
+    pub fn statistics(&self, source: SourceId) -> Statistics {
+        if let Some(remote) = self.remote(source) {
+            return remote.statistics(source);
+        }
+        self.source(source).statistics()
+    }
+
+    /// From now on, and for `for_ns` at least, the probe visits the blocks of a source, one a firing. Several who look add nothing to
+    /// one: the latest end holds.
+    pub fn probe(&self, source: SourceId, for_ns: u64) {
+        if let Some(remote) = self.remote(source) {
+            remote.probe(source, for_ns);
+        }
+        let until_ns = monotonic_ns().saturating_add(i64::try_from(for_ns).unwrap_or(i64::MAX));
+        self.source(source).probe_until_ns.fetch_max(until_ns, Ordering::Relaxed);
+    }
+
+    /// Whether the probe was asked to visit the blocks of a source now.
+    pub fn probes(&self, source: SourceId) -> bool {
+        self.source(source).probe_until_ns.load(Ordering::Relaxed) > monotonic_ns()
+    }
+
+    /// How long the invocations of a block in `source` took, as far as they were visited.
+    pub fn block_times(&self, source: SourceId, block: &kernel::Block) -> BlockTimes {
+        match self.remote(source) {
+            Some(remote) => remote.block_times(block.id()),
+            None => block.block_times(),
+        }
+    }
+}

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Running a record again: a host under the virtual clock whose sources do what is recorded of them, stretch by stretch.
+use crate::host::Host;
+use crate::trace::Taped;
+use crate::trace::tape::{SourceTape, Stretch};
+use interconnect::{Full, Receiver, Sender};
+use kernel::clock::monotonic_ns;
+use kernel::guard::prepare_thread;
+use kernel::preempt::Never;
+use kernel::script::Submission;
+use kernel::state::Kernel;
+use kernel::tape::Occasion;
+use kernel::{Block, Cell, Nowhere, Script, SourceId, Way};
+use opengpac::abi;
+use std::ffi::CStr;
+
+/// How a stretch went the second time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Played {
+    /// Digest of everything that the source's blocks had stored when it was over.
+    pub digest: u64,
+    /// A fault stopped the source in it.
+    pub stopped: bool,
+    /// What the source asked for and the record has not, or the other way round: it went another way.
+    pub differs: Option<String>,
+}
+
+/// An output of a block, or a device channel that it writes, with what it holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// Label of the block, with its instance.
+    pub block: String,
+    /// Name of the port.
+    pub port: String,
+    /// Its C type.
+    pub type_text: String,
+    /// What is stored.
+    pub bytes: Vec<u8>,
+}
+
+impl Host {
+    /// The reading end, of a source of this host, of a connection that the record has: it gives what is recorded.
+    pub fn played(&self, way: &Way) -> Box<dyn Receiver> {
+        // A record that is damaged may name a source that it has not made.
+        match self.tape(SourceId(way.spec.reader)) {
+            Some(tape) => Box::new(Taped::playing(&way.spec, tape)),
+            None => Box::new(Nowhere::of(&way.spec)),
+        }
+    }
+
+    /// The writing end of a connection that the record has: whoever reads it gets what is recorded.
+    pub fn played_sender(&self, way: &Way) -> Box<dyn Sender> {
+        Box::new(Unread(vec![0; way.spec.asynchronous_len], vec![0; way.spec.queue_row_len]))
+    }
+
+    /// Does again what a stretch of `source` says. `script`: the one that it carries out. Of a host that plays ([`Host::playing`]).
+    pub fn play(&self, source: SourceId, stretch: &Stretch, script: Option<Box<Script>>) -> Played {
+        self.set_now(stretch.time_ns);
+        let script = script.map(|mut script| {
+            self.prepare(source, &mut script);
+            script
+        });
+        prepare_thread();
+        let tape = self.tape(source);
+        self.with_kernel(source, |kernel| play(kernel, tape.as_deref(), stretch, script))
+    }
+
+    /// True where a block in the table of `source` stores to `cell`.
+    pub fn stores(&self, source: SourceId, cell: &Cell) -> bool {
+        self.with_kernel(source, |kernel| kernel.table.steps.iter().filter_map(|step| step.block.as_ref()).any(|block| block.writes(cell)))
+    }
+
+    /// What the blocks of `source` have stored, in the order of a firing.
+    pub fn stored(&self, source: SourceId) -> Vec<Change> {
+        self.with_kernel(source, |kernel| kernel.table.steps.iter().filter_map(|step| step.block.as_ref()).flat_map(|block| stored(block)).collect())
+    }
+}
+
+/// A writing end whose reader has the record.
+struct Unread(Vec<u8>, Vec<u8>);
+
+impl Sender for Unread {
+    fn group(&mut self) -> &mut [u8] {
+        &mut self.0
+    }
+
+    fn publish(&mut self, _number: u64, _now_ns: i64) {}
+
+    fn push(&mut self, _number: u64, _now_ns: i64, fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full> {
+        fill(&mut self.1);
+        Ok(())
+    }
+
+    fn arrived(&self) -> bool {
+        false
+    }
+}
+
+/// Does what `stretch` says, with the script that it names.
+fn play(kernel: &mut Kernel, tape: Option<&SourceTape>, stretch: &Stretch, script: Option<Box<Script>>) -> Played {
+    let Some(tape) = tape else {
+        return Played { digest: 0, stopped: false, differs: Some("this host does not play".to_owned()) };
+    };
+    tape.load(&stretch.answers);
+    match (stretch.occasion, script) {
+        (Occasion::Firing, _) => kernel.fire(stretch.number, stretch.time_ns, monotonic_ns(), &Never),
+        (Occasion::Script(_), Some(script)) => {
+            kernel.firing = stretch.number;
+            kernel.carry_out(Submission::new(script), stretch.time_ns);
+        }
+        (Occasion::Script(number), None) => {
+            return Played { digest: 0, stopped: false, differs: Some(format!("the record does not have script {number}")) };
+        }
+        (Occasion::Restart, _) => kernel.restart(),
+    }
+    Played { digest: kernel.digest(), stopped: kernel.stopped, differs: tape.differs() }
+}
+
+/// What the outputs and device channels of a block hold.
+fn stored(block: &Block) -> impl Iterator<Item = Change> {
+    let change = |(item, cell): (&abi::Item, &Cell)| Change {
+        block: block.name().to_owned(),
+        port: text(item.name),
+        type_text: text(item.type_text),
+        bytes: cell.load(),
+    };
+    block.stores().map(change)
+}
+
+fn text(of: *const std::ffi::c_char) -> String {
+    if of.is_null() {
+        return String::new();
+    }
+    // SAFETY: a descriptor's texts end in NUL and live as long as its module, which the block holds.
+    unsafe { CStr::from_ptr(of) }.to_string_lossy().into_owned()
+}

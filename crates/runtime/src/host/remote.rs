@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Remote side of a host: sources that others run, connections to them, and events received from them.
+use super::*;
+use crate::locked::locked;
+use crate::remote::Remote;
+use crate::remote_sources::is_same;
+use crate::trace::Taped;
+use interconnect::{ConnectionSpec, EndError, Memory, Receiver, Sender};
+use kernel::connection::End;
+use kernel::{Nowhere, Process, Reach, Way, clock};
+use std::any::Any;
+
+impl Host {
+    /// A source that `remote` runs: it is called by number like those here.
+    pub fn add_remote_source(&self, spec: SourceSpec, remote: Arc<dyn Remote>) -> SourceId {
+        let id = self.reserve(spec);
+        self.remote_sources.enter(id, remote);
+        id
+    }
+
+    /// Keeps the number of a source that nobody here needs to reach.
+    pub fn skip_source(&self, spec: SourceSpec) -> SourceId {
+        self.reserve(spec)
+    }
+
+    /// Who runs a remote source; none where that is this host.
+    pub(crate) fn remote(&self, source: SourceId) -> Option<Arc<dyn Remote>> {
+        self.remote_sources.of(source)
+    }
+
+    /// The epoch of its clock, ns of CLOCK_MONOTONIC.
+    pub fn epoch_ns(&self) -> i64 {
+        self.epoch_ns
+    }
+
+    /// A process with steps in `sources`. See [`Process::new`]. Where they all lie in one remote place its word is there.
+    pub fn process(&self, id: u64, created: u64, sources: &[SourceId]) -> Arc<Process> {
+        self.remote_sources.new_process(id, created, sources)
+    }
+
+    /// A connection between two sources, over whatever carries it.
+    pub fn connect(&self, spec: &ConnectionSpec) -> (End<dyn Sender>, End<dyn Receiver>) {
+        let (writer, reader) = (SourceId(spec.writer), SourceId(spec.reader));
+        let (from, to) = (self.remote(writer), self.remote(reader));
+        if from.is_none() && to.is_none() {
+            // Within a source nothing is on a way.
+            let (sender, receiver) = if writer == reader { Memory.connect(spec) } else { locked(&self.carrier).connect(spec) };
+            let Some((trace, tape)) = self.trace().and_then(|trace| Some((trace, self.tape(reader)?))) else {
+                return (sender.into(), receiver.into());
+            };
+            let way = Some(Way { number: trace.way(), spec: *spec, reach: Reach::Process });
+            return (End { end: sender, way }, End { end: Box::new(Taped::recording(receiver, tape)), way });
+        }
+        let reach = self.reach(writer, reader);
+        let way = Way { number: self.remote_sources.next_way(), spec: *spec, reach };
+        if let (Some(from), Some(to)) = (&from, &to)
+            && from.host().is_some() != to.host().is_some()
+        {
+            return self.relayed(way, &**from, &**to);
+        }
+        let sender: Box<dyn Sender> = match (&from, &to) {
+            (None, Some(to)) => to.sender(way.number, spec).unwrap_or_else(|why| Box::new(self.unconnected(&way, &why))),
+            _ => Box::new(Nowhere::default()),
+        };
+        let receiver: Box<dyn Receiver> = match (&from, &to) {
+            (Some(from), None) => from.receiver(way.number, spec, self.raiser_of(reader)).unwrap_or_else(|why| Box::new(self.unconnected(&way, &why))),
+            _ => Box::new(Nowhere::default()),
+        };
+        (End { end: sender, way: Some(way) }, End { end: receiver, way: Some(way) })
+    }
+
+    /// A connection between a process of this host and another host: each has its end of a way to here.
+    fn relayed(&self, way: Way, from: &dyn Remote, to: &dyn Remote) -> (End<dyn Sender>, End<dyn Receiver>) {
+        let to_here = |remote: &dyn Remote| Some(Way { reach: if remote.host().is_some() { Reach::Network } else { Reach::Host }, ..way });
+        let wanted = self
+            .remote_sources
+            .relays
+            .relay(&way, from, to, self.epoch_ns, |thread| self.keep_thread(thread))
+            .inspect_err(|why| drop(self.unconnected(&way, why)))
+            .ok();
+        let kept = || wanted.clone().map(|wanted| wanted as Arc<dyn Any + Send + Sync>);
+        let sender = Box::new(Nowhere::keeping(kept()));
+        (End { end: sender, way: to_here(from) }, End { end: Box::new(Nowhere::keeping(kept())), way: to_here(to) })
+    }
+
+    /// How far apart two sources lie.
+    pub fn reach(&self, writer: SourceId, reader: SourceId) -> Reach {
+        let (from, to) = (self.remote(writer), self.remote(reader));
+        match (&from, &to) {
+            _ if is_same(&from, &to) => Reach::Process,
+            (from, to) if from.as_ref().and_then(|remote| remote.host()) == to.as_ref().and_then(|remote| remote.host()) => Reach::Host,
+            _ => Reach::Network,
+        }
+    }
+
+    /// An end that could not be made says so, and nothing comes over it.
+    fn unconnected(&self, way: &Way, why: &EndError) -> Nowhere {
+        let (writer, reader) = (SourceId(way.spec.writer), SourceId(way.spec.reader));
+        self.tell(Event::Unconnected { writer, reader, message: why.message.clone() });
+        Nowhere::of(&way.spec)
+    }
+
+    /// What raises a source when a row has come to it from a remote source; off the real-time path.
+    pub fn raiser_of(&self, reader: SourceId) -> Box<dyn Fn() + Send + Sync> {
+        let (source, epoch_ns) = (self.sources().get(reader.0 as usize).cloned(), self.epoch_ns);
+        // Who commands may name a source that there is not: nobody is raised then.
+        let Some(source) = source else { return Box::new(|| ()) };
+        Box::new(move || {
+            if source.period_ns().is_none() {
+                source.request(clock::monotonic_ns() - epoch_ns);
+                source.bell().wake();
+            }
+        })
+    }
+
+    /// Passes the requests of a remote source on: a channel here raises it. A thread of its own waits for them, until the host
+    /// is closed.
+    ///
+    /// # Errors
+    /// The thread cannot be made.
+    pub fn pass_on(&self, source: SourceId, request: Box<dyn Fn() + Send>) -> std::io::Result<()> {
+        let raised = self.source(source);
+        let body = move || {
+            while !raised.closing.load(Ordering::Acquire) {
+                let seen = raised.bell().rings();
+                let requests = raised.requests.pending.swap(0, Ordering::SeqCst);
+                (0..requests).for_each(|_| request());
+                if requests == 0 {
+                    raised.bell().sleep(seen, None);
+                }
+            }
+        };
+        let thread = std::thread::Builder::new().name("passes-on".into()).spawn(body)?;
+        self.keep_thread(thread);
+        Ok(())
+    }
+
+    /// What came from remote sources: one of the events, in order.
+    pub fn tell(&self, event: Event) {
+        let serial = self.shared.serials.fetch_add(1, Ordering::AcqRel);
+        self.remote_sources.told(serial, event);
+        self.shared.supervisor.ring();
+    }
+
+    /// Sets or clears the flag of the emergency stop in all remote places.
+    pub fn stop_remote(&self, set: bool) {
+        self.remote_sources.stop(set);
+    }
+}

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The floors above the kernel: hosts, threads and clocks that drive it, remote sources and what relays between them, records of a run, and
+//! the handover from one host to the next.
+//!
+//! A [`Host`] has the kernels of one process: a `thread` for each source under the monotonic clock, or one `virtual_clock` for all of them.
+//! `remote_sources` is what it knows of sources in other processes and on other hosts, `spread` serves processes that span several, `wire` how scripts travel there, `trace` the record of a run,
+//! `heritage` what a host takes over from the one before it.
+mod clock;
+mod heir;
+mod heritage;
+mod host;
+mod locked;
+mod relay;
+mod remote;
+pub mod remote_device;
+mod remote_sources;
+mod renewal;
+mod rights;
+mod sandbox;
+mod spread;
+mod thread;
+pub mod trace;
+mod virtual_clock;
+mod watchdog;
+pub mod wire;
+
+pub use clock::ClockKind;
+pub use heir::{heir, open_seen};
+pub use heritage::{Heritage, Holding, Passed};
+pub use host::{Change, Host, Played};
+pub use remote::Remote;
+pub use remote_device::DeviceState;
+pub use renewal::{Renewal, Retired};
+pub use rights::take_for_supervisor;
+pub use sandbox::Sandbox;
+pub use trace::Stretch;

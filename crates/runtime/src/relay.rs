@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Connections between a process of this host and another host. Neither of them reaches the other, but this process reaches both: a thread
+//! of it takes what comes from the one and gives it to the other.
+//!
+//! | | writing source | relay | reading source |
+//! |---|---|---|---|
+//! | may block another | never | never | never |
+//! | if the relay is held up | goes on; `Full` when the queue to the relay is | | goes on with what it has |
+//! | if an end finds no room | | the row stays in the queue before it, and is tried again | |
+//!
+//! A publication keeps its number and its time, so its age is known at the reader as over any other way.
+use crate::locked::locked;
+use crate::remote::Remote;
+use crate::rights;
+use interconnect::{EndError, Receiver, Sender};
+use kernel::Way;
+use kernel::bell::Bell;
+use kernel::clock::monotonic_ns;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, Weak};
+use std::thread::JoinHandle;
+
+/// How often groups, of which nobody tells that they came, and rows that found no room are looked for, ns.
+const LOOK_NS: i64 = 1_000_000;
+
+/// Behind every source and before ordinary programs, where the right is given.
+const PRIORITY: u8 = 1;
+/// Rows of one connection that are handed on before the others have their turn: its writer may be a process that never ends.
+const ROWS_MAX: usize = 4096;
+
+/// The relays of a host.
+#[derive(Default)]
+pub(crate) struct Relays(Mutex<Option<Arc<Thread>>>);
+
+/// What the thread shares with those that connect.
+#[derive(Default)]
+pub(crate) struct Thread {
+    bell: Bell,
+    relays: Mutex<Vec<Relay>>,
+    closing: AtomicBool,
+}
+
+/// Held where the ends of a connection would be that is relayed: while one of them is there, its values are handed on.
+pub(crate) struct Wanted(Arc<Thread>);
+
+impl Drop for Wanted {
+    fn drop(&mut self) {
+        self.0.bell.ring();
+    }
+}
+
+struct Relay {
+    receiver: Box<dyn Receiver>,
+    sender: Box<dyn Sender>,
+    group_len: usize,
+    wanted: Weak<Wanted>,
+}
+
+impl Relays {
+    /// Hands on what `from` publishes over `way` to `to`, as long as what is returned is held. `epoch_ns`: of the host; `keep_thread`: joins the
+    /// thread when the host is closed.
+    ///
+    /// # Errors
+    /// One of the two cannot be reached, or the thread cannot be made.
+    pub(crate) fn relay(
+        &self,
+        way: &Way,
+        from: &dyn Remote,
+        to: &dyn Remote,
+        epoch_ns: i64,
+        keep_thread: impl FnOnce(JoinHandle<()>),
+    ) -> Result<Arc<Wanted>, EndError> {
+        let thread = self.relaying(epoch_ns, keep_thread)?;
+        let waking = Arc::downgrade(&thread);
+        let raise = move || {
+            if let Some(thread) = waking.upgrade() {
+                thread.bell.ring();
+            }
+        };
+        let receiver = from.receiver(way.number, &way.spec, Box::new(raise))?;
+        let sender = to.sender(way.number, &way.spec)?;
+        let wanted = Arc::new(Wanted(thread));
+        let relay = Relay { receiver, sender, group_len: way.spec.asynchronous_len, wanted: Arc::downgrade(&wanted) };
+        locked(&wanted.0.relays).push(relay);
+        wanted.0.bell.ring();
+        Ok(wanted)
+    }
+
+    /// The thread, which is started with the first relay.
+    fn relaying(&self, epoch_ns: i64, keep_thread: impl FnOnce(JoinHandle<()>)) -> Result<Arc<Thread>, EndError> {
+        let mut started = locked(&self.0);
+        if let Some(thread) = started.as_ref() {
+            return Ok(thread.clone());
+        }
+        let thread = Arc::<Thread>::default();
+        let running = thread.clone();
+        let handle = std::thread::Builder::new().name("relays".into()).spawn(move || running.run(epoch_ns));
+        keep_thread(handle.map_err(|why| EndError { message: format!("a thread that relays cannot be started: {why}; close other programs") })?);
+        Ok(started.insert(thread).clone())
+    }
+
+    /// The thread ends.
+    pub(crate) fn close(&self) {
+        if let Some(thread) = locked(&self.0).as_ref() {
+            thread.closing.store(true, Ordering::Release);
+            thread.bell.ring();
+        }
+    }
+}
+
+impl Thread {
+    fn run(&self, epoch_ns: i64) {
+        // Without the right it works all the same, only later.
+        let _given = rights::limit_real_time() && rights::prioritise(PRIORITY);
+        while !self.closing.load(Ordering::Acquire) {
+            let seen = self.bell.rings();
+            let now_ns = monotonic_ns();
+            let mut looks = false;
+            let mut relays = locked(&self.relays);
+            relays.retain(|relay| relay.wanted.strong_count() > 0);
+            relays.iter_mut().for_each(|relay| looks |= relay.hand_on(now_ns - epoch_ns));
+            drop(relays);
+            self.bell.sleep(seen, looks.then_some(now_ns + LOOK_NS));
+        }
+        locked(&self.relays).clear();
+    }
+}
+
+impl Relay {
+    /// Hands on what has come; true where it has to be looked at again soon.
+    fn hand_on(&mut self, now_ns: i64) -> bool {
+        if let Some(header) = self.receiver.latch(now_ns) {
+            self.sender.group().copy_from_slice(self.receiver.group());
+            self.sender.publish(header.number, header.time_ns);
+        }
+        for _ in 0..ROWS_MAX {
+            let Some((number, row)) = self.receiver.peek_row() else { return self.group_len > 0 };
+            if self.sender.push(number, now_ns, &mut |into| into.copy_from_slice(row)).is_err() {
+                return true;
+            }
+            self.receiver.pop_row();
+        }
+        true
+    }
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Remote sources: in another process of this host, or on another one. The host here keeps them by number like its own; whoever runs them
+//! stands behind [`Remote`].
+//!
+//! A verb instance whose sources all lie in one place has its word there: kernels react to its conditions in the same firing,
+//! as everywhere, and who takes it asks there. The word of one whose sources lie in several places is here; remote kernels only tell
+//! what was reported, and it is served when that arrives.
+use interconnect::{ConnectionSpec, EndError, Receiver, Sender};
+use kernel::{BlockId, BlockTimes, RemoteWord, Script, SourceId, Statistics};
+
+/// Whoever runs remote sources. All calls come from ordinary threads; none waits longer than the link to it lives.
+pub trait Remote: RemoteWord {
+    /// Hands a script to a source there. Its acknowledgement comes back by [`Host::tell`](crate::Host::tell).
+    fn submit(&self, source: SourceId, script: Box<Script>);
+
+    /// Requests a firing of a software source there.
+    fn request(&self, source: SourceId);
+
+    /// Restarts a source there that a fault stopped.
+    fn restart(&self, source: SourceId);
+
+    /// Counters and histograms of a source, as it told last.
+    fn statistics(&self, source: SourceId) -> Statistics;
+
+    /// [`Host::probe`](crate::Host::probe), there.
+    fn probe(&self, source: SourceId, for_ns: u64);
+
+    /// How long the invocations of a block there took, as it told last.
+    fn block_times(&self, block: BlockId) -> BlockTimes;
+
+    /// A process whose sources lie in several places is in this stage from now on: what is reported there belongs to it.
+    fn enter(&self, process: u64, stage: u16, generation: u32);
+
+    /// Sets or clears the flag that every write of a device there obeys.
+    fn stop(&self, set: bool);
+
+    /// The host on which it runs; none where that is this one.
+    fn host(&self) -> Option<&str>;
+
+    /// The writing end here of a connection to it.
+    ///
+    /// # Errors
+    /// What keeps it from being made.
+    fn sender(&self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError>;
+
+    /// The reading end here of a connection from it.
+    ///
+    /// # Errors
+    /// As for `sender`.
+    fn receiver(&self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError>;
+
+    /// Ends it: its sources stop, its devices are safe.
+    fn close(&self);
+}

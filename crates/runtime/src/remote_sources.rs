@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Remote sources of a host: who runs them, the processes that span several places, and the events that came from there.
+use crate::locked::locked;
+use crate::relay::Relays;
+use crate::remote::Remote;
+use kernel::{Event, Home, Process, SourceId};
+use std::collections::{HashMap, VecDeque};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, RwLock, Weak};
+
+/// Remote sources, and what is to be told of them.
+#[derive(Default)]
+pub(crate) struct RemoteSources {
+    by_source: RwLock<HashMap<SourceId, Arc<dyn Remote>>>,
+    is_any: AtomicBool,
+    /// Of the connections that reach there.
+    last_way: AtomicU64,
+    /// Processes with sources there.
+    processes: Mutex<HashMap<u64, Reaching>>,
+    /// How many of them somebody held when they were looked through last.
+    held: AtomicUsize,
+    /// What came from there: (order among the events of the host, event).
+    told: Mutex<VecDeque<(u64, Event)>>,
+    /// What is told before everything else, because it belongs before an event that was taken already.
+    first: Mutex<VecDeque<Event>>,
+    /// Connections from place to place that go through here.
+    pub(crate) relays: Relays,
+}
+
+/// A process with remote sources.
+struct Reaching {
+    process: Weak<Process>,
+    /// Of one that is spread: whose kernels tell what comes, and know which stage it belongs to.
+    places: Vec<Arc<dyn Remote>>,
+}
+
+impl RemoteSources {
+    pub(crate) fn is_any(&self) -> bool {
+        self.is_any.load(Ordering::Acquire)
+    }
+
+    pub(crate) fn pop_first(&self) -> Option<Event> {
+        if self.is_any() { locked(&self.first).pop_front() } else { None }
+    }
+
+    /// What came from remote sources before the event `serial` was made here.
+    pub(crate) fn take_told(&self, serial: Option<u64>) -> Option<Event> {
+        if !self.is_any() {
+            return None;
+        }
+        let mut told = locked(&self.told);
+        told.pop_front_if(|(at, _)| serial.is_none_or(|serial| *at < serial)).map(|(_, event)| event)
+    }
+
+    pub(crate) fn close(&self) {
+        self.relays.close();
+        let all: Vec<Arc<dyn Remote>> = self.by_source.read().expect("nobody panics with the lock held").values().cloned().collect();
+        all.iter().enumerate().filter(|(index, remote)| !all[..*index].iter().any(|other| Arc::ptr_eq(other, remote))).for_each(|(_, remote)| remote.close());
+    }
+
+    /// `remote` runs this source.
+    pub(crate) fn enter(&self, source: SourceId, remote: Arc<dyn Remote>) {
+        self.by_source.write().expect("nobody panics with the lock held").insert(source, remote);
+        self.is_any.store(true, Ordering::Release);
+    }
+
+    /// Who runs a source; none where that is this host.
+    pub(crate) fn of(&self, source: SourceId) -> Option<Arc<dyn Remote>> {
+        if !self.is_any() {
+            return None;
+        }
+        self.by_source.read().expect("nobody panics with the lock held").get(&source).cloned()
+    }
+
+    /// The number of a new connection that leads to a remote source.
+    pub(crate) fn next_way(&self) -> u64 {
+        self.last_way.fetch_add(1, Ordering::Relaxed) + 1
+    }
+
+    /// An event came from a remote source; `serial`: its order among the events of the host.
+    pub(crate) fn told(&self, serial: u64, event: Event) {
+        self.is_any.store(true, Ordering::Release);
+        locked(&self.told).push_back((serial, event));
+    }
+
+    /// Sets or clears the flag that every write of a remote device obeys.
+    pub(crate) fn stop(&self, set: bool) {
+        self.by_source.read().expect("nobody panics with the lock held").values().for_each(|remote| remote.stop(set));
+    }
+
+    /// A process with steps in `sources`. See [`Process::new`]. Where they all lie in one remote place its word is there.
+    pub(crate) fn new_process(&self, id: u64, created: u64, sources: &[SourceId]) -> Arc<Process> {
+        let mut places: Vec<Option<Arc<dyn Remote>>> = Vec::new();
+        for remote in sources.iter().map(|source| self.of(*source)) {
+            if !places.iter().any(|place| is_same(place, &remote)) {
+                places.push(remote);
+            }
+        }
+        let (home, places) = match places.as_mut_slice() {
+            [] | [None] => return Process::new(id, created),
+            [Some(place)] => (Home::There(place.clone()), Vec::new()),
+            _ => (Home::Spread, places.into_iter().flatten().collect()),
+        };
+        let process = Process::at(id, created, home);
+        let mut processes = locked(&self.processes);
+        if processes.len() >= PROCESSES_MIN.max(2 * self.held.load(Ordering::Relaxed)) {
+            processes.retain(|_, reaching| reaching.process.strong_count() > 0);
+            self.held.store(processes.len(), Ordering::Relaxed);
+        }
+        processes.insert(id, Reaching { process: Arc::downgrade(&process), places });
+        process
+    }
+
+    /// What is told before everything else, because it belongs before an event that was taken already.
+    pub(crate) fn tell_first(&self, events: impl IntoIterator<Item = Event>) {
+        locked(&self.first).extend(events);
+    }
+
+    pub(crate) fn process(&self, id: u64) -> Option<Arc<Process>> {
+        locked(&self.processes).get(&id)?.process.upgrade()
+    }
+
+    /// Where kernels tell what comes of a process that is spread.
+    pub(crate) fn places(&self, id: u64) -> Vec<Arc<dyn Remote>> {
+        locked(&self.processes).get(&id).map(|reaching| reaching.places.clone()).unwrap_or_default()
+    }
+}
+
+/// Below this many processes none is looked for that nobody holds.
+const PROCESSES_MIN: usize = 256;
+
+/// Whether both are one place.
+pub(crate) fn is_same(one: &Option<Arc<dyn Remote>>, other: &Option<Arc<dyn Remote>>) -> bool {
+    match (one, other) {
+        (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+        (None, None) => true,
+        _ => false,
+    }
+}

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A lost device that is opened again: another driver takes the place of the one that failed, between two firings. Cells, claims and
+//! tables stay as they are.
+//!
+//! A machine is often opened by one driver at a time, so this takes two steps: the old driver is given back, and closed by whoever gets it;
+//! then the new one, opened meanwhile off the real-time path, is put in.
+use crate::remote_device;
+use device::Direction;
+use kernel::{Device, Reopening};
+use std::mem;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// One of the two steps.
+pub struct Renewal {
+    device: Arc<Device>,
+    /// Whose driver it gets, and who gets that which it had. None where a record is played.
+    by: Option<Arc<Device>>,
+    /// The device is no longer lost.
+    is_open: bool,
+    is_done: Arc<AtomicBool>,
+}
+
+/// The driver that a device had.
+pub struct Retired {
+    holder: Arc<Device>,
+    is_done: Arc<AtomicBool>,
+}
+
+impl Retired {
+    /// Closes it, off the real-time path; nothing where it has not been given back.
+    pub fn close(self) {
+        if self.is_done.load(Ordering::Acquire) {
+            // SAFETY: no kernel has the holder in a table, and the one that put the driver there is through with it.
+            unsafe { self.holder.close() }
+        }
+    }
+}
+
+impl Renewal {
+    /// The driver of a lost device goes: nothing takes its place so far.
+    pub fn retire(device: &Arc<Device>) -> (Renewal, Retired) {
+        let empty = remote_device::recorded(device.name(), device.channels().to_vec()).expect("a driver that does nothing opens");
+        let is_done = Arc::<AtomicBool>::default();
+        let retired = Retired { holder: empty.clone(), is_done: is_done.clone() };
+        (Renewal { device: device.clone(), by: Some(empty), is_open: false, is_done }, retired)
+    }
+
+    /// The driver of `fresh`, which nobody else has, serves the device from now on.
+    ///
+    /// # Errors
+    /// Its channels are others, in words.
+    pub fn open(device: &Arc<Device>, fresh: Arc<Device>) -> Result<Renewal, String> {
+        let face = |of: &Device| of.channels().iter().map(|c| (c.name.clone(), c.direction, c.type_text.clone(), c.offset, c.len)).collect::<Vec<_>>();
+        if face(device) != face(&fresh) {
+            return Err(format!("its driver now has other channels than device '{}' was opened with", device.name()));
+        }
+        device.set_safe_handles(fresh.safe_handles());
+        Ok(Renewal { device: device.clone(), by: Some(fresh), is_open: true, is_done: Arc::default() })
+    }
+
+    /// Of a record that is played: what is read comes from there.
+    pub fn recorded(device: Arc<Device>, is_open: bool) -> Renewal {
+        Renewal { device, by: None, is_open, is_done: Arc::default() }
+    }
+
+    /// Set when it has been carried out.
+    pub fn is_done(&self) -> Arc<AtomicBool> {
+        self.is_done.clone()
+    }
+
+    /// Carries it out where no source has the device.
+    ///
+    /// # Safety
+    /// No kernel has the device in its table.
+    pub unsafe fn alone(&self) {
+        // SAFETY: the caller's word.
+        unsafe { self.carry_out() }
+    }
+}
+
+impl Reopening for Renewal {
+    fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    fn is_open(&self) -> bool {
+        self.is_open
+    }
+
+    unsafe fn carry_out(&self) {
+        let device = &*self.device;
+        // SAFETY: the caller is the one that touches it.
+        let service = unsafe { device.service() };
+        if let Some(by) = &self.by {
+            // SAFETY: no kernel has it in a table, and whoever made this waits for the end of it.
+            let other = unsafe { by.service() };
+            mem::swap(&mut service.driver, &mut other.driver);
+            mem::swap(&mut service.ahead_ns, &mut other.ahead_ns);
+            mem::swap(&mut service.is_closed, &mut other.is_closed);
+        }
+        (service.written_ns, service.is_new) = (None, false);
+        for channel in device.channels().iter().filter(|channel| channel.direction == Direction::Write) {
+            service.out[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
+        }
+        if self.is_open {
+            device.standing().found();
+        }
+        self.is_done.store(true, Ordering::Release);
+    }
+}

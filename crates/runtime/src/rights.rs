@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a source's thread asks of the operating system: priority, core, locked memory. Where something is not given, the source
+//! works all the same, only later; what was not given is said in one line.
+use kernel::SourceSpec;
+use process_kit::may_lock_all;
+use std::sync::OnceLock;
+
+/// Processor time that a real-time thread may use without sleeping before the operating system signals it: a barrier of its own
+/// against a runaway block, behind the guard's budget and with the same end (the guard takes SIGXCPU as a spent budget).
+const RTTIME_MAX_US: u64 = 5_000_000;
+
+/// Takes what is given to the calling thread. Says what is not, and whether it runs at a real-time priority.
+pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
+    let mut missing = Vec::new();
+    // SAFETY: sets the timer slack of this thread.
+    unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64) };
+    if !lock_memory() {
+        missing.push("memory is not locked: no right to lock all of it (set memlock in limits.conf to unlimited)".to_owned());
+    }
+    if let Some(core) = spec.core
+        && !pin(core)
+    {
+        missing.push(format!("source '{}' is not pinned: core {core} is not available to this process", spec.name));
+    }
+    let real_time = limit_real_time() && prioritise(spec.priority);
+    if !real_time {
+        missing.push(format!("source '{}' runs without priority {}: no right to real-time scheduling (set rtprio in limits.conf)", spec.name, spec.priority));
+    }
+    (missing, real_time)
+}
+
+/// The calling thread serves what kernels tell, at `priority` and on `core`, where that is given. Says what is not.
+pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
+    let mut missing = Vec::new();
+    // SAFETY: sets the timer slack of this thread.
+    unsafe { libc::prctl(libc::PR_SET_TIMERSLACK, 1_u64) };
+    if let Some(core) = core
+        && !pin(core)
+    {
+        missing.push(format!("the supervisor is not pinned: core {core} is not available to this process"));
+    }
+    if !(limit_real_time() && prioritise(priority)) {
+        missing.push(format!("the supervisor runs without priority {priority}: no right to real-time scheduling (set rtprio in limits.conf)"));
+    }
+    missing
+}
+
+/// Keeps all memory of the process in place.
+fn lock_memory() -> bool {
+    static LOCKED: OnceLock<bool> = OnceLock::new();
+    // SAFETY: asks for locked memory, which is the process's own.
+    *LOCKED.get_or_init(|| may_lock_all() && unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE | MCL_ONFAULT) } == 0)
+}
+
+/// Lock a page when it is touched first, so that large reservations cost nothing; images are touched when they are made.
+const MCL_ONFAULT: i32 = 4;
+
+fn pin(core: usize) -> bool {
+    if core >= libc::CPU_SETSIZE as usize {
+        return false;
+    }
+    // SAFETY: a set of our own, for this thread.
+    unsafe {
+        let mut cores: libc::cpu_set_t = std::mem::zeroed();
+        libc::CPU_SET(core, &mut cores);
+        libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &cores) == 0
+    }
+}
+
+/// Without this limit nothing runs at a real-time priority.
+pub(crate) fn limit_real_time() -> bool {
+    // SAFETY: reads and lowers a limit of this process.
+    unsafe {
+        let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+        if libc::getrlimit(libc::RLIMIT_RTTIME, &mut limit) != 0 {
+            return false;
+        }
+        if limit.rlim_cur <= RTTIME_MAX_US {
+            return true;
+        }
+        limit.rlim_cur = RTTIME_MAX_US.min(limit.rlim_max);
+        libc::setrlimit(libc::RLIMIT_RTTIME, &limit) == 0
+    }
+}
+
+/// SCHED_FIFO at `priority`, for this thread.
+pub(crate) fn prioritise(priority: u8) -> bool {
+    let parameter = libc::sched_param { sched_priority: i32::from(priority.clamp(1, 99)) };
+    // SAFETY: this thread's own scheduling. Threads that it makes do not inherit it.
+    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO | libc::SCHED_RESET_ON_FORK, &parameter) == 0 }
+}

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Processes that span several places: conditions that no kernel can serve are served here, and the word of a process here follows the one
+//! that is remote.
+use crate::remote_sources::RemoteSources;
+use kernel::serving::{self, Moved, Occurrence, Server};
+use kernel::word::Word;
+use kernel::{Event, Home, Op, Process, Reaction, Script, SourceId};
+use std::sync::Arc;
+
+impl RemoteSources {
+    /// What a script does to processes that reach over several places is told to the others of these.
+    pub(crate) fn announce(&self, source: SourceId, script: &Script) {
+        if !self.is_any() {
+            return;
+        }
+        let to = self.of(source);
+        for (process, step) in steps(script) {
+            if !process.is_spread() {
+                continue;
+            }
+            let places = self.places(process.id());
+            match step {
+                Step::Enter(stage, generation) => process.enter(stage, Some(generation)),
+                Step::Advance(generation, from, stage) => process.advance(generation, from, stage),
+            };
+            let (generation, stage) = process.now();
+            let others = places.iter().filter(|place| to.as_ref().is_none_or(|to| !Arc::ptr_eq(to, place)));
+            others.for_each(|place| place.enter(process.id(), stage, generation));
+        }
+    }
+
+    /// Serves what no kernel could, conditions of processes that reach over several places; and follows those whose word is remote.
+    pub(crate) fn serve(&self, event: Event) -> Event {
+        match event {
+            Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns, value } => {
+                let came = Occurrence { source, process: id, generation, block, item, fault, number, time_ns };
+                let Some(process) = self.process(id).filter(|process| process.is_spread()) else { return came.unwatched(value) };
+                let word = process.word();
+                let Some((_, watch)) = process.watch_of(word.stage, block, item) else { return came.unwatched(value) };
+                // What was reported before a wait of the same list was reached still counts for it.
+                let moved = if process.is_of_list(generation) { serving::act(&mut Here, &process, word, watch, word.acts()) } else { None };
+                let generation = if moved.is_some() { word.generation } else { generation };
+                Occurrence { generation, ..came }.watched(watch, moved, false, value)
+            }
+            Event::Done { source, script, firing, time_ns, captured } => {
+                let found: Vec<Event> = steps(&script).filter_map(|(process, step)| served(process, &step, source, time_ns)).collect();
+                let done = Event::Done { source, script, firing, time_ns, captured };
+                let mut found = found.into_iter();
+                let Some(first) = found.next() else { return done };
+                self.tell_first(found.chain([done]));
+                first
+            }
+            Event::Condition { process: id, generation, stage, ended, acted: true, .. } => {
+                if let Some(process) = self.process(id).filter(|process| matches!(process.home(), Home::There(_))) {
+                    process.follow(generation, stage, ended);
+                }
+                event
+            }
+            event => event,
+        }
+    }
+}
+
+/// A script that moved a process has been carried out: what it remembered acts, or its word here follows.
+fn served(process: &Process, step: &Step, source: SourceId, time_ns: i64) -> Option<Event> {
+    match (process.home(), step) {
+        (Home::Spread, _) => return serve_remembered(process, source, time_ns),
+        (Home::There(_), Step::Enter(stage, generation)) => process.enter(*stage, Some(*generation)),
+        (Home::There(_), Step::Advance(generation, from, stage)) => process.advance(*generation, *from, *stage),
+        (Home::Here, _) => return None,
+    };
+    None
+}
+
+/// A condition that came before the stage that waits for it acts when that is entered.
+fn serve_remembered(process: &Process, source: SourceId, time_ns: i64) -> Option<Event> {
+    let (word, watch, moved) = serving::act_late(&mut Here, process)?;
+    Some(Occurrence::late(source, process, word, watch, time_ns).watched(watch, Some(moved), false, Vec::new()))
+}
+
+/// The host as it serves conditions of processes whose word is here and whose kernels are not: the supervisor alone answers them.
+struct Here;
+
+impl Server for Here {
+    fn word(&self, process: &Process) -> Word {
+        process.word()
+    }
+
+    fn remembered(&self, process: &Process) -> u64 {
+        process.remembered()
+    }
+
+    fn is_so(&self, moved: bool) -> bool {
+        moved
+    }
+
+    fn react(&mut self, process: &Process, word: Word, _: &dyn Reaction, _: Option<u16>) -> Option<Moved> {
+        self.freeze(process, word)
+    }
+}
+
+/// What a script does to the word of a process.
+enum Step {
+    Enter(u16, u32),
+    Advance(u32, u16, u16),
+}
+
+fn steps(script: &Script) -> impl Iterator<Item = (&Arc<Process>, Step)> {
+    script.ops.iter().filter_map(|op| match op {
+        Op::Stage { process, stage, generation: Some(generation) } => Some((process, Step::Enter(*stage, *generation))),
+        Op::Advance { process, generation, from, to } => Some((process, Step::Advance(*generation, *from, *to))),
+        _ => None,
+    })
+}

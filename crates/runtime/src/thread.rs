@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A source under the monotonic clock: a thread that waits for its releases and requests.
+use crate::rights;
+use kernel::clock::monotonic_ns;
+use kernel::counters::add;
+use kernel::guard;
+use kernel::preempt::Never;
+use kernel::state::Kernel;
+use std::hint::spin_loop;
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::Sender;
+
+/// How long before a release a thread that has a core of its own, and the rights, wakes and spins.
+const SPIN_NS: i64 = 30_000;
+
+/// A source with a shorter period sleeps only: spinning would take a good part of the core.
+const SPIN_PERIOD_MIN_NS: i64 = 10 * SPIN_NS;
+
+/// The thread of one source, until it is closed. `ready` is told when it has taken what rights there are.
+pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
+    let (missing, real_time) = rights::take(&kernel.source.spec);
+    *kernel.source.rights_missing.lock().expect("nobody panics with the lock held") = missing;
+    guard::prepare_thread();
+    // Whoever made the source may have given up waiting.
+    let _told = ready.send(());
+    let spins = real_time && kernel.source.spec.core.is_some() && kernel.source.period_ns().is_some_and(|period| period >= SPIN_PERIOD_MIN_NS);
+    match kernel.source.period_ns() {
+        Some(period_ns) => timer(&mut kernel, epoch_ns, period_ns.max(1), spins),
+        None => software(&mut kernel, epoch_ns),
+    }
+    kernel.carry_out_all(monotonic_ns() - epoch_ns);
+    if kernel.source.is_lost.load(Ordering::Acquire) {
+        // Its devices are safe. What a thread does at its end may need a lock that it holds itself: nobody waits for it.
+        loop {
+            // SAFETY: a wait.
+            unsafe { libc::pause() };
+        }
+    }
+    kernel.close();
+}
+
+/// Firing k releases at epoch + k · period. A release that was missed consumes its number; there is never a burst.
+fn timer(kernel: &mut Kernel, epoch_ns: i64, period_ns: i64, spins: bool) {
+    let mut next = (monotonic_ns() - epoch_ns) / period_ns + 1;
+    kernel.firing = next as u64 - 1;
+    while !kernel.source.closing.load(Ordering::Acquire) {
+        let release_ns = next * period_ns;
+        if !wait(kernel, epoch_ns, release_ns, spins) {
+            continue;
+        }
+        let now_ns = monotonic_ns() - epoch_ns;
+        let late_ns = now_ns - release_ns;
+        if late_ns >= period_ns {
+            let skipped = late_ns / period_ns;
+            add(&kernel.source.counters.overruns, skipped as u64);
+            next += skipped;
+        }
+        kernel.firing = next as u64 - 1;
+        kernel.carry_out_all(now_ns);
+        fire(kernel, next as u64, next * period_ns, now_ns, epoch_ns);
+        next += 1;
+    }
+}
+
+/// Each request is one firing.
+fn software(kernel: &mut Kernel, epoch_ns: i64) {
+    while !kernel.source.closing.load(Ordering::Acquire) {
+        let seen = kernel.source.bell().rings();
+        let now_ns = monotonic_ns() - epoch_ns;
+        kernel.carry_out_all(now_ns);
+        if kernel.source.requests.pending.load(Ordering::SeqCst) == 0 {
+            kernel.source.bell().sleep(seen, None);
+            continue;
+        }
+        let requested_ns = kernel.source.requests.since_ns.swap(now_ns as u64, Ordering::SeqCst) as i64;
+        kernel.source.requests.pending.fetch_sub(1, Ordering::SeqCst);
+        let number = kernel.firing + 1;
+        fire(kernel, number, requested_ns.min(now_ns), now_ns, epoch_ns);
+    }
+}
+
+fn fire(kernel: &mut Kernel, number: u64, release_ns: i64, now_ns: i64, epoch_ns: i64) {
+    kernel.fire(number, release_ns, epoch_ns + now_ns, &Never);
+    kernel.wake();
+    kernel.source.counters.jitter.add(now_ns - release_ns);
+    kernel.source.counters.duration.add(monotonic_ns() - epoch_ns - now_ns);
+}
+
+/// Waits for the release; carries out scripts meanwhile. False when it was woken before.
+fn wait(kernel: &mut Kernel, epoch_ns: i64, release_ns: i64, spins: bool) -> bool {
+    let sleep_until_ns = release_ns - if spins { SPIN_NS } else { 0 };
+    let seen = kernel.source.bell().rings();
+    let now_ns = monotonic_ns() - epoch_ns;
+    if now_ns >= release_ns {
+        return true;
+    }
+    kernel.carry_out_all(now_ns);
+    if now_ns < sleep_until_ns {
+        kernel.source.bell().sleep(seen, Some(epoch_ns + sleep_until_ns));
+        return false;
+    }
+    while monotonic_ns() - epoch_ns < release_ns {
+        if !kernel.source.mailbox.is_empty() || kernel.source.closing.load(Ordering::Relaxed) {
+            return false;
+        }
+        spin_loop();
+    }
+    true
+}

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The watchdog: an ordinary thread that looks for step loops that are older than their budget.
+use crate::rights;
+use kernel::shared::Shared;
+use kernel::shared::Source;
+use kernel::{clock::monotonic_ns, guard};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, RwLock};
+use std::time::Duration;
+
+/// How often it looks: a tenth of the least default budget.
+const LOOK_EVERY: Duration = Duration::from_millis(10);
+
+/// A priority above that of every source: a runaway block at a real-time priority must not keep the watchdog from its core.
+const PRIORITY: u8 = 99;
+
+pub(crate) struct Watchdog {
+    /// Whom it tells.
+    shared: Arc<Shared>,
+    sources: RwLock<Vec<Arc<Source>>>,
+    closing: AtomicBool,
+    wait: Mutex<()>,
+    closed: Condvar,
+}
+
+impl Watchdog {
+    pub(crate) fn new(shared: Arc<Shared>) -> Watchdog {
+        Watchdog { shared, sources: RwLock::default(), closing: AtomicBool::new(false), wait: Mutex::default(), closed: Condvar::new() }
+    }
+
+    /// One that takes no signal cannot be ended. A process that was started for its processors ends with it, and its guard makes its outputs safe.
+    fn look(&self, source: &Source, now_ns: i64) {
+        if source.guard.watch(now_ns) && !source.is_deaf.swap(true, Ordering::AcqRel) {
+            if guard::is_retiring() {
+                guard::end_process();
+            }
+            source.guard.demote();
+            self.shared.supervisor.ring();
+        }
+    }
+
+    pub(crate) fn watch(&self, source: Arc<Source>) {
+        self.sources.write().expect("nobody panics with the lock held").push(source);
+    }
+
+    pub(crate) fn close(&self) {
+        self.closing.store(true, Ordering::Release);
+        drop(self.wait.lock().expect("nobody panics with the lock held"));
+        self.closed.notify_all();
+    }
+
+    /// The thread.
+    pub(crate) fn run(&self) {
+        rights::prioritise(PRIORITY);
+        let mut waiting = self.wait.lock().expect("nobody panics with the lock held");
+        while !self.closing.load(Ordering::Acquire) {
+            let now_ns = monotonic_ns();
+            self.sources.read().expect("nobody panics with the lock held").iter().for_each(|source| self.look(source, now_ns));
+            waiting = self.closed.wait_timeout(waiting, LOOK_EVERY).expect("nobody panics with the lock held").0;
+        }
+    }
+}

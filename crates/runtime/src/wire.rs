@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Scripts and tables as bytes: what a host hands to a kernel in another process or on another host.
+//!
+//! Whoever commands builds tables and scripts of blocks, cells and connections as for a source of its own; these objects are only kept
+//! there. [`Writer`] gives each of them a number when a script names it for the first time, and describes it once; [`Reader`] makes it
+//! where the source runs. What is held by nobody any more is forgotten on both sides. Memory is sent as it is before anything
+//! runs; addresses never travel: each side has its own.
+//!
+//! Whatever the bytes are, [`Reader`] makes an error of what does not fit together, and touches nothing outside what it made.
+mod read;
+mod write;
+
+pub use read::{Ground, Reader};
+pub use write::Writer;
+
+use interconnect::ConnectionSpec;
+use kernel::edge::Number;
+use kernel::{BlockId, Event, Reach, SourceId};
+use serde::{Deserialize, Serialize};
+
+/// Where a cell lies: number of its extent, offset, length.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct CellAt(u64, u64, u64);
+
+/// A code module's block, as both sides know it: the module's key, the block's name.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct CodeName {
+    /// `library`, or the hash of a code module.
+    pub module: String,
+    /// Name of the block in it.
+    pub block: String,
+}
+
+/// When an activation is due.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+enum DueAs {
+    Interval,
+    Driven(Vec<(u64, u32)>),
+    Queued(Vec<(u64, u32)>, Vec<(u64, u32)>),
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct MemberAs {
+    cell: CellAt,
+    offset: u64,
+    activation: Option<u64>,
+    ratio: u32,
+}
+
+/// How a connection is called, and what it is.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct WayAs {
+    number: u64,
+    writer: u32,
+    reader: u32,
+    asynchronous_len: u64,
+    queue_row_len: u64,
+    queue_depth: u64,
+    reach: Reach,
+}
+
+impl WayAs {
+    fn of(way: &kernel::Way) -> WayAs {
+        let ConnectionSpec { writer, reader, asynchronous_len, queue_row_len, queue_depth } = way.spec;
+        let (asynchronous_len, queue_row_len, queue_depth) = (asynchronous_len as u64, queue_row_len as u64, queue_depth as u64);
+        WayAs { number: way.number, writer, reader, asynchronous_len, queue_row_len, queue_depth, reach: way.reach }
+    }
+
+    fn way(&self) -> kernel::Way {
+        let spec = ConnectionSpec {
+            writer: self.writer,
+            reader: self.reader,
+            asynchronous_len: self.asynchronous_len as usize,
+            queue_row_len: self.queue_row_len as usize,
+            queue_depth: self.queue_depth as usize,
+        };
+        kernel::Way { number: self.number, spec, reach: self.reach }
+    }
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct WatchAs {
+    block: Option<BlockId>,
+    item: u8,
+    condition: u16,
+    priority: i32,
+    response: ResponseAs,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+enum ResponseAs {
+    React { ops: Vec<OpAs>, next: Option<u16> },
+    Tell,
+    Remember,
+}
+
+/// An object that the other side makes, with its number there.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+enum Made {
+    Extent {
+        number: u64,
+        bytes: Vec<u8>,
+    },
+    Block {
+        number: u64,
+        id: BlockId,
+        name: String,
+        code: CodeName,
+        memory: CellAt,
+        initial: Vec<u8>,
+        bound: Vec<Option<CellAt>>,
+    },
+    Activation {
+        number: u64,
+        due: DueAs,
+        stamp: Option<CellAt>,
+        budget_ns: Option<u64>,
+    },
+    Process {
+        number: u64,
+        id: u64,
+        created: u64,
+    },
+    Stages {
+        process: u64,
+        stages: Vec<Vec<WatchAs>>,
+    },
+    Inbound {
+        number: u64,
+        way: WayAs,
+        group: Vec<CellAt>,
+        queue: Vec<MemberAs>,
+    },
+    Outbound {
+        number: u64,
+        way: WayAs,
+        group: Vec<CellAt>,
+        queue: Vec<MemberAs>,
+        wake: Option<SourceId>,
+    },
+    Rows {
+        number: u64,
+        row_len: u64,
+        depth: u64,
+    },
+    /// A device that was opened there under this name, and numbers for its readings and commands.
+    Device {
+        number: u64,
+        name: String,
+        readings: u64,
+        commands: u64,
+    },
+    Edge {
+        number: u64,
+        device: u64,
+        channel: u32,
+        kind: Number,
+        raises: SourceId,
+    },
+    /// Nobody holds these any more.
+    Forget {
+        numbers: Vec<u64>,
+    },
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+enum StepAs {
+    Block(u64),
+    Copy(Vec<(CellAt, CellAt)>),
+    Append(Vec<AppendAs>),
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct AppendAs {
+    block: u64,
+    ratio: u32,
+    value: CellAt,
+    window: CellAt,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct TableAs {
+    /// (what, activation, process, drivers).
+    steps: Vec<(StepAs, u64, u64, Vec<u32>)>,
+    inbound: Vec<u64>,
+    outbound: Vec<u64>,
+    devices: Vec<u64>,
+    edges: Vec<u64>,
+    rows: Vec<(Vec<CellAt>, u64)>,
+    stamped: Vec<StampedAs>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct StampedAs {
+    block: u64,
+    ratio: u32,
+    stamp: CellAt,
+    /// The value, and its ring.
+    history: Option<(CellAt, u64)>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+enum OpAs {
+    Table(TableAs),
+    Store(CellAt, Vec<u8>),
+    Append { value: CellAt, window: CellAt },
+    Fill { value: CellAt, window: CellAt },
+    Copy(CellAt, CellAt),
+    Reset(u64),
+    Keep(u64, u64),
+    On(u64, u32),
+    Follow(u64, DueAs),
+    Tune(u64, u32),
+    Off(u64),
+    Execute(Vec<u64>),
+    Stage { process: u64, stage: u16, generation: Option<u32> },
+    Advance { process: u64, generation: u32, from: u16, to: u16 },
+    Forget,
+    While { process: u64, generation: u32 },
+    StartClock(u64),
+    StopClock(u64),
+    ResumeClock(u64),
+    KeepClock(u64, u64),
+    Capture(Vec<CellAt>),
+    Engage { device: u64, channels: Vec<u16> },
+    Safe { device: u64, channels: Vec<u16> },
+    Renew { device: u64, is_open: bool },
+    Look { device: u64 },
+}
+
+/// A script on its way, with everything that it names for the first time.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Parcel {
+    made: Vec<Made>,
+    ops: Vec<OpAs>,
+}
+
+/// An event on its way back. The script of a `Done` is named by `submission`.
+#[derive(Debug, Serialize, Deserialize)]
+pub enum EventAs {
+    Done { source: SourceId, submission: u64, firing: u64, time_ns: i64, captured: Vec<u8> },
+    Told(Event),
+}
+
+impl EventAs {
+    /// Of an event there; the script of an acknowledgement is known by the number that it has there. None for what only a host tells
+    /// itself.
+    pub fn of(event: Event) -> Option<EventAs> {
+        match event {
+            Event::Done { source, script, firing, time_ns, captured } => Some(EventAs::Done { source, submission: script.id, firing, time_ns, captured }),
+            Event::Gone { .. } => None,
+            event => Some(EventAs::Told(event)),
+        }
+    }
+
+    /// As an event here; `script` gives the script that was submitted under a number. None for an acknowledgement of one that nobody submitted,
+    /// and for what only a host tells itself.
+    pub fn event(self, script: impl FnOnce(u64) -> Option<Box<kernel::Script>>) -> Option<Event> {
+        match self {
+            EventAs::Done { source, submission, firing, time_ns, captured } => {
+                Some(Event::Done { source, script: script(submission)?, firing, time_ns, captured })
+            }
+            EventAs::Told(Event::Gone { .. }) => None,
+            EventAs::Told(event) => Some(event),
+        }
+    }
+}

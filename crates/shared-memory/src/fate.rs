@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What becomes of a connection when a word of its memory says what no end of it ever writes: it is lost, and why is kept for whoever asks.
+use interconnect::{ConnectionSpec, LostConnection};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+
+/// Of one end.
+pub(crate) struct Fate {
+    number: u64,
+    spec: ConnectionSpec,
+    /// The process that made the memory, where this end did not.
+    maker: Option<u32>,
+    lost: AtomicBool,
+    told: AtomicBool,
+    word: AtomicU32,
+    value: AtomicU64,
+}
+
+/// The word that cannot be.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub(crate) enum Word {
+    /// Which buffer is in the middle.
+    Middle,
+    /// A count of rows: the value is how many would wait.
+    Rows,
+}
+
+impl Fate {
+    pub fn new(number: u64, spec: &ConnectionSpec, maker: Option<u32>) -> Fate {
+        let (lost, told) = (AtomicBool::new(false), AtomicBool::new(false));
+        Fate { number, spec: *spec, maker, lost, told, word: AtomicU32::new(0), value: AtomicU64::new(0) }
+    }
+
+    /// One load of a line that only this process writes.
+    #[inline]
+    pub fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Relaxed)
+    }
+
+    /// Real-time safe. The first reason stays.
+    #[cold]
+    pub fn lose(&self, word: Word, value: u64) {
+        if !self.is_lost() {
+            self.word.store(word as u32, Ordering::Relaxed);
+            self.value.store(value, Ordering::Relaxed);
+            self.lost.store(true, Ordering::Release);
+        }
+    }
+
+    /// Why it was lost; once.
+    pub fn news(&self) -> Option<LostConnection> {
+        if !self.lost.load(Ordering::Acquire) || self.told.swap(true, Ordering::Relaxed) {
+            return None;
+        }
+        let (value, depth) = (self.value.load(Ordering::Relaxed), self.spec.queue_depth);
+        let what = match self.word.load(Ordering::Relaxed) {
+            word if word == Word::Middle as u32 => format!("the word of its buffers is {value:#x}"),
+            _ => format!("{value} rows are said to wait, and there is room for {depth}"),
+        };
+        let maker = self.maker.map_or(String::new(), |process| format!(", which process {process} has made,"));
+        let message = format!(
+            "the memory of connection {}{maker} was written over: {what}; whichever process did it is at fault: end it, and reset its processor",
+            self.number
+        );
+        Some(LostConnection { writer: self.spec.writer, reader: self.spec.reader, message })
+    }
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How the memory of one process is found by another: a link in the run's folder that leads to a descriptor of the process that offers it.
+//!
+//! A file of the folder is a name and nothing else: nothing is ever mapped from there, as whoever may open such a file may cut it off, and an
+//! access behind its end ends the process. The memory itself has no name, and its size is sealed; who comes looks at the seals before it maps.
+//! When the process that offers it is gone, so is what the link leads to.
+use std::fs::{self, File, OpenOptions};
+use std::io;
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd, OwnedFd};
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt, symlink};
+use std::path::{Path, PathBuf};
+
+/// A link that leads to a descriptor of this process. Dropped, it is gone.
+pub(crate) struct Offer(PathBuf);
+
+impl Offer {
+    /// Offers the memory of a descriptor, which stays open as long as this, under `path`. What another process offered there is replaced.
+    pub fn new(path: PathBuf, memory: BorrowedFd<'_>) -> io::Result<Offer> {
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        symlink(format!("/proc/{}/fd/{}", std::process::id(), memory.as_raw_fd()), &path)?;
+        Ok(Offer(path))
+    }
+}
+
+impl Drop for Offer {
+    fn drop(&mut self) {
+        // Gone with the folder is as good.
+        let _removed = fs::remove_file(&self.0);
+    }
+}
+
+/// What is offered under `path`, and by which process; none where nothing is, or the process that offered it is gone.
+///
+/// # Errors
+/// Something else stands there, or this process may not open it: in words that name the process.
+pub(crate) fn offered(path: &Path) -> io::Result<Option<(OwnedFd, u32)>> {
+    let leads_to = match fs::read_link(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
+        leads_to => leads_to?,
+    };
+    let Some(process) = offering(&leads_to) else {
+        return Err(io::Error::other(format!("'{}' leads to '{}', which is no memory of a process", path.display(), leads_to.display())));
+    };
+    // First only where it leads to: to open some files has effects, and to open others waits.
+    let found = match OpenOptions::new().read(true).custom_flags(libc::O_PATH).open(&leads_to) {
+        Err(error) if matches!(error.raw_os_error(), Some(libc::ENOENT | libc::ESRCH)) => return Ok(None),
+        Err(error) if error.kind() == io::ErrorKind::PermissionDenied && is_gone(process) => return Ok(None),
+        Err(error) => {
+            let text = format!("process {process} does not let this one open its memory ({error}); start both by the same user, with the same rights");
+            return Err(io::Error::new(error.kind(), text));
+        }
+        Ok(found) => found,
+    };
+    let kind = found.metadata()?.file_type();
+    if !kind.is_file() || kind.is_fifo() {
+        return Err(io::Error::other(format!("process {process} offers what is no memory")));
+    }
+    let through = format!("/proc/self/fd/{}", found.as_fd().as_raw_fd());
+    let memory: File = OpenOptions::new().read(true).write(true).custom_flags(libc::O_NONBLOCK | libc::O_NOCTTY).open(through)?;
+    Ok(Some((memory.into(), process)))
+}
+
+/// The process that a link names.
+pub(crate) fn offering(leads_to: &Path) -> Option<u32> {
+    let (process, descriptor) = leads_to.to_str()?.strip_prefix("/proc/")?.split_once("/fd/")?;
+    let _number: u32 = descriptor.parse().ok()?;
+    process.parse().ok()
+}
+
+/// Whether a process has ended, though perhaps nobody has asked for its status yet: then its descriptors belong to the system.
+fn is_gone(process: u32) -> bool {
+    let about = fs::read_to_string(format!("/proc/{process}/stat"));
+    about.map_or(true, |about| about.rsplit_once(')').is_some_and(|(_, rest)| matches!(rest.trim_start().chars().next(), Some('Z' | 'X'))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_descriptors_of_processes_are_followed() {
+        assert_eq!(offering(Path::new("/proc/12/fd/3")), Some(12));
+        for other in ["/etc/passwd", "/proc/self/fd/3", "/proc/12/fd/../mem", "/proc/12/mem", "/proc/12/fd/", "proc/12/fd/3", "/proc//fd/3"] {
+            assert_eq!(offering(Path::new(other)), None, "{other}");
+        }
+    }
+}

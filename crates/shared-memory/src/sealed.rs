@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Memory that processes share: an unnamed file in memory whose size is sealed, so that nobody can take pages away under another process, and
+//! nothing is left behind when the last of them ends.
+use std::io;
+use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
+use std::ptr::NonNull;
+use std::sync::atomic::AtomicU64;
+
+/// Bytes of a cache line: what different ends write lies on different lines.
+pub(crate) const LINE: usize = 64;
+
+/// Shared memory, mapped. What lies there may be written by the other processes at any time: every word of it is to be checked before it is
+/// believed.
+#[derive(Debug)]
+pub struct Sealed {
+    descriptor: OwnedFd,
+    start: NonNull<u8>,
+    len: usize,
+}
+
+// SAFETY: it is memory that other processes use too: whoever reaches into it must do so by atomics or by a rule of its own,
+// wherever its thread runs. The mapping is not bound to a thread.
+unsafe impl Send for Sealed {}
+// SAFETY: as for `Send`.
+unsafe impl Sync for Sealed {}
+
+/// Without these another process could end this one: an access behind the end of a file is SIGBUS.
+const SEALS: i32 = libc::F_SEAL_SHRINK | libc::F_SEAL_GROW | libc::F_SEAL_SEAL;
+
+impl Sealed {
+    /// New memory of `len` bytes, zero, every page of it present, so that no access of it can fail later for want of memory.
+    ///
+    /// # Errors
+    /// What the operating system refuses: no memory, no descriptors left.
+    pub fn new(len: usize) -> io::Result<Sealed> {
+        // SAFETY: the name ends in NUL.
+        let made = unsafe { libc::memfd_create(c"opengpac".as_ptr(), libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING) };
+        if made < 0 {
+            return Err(io::Error::last_os_error());
+        }
+        // SAFETY: a descriptor that was made just now and that nobody else has.
+        let descriptor = unsafe { OwnedFd::from_raw_fd(made) };
+        let size = libc::off_t::try_from(len).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+        // SAFETY: reserves room in a file of our own.
+        match unsafe { libc::posix_fallocate(descriptor.as_raw_fd(), 0, size) } {
+            0 => {}
+            error => return Err(io::Error::from_raw_os_error(error)),
+        }
+        // SAFETY: a call on a descriptor of our own.
+        if unsafe { libc::fcntl(descriptor.as_raw_fd(), libc::F_ADD_SEALS, SEALS) } != 0 {
+            return Err(io::Error::last_os_error());
+        }
+        Sealed::map(descriptor, len)
+    }
+
+    /// Memory of `len` bytes that another process made.
+    ///
+    /// # Errors
+    /// `InvalidData` for a descriptor that is no memory of this kind, is not sealed, or has another size.
+    pub fn received(descriptor: OwnedFd, len: usize) -> io::Result<Sealed> {
+        match sealed_len(descriptor.as_fd())? {
+            there if there == len => Sealed::map(descriptor, len),
+            there => Err(invalid(format!("the shared memory has {there} bytes instead of {len}"))),
+        }
+    }
+
+    /// The first `len` bytes of memory that another process made, and that may have more.
+    ///
+    /// # Errors
+    /// As for [`received`](Self::received), where it has less.
+    pub(crate) fn beginning(descriptor: OwnedFd, len: usize) -> io::Result<Sealed> {
+        match sealed_len(descriptor.as_fd())? {
+            there if there >= len => Sealed::map(descriptor, len),
+            there => Err(invalid(format!("the shared memory has {there} bytes instead of {len} or more"))),
+        }
+    }
+
+    fn map(descriptor: OwnedFd, len: usize) -> io::Result<Sealed> {
+        let (access, way) = (libc::PROT_READ | libc::PROT_WRITE, libc::MAP_SHARED | libc::MAP_POPULATE);
+        // SAFETY: a mapping at an address that the operating system chooses.
+        let start = unsafe { libc::mmap(std::ptr::null_mut(), len, access, way, descriptor.as_raw_fd(), 0) };
+        if start == libc::MAP_FAILED {
+            return Err(io::Error::last_os_error());
+        }
+        Ok(Sealed { descriptor, start: NonNull::new(start.cast()).expect("the system maps nothing at address 0"), len })
+    }
+
+    /// Where it starts in this process: on a page.
+    pub fn start(&self) -> *mut u8 {
+        self.start.as_ptr()
+    }
+
+    /// Bytes.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether it has no bytes: never, for no mapping is empty.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The address of byte `offset`. Panics where it is not inside.
+    pub(crate) fn at(&self, offset: usize) -> NonNull<u8> {
+        assert!(offset < self.len, "byte {offset} of {}", self.len);
+        // SAFETY: inside the mapping.
+        unsafe { self.start.add(offset) }
+    }
+
+    /// The word at `offset`, a multiple of 8 within it.
+    pub fn word(&self, offset: usize) -> &AtomicU64 {
+        assert!(offset.is_multiple_of(8) && offset + 8 <= self.len, "no word at {offset} of {} bytes", self.len);
+        // SAFETY: within the mapping and aligned, as was just checked; it lives as long as `self`.
+        unsafe { AtomicU64::from_ptr(self.start().add(offset).cast()) }
+    }
+
+    /// A second descriptor of the same memory, to send to another process.
+    ///
+    /// # Errors
+    /// No descriptors left.
+    pub fn descriptor(&self) -> io::Result<OwnedFd> {
+        self.descriptor.try_clone()
+    }
+}
+
+impl AsFd for Sealed {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.descriptor.as_fd()
+    }
+}
+
+impl Drop for Sealed {
+    fn drop(&mut self) {
+        // SAFETY: the mapping is this value's own, and its borrows have ended.
+        unsafe { libc::munmap(self.start().cast(), self.len) };
+    }
+}
+
+/// How many bytes a sealed memory has, for ever.
+fn sealed_len(descriptor: BorrowedFd<'_>) -> io::Result<usize> {
+    // SAFETY: asks about an open descriptor.
+    let seals = unsafe { libc::fcntl(descriptor.as_raw_fd(), libc::F_GET_SEALS) };
+    if seals < 0 || seals & SEALS != SEALS {
+        return Err(invalid("the memory is not sealed: who gave it could take it away again".to_owned()));
+    }
+    // SAFETY: all zeroes is a valid value, which the call fills.
+    let mut about: libc::stat = unsafe { std::mem::zeroed() };
+    // SAFETY: writes into the value above.
+    if unsafe { libc::fstat(descriptor.as_raw_fd(), &mut about) } != 0 {
+        return Err(io::Error::last_os_error());
+    }
+    usize::try_from(about.st_size).map_err(|_| invalid(format!("the shared memory has {} bytes", about.st_size)))
+}
+
+fn invalid(message: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs::File;
+
+    #[test]
+    fn nobody_shrinks_it() {
+        let memory = Sealed::new(100).expect("there is memory");
+        let file = File::from(memory.descriptor().expect("a descriptor"));
+        for len in [0, 99, 101] {
+            assert!(file.set_len(len).is_err(), "{len} bytes");
+        }
+        // A hole is made of zeros: what is read there is no value of anybody, and no fault.
+        memory.word(0).store(7, std::sync::atomic::Ordering::Relaxed);
+        assert_eq!(memory.word(0).load(std::sync::atomic::Ordering::Relaxed), 7);
+    }
+
+    #[test]
+    fn what_is_not_sealed_or_of_another_size_is_refused() {
+        let memory = Sealed::new(128).expect("there is memory");
+        let received = |len| Sealed::received(memory.descriptor().expect("a descriptor"), len).map_err(|error| error.to_string());
+        assert!(received(128).is_ok());
+        assert_eq!(received(64).expect_err("less").as_str(), "the shared memory has 128 bytes instead of 64");
+        assert_eq!(received(256).expect_err("more").as_str(), "the shared memory has 128 bytes instead of 256");
+        // SAFETY: the name ends in NUL, and the descriptor that is made is nobody else's.
+        let open = unsafe { OwnedFd::from_raw_fd(libc::memfd_create(c"open".as_ptr(), libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING)) };
+        let refused = Sealed::received(open, 0).expect_err("it is not sealed").to_string();
+        assert_eq!(refused, "the memory is not sealed: who gave it could take it away again");
+        let file = File::open("/proc/self/exe").expect("this program");
+        assert!(Sealed::received(file.into(), 1).is_err());
+    }
+}

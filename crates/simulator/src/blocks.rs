@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A small family of blocks whose outputs can be judged: each value says which start and which invocation it is of.
+//!
+//! A *tag* is a number that no other start has; it comes with ψ. The *code* of an invocation is its tag and its number. A producer
+//! stores its code in one output and the negative in the other: a pair that is not each other's negative is of two invocations.
+use opengpac::abi::Descriptor;
+use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
+use std::cell::RefCell;
+
+/// Numbers of invocations in a code.
+const NUMBERS: i64 = 1 << 20;
+
+/// What invocation `number` of the start with `tag` stores.
+pub fn code(tag: i64, number: u64) -> f64 {
+    (tag * NUMBERS + (number as i64 % NUMBERS)) as f64
+}
+
+/// Tag and number of a code; nothing for a value that no block stored.
+pub fn decode(value: f64) -> Option<(i64, u64)> {
+    let value = value.abs();
+    let whole = value as i64;
+    (whole >= NUMBERS && whole as f64 == value).then_some((whole / NUMBERS, (whole % NUMBERS) as u64))
+}
+
+thread_local! {
+    /// What blocks have seen that must not be.
+    static WRONG: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+}
+
+/// What blocks of this thread's world have seen that must not be, since it was asked for last.
+pub fn wrong() -> Vec<String> {
+    WRONG.take()
+}
+
+fn tell(text: String) {
+    WRONG.with_borrow_mut(|wrong| wrong.push(text));
+}
+
+/// True of a pair that one invocation stored, and of one in which the program has stored something.
+pub fn is_whole(u: f64, v: f64) -> bool {
+    u == -v || decode(u).is_none() || decode(v).is_none()
+}
+
+/// Judges a pair that a block reads: whole, and not before the one that it read last.
+fn judge(who: &str, is_each: bool, last: &mut f64, u: f64, v: f64) {
+    if !is_whole(u, v) {
+        tell(format!("{who} read {:?} in one input and {:?} in the other: two invocations", decode(u), decode(v)));
+    }
+    if let (Some((tag, number)), Some((before_tag, before))) = (decode(u), decode(*last))
+        && tag == before_tag
+        && (number < before || is_each && number == before)
+    {
+        tell(format!("{who} read invocation {number} after {before} of start {tag}"));
+    }
+    *last = u;
+}
+
+/// A pair.
+#[derive(FunctionBlock)]
+pub struct Pair {
+    /// the code
+    #[output]
+    a: f64,
+    /// its negative
+    #[output]
+    b: f64,
+    /// which start
+    #[param(default = 1)]
+    tag: i64,
+}
+
+impl Step for Pair {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        self.a = code(self.tag, invocation.number);
+        self.b = -self.a;
+        Outcome::Done
+    }
+}
+
+/// A pair that reports: `reached` at the multiples of `each`, with the code.
+#[derive(FunctionBlock)]
+pub struct Reporter {
+    /// the code
+    #[output]
+    a: f64,
+    /// its negative
+    #[output]
+    b: f64,
+    /// which start
+    #[param(default = 1)]
+    tag: i64,
+    /// at which multiples; 0 for never
+    #[param(default = 0)]
+    each: u64,
+    /// the number is a multiple, with the code
+    #[condition(preset = 0.0)]
+    reached: ConditionOf<f64>,
+    /// the number is above 30
+    #[condition]
+    late: Condition,
+}
+
+impl Step for Reporter {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        self.a = code(self.tag, invocation.number);
+        self.b = -self.a;
+        if self.each != 0 && invocation.number % self.each == self.each - 1 {
+            let a = self.a;
+            self.reached.report(a);
+        }
+        if invocation.number > 30 {
+            self.late.report();
+        }
+        Outcome::Done
+    }
+}
+
+/// A pair that faults in invocation `at`, after it has stored the first half: 1 returned, 2 panic, 3 an output that is not finite.
+#[derive(FunctionBlock)]
+pub struct Faulty {
+    /// the code
+    #[output]
+    a: f64,
+    /// its negative
+    #[output]
+    b: f64,
+    /// which start
+    #[param(default = 1)]
+    tag: i64,
+    /// in which invocation
+    #[param(default = 1_000_000)]
+    at: u64,
+    /// how
+    #[param(default = 1)]
+    how: u32,
+}
+
+impl Step for Faulty {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        self.a = code(self.tag, invocation.number);
+        if invocation.number == self.at {
+            match self.how {
+                2 => std::panic::panic_any("as asked for"),
+                3 => {
+                    self.b = f64::NAN;
+                    return Outcome::Done;
+                }
+                code => return Outcome::Fault(code),
+            }
+        }
+        self.b = -self.a;
+        Outcome::Done
+    }
+}
+
+/// Many elements, all of them the code.
+#[derive(FunctionBlock)]
+pub struct Many {
+    /// the code
+    #[output]
+    y: [f64; MANY],
+    /// which start
+    #[param(default = 1)]
+    tag: i64,
+}
+
+/// Elements of [`Many`].
+pub const MANY: usize = 256;
+
+impl Step for Many {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        self.y = [code(self.tag, invocation.number); MANY];
+        Outcome::Done
+    }
+}
+
+/// Reads the newest pair.
+#[derive(FunctionBlock)]
+pub struct Newest {
+    /// one half
+    #[input(asynchronous, default = 0.0)]
+    u: f64,
+    /// the other
+    #[input(asynchronous, default = 0.0)]
+    v: f64,
+    /// the first
+    #[output]
+    y: f64,
+    /// what it read last
+    #[state]
+    last: f64,
+}
+
+impl Step for Newest {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        judge("one that takes the newest", false, &mut self.last, self.u, self.v);
+        self.y = self.u;
+        Outcome::Done
+    }
+}
+
+/// Reads each pair.
+#[derive(FunctionBlock)]
+pub struct Each {
+    /// one half
+    #[input]
+    u: f64,
+    /// the other
+    #[input]
+    v: f64,
+    /// the first
+    #[output]
+    y: f64,
+    /// what it read last
+    #[state]
+    last: f64,
+}
+
+impl Step for Each {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        judge("one that takes each", true, &mut self.last, self.u, self.v);
+        self.y = self.u;
+        Outcome::Done
+    }
+}
+
+/// Reads every third pair.
+#[derive(FunctionBlock)]
+pub struct Third {
+    /// one half
+    #[input(ratio = 3)]
+    u: f64,
+    /// the other
+    #[input(ratio = 3)]
+    v: f64,
+    /// the first
+    #[output]
+    y: f64,
+    /// what it read last
+    #[state]
+    last: f64,
+}
+
+impl Step for Third {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        judge("one that takes every third", true, &mut self.last, self.u, self.v);
+        self.y = self.u;
+        Outcome::Done
+    }
+}
+
+/// Reads many elements, the newest.
+#[derive(FunctionBlock)]
+pub struct All {
+    /// the elements
+    #[input(asynchronous)]
+    u: [f64; MANY],
+    /// the first
+    #[output]
+    y: f64,
+}
+
+impl Step for All {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        if let Some(other) = self.u.iter().find(|x| **x != self.u[0] && decode(**x).is_some() && decode(self.u[0]).is_some()) {
+            tell(format!("one that reads an array read {:?} in its first element and {:?} in another", decode(self.u[0]), decode(*other)));
+        }
+        self.y = self.u[0];
+        Outcome::Done
+    }
+}
+
+/// Drives a channel: the code.
+#[derive(FunctionBlock)]
+pub struct Drive {
+    /// the channel
+    #[device(write)]
+    channel: f64,
+    /// which start
+    #[param(default = 1)]
+    tag: i64,
+}
+
+impl Step for Drive {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        self.channel = code(self.tag, invocation.number);
+        Outcome::Done
+    }
+}
+
+/// The servo of a logical device: passes on what is commanded, and what is sensed.
+#[derive(FunctionBlock)]
+pub struct Servo {
+    /// what is commanded
+    #[input(asynchronous, default = 0.0)]
+    u: f64,
+    /// what is read
+    #[device(read)]
+    sensor: f64,
+    /// what is written
+    #[device(write)]
+    actuator: f64,
+    /// what is sensed
+    #[output]
+    sensed: f64,
+}
+
+impl Step for Servo {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.sensed = self.sensor;
+        self.actuator = self.u;
+        Outcome::Done
+    }
+}
+
+/// Writes where nothing is, in invocation `at`; a pair until then.
+#[derive(FunctionBlock)]
+pub struct Crash {
+    /// the code
+    #[output]
+    a: f64,
+    /// its negative
+    #[output]
+    b: f64,
+    /// which start
+    #[param(default = 1)]
+    tag: i64,
+    /// in which invocation
+    #[param(default = 1_000_000)]
+    at: u64,
+}
+
+impl Step for Crash {
+    fn step(&mut self, invocation: &Invocation) -> Outcome {
+        self.a = code(self.tag, invocation.number);
+        if invocation.number == self.at {
+            let nowhere = std::hint::black_box(16 as *mut u32);
+            // SAFETY: none; the fault is what is simulated, and the kernel contains it.
+            unsafe { nowhere.write_volatile(1) };
+        }
+        self.b = -self.a;
+        Outcome::Done
+    }
+}
+
+/// Module `sim`.
+pub fn all() -> [&'static Descriptor; 10] {
+    [
+        Pair::descriptor(),
+        Reporter::descriptor(),
+        Faulty::descriptor(),
+        Many::descriptor(),
+        Newest::descriptor(),
+        Each::descriptor(),
+        Third::descriptor(),
+        All::descriptor(),
+        Drive::descriptor(),
+        Servo::descriptor(),
+    ]
+}
+
+/// Module `crashing`, which is not trusted after it crashed.
+pub fn crashing() -> [&'static Descriptor; 2] {
+    [Crash::descriptor(), crate::torn::descriptor()]
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Bounded memory and work: an instance that is made, started, halted and deleted again and again costs at the end what it cost at the
+//! beginning. Allocations are counted by the allocator of the binary: those of the system alone, and the bytes that live in all.
+use crate::memory::counts;
+use crate::operations::{Operation, What};
+use crate::plant;
+use crate::program::MS;
+use crate::world::{Broken, World, broken, text};
+use serde_json::json;
+
+/// Rounds before it is measured, in each of the two measurements, and between them.
+const WARM: usize = 4;
+const MEASURED: usize = 8;
+const BETWEEN: usize = 40;
+/// Bytes that the log, the end reports and what the simulator knows may take for each round.
+const KEPT: i64 = 10 * 1024;
+
+pub fn churn(world: &mut World, of: Operation) -> Result<String, Broken> {
+    {
+        let mut ledger = plant::locked(&world.plant);
+        (ledger.fails, ledger.gate) = (false, 0.0);
+    }
+    world.system.advance(10 * MS).or_else(|why| broken("time goes on", text(&why)))?;
+    for call in ["reset", "resume_program"] {
+        if let Err(why) = world.call(call, json!({})) {
+            return Ok(format!("no churn: {}", text(&why)));
+        }
+    }
+    world.lives.lost.clear();
+    for _ in 0..WARM {
+        if let Some(why) = round(world, of)? {
+            return Ok(format!("no churn: {why}"));
+        }
+    }
+    let first = rounds(world, of, MEASURED)?;
+    rounds(world, of, BETWEEN)?;
+    let last = rounds(world, of, MEASURED)?;
+    let words = format!("{MEASURED} rounds made {} allocations, and {} after {BETWEEN} more; {} and {} bytes more live", first.0, last.0, first.1, last.1);
+    // Rounds differ by where they lie between the firings, and by what the messages lost.
+    if last.0 > first.0 + first.0 / 2 + 200 || last.1 > MEASURED as i64 * KEPT {
+        return broken("bounded memory and work", words);
+    }
+    Ok(words)
+}
+
+/// Allocations of so many rounds, and bytes more that live behind them.
+fn rounds(world: &mut World, of: Operation, count: usize) -> Result<(u64, i64), Broken> {
+    world.work = 0;
+    let before = counts().0;
+    for _ in 0..count {
+        round(world, of)?;
+    }
+    Ok((world.work, counts().0 - before))
+}
+
+/// One life. Why it cannot be lived, where that is so.
+fn round(world: &mut World, of: Operation) -> Result<Option<String>, Broken> {
+    let words = world.create(Operation { c: 1, ..of });
+    let made = world.made();
+    let Some(name) = made.last().filter(|name| words.starts_with(&format!("create '{name}'"))).cloned() else { return Ok(Some(words)) };
+    let id = world.lives.of[&name].id;
+    let start = Operation { what: What::Start, caller: 0, a: made.len() - 1, b: 127, c: 1 };
+    let words = world.start(start)?;
+    let is_refused = words.contains("refused");
+    if !is_refused {
+        let _advanced = world.told("advance", json!({"duration_ns": 3 * MS}));
+        for _ in 0..2 {
+            let (system, work) = (&world.system, &mut world.work);
+            let _halted = counted(work, || system.halt(id));
+        }
+        let _waited = world.told("wait", json!({"instance": id, "timeout_ns": 200 * MS}));
+    }
+    let (words, result) = world.told("delete", json!({"instance": id}));
+    world.catch_up()?;
+    if result.is_err() {
+        return broken("stopping ends", format!("'{name}' was halted twice; delete: {words}"));
+    }
+    world.lives.of[&name].is_deleted = true;
+    // What blocks say and what the plant was given is judged as after each operation.
+    crate::invariants::check(world)?;
+    Ok(is_refused.then_some(words))
+}
+
+/// What the system does in `of`, its allocations counted.
+pub fn counted<T>(work: &mut u64, of: impl FnOnce() -> T) -> T {
+    let before = counts().1;
+    let result = of();
+    *work += counts().1 - before;
+    result
+}

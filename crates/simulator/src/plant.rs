@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A small plant: a physical device that writes down everything that goes out to it.
+//!
+//! Its parts `p0`, `p1`, … have an `actuator` with safe value -10, -11, … and a `sensor` (what was written there
+//! last); `gate` is an input for an emergency stop. What a world does to it goes through its [`Ledger`].
+use device::{Channel, Declaration, DeviceError, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Type};
+use serde_json::json;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// The name of its kind of driver.
+pub const KIND: &str = "simulated plant";
+
+static DRIVER: Declaration = Declaration::new(KIND, "a small plant that writes down what goes out to it", &OPTIONS, make);
+
+const OPTIONS: [OptionWord; 2] =
+    [OptionWord::with_default("outputs", Kind::Whole, "1", "how many parts it has"), OptionWord::needed("name", Kind::Text, "whose ledger it writes")];
+
+/// The safe value of the actuator of part `index`.
+pub fn safe(index: usize) -> f64 {
+    -10.0 - index as f64
+}
+
+/// What was written at one time: (value, whether somebody claims the channel) of each.
+#[derive(Clone, Debug)]
+pub struct Write {
+    pub time_ns: i64,
+    pub outputs: Vec<(f64, bool)>,
+}
+
+/// What has happened to the plant, and what will.
+#[derive(Default)]
+pub struct Ledger {
+    pub writes: Vec<Write>,
+    /// What its outputs are now.
+    pub outputs: Vec<f64>,
+    /// From now on every read fails.
+    pub fails: bool,
+    /// What its gate reads.
+    pub gate: f64,
+    /// The process of its driver stands still or is gone: what it writes does not come here.
+    pub is_cut: bool,
+    /// How often it was opened and closed.
+    pub opened: usize,
+    pub closed: usize,
+}
+
+impl Ledger {
+    /// What a guard does with safe handles, or a driver with its own.
+    pub fn make_safe(&mut self) {
+        self.outputs.iter_mut().enumerate().for_each(|(index, output)| *output = safe(index));
+    }
+
+    pub fn is_safe(&self) -> bool {
+        self.outputs.iter().enumerate().all(|(index, output)| *output == safe(index))
+    }
+}
+
+pub type Shared = Arc<Mutex<Ledger>>;
+
+thread_local! {
+    /// Ledgers by the name of their plant: a world lives in one thread.
+    static LEDGERS: RefCell<HashMap<String, Shared>> = RefCell::default();
+}
+
+/// A new ledger for the plant of this name that this thread opens.
+pub fn ledger(name: &str) -> Shared {
+    device::register(&DRIVER).expect("nobody else has its name");
+    let ledger = Shared::default();
+    LEDGERS.with_borrow_mut(|ledgers| ledgers.insert(name.to_owned(), ledger.clone()));
+    ledger
+}
+
+/// Forgets the ledgers of this thread.
+pub fn forget() {
+    LEDGERS.take();
+}
+
+pub fn locked(ledger: &Shared) -> MutexGuard<'_, Ledger> {
+    ledger.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn make(given: &Given<'_>) -> Result<Opened, DriverError> {
+    let options = given.value();
+    let outputs = options["outputs"].as_u64().unwrap_or(1) as usize;
+    let name = options["name"].as_str().unwrap_or_default();
+    let known = LEDGERS.with_borrow(|ledgers| ledgers.get(name).cloned());
+    let ledger = known.ok_or_else(|| given.wrong("name", format!("there is no ledger of plant '{name}'")))?;
+    Ok((Box::new(Plant { channels: channels(outputs), ledger }), json!({})))
+}
+
+fn channels(outputs: usize) -> Vec<Channel> {
+    let mut layout = Layout::default();
+    for part in 0..outputs {
+        layout.add(Channel::read(format!("p{part}.sensor"), Type::DOUBLE));
+    }
+    layout.add(Channel::read("gate", Type::DOUBLE));
+    for part in 0..outputs {
+        layout.add(Channel::write(format!("p{part}.actuator"), Type::DOUBLE).safe(safe(part).to_ne_bytes().to_vec()));
+    }
+    layout.into_channels()
+}
+
+struct Plant {
+    channels: Vec<Channel>,
+    ledger: Shared,
+}
+
+impl Plant {
+    fn outputs(&self) -> usize {
+        self.channels.len() / 2
+    }
+}
+
+impl Driver for Plant {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn open(&mut self, _: i64) -> Result<(), DeviceError> {
+        let mut ledger = locked(&self.ledger);
+        if ledger.fails {
+            return Err(DeviceError { message: "the plant is away".to_owned() });
+        }
+        ledger.outputs = (0..self.outputs()).map(safe).collect();
+        ledger.opened += 1;
+        Ok(())
+    }
+
+    fn read(&mut self, _: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
+        let ledger = locked(&self.ledger);
+        if ledger.fails {
+            return Err(DeviceError { message: "the plant went away".to_owned() });
+        }
+        for (place, value) in readings.chunks_mut(8).zip(ledger.outputs.iter().chain([&ledger.gate])) {
+            place.copy_from_slice(&value.to_ne_bytes());
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        let mut ledger = locked(&self.ledger);
+        if ledger.is_cut {
+            return Ok(());
+        }
+        let value = |bytes: &[u8]| f64::from_ne_bytes(bytes.try_into().expect("chunks of eight"));
+        let outputs: Vec<(f64, bool)> = commands.chunks(8).map(value).zip(engaged.iter().copied()).collect();
+        ledger.outputs.iter_mut().zip(&outputs).for_each(|(now, (value, _))| *now = *value);
+        ledger.writes.push(Write { time_ns: release_ns, outputs });
+        Ok(())
+    }
+
+    fn safe_state(&mut self) {
+        let mut ledger = locked(&self.ledger);
+        if !ledger.is_cut {
+            ledger.make_safe();
+        }
+    }
+
+    fn close(&mut self) {
+        self.safe_state();
+        locked(&self.ledger).closed += 1;
+    }
+}

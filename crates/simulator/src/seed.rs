@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One seed, and a generator of its own for each concern: what is drawn for one changes nothing of the others.
+
+/// SplitMix64 (Steele, Lea, Flood 2014).
+#[derive(Clone, Debug)]
+pub struct Numbers(u64);
+
+impl Numbers {
+    pub fn of(seed: u64) -> Numbers {
+        Numbers(seed)
+    }
+
+    /// A generator for one concern of this seed.
+    pub fn split(&self, concern: &str) -> Numbers {
+        // FNV-1a: the same on every machine.
+        let hash = concern.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
+        let mut numbers = Numbers(self.0 ^ hash);
+        Numbers(numbers.number())
+    }
+
+    pub fn number(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// From 0 to `bound` - 1; 0 for a bound of 0.
+    pub fn below(&mut self, bound: usize) -> usize {
+        (self.number() % bound.max(1) as u64) as usize
+    }
+
+    /// From `least` to `most`, both included.
+    pub fn within(&mut self, least: i64, most: i64) -> i64 {
+        least + self.below((most - least + 1) as usize) as i64
+    }
+
+    /// True in so many of a hundred.
+    pub fn percent(&mut self, share: usize) -> bool {
+        self.below(100) < share
+    }
+
+    pub fn pick<'a, T>(&mut self, of: &'a [T]) -> &'a T {
+        &of[self.below(of.len())]
+    }
+
+    /// An index, each as likely as its weight says.
+    pub fn weighted(&mut self, weights: &[usize]) -> usize {
+        let mut at = self.below(weights.iter().sum());
+        weights
+            .iter()
+            .position(|weight| {
+                if at < *weight {
+                    true
+                } else {
+                    at -= weight;
+                    false
+                }
+            })
+            .unwrap_or(0)
+    }
+}

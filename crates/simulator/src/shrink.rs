@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Fewer operations: delta debugging (Zeller, Hildebrandt 2002) over the list of a seed, as long as the same invariant breaks.
+use crate::run::{Failure, run};
+
+/// How many runs a shrinking may take.
+const RUNS: usize = 2_000;
+
+/// The smallest failure that is found.
+pub fn shrink(of: &Failure) -> Failure {
+    let mut best = of.clone();
+    let mut runs = 0;
+    let mut size = best.kept.len().div_ceil(2);
+    while size > 0 && runs < RUNS {
+        let mut at = 0;
+        let mut smaller = false;
+        while at < best.kept.len() && runs < RUNS {
+            let mut kept = best.kept.clone();
+            kept.drain(at..(at + size).min(kept.len()));
+            runs += 1;
+            match run(of.seed, Some(&kept)).failure {
+                Some(failure) if failure.broken.invariant == of.broken.invariant => {
+                    best = failure;
+                    smaller = true;
+                }
+                _ => at += size,
+            }
+        }
+        if !smaller || size > 1 {
+            size = if size == 1 { 0 } else { size.div_ceil(2) };
+        }
+    }
+    best
+}

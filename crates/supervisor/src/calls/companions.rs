@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Companions and observers.
+use crate::observation::companions::Companion;
+use crate::system::System;
+use std::sync::Arc;
+
+impl System {
+    /// Ends with the system from now on. Its number.
+    pub fn accompany(&self, companion: Arc<dyn Companion>) -> u64 {
+        let mut companions = self.shared.companions.lock().expect("nobody panics with the lock held");
+        companions.last += 1;
+        let number = companions.last;
+        companions.present.insert(number, companion);
+        number
+    }
+
+    /// The companion of that number.
+    pub fn companion(&self, number: u64) -> Option<Arc<dyn Companion>> {
+        self.shared.companions.lock().expect("nobody panics with the lock held").present.get(&number).cloned()
+    }
+
+    /// It does not accompany the system any more.
+    pub fn dismiss(&self, number: u64) {
+        // Dropped outside the lock: it may take its time to end.
+        let _gone = self.shared.companions.lock().expect("nobody panics with the lock held").present.remove(&number);
+    }
+
+    pub(crate) fn end_companions(&self) {
+        let present: Vec<_> = self.shared.companions.lock().expect("nobody panics with the lock held").present.values().cloned().collect();
+        present.iter().for_each(|companion| companion.end());
+    }
+
+    /// The same system for an observer: dropping this closes nothing.
+    pub fn observer(&self) -> System {
+        System::of(&self.name, self.shared.clone())
+    }
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Devices of processors that are threads of this process get a guard.
+use crate::system::System;
+use kernel::Device;
+
+impl System {
+    /// A device of a processor that is a thread here was opened: the guard gets what makes it safe. Where that cannot be, the log says so, and
+    /// the device serves all the same.
+    pub(crate) fn guard_device(&self, processor: &str, device: &Device) {
+        let handles = device.safe_handles();
+        if handles.is_empty() || self.shared.is_virtual {
+            return;
+        }
+        let held = match self.shared.places.get() {
+            Some(places) => self.shared.guarded.hold(&**places, &self.shared.host, processor, device.name(), &handles),
+            None => Err("this system was made without a way to start processes".to_owned()),
+        };
+        if let Err(why) = held {
+            let mut core = self.shared.locked();
+            let now_ns = core.host.now_ns();
+            core.observation.log.add(now_ns, "guard", device.name(), format!("device '{}' is not guarded: {why}", device.name()));
+        }
+    }
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Entries into the log: commands with their callers, and what others beside the supervisor report.
+use crate::precedence::first;
+use crate::protection::causes::alarm_recording;
+use crate::system::System;
+use model::refusal::Refusals;
+
+/// Commands that bring something to a stop: entering them into the log waits for nobody either.
+const STOPS: [&str; 5] = ["emergency_stop", "halt", "disable", "pause", "suspend"];
+
+impl System {
+    /// Enters a command into the log: its caller (`who`), its call, what it is about, and why it was refused, if it was.
+    pub fn log_command(&self, who: &str, call: &str, about: &str, refused: Option<&str>) {
+        let mut core = self.shared.locked();
+        let now_ns = core.host.now_ns();
+        core.observation.log.command(who, call, about, refused, now_ns);
+    }
+
+    /// Carries out what the program commands that this system is part of, and enters it: about an instance, where `about` is empty.
+    pub fn as_program<T>(&self, call: &str, about: &str, instance: u64, act: impl FnOnce() -> Result<T, Refusals>) -> Result<T, Refusals> {
+        let run = || self.announced(call, about, instance, act);
+        if STOPS.contains(&call) { first(run) } else { run() }
+    }
+
+    fn announced<T>(&self, call: &str, about: &str, instance: u64, act: impl FnOnce() -> Result<T, Refusals>) -> Result<T, Refusals> {
+        let (number, about) = {
+            let mut core = self.shared.locked();
+            let named = if about.is_empty() { core.instances.get(&instance).map(|i| i.name.clone()) } else { None };
+            let (about, now_ns) = (named.unwrap_or_else(|| about.to_owned()), core.host.now_ns());
+            (core.observation.log.announce(call, &about, now_ns), about)
+        };
+        let result = act();
+        let refused = result.as_ref().err().map(|refusals| refusals.first().map_or("", |refusal| refusal.message.as_str()));
+        let mut core = self.shared.locked();
+        let now_ns = core.host.now_ns();
+        core.observation.log.settle(number, call, &about, refused, now_ns);
+        drop(core);
+        result
+    }
+
+    /// The name of an instance; its number where there is none any more.
+    pub fn instance_name(&self, instance: u64) -> String {
+        self.shared.locked().instances.get(&instance).map_or_else(|| instance.to_string(), |i| i.name.clone())
+    }
+
+    /// Enters a line about the journal into the log.
+    pub fn log_journal(&self, text: &str) {
+        let mut core = self.shared.locked();
+        let now_ns = core.host.now_ns();
+        core.observation.log.add(now_ns, "journal", "system", text);
+    }
+
+    /// Enters a line about the control interface into the log.
+    pub fn log_control(&self, text: &str) {
+        let mut core = self.shared.locked();
+        let now_ns = core.host.now_ns();
+        core.observation.log.add(now_ns, "control", "system", text);
+    }
+
+    /// Entries of the log from number `sequence` on.
+    pub fn log_since(&self, sequence: u64) -> Vec<crate::observation::log::Entry> {
+        self.shared.locked().observation.log.since(sequence)
+    }
+
+    /// Enters a line from outside the supervisor into the log.
+    pub fn note(&self, kind: &'static str, about: &str, text: &str) {
+        let mut core = self.shared.locked();
+        let now_ns = core.host.now_ns();
+        core.observation.log.add(now_ns, kind, about, text);
+    }
+
+    /// A recording has ended because its file cannot be written any more: raises an alarm.
+    pub fn recording_failed(&self, why: &str) {
+        let mut core = self.shared.locked();
+        let now_ns = core.host.now_ns();
+        core.observation.log.add(now_ns, "recorder", "system", why);
+        alarm_recording(&mut core, why);
+    }
+
+    /// Notes that a module changed the words of the thread that loaded it; they are as they were again.
+    pub(crate) fn note_floats(&self, module: &str) -> String {
+        let text = format!(
+            "code module '{module}' changed the floating-point state of the thread that loaded it, which was restored: link it without -ffast-math, and set nothing in its initialisation"
+        );
+        let mut core = self.shared.locked();
+        let now_ns = core.host.now_ns();
+        core.observation.log.add(now_ns, "module", module, text.clone());
+        text
+    }
+}

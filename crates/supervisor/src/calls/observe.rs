@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Looking at a running system: snapshots, histories. Nothing here disturbs what runs.
+use crate::calls::values::{Reading, ask_for, forget_snapshot, kept, taken, unanswered};
+use crate::system::{System, Waited};
+use model::refusal::Refusals;
+use std::time::Duration;
+
+/// A value in the history of an SVV: number, time in ns, bytes.
+pub type Past = (u64, i64, Vec<u8>);
+
+impl System {
+    /// One consistent snapshot: its time, and each SVV's bytes, number and time. SVVs of different sources are taken at the next
+    /// boundary of each.
+    pub fn read(&self, names: &[String]) -> Result<(i64, Vec<Reading>), Refusals> {
+        let snapshot = self.shared.ask(|core| ask_for(core, names))?;
+        let waited = self.shared.wait_for(None, READ_MAX, |core| Ok(taken(core, &snapshot, names.len())))?;
+        match waited {
+            Waited::Done(read) => Ok(read),
+            _ => {
+                let mut core = self.shared.locked();
+                let why = unanswered(&core, &snapshot);
+                forget_snapshot(&mut core, &snapshot);
+                Err(why)
+            }
+        }
+    }
+
+    /// Up to `count` last values, oldest first.
+    pub fn history(&self, name: &str, count: usize) -> Result<Vec<Past>, Refusals> {
+        // What is kept is noted under the lock, and copied out without it: no command waits for that.
+        let kept = kept(&self.shared.locked(), name)?;
+        Ok(kept.last(count))
+    }
+}
+
+/// Kernels answer within a firing; longer than this means that a processor does not run.
+const READ_MAX: Duration = Duration::from_secs(5);

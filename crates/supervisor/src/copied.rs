@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Copy on write: changed under a lock and read without it. A reader keeps the value as it was, and a change makes a copy only while there
+//! is a reader.
+use std::ops::{Deref, DerefMut};
+use std::sync::Arc;
+
+/// Something that can be had as it is now, see the module; and how often it may have changed.
+#[derive(Default)]
+pub(crate) struct Copied<T>(Arc<T>, u64);
+
+impl<T> Copied<T> {
+    /// As it is now, whatever becomes of it.
+    pub fn as_it_is(&self) -> Arc<T> {
+        self.0.clone()
+    }
+
+    /// The same number, the same content: but for what was changed [`Copied::aside`].
+    pub fn changes(&self) -> u64 {
+        self.1
+    }
+}
+
+impl<T: Clone> Copied<T> {
+    /// To change what comes and goes with each verb instance, and is compared itself: it does not count as a change.
+    pub fn aside(&mut self) -> &mut T {
+        Arc::make_mut(&mut self.0)
+    }
+}
+
+impl<T> Deref for Copied<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.0
+    }
+}
+
+impl<T: Clone> DerefMut for Copied<T> {
+    fn deref_mut(&mut self) -> &mut T {
+        self.1 += 1;
+        Arc::make_mut(&mut self.0)
+    }
+}

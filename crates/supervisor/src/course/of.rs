@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+//! One verb instance in its course.
+use crate::core::Core;
+
+/// A verb instance, and the core in which it runs. A number that no instance has any more is no error: nothing happens.
+pub(crate) struct Course<'a> {
+    pub core: &'a mut Core,
+    pub id: u64,
+}
+
+impl Core {
+    /// The course of an instance.
+    pub fn course(&mut self, id: u64) -> Course<'_> {
+        Course { core: self, id }
+    }
+}

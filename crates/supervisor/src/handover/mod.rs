@@ -1,0 +1,3 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a new supervisor finds, and takes over.
+pub(crate) mod take_over;

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Taking over what a supervisor before has left: processes of processors that go on without one.
+use crate::core::Core;
+use crate::refuse::refuse;
+use crate::remote::processors::processor_of;
+use crate::scripts::{Purpose, Ticket};
+use crate::system::System;
+use crate::wiring::sequence::by_source;
+
+use kernel::{Cell, Op, SourceId};
+use model::refusal::{Class, Refusals};
+use rtp::Processor;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How long starts may take to be carried out before, and kernels to answer after.
+const SETTLED: Duration = Duration::from_secs(5);
+
+/// What became of each process of processors.
+#[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct TakenOver {
+    /// In the order of their names.
+    pub processors: Vec<OfProcessor>,
+}
+
+/// What became of one processor in a process of its own, or of those that share one.
+#[derive(Debug, Default, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "ProcessTakenOver"))]
+pub struct OfProcessor {
+    /// Its name; of a process that may be shared, that of the process.
+    pub name: String,
+    /// The processors in that process.
+    pub processors: Vec<String>,
+    /// Something of it ran, and has been taken over now; else its process was started for this system.
+    pub is_adopted: bool,
+    /// Blocks that go on where they were, by label.
+    pub carried: Vec<String>,
+    /// Blocks that begin anew, and why.
+    pub anew: Vec<Anew>,
+    /// Blocks that ran, and that this system has not started: they have ended.
+    pub ended: Vec<String>,
+    /// The longest time for which a device was not written, ns; none where there is none.
+    pub gap_ns: Option<i64>,
+}
+
+/// A block that begins anew.
+#[derive(Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "BlockAnew"))]
+pub struct Anew {
+    /// Its label.
+    pub block: String,
+    /// Why.
+    pub why: String,
+}
+
+impl System {
+    /// What runs in processes that lost their system goes on as this one has it, from where it is. Nothing under the virtual clock, and nothing the
+    /// second time. Refused where what ran must not go on: then that processor is as before, and those before it in the order of names are
+    /// taken over.
+    pub fn take_over(&self) -> Result<TakenOver, Refusals> {
+        let mut remote: Vec<Arc<Processor>> = self.shared.command(|core| {
+            // On another host there is nothing that waits.
+            Ok(core.remote.places().into_iter().filter(|processor| runtime::Remote::host(&**processor).is_none()).collect())
+        })?;
+        if remote.iter().any(|processor| processor.is_adopted()) {
+            // What is being started would begin anew after it was taken over.
+            self.shared.wait_for(None, SETTLED, |core| Ok(core.instances.values().all(|instance| !instance.is_under_way()).then_some(())))?;
+        }
+        remote.sort_by(|one, other| one.name().cmp(other.name()));
+        let mut taken_over = Vec::new();
+        for processor in remote {
+            let taken = processor.take_over().map_err(|why| {
+                let message = format!("cannot take over what runs on {}: {why}", self.shared.locked().remote.called(&processor));
+                refuse(Class::InvalidState, message, "or close this system: what runs there ends in order when its patience is over")
+            })?;
+            let of =
+                OfProcessor { name: processor.name().to_owned(), processors: self.shared.locked().remote.processors_in(&processor), ..OfProcessor::default() };
+            taken_over.push(match taken {
+                None => of,
+                Some(taken) => {
+                    let anew = taken.anew.into_iter().map(|(block, why)| Anew { block, why }).collect();
+                    OfProcessor { is_adopted: true, carried: taken.carried, anew, ended: taken.ended, gap_ns: taken.gap_ns, ..of }
+                }
+            });
+        }
+        for processor in taken_over.iter().filter(|of| of.is_adopted).flat_map(|of| &of.processors) {
+            self.carry_values(processor)?;
+        }
+        let mut core = self.shared.locked();
+        let now_ns = core.host.now_ns();
+        for of in taken_over.iter().filter(|of| of.is_adopted) {
+            let what = format!("taken over: {} blocks go on, {} begin anew, {} have ended", of.carried.len(), of.anew.len(), of.ended.len());
+            core.observation.log.add(now_ns, "processor", &of.name, what);
+        }
+        drop(core);
+        Ok(TakenOver { processors: taken_over })
+    }
+
+    /// SVVs that nobody has written in this system have the values that went on there, everywhere.
+    fn carry_values(&self, processor: &str) -> Result<(), Refusals> {
+        let asked = self.shared.command(|core| Ok(ask_unwritten(core, processor)))?;
+        let all_there = |core: &mut Core| Ok(asked.iter().all(|(ticket, _)| core.observation.reads.contains_key(ticket)).then_some(()));
+        self.shared.wait_for(None, SETTLED, all_there)?;
+        self.shared.command(|core| {
+            know_again(core, &asked);
+            Ok(())
+        })
+    }
+}
+
+/// SVVs in the order in which a source was asked for them, under a ticket.
+type Asked = (Ticket, Vec<(String, usize)>);
+
+/// Asks the sources of a processor what they hold of SVVs that no block has written.
+fn ask_unwritten(core: &mut Core, processor: &str) -> Vec<Asked> {
+    let mut by_source: BTreeMap<SourceId, Vec<(String, Cell)>> = BTreeMap::new();
+    for (name, svv) in core.registry.svvs.iter().filter(|(_, svv)| svv.home.is_none()) {
+        for (source, cell) in svv.cells.iter().filter(|(source, _)| processor_of(core.registry.source_name(**source)) == processor) {
+            by_source.entry(*source).or_default().push((name.clone(), cell.clone()));
+        }
+    }
+    let mut asked = Vec::new();
+    for (source, cells) in by_source {
+        let ticket = Ticket(core.numbers.fresh());
+        asked.push((ticket, cells.iter().map(|(name, cell)| (name.clone(), cell.len())).collect()));
+        core.submit(source, vec![Op::Capture(cells.into_iter().map(|(_, cell)| cell).collect())], Purpose::Read { ticket });
+    }
+    asked
+}
+
+/// What differs from what was stored here went on there, and is the value now.
+fn know_again(core: &mut Core, asked: &[Asked]) {
+    let mut known: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
+    for (ticket, names) in asked {
+        let Some((_, captured)) = core.observation.reads.remove(ticket) else { continue };
+        let mut rest = captured.as_slice();
+        for (name, len) in names {
+            let Some((bytes, after)) = rest.split_at_checked(*len) else { break };
+            rest = after;
+            // Other images have what was stored.
+            if core.registry.svvs.get(name).is_some_and(|svv| svv.home.is_none() && svv.past.stored != bytes) {
+                known.insert(name, bytes.to_vec());
+            }
+        }
+    }
+    let stores: Vec<(SourceId, Op)> = known.into_iter().flat_map(|(name, bytes)| core.carrier().store_everywhere(name, &bytes)).collect();
+    for (source, ops) in by_source(stores) {
+        core.submit(source, ops, Purpose::Nothing);
+    }
+}

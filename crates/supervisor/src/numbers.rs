@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Numbers that are never given twice.
+
+/// Counts instances, tickets, scripts and blocks of one system.
+#[derive(Default)]
+pub(crate) struct Numbers(u64);
+
+impl Numbers {
+    pub fn fresh(&mut self) -> u64 {
+        self.0 += 1;
+        self.0
+    }
+}

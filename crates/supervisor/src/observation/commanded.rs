@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Commands in the log, with their callers. A command that is repeated about the same thing many times a second is entered once a
+//! second, with its count, so that a program that sets an override in a loop leaves room for what else happens.
+//! A command of the program is entered when it has its first effect on the log, or is through: only then is it known that it is not refused.
+use std::collections::VecDeque;
+
+/// How long the same command is only counted, ns of the system's clock.
+const REPEATED_NS: i64 = 1_000_000_000;
+/// Commands that are remembered.
+const REMEMBERED_MAX: usize = 64;
+
+/// A command that was entered.
+struct Given {
+    who: String,
+    call: String,
+    about: String,
+    is_refused: bool,
+    time_ns: i64,
+    /// How often it has come since.
+    repeats: u64,
+}
+
+/// The latest commands.
+#[derive(Default)]
+pub(crate) struct Commanded(VecDeque<Given>);
+
+impl Commanded {
+    /// How often a command has come since it was entered last; nothing where it is not to be entered now.
+    pub fn enter(&mut self, who: &str, call: &str, about: &str, is_refused: bool, now_ns: i64) -> Option<u64> {
+        let same = |given: &Given| given.who == who && given.call == call && given.about == about && given.is_refused == is_refused;
+        let mut before = 0;
+        if let Some(at) = self.0.iter().position(same) {
+            if now_ns - self.0[at].time_ns < REPEATED_NS {
+                self.0[at].repeats += 1;
+                return None;
+            }
+            before = self.0.remove(at).map_or(0, |given| given.repeats);
+        }
+        if self.0.len() == REMEMBERED_MAX {
+            self.0.pop_front();
+        }
+        self.0.push_back(Given { who: who.to_owned(), call: call.to_owned(), about: about.to_owned(), is_refused, time_ns: now_ns, repeats: 0 });
+        Some(before)
+    }
+}
+
+/// A command of the program that is under way.
+pub(crate) struct Announced {
+    pub number: u64,
+    pub call: String,
+    pub about: String,
+    pub time_ns: i64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_repeated_is_counted() {
+        let mut commanded = Commanded::default();
+        assert_eq!(commanded.enter("program", "set", "move#1", false, 0), Some(0));
+        assert_eq!(commanded.enter("program", "set", "move#1", false, 999_999_999), None);
+        assert_eq!(commanded.enter("program", "set", "move#2", false, 999_999_999), Some(0), "it is about something else");
+        assert_eq!(commanded.enter("panel", "set", "move#1", false, 999_999_999), Some(0), "somebody else gave it");
+        assert_eq!(commanded.enter("program", "set", "move#1", false, 1_000_000_000), Some(1));
+        assert_eq!(commanded.enter("program", "set", "move#1", true, 1_000_000_000), Some(0), "it is refused");
+        for index in 0..1_000 {
+            assert_eq!(commanded.enter("program", "start", &format!("move#{index}"), false, 0), Some(0));
+        }
+        assert_eq!(commanded.0.len(), REMEMBERED_MAX, "nothing grows");
+    }
+}

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Histories of SVVs: what is kept of each.
+use crate::registry::svvs::{ROWS_SPARE, Stays, Stored};
+use interconnect::Row;
+use kernel::{RowsEnd, SourceId};
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// A value with its number and time.
+type Past = (u64, i64, Vec<u8>);
+
+/// A value that a block stored: the source, and its row.
+type Written = (SourceId, Row);
+
+/// What is kept of an SVV at one instant.
+pub(crate) struct Kept {
+    pub history: usize,
+    /// With the rows that each had then: what comes later is not told without what was stored before it.
+    pub rings: Vec<(SourceId, Arc<RowsEnd>, u64)>,
+    pub stays: Arc<Stays>,
+    pub stores: Arc<VecDeque<Stored>>,
+}
+
+impl Kept {
+    /// Up to `count` last values, oldest first: (number, time, bytes).
+    pub fn last(&self, count: usize) -> Vec<Past> {
+        let mut values = self.with_stores(self.written());
+        let keep = count.min(self.history);
+        values.split_off(values.len().saturating_sub(keep))
+    }
+
+    /// What blocks stored, as far as it is kept, oldest first; of one instant, as it went from home to home.
+    fn written(&self) -> Vec<Written> {
+        let rows = |(source, ring, written): &(SourceId, Arc<RowsEnd>, u64)| -> Vec<Written> {
+            let mut rows = ring.reader().last(self.history + ROWS_SPARE);
+            rows.retain(|row| row.sequence < *written);
+            let first = rows.len().saturating_sub(self.history);
+            rows.drain(..first);
+            rows.into_iter().map(|row| (*source, row)).collect()
+        };
+        let mut values: Vec<Written> = self.rings.iter().flat_map(rows).collect();
+        if self.rings.len() > 1 {
+            values.sort_by_cached_key(|(source, row)| (row.time_ns, self.stays.of(*source, row.sequence), row.sequence));
+        }
+        values
+    }
+
+    /// The same with what the PS and ψ stored between: such a value has the number of the invocation before it.
+    fn with_stores(&self, written: Vec<Written>) -> Vec<Past> {
+        let mut values: Vec<Past> = Vec::with_capacity(written.len() + self.stores.len());
+        let put = |values: &mut Vec<Past>, store: &Stored| values.push((values.last().map_or(0, |(number, ..)| *number), store.time_ns, store.bytes.clone()));
+        let mut stores = self.stores.iter().peekable();
+        for (source, row) in written {
+            while let Some(store) = stores.next_if(|store| !store.comes_behind(source, &row)) {
+                put(&mut values, store);
+            }
+            values.push((row.number, row.time_ns, row.bytes));
+        }
+        stores.for_each(|store| put(&mut values, store));
+        values
+    }
+}

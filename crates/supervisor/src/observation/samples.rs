@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a tap gives: runs of values, made from the rows of its rings.
+use crate::observation::stamp::Stamp;
+
+/// Values of one channel, oldest first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Run {
+    /// Of each value: its time, ns on the clock; of one that a block stored, the release of that firing.
+    pub times_ns: Vec<i64>,
+    /// Of each value: the number of the invocation that stored it. What the programming system stored has the number before it.
+    pub numbers: Vec<u64>,
+    /// The values, one after the other.
+    pub bytes: Vec<u8>,
+    /// Values of this channel that were lost since the take before.
+    pub lost: u64,
+}
+
+impl Run {
+    pub fn len(&self) -> usize {
+        self.numbers.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.numbers.is_empty()
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.times_ns.clear();
+        self.numbers.clear();
+        self.bytes.clear();
+        self.lost = 0;
+    }
+}
+
+/// What a tap gives: a run for each channel, in the order of [`Tap::channels`]. Its memory is used again by the next take.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Samples {
+    pub runs: Vec<Run>,
+}
+
+impl Samples {
+    /// True where there is neither a value nor a loss.
+    pub fn is_empty(&self) -> bool {
+        self.runs.iter().all(|run| run.is_empty() && run.lost == 0)
+    }
+
+    pub(crate) fn clear(&mut self, channels: usize) {
+        self.runs.truncate(channels);
+        self.runs.iter_mut().for_each(Run::clear);
+        self.runs.resize_with(channels, Run::default);
+    }
+}
+
+/// What is known of a channel.
+#[derive(Default)]
+pub(crate) struct Known {
+    /// The last value.
+    pub bytes: Vec<u8>,
+    pub has_value: bool,
+    /// The value that was there before is told too.
+    pub tells_present: bool,
+    /// Number and time of the stamp seen last, and which stamp it was.
+    pub seen: Option<(u64, u64, i64)>,
+    /// Rows lost since then.
+    pub gap: u64,
+    /// The segment that its values came from last, counted over the life of the tap.
+    pub route: u64,
+}
+
+impl Known {
+    pub(crate) fn new(tells_present: bool) -> Known {
+        Known { tells_present, ..Known::default() }
+    }
+
+    /// One row: is there a new value in it?
+    pub(crate) fn look(&mut self, run: &mut Run, row_ns: i64, stamp: Option<(u64, Stamp)>, ratio: u64, value: &[u8]) {
+        let Some((which, stamp)) = stamp else {
+            if self.has_value && self.bytes != value {
+                run.lost += std::mem::take(&mut self.gap);
+            }
+            return self.changed(run, row_ns, value);
+        };
+        let now = (which, stamp.number, stamp.time_ns);
+        let before = self.seen.replace(now);
+        let gap = std::mem::take(&mut self.gap);
+        let is_first_of_writer = before.is_none_or(|(writer, ..)| writer != which);
+        let is_stored = stamp.is_set() && stamp.stored(ratio) == Some(stamp.number);
+        if before == Some(now) || (is_first_of_writer && gap == 0) {
+            return self.changed(run, row_ns, value);
+        }
+        let lost = lost_between(before.filter(|_| !is_first_of_writer), &stamp, ratio, gap);
+        run.lost += lost;
+        if is_stored {
+            self.put(run, stamp.time_ns, stamp.number, value);
+        } else if lost > 0 {
+            // The last of those that were lost: when it was stored is not known any more.
+            (self.bytes, self.has_value) = (value.to_vec(), true);
+        } else {
+            self.changed(run, row_ns, value);
+        }
+    }
+
+    /// No block has stored it; the programming system may have.
+    fn changed(&mut self, run: &mut Run, row_ns: i64, value: &[u8]) {
+        if !self.has_value && self.tells_present {
+            let (number, time_ns) =
+                self.seen.filter(|(_, _, time_ns)| *time_ns != kernel::NEVER_NS).map_or((0, row_ns), |(_, number, time_ns)| (number, time_ns));
+            self.put(run, time_ns, number, value);
+        } else if !self.has_value {
+            (self.bytes, self.has_value) = (value.to_vec(), true);
+        } else if self.bytes != value {
+            let number = self.seen.map_or(0, |(_, number, _)| number);
+            self.put(run, row_ns, number, value);
+        }
+    }
+
+    pub(crate) fn put(&mut self, run: &mut Run, time_ns: i64, number: u64, value: &[u8]) {
+        run.times_ns.push(time_ns);
+        run.numbers.push(number);
+        run.bytes.extend_from_slice(value);
+        self.bytes.clear();
+        self.bytes.extend_from_slice(value);
+        self.has_value = true;
+    }
+}
+
+/// Values that were lost with `gap` rows: as many as the numbers say, and never more than rows. `before`: what was seen last of this stamp.
+fn lost_between(before: Option<(u64, u64, i64)>, now: &Stamp, ratio: u64, gap: u64) -> u64 {
+    let Some(stored) = now.stored(ratio).filter(|_| gap > 0 && now.is_set()) else { return 0 };
+    let in_hand = u64::from(stored == now.number);
+    let numbered = match before {
+        // It had stored nothing yet.
+        Some((_, _, kernel::NEVER_NS)) => (stored + 1).saturating_sub(now.activated) / ratio.max(1),
+        Some((_, before, _)) if stored >= before => (stored - before).div_ceil(ratio.max(1)),
+        // Another start, or another writer: at most one a row.
+        _ => gap + in_hand,
+    };
+    numbered.saturating_sub(in_hand).min(gap)
+}

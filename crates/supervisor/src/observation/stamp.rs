@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the kernel stamps the values of an activation with.
+
+/// What the kernel stamps an activation's values with.
+pub(crate) struct Stamp {
+    pub number: u64,
+    pub time_ns: i64,
+    pub activated: u64,
+}
+
+impl Stamp {
+    pub fn of(bytes: &[u8]) -> Stamp {
+        let word = |at: usize| bytes.get(at..at + 8).and_then(|b| b.try_into().ok()).map_or(0, u64::from_le_bytes);
+        Stamp { number: word(0), time_ns: word(8).cast_signed(), activated: word(16) }
+    }
+
+    /// False where no invocation has stored the value.
+    pub fn is_set(&self) -> bool {
+        self.time_ns != kernel::NEVER_NS
+    }
+
+    /// Number of the last invocation that stored a ratio output n: those are n, 2n, … from activation. `None`: there was none.
+    pub fn stored(&self, n: u64) -> Option<u64> {
+        let since = (self.number + 1).saturating_sub(self.activated);
+        (since >= n).then(|| self.number - since % n.max(1))
+    }
+}

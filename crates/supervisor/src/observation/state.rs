@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What the supervisor keeps for observers: log, end reports, taps, snapshots.
+use crate::observation::ends::Ends;
+use crate::observation::log::Log;
+use crate::observation::taps::Taps;
+use crate::scripts::Ticket;
+use kernel::{Cell, SourceId};
+use std::collections::HashMap;
+
+#[derive(Default)]
+pub(crate) struct Observation {
+    pub log: Log,
+    /// The latest end reports, for a programming system that was not there.
+    pub ends: Ends,
+    /// Ends not yet told to an event loop.
+    pub ended: u64,
+    pub taps: Taps,
+    /// Snapshots that have arrived: ticket → (time, bytes of each script).
+    pub reads: HashMap<Ticket, (i64, Vec<u8>)>,
+    /// Of a system that is recorded: the cells whose SVV the record knows.
+    pub recorded: HashMap<(String, SourceId), Cell>,
+}

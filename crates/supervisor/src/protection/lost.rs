@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Lost processors: a source that does not acknowledge a script within its bound. For verbs with blocks there `processor_lost` comes: τ
+//! leads on to a list that runs on what is left, else they end; nobody waits for the source any more, until a reset.
+use crate::core::Core;
+use crate::lifecycle::instance::Cause;
+use crate::observation::log::Log;
+use crate::protection::causes::alarm_processor;
+use crate::refuse::refuse;
+use crate::registry::records::Registry;
+use kernel::SourceId;
+use model::SystemCondition;
+use model::plan::Plan;
+use model::refusal::{Class, Refusals};
+
+/// How long a source may take to acknowledge a script, ns. An idle one answers at once, a busy one after its firing.
+const ANSWER_NS: i64 = 5_000_000_000;
+
+/// A look that comes so much too late was held up itself, ns.
+const STOOD_STILL_NS: i64 = 1_000_000_000;
+
+/// Marks a device as lost. Where it is lost with its processor nothing else follows: the lost processor has the alarm, and ends what runs there.
+pub(crate) fn mark_lost(registry: &mut Registry, log: &mut Log, device: &str, message: &str, time_ns: i64) {
+    log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
+    if let Some(physical) = registry.physical.get_mut(device) {
+        physical.lost = Some(message.to_owned());
+    }
+}
+
+/// When a source that is asked has to have answered.
+pub(crate) fn next_answer(core: &Core) -> Option<i64> {
+    core.instances.values().filter(|i| i.work.outstanding > 0).map(|i| i.work.sent_ns.saturating_add(ANSWER_NS)).min()
+}
+
+/// Gives up the sources that have not answered in time.
+pub(crate) fn look_for_lost(core: &mut Core) {
+    let now_ns = core.host.now_ns();
+    let Some(at) = next_answer(core).filter(|at| *at <= now_ns) else { return };
+    if now_ns - at > STOOD_STILL_NS {
+        // Nobody looked when it was time: this side stood still, and answers that came meanwhile are still on their way through it.
+        core.instances.values_mut().filter(|i| i.work.outstanding > 0).for_each(|i| i.work.sent_ns = now_ns);
+        return;
+    }
+    let late = core.instances.values().filter(|i| i.work.outstanding > 0 && i.work.sent_ns.saturating_add(ANSWER_NS) <= now_ns);
+    let mut silent: Vec<SourceId> = late.flat_map(|i| i.work.awaited.iter().copied()).collect();
+    silent.sort_unstable();
+    silent.dedup();
+    silent.into_iter().for_each(|source| give_up(core, source));
+}
+
+fn give_up(core: &mut Core, source: SourceId) {
+    let message = format!("source '{}' has not answered for {} s", core.registry.source_name(source), ANSWER_NS / 1_000_000_000);
+    processor_lost(core, source, &message);
+}
+
+/// Nobody runs the source any more, or nobody hears of it.
+pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
+    core.safety.ended_for_good.remove(&source);
+    if !core.safety.lost.insert(source) {
+        return;
+    }
+    let time_ns = core.host.now_ns();
+    let name = core.registry.source_name(source).to_owned();
+    let message = message.to_owned();
+    core.observation.log.add(time_ns, "processor_lost", &name, message.clone());
+    let place = core.remote.lost_place(&name);
+    alarm_processor(core, &place, &message);
+    let there: Vec<u64> = core.instances.values().filter(|i| i.is_busy() && i.installed.sources.contains(&source)).map(|i| i.id).collect();
+    for id in there {
+        if !core.course(id).take_process(true) {
+            continue;
+        }
+        // Only now is it certain in which list the process is.
+        if let Some(condition) = core.instances.get(&id).and_then(|i| i.system(SystemCondition::ProcessorLost)) {
+            core.course(id).lose(Cause { condition, block: None, value: None, message: message.clone(), time_ns, asked_for: false });
+        }
+    }
+    let waiting: Vec<u64> = core.instances.values().filter(|i| i.work.awaited.contains(&source)).map(|i| i.id).collect();
+    for id in waiting {
+        if let Some(instance) = core.instances.get_mut(&id) {
+            instance.work.awaited.retain(|awaited| *awaited != source);
+            instance.work.outstanding = instance.work.awaited.len();
+        }
+        core.course(id).proceed();
+    }
+    let gone: Vec<String> = core.registry.physical.iter().filter(|(_, physical)| physical.source == source).map(|(name, _)| name.clone()).collect();
+    gone.iter().for_each(|device| mark_lost(&mut core.registry, &mut core.observation.log, device, &message, time_ns));
+}
+
+/// Refuses a plan that would run where nobody is.
+pub(crate) fn refuse_lost_plan(core: &Core, plan: &Plan) -> Result<(), Refusals> {
+    match plan.blocks.iter().filter_map(|block| core.registry.sources.get(&block.source)).find(|source| core.safety.lost.contains(source)) {
+        None => Ok(()),
+        Some(source) => Err(refuse(
+            Class::InvalidState,
+            format!("cannot create '{}': source '{}' is lost", plan.verb, core.registry.source_name(*source)),
+            "see the log for why, then call reset()",
+        )),
+    }
+}

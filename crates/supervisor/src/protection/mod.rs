@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What protects: stops, pauses, limits on ages, losses, and the alarms that they raise. Above the core, below the course of an instance.
+pub(crate) mod ages;
+pub(crate) mod causes;
+pub(crate) mod cut_off;
+pub(crate) mod lost;
+pub(crate) mod pausing;
+pub(crate) mod stopping;

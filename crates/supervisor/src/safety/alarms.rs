@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Alarms: what a person has to know of, until it is gone and acknowledged.
+//!
+//! The states are those of IEC 62682: active or returned, unacknowledged or acknowledged. An alarm that is active cannot be
+//! acknowledged away: it stays, acknowledged, until its cause is gone. One that is both returned and acknowledged goes into the
+//! history. The same alarm (code and source) that comes again is counted, and is unacknowledged again.
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// How urgent an alarm is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Severity {
+    Low,
+    Medium,
+    #[default]
+    High,
+    Critical,
+}
+
+/// What is said of an alarm of one code.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct AlarmText {
+    pub text: String,
+    #[serde(default)]
+    pub remedy: String,
+    #[serde(default)]
+    pub severity: Severity,
+}
+
+/// One alarm.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Alarm {
+    /// Counts the alarms of the system.
+    pub number: u64,
+    pub code: String,
+    /// The verb, device or channel that it comes from.
+    pub source: String,
+    /// The block that reported it, if one did.
+    pub block: Option<String>,
+    pub text: String,
+    pub remedy: String,
+    pub severity: Severity,
+    pub active: bool,
+    pub acknowledged: bool,
+    /// How often it came.
+    pub count: u64,
+    /// When it came last, on the system's clock and on the wall (ns since 1970; under the virtual clock the system's own).
+    pub time_ns: i64,
+    pub wall_ns: i64,
+    pub returned_ns: Option<i64>,
+    pub acknowledged_ns: Option<i64>,
+    #[serde(skip)]
+    pub(crate) cause: Cause,
+}
+
+/// What keeps an alarm active.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Cause {
+    /// Nothing: it was an event, or the programming system says when.
+    #[default]
+    Event,
+    /// A logical device that is in the state `fault`.
+    Fault,
+    /// The emergency stop.
+    Latch,
+    /// A physical device that is lost, until it is open again.
+    Loss,
+    /// A processor that is lost, until a reset.
+    Processor,
+}
+
+/// What is raised, before the texts are looked up.
+pub(crate) struct Raised<'a> {
+    pub code: &'a str,
+    pub source: &'a str,
+    pub block: Option<&'a str>,
+    pub text: String,
+    pub remedy: &'a str,
+    pub severity: Severity,
+    pub cause: Cause,
+}
+
+/// Alarms that wait for a person; more come from different sources than any person could read.
+pub(crate) const CURRENT_MAX: usize = 1000;
+/// Alarms of the past.
+pub(crate) const HISTORY_MAX: usize = 1000;
+
+/// The alarms of a system, as a call tells them.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schema", schemars(rename = "Alarms"))]
+pub struct AlarmList {
+    /// Those that are active or not acknowledged, newest last.
+    pub current: Vec<Alarm>,
+    /// Those of the past, oldest first.
+    pub history: Vec<Alarm>,
+    /// What is said of each code.
+    pub texts: IndexMap<String, AlarmText>,
+    /// Alarms that had to leave before they were over, because there was no place for another.
+    pub dropped: u64,
+}
+
+/// All alarms of a system.
+#[derive(Default)]
+pub(crate) struct Alarms {
+    pub texts: IndexMap<String, AlarmText>,
+    pub current: Vec<Alarm>,
+    pub history: VecDeque<Alarm>,
+    pub last: u64,
+    /// Alarms that had to leave before they were over, because there was no place for another.
+    pub dropped: u64,
+    /// The wall clock may be asked.
+    pub has_wall: bool,
+}
+
+impl Alarms {
+    fn wall_ns(&self, now_ns: i64) -> i64 {
+        let wall = || SystemTime::now().duration_since(UNIX_EPOCH).ok().and_then(|d| i64::try_from(d.as_nanos()).ok());
+        if self.has_wall { wall().unwrap_or(now_ns) } else { now_ns }
+    }
+
+    /// Gives back the alarm that had to leave for this one, if one did.
+    pub fn raise(&mut self, raised: Raised<'_>, now_ns: i64) -> Option<Alarm> {
+        let wall_ns = self.wall_ns(now_ns);
+        let said = self.texts.get(raised.code);
+        let text = match said {
+            Some(said) if raised.text.is_empty() => said.text.clone(),
+            Some(said) => format!("{}: {}", said.text, raised.text),
+            None => raised.text,
+        };
+        let remedy = said.map_or(raised.remedy, |said| &said.remedy).to_owned();
+        let severity = said.map_or(raised.severity, |said| said.severity);
+        let block = raised.block.map(str::to_owned);
+        if let Some(known) = self.current.iter_mut().find(|a| a.code == raised.code && a.source == raised.source) {
+            known.count += 1;
+            (known.active, known.acknowledged, known.cause) = (true, false, raised.cause);
+            (known.time_ns, known.wall_ns, known.returned_ns, known.acknowledged_ns) = (now_ns, wall_ns, None, None);
+            (known.text, known.block, known.remedy, known.severity) = (text, block, remedy, severity);
+            return None;
+        }
+        let dropped = (self.current.len() == CURRENT_MAX).then(|| self.drop_one()).flatten();
+        self.last += 1;
+        self.current.push(Alarm {
+            number: self.last,
+            code: raised.code.to_owned(),
+            source: raised.source.to_owned(),
+            block,
+            text,
+            remedy,
+            severity,
+            active: true,
+            acknowledged: false,
+            count: 1,
+            time_ns: now_ns,
+            wall_ns,
+            returned_ns: None,
+            acknowledged_ns: None,
+            cause: raised.cause,
+        });
+        dropped
+    }
+
+    /// The alarm that a person misses least: one that has returned before one that is active, a less severe one before others, the oldest.
+    fn drop_one(&mut self) -> Option<Alarm> {
+        let least = (0..self.current.len()).min_by_key(|&at| (self.current[at].active, self.current[at].severity))?;
+        let gone = self.current.remove(least);
+        self.dropped += 1;
+        self.archive(gone.clone());
+        Some(gone)
+    }
+
+    /// The cause is gone, of every alarm that `of` picks. How many.
+    pub fn clear(&mut self, now_ns: i64, of: impl Fn(&Alarm) -> bool) -> usize {
+        let mut cleared = 0;
+        for alarm in self.current.iter_mut().filter(|a| a.active && of(a)) {
+            (alarm.active, alarm.returned_ns) = (false, Some(now_ns));
+            cleared += 1;
+        }
+        self.sweep();
+        cleared
+    }
+
+    /// A person has seen every alarm that `of` picks. How many.
+    pub fn acknowledge(&mut self, now_ns: i64, of: impl Fn(&Alarm) -> bool) -> usize {
+        let mut seen = 0;
+        for alarm in self.current.iter_mut().filter(|a| !a.acknowledged && of(a)) {
+            (alarm.acknowledged, alarm.acknowledged_ns) = (true, Some(now_ns));
+            seen += 1;
+        }
+        self.sweep();
+        seen
+    }
+
+    /// What is returned and acknowledged is history.
+    fn sweep(&mut self) {
+        let is_over = |a: &Alarm| !a.active && a.acknowledged;
+        let (over, current) = std::mem::take(&mut self.current).into_iter().partition(is_over);
+        self.current = current;
+        let over: Vec<Alarm> = over;
+        over.into_iter().for_each(|alarm| self.archive(alarm));
+    }
+
+    fn archive(&mut self, alarm: Alarm) {
+        if self.history.len() == HISTORY_MAX {
+            self.history.pop_front();
+        }
+        self.history.push_back(alarm);
+    }
+}

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Waits of calls: for what kernels answer and what time brings. Under the virtual clock a wait moves time.
+use crate::core::Core;
+use crate::protection::lost::{look_for_lost, next_answer};
+use crate::protection::stopping::watch_inputs;
+use crate::refuse::refuse;
+use crate::system::{Shared, Waited};
+use model::refusal::{Class, Refusals};
+use std::time::{Duration, Instant};
+
+impl Shared {
+    /// Waits until `found` gives something. Virtual clock: time advances, as far as it must.
+    pub fn wait_for<T>(
+        &self,
+        until_ns: Option<i64>,
+        slice: Duration,
+        mut found: impl FnMut(&mut Core) -> Result<Option<T>, Refusals>,
+    ) -> Result<Waited<T>, Refusals> {
+        let begun = Instant::now();
+        let mut core = self.locked();
+        loop {
+            let came = core.drain();
+            let result = found(&mut core)?;
+            // Those that wait are told of what came: of each other's looks they would never come to rest.
+            if core.drain() || came || core.observation.ended > 0 {
+                self.announce(&mut core);
+            }
+            if let Some(result) = result {
+                return Ok(Waited::Done(result));
+            }
+            if until_ns.is_some_and(|until| self.host.now_ns() >= until) {
+                return Ok(Waited::TimedOut);
+            }
+            let left = slice.saturating_sub(begun.elapsed());
+            if left.is_zero() {
+                return Ok(Waited::Slice);
+            }
+            if self.is_virtual {
+                drop(core);
+                let limit_ns = until_ns.unwrap_or(i64::MAX);
+                if !self.step(limit_ns)? {
+                    match until_ns {
+                        Some(until) => self.host.set_now(until),
+                        None => {
+                            return Err(refuse(
+                                Class::InvalidState,
+                                "nothing is ever going to happen: the wait would have no end",
+                                "is a timer running, is a block active?",
+                            ));
+                        }
+                    }
+                }
+                core = self.locked();
+            } else if begun.elapsed() < AWAKE_MAX {
+                // A kernel answers within microseconds: sooner than two threads wake up one after the other.
+                drop(core);
+                (0..PAUSES).for_each(|_| std::hint::spin_loop());
+                core = self.locked();
+            } else {
+                let by_clock = until_ns.map_or(left, |until| Duration::from_nanos(u64::try_from(until - self.host.now_ns()).unwrap_or(0)));
+                self.changes.wait(core, left.min(by_clock));
+                core = self.locked();
+                look_for_lost(&mut core);
+            }
+        }
+    }
+
+    /// Virtual clock: time stands still while a tap that holds it has not been read.
+    fn wait_for_taps(&self) {
+        // The lock is held while it is looked, not while it is waited.
+        let full = || {
+            let core = self.locked();
+            core.observation.taps.full(core.observation.log.next(), core.observation.ends.next())
+        };
+        while let Some(inbox) = full() {
+            inbox.press();
+        }
+    }
+
+    /// Virtual clock: everything that happens at the next instant, not after `limit_ns`, so that a caller that acts then acts between two
+    /// instants. False if nothing does.
+    pub fn step(&self, limit_ns: i64) -> Result<bool, Refusals> {
+        if !self.happen(limit_ns)? {
+            return Ok(false);
+        }
+        // Of firings with a cost all that happens until they are over.
+        let end_ns = self.host.now_ns().max(self.host.busy_until_ns());
+        while self.happen(end_ns)? {}
+        self.host.set_now(end_ns);
+        Ok(true)
+    }
+
+    /// Virtual clock: the next firing or deadline, not after `limit_ns`. False if there is none.
+    pub fn happen(&self, limit_ns: i64) -> Result<bool, Refusals> {
+        self.wait_for_taps();
+        let deadline = {
+            let mut core = self.locked();
+            core.drain();
+            [core.next_deadline(), next_answer(&core)].into_iter().flatten().min()
+        };
+        let next = self.host.next_time();
+        let deadline_first = deadline.is_some_and(|d| next.is_none_or(|n| d < n));
+        let stepped = if let (true, Some(deadline_ns)) = (deadline_first, deadline) {
+            if deadline_ns > limit_ns {
+                return Ok(false);
+            }
+            self.host.set_now(deadline_ns.max(self.host.now_ns()));
+            true
+        } else {
+            // What is not over at a deadline is not to be seen then.
+            let fired = (self.host.fire_next(limit_ns.min(deadline.unwrap_or(i64::MAX))))
+                .map_err(|why| refuse(Class::SchedulingError, why, "let one of them wait for a timer"))?;
+            // Where something only arrived before the deadline, that is what happens next.
+            fired || deadline.is_some_and(|deadline_ns| deadline_ns <= limit_ns)
+        };
+        let mut core = self.locked();
+        core.drain();
+        let now_ns = self.host.now_ns();
+        if core.next_deadline().is_some_and(|d| d <= now_ns) {
+            core.serve_deadlines(now_ns);
+            core.drain();
+        }
+        look_for_lost(&mut core);
+        watch_inputs(&mut core);
+        self.announce(&mut core);
+        Ok(stepped)
+    }
+}
+
+/// How long a wait looks for an answer by itself before it sleeps: some wake-ups of a thread.
+const AWAKE_MAX: Duration = Duration::from_micros(60);
+
+/// Pauses of the processor between two looks.
+const PAUSES: u32 = 40;

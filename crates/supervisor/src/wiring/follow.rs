@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What drives an activation across instances: whoever writes the SVV that it takes synchronously or by ratio, at the time. When another
+//! instance starts to write it, its followers turn to that one; so a reader outlives its writers.
+use crate::registry::records::Registry;
+use crate::wiring::installed::{Gate, Installed};
+use crate::wiring::ports::mode_of;
+use kernel::{Activation, BlockId, Due, Inbound, SourceId};
+use model::interface::Mode;
+use model::plan::{self, Plan};
+use std::sync::Arc;
+
+/// The SVVs of others that a block takes synchronously.
+pub(crate) fn driving_svvs(plan: &Plan, block: usize) -> impl Iterator<Item = &str> {
+    let external = plan.blocks[block].external_drivers.iter();
+    external.filter(move |(item, _)| mode_of(plan, block, *item) == Mode::Synchronous).map(|(_, svv)| svv.as_str())
+}
+
+/// Blocks of the same source that drive a block: of its plan, and of other instances.
+pub(crate) fn step_drivers(plan: &Plan, installed: &Installed, block: usize, registry: &Registry) -> Vec<BlockId> {
+    let source = installed.block_source[block];
+    let inner = plan.blocks[block].drivers.iter().map(|driver| installed.blocks[*driver].id());
+    let gated = |svv: &&str| installed.gates.iter().any(|gate| gate.activation == plan.blocks[block].activation && gate.svv.as_deref() == Some(*svv));
+    let outer = driving_svvs(plan, block)
+        .filter(|svv| !gated(svv))
+        .filter_map(|svv| registry.driver_of(svv))
+        .filter(|writer| writer.source == source)
+        .map(|writer| writer.block);
+    inner.chain(outer).collect()
+}
+
+/// When an activation of a plan is due, as the system is now. Those that drive it in the plan are made.
+pub(crate) fn due(registry: &Registry, plan: &Plan, activations: &[Arc<Activation>], gates: &[Gate], (index, source): (usize, SourceId)) -> Due {
+    let own = |by: &[(usize, u32)]| -> Vec<(Arc<Activation>, u32)> { by.iter().map(|(driver, n)| (activations[*driver].clone(), *n)).collect() };
+    match &plan.activations[index].due {
+        plan::Due::Interval => Due::Interval,
+        plan::Due::Driven { by } => Due::Driven { by: own(by) },
+        plan::Due::Queued { by } => {
+            let mut by = own(by);
+            by.extend(outside(registry, plan, gates, (index, source)));
+            let members: Vec<(Arc<Inbound>, usize)> =
+                gates.iter().filter(|gate| gate.activation == index).map(|gate| (gate.inbound.clone(), gate.member)).collect();
+            if members.is_empty() { Due::Driven { by } } else { Due::Queued { members, by } }
+        }
+    }
+}
+
+/// Activations of other instances in the same source that drive this one; of an SVV that nobody writes, one that is never on.
+fn outside(registry: &Registry, plan: &Plan, gates: &[Gate], (activation, source): (usize, SourceId)) -> Vec<(Arc<Activation>, u32)> {
+    let mut found: Vec<(Arc<Activation>, u32)> = Vec::new();
+    for svv in plan.activations[activation].blocks.iter().flat_map(|block| driving_svvs(plan, *block)) {
+        if gates.iter().any(|gate| gate.activation == activation && gate.svv.as_deref() == Some(svv)) {
+            // Its values come through a queue.
+            continue;
+        }
+        match registry.driver_of(svv) {
+            Some(writer) if writer.source == source => {
+                if !found.iter().any(|(known, n)| Arc::ptr_eq(known, &writer.activation) && *n == writer.ratio) {
+                    found.push((writer.activation.clone(), writer.ratio));
+                }
+            }
+            Some(_) => {}
+            None => found.push((Activation::new(Due::Interval, None), 1)),
+        }
+    }
+    found
+}

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where a cell lies that blocks of several sources write, one after the other: with the block that is on. Before such a block runs, the
+//! cell comes to its source: value, number, time and windows are carried there, and whoever reads it from another source turns to there.
+use crate::wiring::installed::Homes;
+use kernel::SourceId;
+use model::plan::{Plan, PlannedCommand};
+
+/// The homes at first: with the first writer of each.
+pub(crate) fn first_homes(plan: &Plan, block_source: &[SourceId]) -> Homes {
+    let home = |(index, cell): (usize, &model::plan::PlannedCell)| {
+        let first = block_source[cell.writers.first()?.0];
+        cell.writers.iter().any(|(block, _)| block_source[*block] != first).then_some((index, first))
+    };
+    plan.cells.iter().enumerate().filter_map(home).collect()
+}
+
+/// The (block, item) that writes a planned cell while a reader is on; the first, where none does.
+pub(crate) fn writer_for(plan: &Plan, cell: usize, reader: usize) -> Option<(usize, usize)> {
+    let writers = &plan.cells[cell].writers;
+    if let [] | [_] = writers[..] {
+        return writers.first().copied();
+    }
+    let on = |active: &[(usize, u32)], block: usize| active.iter().any(|(activation, _)| *activation == plan.blocks[block].activation);
+    let mut stages = plan.lists.iter().flat_map(|list| &list.stages).filter(|stage| on(&stage.active, reader));
+    let together = stages.find_map(|stage| writers.iter().find(|(block, _)| on(&stage.active, *block)));
+    together.or(writers.first()).copied()
+}
+
+/// The blocks that a command lets run.
+pub(crate) fn run_by(plan: &Plan, command: &PlannedCommand) -> Vec<usize> {
+    match command {
+        PlannedCommand::Execute(blocks) => blocks.clone(),
+        PlannedCommand::On { activation, .. } => plan.activations[*activation].blocks.clone(),
+        PlannedCommand::Install(_) | PlannedCommand::Off(_) | PlannedCommand::Ready => Vec::new(),
+    }
+}
+
+/// The (block, item) that writes a planned cell first when a plan begins; the first of all, where none does at once.
+pub(crate) fn first_writer(plan: &Plan, cell: usize) -> Option<(usize, usize)> {
+    let writers = &plan.cells[cell].writers;
+    if let [] | [_] = writers[..] {
+        return writers.first().copied();
+    }
+    let commands = plan.lists[plan.initial].stages.iter().flat_map(|stage| &stage.commands);
+    let found = commands.flat_map(|command| run_by(plan, command)).find_map(|of| writers.iter().find(|(block, _)| *block == of));
+    found.or(writers.first()).copied()
+}

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A plan in memory: where its blocks, cells and connections lie.
+use kernel::{Activation, Block, Cell, Inbound, Process, SourceId, Window};
+use model::interface::Interface;
+use model::plan::Plan;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The source of each cell that has writers in several of them: planned cell → source.
+pub(crate) type Homes = BTreeMap<usize, SourceId>;
+
+/// The windows that the blocks of an instance read: (planned cell, number of values) → in each image.
+pub(crate) type Windows = BTreeMap<(usize, u32), BTreeMap<SourceId, Window>>;
+
+/// A member of a queue that an activation of the plan waits for.
+pub(crate) struct Gate {
+    /// The SVV of another instance, where it is one.
+    pub svv: Option<String>,
+    pub activation: usize,
+    pub inbound: Arc<Inbound>,
+    pub member: usize,
+}
+
+/// A plan in memory.
+pub(crate) struct Installed {
+    /// Sources that it has blocks in, in the plan's order.
+    pub sources: Vec<SourceId>,
+    /// Of each planned block.
+    pub blocks: Vec<Arc<Block>>,
+    pub interfaces: Vec<Arc<Interface>>,
+    pub block_source: Vec<SourceId>,
+    /// Of each planned activation.
+    pub activations: Vec<Arc<Activation>>,
+    pub activation_source: Vec<SourceId>,
+    /// Number and time of the last invocation of each activation.
+    pub stamps: Vec<Cell>,
+    /// Of each planned cell: where it lies in each image.
+    pub cells: Vec<BTreeMap<SourceId, Cell>>,
+    pub process: Arc<Process>,
+    /// Copies before and behind each block.
+    pub before: Vec<Vec<(Cell, Cell)>>,
+    pub after: Vec<Vec<(Cell, Cell)>>,
+    /// Cells of inputs that take values one by one: (source, block, item, cell).
+    pub delays: Vec<(SourceId, usize, usize, Cell)>,
+    /// Where cells lie that blocks of several sources write.
+    pub homes: Homes,
+    /// Private cells that several blocks write have stamps of their own, in each image: as SVVs have.
+    pub own_stamps: BTreeMap<usize, BTreeMap<SourceId, Cell>>,
+    /// Windows that its blocks read.
+    pub windows: Windows,
+    /// What its data-driven activations wait for.
+    pub gates: Vec<Gate>,
+}
+
+impl Installed {
+    /// Where a cell lies in the image of `source`, or else in any.
+    pub fn cell(&self, index: usize, source: SourceId) -> Option<&Cell> {
+        self.cells[index].get(&source)
+    }
+}
+
+impl Installed {
+    /// The source in which a planned cell is written now; with a reader, where nothing writes it.
+    pub fn home(&self, plan: &Plan, cell: usize) -> Option<SourceId> {
+        let planned = &plan.cells[cell];
+        let first = || planned.writers.first().or(planned.readers.first()).map(|(block, _)| self.block_source[*block]);
+        self.homes.get(&cell).copied().or_else(first)
+    }
+}

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Where blocks, cells and connections lie, and what each source runs.
+pub(crate) mod connect;
+pub(crate) mod follow;
+pub(crate) mod homes;
+pub(crate) mod install;
+pub(crate) mod installed;
+pub(crate) mod ports;
+pub(crate) mod sequence;
+pub(crate) mod tables;
+pub(crate) mod windows;

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What each source runs, as the supervisor keeps it, and the tables made from that.
+use crate::registry::writers::Pair;
+use crate::wiring::sequence::{Inlet, Serial};
+
+use kernel::Rows;
+use kernel::{Activation, Append, Block, BlockId, Cell, Device, Edge, Inbound, Op, Outbound, Process, SourceId, Stamped, Step, StepKind, Table};
+use runtime::Host;
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+/// A step of an installed instance, in the order of a firing.
+pub(crate) struct StepRecord {
+    pub instance: u64,
+    pub id: BlockId,
+    pub block: Arc<Block>,
+    /// Copies before and behind the invocation: gathers; scatters.
+    pub before: Vec<(Cell, Cell)>,
+    pub after: Vec<(Cell, Cell)>,
+    /// Windows that what it stores is appended to.
+    pub appends: Vec<Append>,
+    /// SVVs that it stores.
+    pub stamped: Vec<Stamped>,
+    pub activation: Arc<Activation>,
+    pub process: Arc<Process>,
+    /// Blocks of the same source that it takes values from synchronously.
+    pub drivers: Vec<BlockId>,
+}
+
+/// An outbound connection of a source.
+pub(crate) struct Outlet {
+    pub reader: SourceId,
+    /// The instance whose synchronous members it carries; `None`: the asynchronous group of the pair.
+    pub instance: Option<u64>,
+    /// The SVVs of other instances that it carries.
+    pub svvs: Vec<String>,
+    pub outbound: Arc<Outbound>,
+}
+
+/// An inbound connection of a source.
+pub(crate) struct InletRecord {
+    pub writer: SourceId,
+    pub instance: Option<u64>,
+    pub svvs: Vec<String>,
+    pub inbound: Arc<Inbound>,
+}
+
+/// Everything that the table of one source is made from.
+#[derive(Default)]
+pub(crate) struct SourceTable {
+    pub steps: Vec<StepRecord>,
+    pub outlets: Vec<Outlet>,
+    pub inlets: Vec<InletRecord>,
+    pub devices: Vec<Arc<Device>>,
+    /// Channels of its devices that raise sources.
+    pub edges: Vec<(String, Arc<Edge>)>,
+}
+
+/// A cell whose value travels asynchronously: over which pair, from where, to where.
+pub(crate) type Crossing = (Pair, Cell, Cell);
+
+/// What runs where, and the connections between.
+#[derive(Default)]
+pub(crate) struct Wiring {
+    pub tables: BTreeMap<SourceId, SourceTable>,
+    /// The latest connection of each pair.
+    pub latest: HashMap<Pair, Serial>,
+    pub last_connection: Serial,
+    /// Of each instance: private cells that travel between sources.
+    pub crossings: BTreeMap<u64, Vec<Crossing>>,
+}
+
+impl Wiring {
+    /// Lets go of what carries connections; the kernels have ended.
+    pub fn sever(&self, host: &Host) {
+        for table in self.tables.values() {
+            host.sever(table.inlets.iter().map(|inlet| &*inlet.inbound), table.outlets.iter().map(|outlet| &*outlet.outbound));
+        }
+    }
+}
+
+impl SourceTable {
+    /// The table as of now, without the rings of taps.
+    fn build(&self) -> Table {
+        let mut index_of: HashMap<BlockId, u32> = HashMap::with_capacity(self.steps.len());
+        let mut steps: Vec<Step> = Vec::with_capacity(self.steps.len());
+        for record in &self.steps {
+            let step = |kind, drivers| Step { kind, activation: record.activation.clone(), process: record.process.clone(), drivers };
+            if !record.before.is_empty() {
+                steps.push(step(StepKind::Copy(record.before.clone()), vec![]));
+            }
+            let block_index = steps.len() as u32;
+            index_of.insert(record.id, block_index);
+            let drivers = record.drivers.iter().filter_map(|id| index_of.get(id).copied()).collect();
+            steps.push(step(StepKind::Block(record.block.clone()), drivers));
+            if !record.after.is_empty() {
+                steps.push(step(StepKind::Copy(record.after.clone()), vec![block_index]));
+            }
+            if !record.appends.is_empty() {
+                steps.push(step(StepKind::Append(record.appends.clone()), vec![block_index]));
+            }
+        }
+        let outbound = self.outlets.iter().map(|o| o.outbound.clone()).collect();
+        let inbound = self.inlets.iter().map(|i| i.inbound.clone()).collect();
+        let stamped = self.steps.iter().flat_map(|record| record.stamped.iter().cloned()).collect();
+        let edges = self.edges.iter().map(|(_, edge)| edge.clone()).collect();
+        Table::new(steps, inbound, outbound, self.devices.clone(), None).with_edges(edges).with_stamped(stamped)
+    }
+}
+
+impl Wiring {
+    /// An operation that swaps the table of `source` for one that is as the system is now; `rows`: the rings that taps read.
+    pub fn table_op(&self, source: SourceId, rows: impl IntoIterator<Item = Rows>) -> Op {
+        Op::Table(Box::new(self.tables[&source].build().with_rows(rows)))
+    }
+
+    /// Puts the reading end of an asynchronous group in the place of the one before. One that a later connection of the pair has
+    /// overtaken is dropped.
+    pub fn adopt(&mut self, inlet: Inlet) {
+        if self.latest.get(&(inlet.writer, inlet.reader)) != Some(&inlet.serial) {
+            return;
+        }
+        let table = self.tables.get_mut(&inlet.reader).expect("a source has its table as long as the system lives");
+        table.inlets.retain(|i| i.instance.is_some() || i.writer != inlet.writer);
+        if let Some(inbound) = inlet.inbound {
+            table.inlets.push(InletRecord { writer: inlet.writer, instance: None, svvs: Vec::new(), inbound });
+        }
+    }
+}

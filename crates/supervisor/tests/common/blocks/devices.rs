@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Blocks that read and drive devices, and what their set-points come from.
+use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
+
+/// Reads a channel of a device.
+#[derive(FunctionBlock)]
+pub struct ReadChannel {
+    /// the channel
+    #[device(read, unit = "rad")]
+    channel: f64,
+    /// its value
+    #[output(unit = "rad")]
+    y: f64,
+}
+
+impl Step for ReadChannel {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.y = self.channel;
+        Outcome::Done
+    }
+}
+
+/// Drives a channel: channel = gain · u.
+#[derive(FunctionBlock)]
+pub struct Drive {
+    /// what to write
+    #[input(asynchronous, default = 0.0)]
+    u: f64,
+    /// the channel
+    #[device(write, unit = "N.m")]
+    channel: f64,
+    /// gain
+    #[param(default = 1.0)]
+    gain: f64,
+}
+
+impl Step for Drive {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.channel = self.gain * self.u;
+        Outcome::Done
+    }
+}
+
+/// Moves y on by v each time; v grows to 3, or, while `holding`, falls to 0.
+#[derive(FunctionBlock)]
+pub struct Ramp {
+    /// come to rest
+    #[input(asynchronous, default = false)]
+    holding: bool,
+    /// how far it is
+    #[output]
+    y: f64,
+    /// how fast it is
+    #[output]
+    v: f64,
+    /// it rests
+    #[condition]
+    held: Condition,
+}
+
+impl Step for Ramp {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.v = if self.holding { (self.v - 1.0).max(0.0) } else { (self.v + 1.0).min(3.0) };
+        self.y += self.v;
+        if self.holding && self.v == 0.0 {
+            self.held.report();
+        }
+        Outcome::Done
+    }
+}
+
+/// Goes from `present`, read once, towards `goal`, by `stride` an invocation: y is where it is.
+#[derive(FunctionBlock)]
+pub struct Glide {
+    /// where it begins
+    #[input(asynchronous)]
+    present: f64,
+    /// where it goes
+    #[param(default = 0.0)]
+    goal: f64,
+    /// where it is
+    #[output]
+    y: f64,
+    /// how far it goes each time
+    #[param(default = 0.001)]
+    stride: f64,
+    /// it has begun
+    #[state]
+    begun: bool,
+    /// where it is
+    #[state]
+    at: f64,
+    /// it is there
+    #[condition]
+    there: Condition,
+}
+
+impl Step for Glide {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        if !self.begun {
+            (self.begun, self.at) = (true, self.present);
+        }
+        self.at += (self.goal - self.at).clamp(-self.stride, self.stride);
+        self.y = self.at;
+        if self.at == self.goal {
+            self.there.report();
+        }
+        Outcome::Done
+    }
+}
+
+/// A servo: channel = gain · (u - q).
+#[derive(FunctionBlock)]
+pub struct Follow {
+    /// where it shall be
+    #[input(asynchronous)]
+    u: f64,
+    /// where it is
+    #[input]
+    q: f64,
+    /// the channel
+    #[device(write, unit = "N.m")]
+    channel: f64,
+    /// gain
+    #[param(default = 50.0)]
+    gain: f64,
+}
+
+impl Step for Follow {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        self.channel = self.gain * (self.u - self.q);
+        Outcome::Done
+    }
+}

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tries a wheel as somebody who has neither Rust nor Node: a new environment, pip, and an arm moves.
+
+    python packaging/try_wheel.py WHEEL [--at-most SECONDS]
+
+The seconds count from `pip install`, with what pip fetches, to the arm at its goal. It needs the package index for the dependencies.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import venv
+from pathlib import Path
+
+HERE = Path(__file__).parent
+
+ARM = """\
+import opengpac as gpac
+arm = gpac.robots.load("ur5e").enable()
+goal = gpac.deg([10, -80, 80, -90, -90, 10])
+arrived = gpac.robots.move(arm, goal=goal, speed=2.0)
+assert abs(arrived.position - goal).max() < 0.01, arrived.position
+"""
+
+REST = """\
+import os, pathlib, shutil, urllib.request
+import opengpac as gpac
+from opengpac import _native, activate, library, on
+
+assert not any(map(shutil.which, ("cargo", "rustc", "node", "npm"))), os.environ["PATH"]
+home = pathlib.Path(gpac.__file__).parent
+assert "site-packages" in str(home), home
+assert (home / "include" / "opengpac.h").read_text() == _native.header_text()
+assert (home / "include" / "opengpac_driver.h").read_text() == _native.driver_header_text()
+
+with gpac.System("line", progress=False) as cell:
+    # A process of its own that the guard watches: both are programs of the wheel.
+    there = cell.processor("there", process=True).timer("fast", period="5 ms", priority=50)
+    brief = gpac.Verb(
+        "brief",
+        blocks={"clock": library.time_limit},
+        input_parameters={"seconds": "clock.limit"},
+        command_lists={"start": [activate("clock", every="5 ms")]},
+        conditions={"over": on("clock.expired")},
+    )
+    try:
+        brief.on(there)(seconds=0.05)
+    except gpac.Terminated as end:
+        assert "'over'" in str(end), end
+    page = cell.studio().url.split("#")[0]
+    with urllib.request.urlopen(page) as answer:
+        assert answer.status == 200 and b"<html" in answer.read().lower()
+print("processor, guard, page and header are there")
+"""
+
+
+def tried(wheel: Path, folder: Path) -> float:
+    """The seconds from `pip install` until an arm has arrived; leaves with an error where something fails."""
+    new = folder / "new"
+    venv.create(new, with_pip=True)
+    # Nothing but the new environment is found: no compiler, no Rust, no Node, no checkout.
+    kept = {name: value for name, value in os.environ.items() if name.startswith(("PIP_", "SSL_"))}
+    clean = {**kept, "HOME": str(folder), "PATH": str(new / "bin")}
+
+    def run(*words: str) -> None:
+        ended = subprocess.run([str(new / "bin" / "python"), *words], env=clean, cwd=folder)
+        if ended.returncode != 0:
+            sys.exit(f"{' '.join(words)[:60]} … ended with {ended.returncode}")
+
+    begin = time.monotonic()
+    run("-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-c", str(HERE / "constraints.txt"), f"{wheel}[mujoco]")
+    run("-c", ARM)
+    seconds = time.monotonic() - begin
+    run("-c", REST)
+    return seconds
+
+
+def main() -> None:
+    """The command."""
+    given = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    given.add_argument("wheel", type=Path)
+    given.add_argument("--at-most", type=float, metavar="SECONDS", help="an error where it takes longer")
+    options = given.parse_args()
+    with tempfile.TemporaryDirectory(prefix="opengpac-wheel-") as folder:
+        seconds = tried(options.wheel.resolve(), Path(folder))
+    print(f"{options.wheel.name}: the arm has arrived {seconds:.1f} s after pip install began")
+    if options.at_most is not None and seconds > options.at_most:
+        sys.exit(f"that is more than {options.at_most:g} s")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the wheel that is given away out of the one that maturin built: debug information goes beside it, the C header into it.
+
+    python packaging/wheel.py FROM.whl FOLDER [--at-most MB]
+
+What is missing in it (the studio's page, links between hosts) is an error:
+whoever installs a wheel has no Node and no Rust to build it with.
+"""
+
+from __future__ import annotations
+
+import argparse
+import base64
+import csv
+import hashlib
+import importlib.util
+import io
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+from typing import Any
+
+HERE = Path(__file__).parent
+EXTENSION = "opengpac/_native.abi3.so"
+HEADERS = "opengpac/include"
+PAGE = "opengpac/studio_page/index.html"
+
+
+def made(source: Path, folder: Path) -> Path:
+    """The wheel, in the folder; beside it NAME.debug with the debug information of its extension."""
+    with tempfile.TemporaryDirectory() as name:
+        inside = Path(name)
+        with zipfile.ZipFile(source) as wheel:
+            wheel.extractall(inside)
+        extension = inside / EXTENSION
+        subprocess.run([HERE / "split-debug", extension], check=True)
+        folder.mkdir(parents=True, exist_ok=True)
+        debug = extension.with_name(extension.name + ".debug")
+        shutil.move(debug, folder / f"{source.name.removesuffix('.whl')}.debug")
+        core = complete(inside, extension)
+        headers = inside / HEADERS
+        headers.mkdir()
+        (headers / "opengpac.h").write_text(core.header_text())
+        (headers / "opengpac_driver.h").write_text(core.driver_header_text())
+        return packed(inside, folder / source.name)
+
+
+def complete(inside: Path, extension: Path) -> Any:
+    """The compiled core; leaves with an error where the wheel lacks a part."""
+    if not (inside / PAGE).is_file():
+        sys.exit("the studio's page is not in the wheel: make page builds it")
+    spec = importlib.util.spec_from_file_location("opengpac._native", extension)
+    assert spec is not None and spec.loader is not None
+    native = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(native)
+    try:
+        has_hosts = "no links between hosts" not in native.join_system("line", "{}")
+    except native.Refused:
+        # It wants to know where to.
+        has_hosts = True
+    if not has_hosts:
+        sys.exit("the wheel has no links between hosts: build it with --features hosts")
+    return native
+
+
+def packed(inside: Path, wheel: Path) -> Path:
+    """Writes the files as a wheel, with their digests; the same files give the same bytes."""
+    files = sorted(path for path in inside.rglob("*") if path.is_file())
+    record = next(path for path in files if path.match("*.dist-info/RECORD"))
+    rows = io.StringIO()
+    lines = csv.writer(rows, lineterminator="\n")
+    for path in files:
+        if path != record:
+            digest = base64.urlsafe_b64encode(hashlib.sha256(path.read_bytes()).digest()).rstrip(b"=").decode()
+            lines.writerow([path.relative_to(inside).as_posix(), f"sha256={digest}", path.stat().st_size])
+    lines.writerow([record.relative_to(inside).as_posix(), "", ""])
+    record.write_text(rows.getvalue())
+    with zipfile.ZipFile(wheel, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as out:
+        for path in files:
+            entry = zipfile.ZipInfo(path.relative_to(inside).as_posix(), (1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = (0o100755 if path.suffix == ".so" else 0o100644) << 16
+            out.writestr(entry, path.read_bytes())
+    return wheel
+
+
+def main() -> None:
+    """The command."""
+    given = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    given.add_argument("source", type=Path)
+    given.add_argument("folder", type=Path)
+    given.add_argument("--at-most", type=float, default=40.0, metavar="MB", help="an error where the wheel is larger (default: 40)")
+    options = given.parse_args()
+    wheel = made(options.source, options.folder)
+    size = wheel.stat().st_size / 1e6
+    print(f"{wheel}: {size:.1f} MB")
+    if size > options.at_most:
+        sys.exit(f"the wheel has {size:.1f} MB, more than {options.at_most:g}")
+
+
+if __name__ == "__main__":
+    main()

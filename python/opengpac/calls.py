@@ -1,0 +1,340 @@
+# SPDX-License-Identifier: Apache-2.0
+# ruff: noqa: E501
+"""The calls on a real-time system, made from their declarations in crates/api: do not edit.
+
+What moves bytes at a rate has methods of its own, see `realtime.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from .asking import Asking
+
+LASTING = frozenset({"device_service", "device_served", "wait_enabled", "disable", "perform", "performed", "wait", "halt", "advance", "pause", "paused"})
+"""Calls that last, and go on in slices."""
+
+
+class Calls(Asking):
+    """Every call as a method. An argument that is None is left out."""
+
+    __slots__ = ()
+
+    def processor(self, name: str, core: int | None = None, supervisor: bool | None = None, process: Any = None, host: str | None = None, lost_after_ns: int | None = None, patience_ns: int | None = None) -> None:
+        """Makes a real-time processor."""
+        return self._ask("processor", {"name": name, "core": core, "supervisor": supervisor, "process": process, "host": host, "lost_after_ns": lost_after_ns, "patience_ns": patience_ns})
+
+    def listen(self, endpoint: str, name: str, authority: str | None = None, certificate: str | None = None, key: str | None = None, token: str | None = None, clock_limit_ns: int | None = None) -> None:
+        """Lets other hosts join."""
+        return self._ask("listen", {"endpoint": endpoint, "name": name, "authority": authority, "certificate": certificate, "key": key, "token": token, "clock_limit_ns": clock_limit_ns})
+
+    def take_over(self) -> Any:
+        """Lets go on what runs in processes that lost a system of this name; the system is opened with
+        "adopt": true."""
+        return self._ask("take_over")
+
+    def source(self, processor: str, name: str, kind: str, priority: int, period_ns: int | None = None, virtual_cost_ns: int | None = None) -> None:
+        """Makes an interrupt source of a processor."""
+        return self._ask("source", {"processor": processor, "name": name, "kind": kind, "priority": priority, "period_ns": period_ns, "virtual_cost_ns": virtual_cost_ns})
+
+    def request(self, source: str) -> None:
+        """Requests a software source: it fires once."""
+        return self._ask("request", {"source": source})
+
+    def physical_device(self, processor: str, name: str, kind: str, source: str, options: dict[str, Any] | None = None, place: Any = None) -> Any:
+        """Opens a device for a source. Returns its channels and parts."""
+        return self._ask("physical_device", {"processor": processor, "name": name, "kind": kind, "source": source, "options": options, "place": place})
+
+    def device_service(self, device: str, service: str, arguments: dict[str, Any] | None = None) -> Any:
+        """Lets the driver of a device carry out a service, off the cycle. Returns what that answers."""
+        return self._ask("device_service", {"device": device, "service": service, "arguments": arguments})
+
+    def device_served(self, errand: int) -> Any:
+        """Waits for a service that goes on. Returns what it answers, once."""
+        return self._ask("device_served", {"errand": errand})
+
+    def reopen_physical_device(self, name: str) -> None:
+        """Opens a device that was lost again, with everything that is bound to it."""
+        return self._ask("reopen_physical_device", {"name": name})
+
+    def delete_physical_device(self, name: str) -> None:
+        """Closes a device."""
+        return self._ask("delete_physical_device", {"name": name})
+
+    def raises(self, device: str, channel: str, source: str, place: Any = None) -> None:
+        """Lets a channel of a device request a source."""
+        return self._ask("raises", {"device": device, "channel": channel, "source": source, "place": place})
+
+    def place(self, placement: Mapping[str, Any]) -> None:
+        """Says on which sources blocks run that nothing else places: source by pattern of labels."""
+        return self._ask_of("place", placement)
+
+    def download(self, path: str, name: str | None = None, python: str | None = None) -> Any:
+        """Loads a code module. Returns its blocks."""
+        return self._ask("download", {"path": path, "name": name, "python": python})
+
+    def define_verb(self, verb: Mapping[str, Any]) -> None:
+        """Enters a verb."""
+        return self._ask_of("define_verb", verb)
+
+    def check_graph(self, graph: Mapping[str, Any]) -> None:
+        """Refuses a data flow graph that is wrong; nothing is entered."""
+        return self._ask_of("check_graph", graph)
+
+    def check_definition(self, drawing: Mapping[str, Any]) -> list[Any]:
+        """Returns all that is wrong with a graph or a verb, each with "where"; nothing is entered."""
+        return self._ask_of("check_definition", drawing)
+
+    def compatible(self, drawing: Mapping[str, Any], from_: Any, to: Any = None) -> Any:
+        """Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, why each other
+        one cannot."""
+        return self._ask_of("compatible", drawing, {"from": from_, "to": to})
+
+    def define_device_type(self, device_type: Mapping[str, Any]) -> None:
+        """Enters a type of logical devices."""
+        return self._ask_of("define_device_type", device_type)
+
+    def compose(self, composition: Mapping[str, Any]) -> Any:
+        """Returns the verb that a composition of verbs is; nothing is entered."""
+        return self._ask_of("compose", composition)
+
+    def svv(self, specification: Mapping[str, Any], name: str, place: Any = None) -> None:
+        """Makes an SVV."""
+        return self._ask_of("svv", specification, {"name": name, "place": place})
+
+    def delete_svv(self, name: str) -> None:
+        """Deletes an SVV that nothing is bound to."""
+        return self._ask("delete_svv", {"name": name})
+
+    def library(self) -> list[Any]:
+        """Returns every block: of the library, of code modules."""
+        return self._ask("library")
+
+    def device(self, request: Mapping[str, Any], name: str) -> None:
+        """Makes a logical device, with its own verb instance."""
+        return self._ask_of("device", request, {"name": name})
+
+    def enable(self, name: str) -> int:
+        """Starts the verb that keeps a device going. Returns that instance, 0 where there is none. It is
+        enabled when it is ready."""
+        return self._ask("enable", {"name": name})
+
+    def wait_enabled(self, name: str, timeout_ns: int | None = None, until_ns: int | None = None) -> bool:
+        """Waits until a device is enabled. Returns whether it is."""
+        return self._ask("wait_enabled", {"name": name, "timeout_ns": timeout_ns, "until_ns": until_ns})
+
+    def disable(self, name: str) -> None:
+        """Ends the verbs that use a device, then its own; waits until that is done."""
+        return self._ask("disable", {"name": name})
+
+    def exchange_verb(self, device: str, verb: str, place: Any = None) -> None:
+        """Replaces the verb that keeps a device going by another one, within one firing where it is
+        enabled."""
+        return self._ask("exchange_verb", {"device": device, "verb": verb, "place": place})
+
+    def delete_device(self, name: str) -> None:
+        """Deletes a device."""
+        return self._ask("delete_device", {"name": name})
+
+    def device_state(self, name: str) -> Any:
+        """Returns "disabled", "enabling", "standstill", "moving", "stopping" or "fault"."""
+        return self._ask("device_state", {"name": name})
+
+    def device_parameter(self, name: str, parameter: str) -> Any:
+        """Returns the value of a parameter."""
+        return self._ask("device_parameter", {"name": name, "parameter": parameter})
+
+    def set_device_parameter(self, name: str, parameter: str, value: Any) -> None:
+        """Sets a parameter."""
+        return self._ask("set_device_parameter", {"name": name, "parameter": parameter, "value": value})
+
+    def check(self, application: Mapping[str, Any]) -> Any:
+        """Plans an application without making anything. Returns the plan."""
+        return self._ask_of("check", application)
+
+    def perform(self, application: Mapping[str, Any], limits: Any = None) -> Any:
+        """Calls a verb: makes an instance, starts it with the values of the application, waits until it has
+        ended and deletes it. Returns its end report."""
+        return self._ask_of("perform", application, {"limits": limits})
+
+    def performed(self, instance: int) -> Any:
+        """Goes on with the call of a verb: waits until its instance has ended and deletes it. Returns its end
+        report."""
+        return self._ask("performed", {"instance": instance})
+
+    def create(self, application: Mapping[str, Any]) -> int:
+        """Makes an instance. Returns its number."""
+        return self._ask_of("create", application)
+
+    def start(self, instance: int, values: dict[str, Any] | None = None, limits: Any = None) -> None:
+        """Starts an instance."""
+        return self._ask("start", {"instance": instance, "values": values, "limits": limits})
+
+    def wait(self, instance: int, timeout_ns: int | None = None, until_ns: int | None = None) -> Any:
+        """Waits until an instance has ended. Returns its end report, null after the timeout."""
+        return self._ask("wait", {"instance": instance, "timeout_ns": timeout_ns, "until_ns": until_ns})
+
+    def halt(self, instance: int, timeout_ns: int | None = None, until_ns: int | None = None) -> Any:
+        """Ends an instance and waits until it has ended: a transition on `halted` may lie between, a second
+        halt is immediate. Returns its end report."""
+        return self._ask("halt", {"instance": instance, "timeout_ns": timeout_ns, "until_ns": until_ns})
+
+    def suspend(self, instance: int) -> None:
+        """Lets what an instance is doing run dry, then holds it."""
+        return self._ask("suspend", {"instance": instance})
+
+    def resume(self, instance: int) -> None:
+        """Lets a suspended instance go on."""
+        return self._ask("resume", {"instance": instance})
+
+    def delete(self, instance: int) -> None:
+        """Deletes an instance that has ended."""
+        return self._ask("delete", {"instance": instance})
+
+    def state(self, instance: int) -> Any:
+        """Returns "created", "queued", "running", "suspended", "ended" or "deleted"."""
+        return self._ask("state", {"instance": instance})
+
+    def instance(self, instance: int) -> Any:
+        """Returns what an instance is: its name, verb, state, blocks, conditions and lists."""
+        return self._ask("instance", {"instance": instance})
+
+    def report(self, instance: int) -> Any:
+        """Returns the end report of the latest start, null while it lasts."""
+        return self._ask("report", {"instance": instance})
+
+    def set(self, instance: int, values: dict[str, Any] | None = None, every_ns: dict[str, Any] | None = None) -> None:
+        """Sets tunable input parameters and intervals of a running instance."""
+        return self._ask("set", {"instance": instance, "values": values, "every_ns": every_ns})
+
+    def write(self, name: str, value: Any) -> None:
+        """Stores a value."""
+        return self._ask("write", {"name": name, "value": value})
+
+    def svv_about(self, name: str) -> Any:
+        """Returns what is known of an SVV, a private cell or a channel: its type, unit, history, writers."""
+        return self._ask("svv_about", {"name": name})
+
+    def now(self) -> int:
+        """Returns the time of the system, ns."""
+        return self._ask("now")
+
+    def advance(self, duration_ns: int) -> None:
+        """Under the virtual clock: runs the firings in (now, now + duration]."""
+        return self._ask("advance", {"duration_ns": duration_ns})
+
+    def step(self) -> bool:
+        """Under the virtual clock: runs the next firing, whenever that is. Returns false where nothing is
+        ever going to happen."""
+        return self._ask("step")
+
+    def emergency_stop(self, reason: str) -> None:
+        """Stops everything that moves, until `reset`."""
+        return self._ask("emergency_stop", {"reason": reason})
+
+    def emergency_stop_input(self, device: str, channel: str, at_zero: bool | None = None) -> None:
+        """Lets a channel of a device stop everything that moves."""
+        return self._ask("emergency_stop_input", {"device": device, "channel": channel, "at_zero": at_zero})
+
+    def reset(self) -> None:
+        """Ends the emergency stop."""
+        return self._ask("reset")
+
+    def pause(self, devices: list[str] | None = None) -> list[str]:
+        """Suspends what is done with these logical devices, or with all, and waits until it is. Returns the
+        names of these instances."""
+        return self._ask("pause", {"devices": devices})
+
+    def paused(self, instances: list[int], names: list[str]) -> list[str]:
+        """Waits until these instances have stopped. Returns their names."""
+        return self._ask("paused", {"instances": instances, "names": names})
+
+    def resume_program(self, devices: list[str] | None = None) -> list[str]:
+        """Takes a pause back. Returns the names of the instances that go on or begin."""
+        return self._ask("resume_program", {"devices": devices})
+
+    def mode(self) -> Any:
+        """Returns "automatic" or "manual"."""
+        return self._ask("mode")
+
+    def set_mode(self, mode: Any) -> None:
+        """Changes the mode."""
+        return self._ask("set_mode", {"mode": mode})
+
+    def enabling_switch(self, device: str, channel: str) -> None:
+        """Names the channel of the enabling switch, without which nothing moves in manual mode."""
+        return self._ask("enabling_switch", {"device": device, "channel": channel})
+
+    def define_alarm(self, said: Mapping[str, Any], code: str) -> None:
+        """Says what the alarms of a code mean."""
+        return self._ask_of("define_alarm", said, {"code": code})
+
+    def raise_alarm(self, code: str, source: str | None = None, text: str | None = None) -> None:
+        """Raises an alarm."""
+        return self._ask("raise_alarm", {"code": code, "source": source, "text": text})
+
+    def clear_alarm(self, code: str, source: str | None = None) -> bool:
+        """Says that the cause of an alarm is gone. Returns whether there was one."""
+        return self._ask("clear_alarm", {"code": code, "source": source})
+
+    def alarms(self) -> Any:
+        """Returns all alarms and their history."""
+        return self._ask("alarms")
+
+    def acknowledge_alarms(self, number: int | None = None) -> int:
+        """Acknowledges one alarm, or all. Returns how many."""
+        return self._ask("acknowledge_alarms", {"number": number})
+
+    def restore_alarms(self, history: list[Any]) -> None:
+        """Enters the history of an earlier life."""
+        return self._ask("restore_alarms", {"history": history})
+
+    def names(self) -> Any:
+        """Returns the names of what there is."""
+        return self._ask("names")
+
+    def configuration(self) -> Any:
+        """Returns processors, sources, devices as their drivers describe them, device types."""
+        return self._ask("configuration")
+
+    def installed(self) -> Any:
+        """Returns every instance with its blocks, ports, cells, command lists, conditions and transitions."""
+        return self._ask("installed")
+
+    def verbs(self) -> list[Any]:
+        """Returns the verbs that are entered."""
+        return self._ask("verbs")
+
+    def verb_form(self, name: str) -> Any:
+        """Returns what a form that starts a verb needs: its arguments and input parameters."""
+        return self._ask("verb_form", {"name": name})
+
+    def geometry(self, device: str) -> Any:
+        """Returns the bodies, joints, shapes and meshes of a physical device, for drawing."""
+        return self._ask("geometry", {"device": device})
+
+    def statistics(self) -> Any:
+        """Returns how sources, instances and devices run."""
+        return self._ask("statistics")
+
+    def probe(self, for_ns: int, source: str | None = None) -> None:
+        """Visits the blocks of a source, or of all, one a firing: then `statistics` tells how long they
+        take."""
+        return self._ask("probe", {"for_ns": for_ns, "source": source})
+
+    def log(self, since: int | None = None) -> list[Any]:
+        """Returns commands, conditions, faults, transitions and ends."""
+        return self._ask("log", {"since": since})
+
+    def record(self, path: str, svvs: list[str] | None = None, cells: bool | None = None, replay: bool | None = None) -> Any:
+        """Begins to record into a new MCAP file. Returns its number."""
+        return self._ask("record", {"path": path, "svvs": svvs, "cells": cells, "replay": replay})
+
+    def recording(self, recording: int) -> Any:
+        """Returns how a recording stands."""
+        return self._ask("recording", {"recording": recording})
+
+    def stop_recording(self, recording: int) -> Any:
+        """Ends a recording. Returns how it stands; where it still runs, it is to be called again."""
+        return self._ask("stop_recording", {"recording": recording})

@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drivers in Python: a class with options and channels, whose `exchange` runs in a process of its own.
+
+    from opengpac.driver import Driver, Option, read, write
+
+    class Thermometer(Driver):
+        "A thermometer with a heater, on a serial line."
+
+        port: str = Option("the serial port")
+        temperature = read("double", unit="K")
+        heater = write("double", unit="W", safe=0.0)
+
+        def open(self): ...
+        def exchange(self): ...
+        def safe_state(self): ...
+        def close(self): ...
+
+`gpac.drivers.python("thermometer.py", port="/dev/ttyS0", period="10 ms")` is what `rtp.physical_device` takes. The source that exchanges
+with the device never waits for the process: it takes the newest readings, whose age is the channel `age`.
+"""
+
+from __future__ import annotations
+
+import inspect
+import struct
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from . import _native
+from .errors import CallError, DefinitionError, did_you_mean, refusals, refuse
+
+__all__ = ["Channel", "Driver", "Option", "read", "write"]
+
+_FORMATS = {
+    "bool": "?", "int8_t": "b", "uint8_t": "B", "int16_t": "h", "uint16_t": "H", "int32_t": "i", "uint32_t": "I", "int64_t": "q",
+    "uint64_t": "Q", "float": "f", "double": "d",
+}  # fmt: skip
+_NEEDED: Any = object()
+_KINDS: dict[str, type] = {"str": str, "int": int, "float": float, "bool": bool, "list": list, "dict": dict}
+
+
+class _Named:
+    """What a class declares: it has the name that the class gives it."""
+
+    name = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
+
+
+class _Option(_Named):
+    def __init__(self, doc: str, default: Any, unit: str) -> None:
+        self.doc, self.default, self.unit = doc, default, unit
+
+    def taken(self, owner: type, value: Any) -> Any:
+        """The value of the option, of the type that its annotation says; a text with a unit where a number in that unit is asked for."""
+        kind = _annotated(owner, self.name)
+        if isinstance(value, str) and kind in (int, float) and self.unit:
+            with refusals:
+                value = kind(_native.number_in(value, self.unit))
+        if kind is float and isinstance(value, int) and not isinstance(value, bool):
+            return float(value)
+        if kind is not None and (not isinstance(value, kind) or (kind is int and isinstance(value, bool))):
+            unit = f" in {self.unit}" if self.unit else ""
+            refuse(CallError, f"option '{self.name}' of driver {owner.__name__} is {value!r}", f"give {kind.__name__}{unit}: {self.doc}")
+        return value
+
+
+def _annotated(owner: type, name: str) -> type | None:
+    for kind in owner.__mro__:
+        given = inspect.get_annotations(kind).get(name)
+        if given is not None:
+            return given if isinstance(given, type) else _KINDS.get(str(given))
+    return None
+
+
+class Channel(_Named):
+    """A channel of a driver; made by `read` and `write`. On the object it is its value."""
+
+    def __init__(self, type: str, unit: str, doc: str, write: bool, safe: Any, slew: float | None) -> None:
+        number, _, count = type.partition("[")
+        if number not in _FORMATS or (count and not count[:-1].isdecimal()):
+            refuse(DefinitionError, f"a channel of type '{type}'", did_you_mean(number, _FORMATS))
+        self.type, self.unit, self.doc, self.write, self.slew = type, unit, doc, write, slew
+        self.elements = int(count[:-1]) if count else None
+        self.format = struct.Struct(f"={self.elements or 1}{_FORMATS[number]}")
+        zero: Any = False if number == "bool" else 0.0 if number in ("float", "double") else 0
+        self.initial = (zero if self.elements is None else [zero] * self.elements) if safe is None else safe
+
+    def pack(self, value: Any) -> bytes:
+        """The bytes of a value. Refused: it does not fit the type."""
+        try:
+            return self.format.pack(*(value if self.elements is not None else (value,)))
+        except (struct.error, TypeError) as why:
+            raise TypeError(f"channel '{self.name}' ({self.type}) is given {value!r}: {why}") from None
+
+    def unpack(self, group: bytes, offset: int) -> Any:
+        """The value whose bytes lie there."""
+        values = self.format.unpack_from(group, offset)
+        return values[0] if self.elements is None else list(values)
+
+
+def Option(doc: str, default: Any = _NEEDED, *, unit: str = "") -> Any:
+    """An option of a driver: `port: str = Option("the serial port")`. Without a default it must be given; a number may have a unit."""
+    return _Option(doc, default, unit)
+
+
+def read(type: str = "double", *, unit: str = "", doc: str = "") -> Any:
+    """A channel that is read from the machine: `exchange` sets it. `type`: a number of C, or an array, `"double[3]"`."""
+    return Channel(type, unit, doc, False, None, None)
+
+
+def write(type: str = "double", *, unit: str = "", doc: str = "", safe: Any = None, slew: float | None = None) -> Any:
+    """A channel that is written to the machine: `exchange` finds the command in it. `safe` is what it carries while no verb commands
+    it (0 where nothing is said), `slew` the fastest change of a `double`, in units per second."""
+    return Channel(type, unit, doc, True, safe, slew)
+
+
+class Driver:
+    """Base of drivers in Python. One object stands for one open device; all its methods are called by one thread.
+
+    What a method raises is `device_lost` with the exception's text, or why the device cannot be opened. A device that was lost comes
+    back with `reopen()` or `reset()`, which make a new object in a new process.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        declared = self.members(_Option)
+        for wrong in options.keys() - declared.keys():
+            refuse(CallError, f"driver {type(self).__name__} has no option '{wrong}'", did_you_mean(wrong, declared))
+        for name, option in declared.items():
+            given = options.get(name, option.default)
+            if given is _NEEDED:
+                refuse(CallError, f"driver {type(self).__name__} needs option '{name}'", f"give {name}: {option.doc}")
+            self.__dict__[name] = option.taken(type(self), given) if name in options else given
+        for name, channel in self.members(Channel).items():
+            self.__dict__[name] = channel.initial
+
+    @classmethod
+    def members(cls, kind: type[Any]) -> Mapping[str, Any]:
+        """What the class and its bases declare of that kind, by name."""
+        return {n: m for base in reversed(cls.__mro__) for n, m in vars(base).items() if isinstance(m, kind)}
+
+    def open(self) -> None:
+        """Opens the device; called once. What it raises is why it cannot be opened."""
+
+    def exchange(self) -> None:
+        """Exchanges values with the machine, once a period: channels that are written hold commands, those that are read are to be set."""
+        raise NotImplementedError(f"{type(self).__name__} has no exchange()")
+
+    def safe_state(self) -> None:
+        """Brings the outputs to their safe state: where the program is gone or commands no more, after a failure, and before `close`."""
+
+    def close(self) -> None:
+        """Closes the device; called once, also after a failure."""
+
+
+def the_driver(members: Mapping[str, Any], module: str, where: str, name: str | None) -> type[Driver]:
+    """The driver class of a module: the one of that name, or the only one that the module itself declares."""
+    found = {n: m for n, m in members.items() if isinstance(m, type) and issubclass(m, Driver) and m.__module__ == module}
+    if name is None and len(found) == 1:
+        return next(iter(found.values()))
+    if name is None:
+        many: Sequence[str] = [*found]
+        refuse(
+            CallError,
+            f"{where} has {len(many)} drivers{': ' if many else ''}{', '.join(many)}",
+            "write a class on opengpac.driver.Driver, and name it",
+        )
+    chosen = members.get(name)
+    if not (isinstance(chosen, type) and issubclass(chosen, Driver)):
+        refuse(CallError, f"{where} has no driver '{name}'", did_you_mean(name, found))
+    return chosen

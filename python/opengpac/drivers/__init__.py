@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drivers of physical devices: what `rtp.physical_device(name, driver, exchange=source)` opens."""
+
+from . import fake as fake
+from .catalog import Found, Manual, Manuals, list, scan, show
+from .driver import UNLIMITED as UNLIMITED
+from .driver import Driver
+from .ethercat import ethercat
+from .in_python import python
+from .loading import Drivers, load
+from .modbus import modbus, modbus_server
+from .servos import dynamixel, feetech
+from .simulated import loopback, mujoco, plant_process, scripted
+from .text import text
+from .ur import ur
+
+__all__ = [
+    "Driver",
+    "Drivers",
+    "Found",
+    "Manual",
+    "Manuals",
+    "dynamixel",
+    "ethercat",
+    "fake",
+    "feetech",
+    "list",
+    "load",
+    "loopback",
+    "modbus",
+    "modbus_server",
+    "mujoco",
+    "plant_process",
+    "python",
+    "scan",
+    "scripted",
+    "show",
+    "text",
+    "ur",
+]

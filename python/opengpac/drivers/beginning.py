@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`opengpac new driver`: a file that is a driver already, to be changed."""
+
+from __future__ import annotations
+
+C = """// SPDX-License-Identifier: Apache-2.0
+#include <opengpac_driver.h>
+
+struct {name} {{
+    double gain, place, speed;
+    int64_t at_ns;
+    opengpac_slot position, velocity, bias, effort;
+    uint64_t *exchanges;
+}};
+
+DRIVER({name}, "One axis that follows its effort, x' = gain u.",
+    option_number(gain, 1.0, "its speed for an effort of 1", "rad/s"),
+    safe         ("it stands still", 0, BY_DRIVER),
+    counter      (exchanges, "readings so far"))
+
+// Channels and parts, from the options. Nothing of the machine is touched.
+const char *{name}_make(struct {name} *self, opengpac_host *host) {{
+    self->gain = given_number(host, "gain");
+    self->position = reads(host, "double", "axis.position", "where it is", "rad");
+    self->velocity = reads(host, "double", "axis.velocity", "how fast it is", "rad/s");
+    self->bias = reads(host, "double", "axis.bias", "effort that holds it: none", "N.m");
+    self->effort = writes(host, "double", "axis.effort", 0.0, "what moves it", "N.m");
+    part(host, (opengpac_part){{.name = "axis", .kp = 50.0}});
+    self->exchanges = counter_of(host, "exchanges");
+    return OK;
+}}
+
+// Once before the first exchange: connect to the machine here.
+const char *{name}_open(struct {name} *self, int64_t now_ns) {{
+    self->at_ns = now_ns;
+    return OK;
+}}
+
+// At the start of each firing. Neither read nor write may allocate, lock or wait.
+const char *{name}_read(struct {name} *self, int64_t release_ns, uint8_t *readings) {{
+    self->place += self->speed * (double)(release_ns - self->at_ns) * 1e-9;
+    self->at_ns = release_ns;
+    set_number(readings, self->position, self->place);
+    set_number(readings, self->velocity, self->speed);
+    set_number(readings, self->bias, 0.0);
+    count(self->exchanges, 1);
+    return OK;
+}}
+
+// At the end of each firing.
+const char *{name}_write(struct {name} *self, int64_t release_ns, const uint8_t *commands, const uint8_t *engaged) {{
+    double effort = get_number(commands, self->effort);
+    if (!__builtin_isfinite(effort)) return because("at %lld ns its effort is not a number", (long long)release_ns);
+    self->speed = is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;
+    return OK;
+}}
+
+// After a fault, an emergency stop, at the end.
+void {name}_safe_state(struct {name} *self) {{ self->speed = 0.0; }}
+"""
+"""A driver in C: `C.format(name="axis")`."""

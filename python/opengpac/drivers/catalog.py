@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The drivers that there are: what they declare, and which devices they find."""
+
+from __future__ import annotations
+
+import builtins
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from .. import _native
+from ..errors import Error, UnknownName, did_you_mean, refusals, refuse
+from ..quantities import duration_text
+from ..tables import Shown, Table, Tables
+
+
+class Manual(Shown):
+    """What a driver declares: `kind`, `doc`, `class_`, `options`, `safe_state`, `services`, `counters`, `rights`, `scans`."""
+
+    def __init__(self, about: Mapping[str, Any]) -> None:
+        self.about = about
+        self.kind: str = about["kind"]
+        self.doc: str = about["doc"]
+        self.class_: str = about["class"]
+        """Where it exchanges: `inline`, `worker` or `process`."""
+        self.options: builtins.list[dict[str, Any]] = about["options"]
+        self.safe_state: dict[str, Any] = about["safe_state"]
+        self.services: builtins.list[dict[str, Any]] = about["services"]
+        self.counters: builtins.list[dict[str, Any]] = about["counters"]
+        self.rights: builtins.list[str] = about["rights"]
+        self.scans: bool = about["scans"]
+        """Whether it can look for devices."""
+
+    def _lines(self) -> Iterator[str]:
+        yield f"{self.kind}: {self.doc}"
+        yield f"exchanges: {_CLASSES.get(self.class_, self.class_)}"
+        yield f"safe state: {safe_state_text(self.safe_state)}"
+        waits, lost = self.about["waits_ns"], self.about["lost_within_ns"]
+        yield f"opening waits for its device: {duration_text(waits)}" if waits else "its device is there when it is opened, or refused"
+        yield f"lost: told within {duration_text(lost)}" if lost else "lost: told by the next exchange"
+        yield f"rights: {'; '.join(self.rights) or 'none beyond those of the user'}"
+        yield f"looks for devices: {f'opengpac devices scan {self.kind}' if self.scans else 'no'}"
+
+    def __str__(self) -> str:
+        return repr(self._table())
+
+    def _table(self) -> Tables:
+        options = [(o["name"], o["kind"], o["unit"], "needed" if o["default"] is None else o["default"], o["doc"]) for o in self.options]
+        tables = [Table("options", ["option", "kind", "unit", "left out", "what it is"], options)]
+        services = [(s["name"], ", ".join(a["name"] for a in s["arguments"]), s["answer"] or "", s["doc"]) for s in self.services]
+        tables.append(Table("services", ["service", "arguments", "answer", "what it does"], services))
+        tables.append(Table("counters", ["counter", "unit", "what it counts"], [(c["name"], c["unit"], c["doc"]) for c in self.counters]))
+        return Tables([table for table in tables if table.rows], "\n".join(self._lines()))
+
+    def __repr__(self) -> str:
+        return f"driver {self.kind}: {self.doc}"
+
+
+_CLASSES = {
+    "inline": "on the thread of its source",
+    "worker": "on a thread of its own",
+    "process": "in a process of its own",
+}
+
+
+def safe_state_text(about: Mapping[str, Any]) -> str:
+    """`torque off, by driver and device, within 20 ms`."""
+    within = f", within {duration_text(about['within_ns'])}" if about["within_ns"] else ""
+    return f"{about['doc']}, by {' and '.join(about['by'])}{within}"
+
+
+class Manuals(builtins.list[Manual], Shown):
+    """Drivers by name."""
+
+    def __str__(self) -> str:
+        return repr(self._table())
+
+    def _table(self) -> Table:
+        rows = [(m.kind, m.class_, "yes" if m.scans else "", m.doc) for m in self]
+        return Table("drivers", ["driver", "class", "looks", "what it is"], rows)
+
+
+class Found(builtins.list[dict[str, Any]], Shown):
+    """Devices that were found, `{"driver", "what", "options"}` each; `problems` has the drivers that could not look, with the reason."""
+
+    def __init__(self, found: builtins.list[dict[str, Any]], problems: Mapping[str, str]) -> None:
+        super().__init__(found)
+        self.problems = dict(problems)
+
+    def __str__(self) -> str:
+        return repr(self._table())
+
+    def _table(self) -> Tables:
+        rows = [(found["driver"], found["what"], json.dumps(found["options"], separators=(", ", ": "))) for found in self]
+        tables = [Table("", ["driver", "device", "options"], rows)] if rows else []
+        head = [f"{len(self)} device{'' if len(self) == 1 else 's'} found", *(f"{kind}: {why}" for kind, why in self.problems.items())]
+        return Tables(tables, "\n".join(head))
+
+
+def list() -> Manuals:
+    """The drivers that this installation has, with what they declare."""
+    return Manuals(Manual(about) for about in json.loads(_native.drivers_json()))
+
+
+def show(kind: str) -> Manual:
+    """What a driver declares: options with units and defaults, class, safe state, services, counters, rights."""
+    known = {manual.kind: manual for manual in list()}
+    if kind not in known:
+        refuse(UnknownName, f"there is no driver '{kind}'", did_you_mean(kind, known))
+    return known[kind]
+
+
+def scan(kind: str | None = None, **options: Any) -> Found:
+    """Looks for devices that a driver could open; nothing moves. `options` say where to look, as those that open one.
+
+    Without a kind every driver that can look does; what keeps one from it is in `problems` of the answer.
+    """
+    kinds = [manual.kind for manual in list() if manual.scans] if kind is None else [kind]
+    found: builtins.list[dict[str, Any]] = []
+    problems: dict[str, str] = {}
+    for each in kinds:
+        try:
+            with refusals:
+                answer = json.loads(_native.scan(each, json.dumps(options)))
+        except Error as error:
+            if kind is not None:
+                raise
+            problems[each] = error.message
+            continue
+        found += [{"driver": each, **device} for device in answer]
+    return Found(found, problems)

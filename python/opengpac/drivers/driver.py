@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a driver is before it is opened: its kind and its options."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Driver:
+    """A kind of driver and its options."""
+
+    kind: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+UNLIMITED = 1e6
+"""What stands for "no limit" in what a driver says of a part."""
+
+
+def given(**options: Any) -> dict[str, Any]:
+    """The options that are not None."""
+    return {name: value for name, value in options.items() if value is not None}

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drives on EtherCAT."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..errors import CallError, refuse
+from ..given import taking
+from ..quantities import Quantity, optional_ns
+from .driver import Driver, given
+
+
+@taking
+def ethercat(
+    interface: str, axes: Mapping[str, Mapping[str, Any]], *, timeout: Quantity | None = None, lost_after: int | None = None
+) -> Driver:
+    """Drives by CiA 402 on EtherCAT, an axis each: `gpac.drivers.ethercat("eth1", {"lift": {"counts": 131072 / 0.01, "unit": "m"}})`.
+
+    Each axis is a name with its options. `counts`: how many counts of its encoder are one unit of position, negative to turn it round.
+    `at`: its place on the line (else its place here). `mode`: `position` (default), `velocity` or `torque`. `unit`: `rad` (default) or
+    `m`. `offset`: counts at position 0. `speed_max`, `range`: its limits. `rated_torque`: N.m or N, needed in mode `torque`. `pdos`:
+    `device` where the drive's own process data are to be used, `written` (default) where the driver writes them.
+
+    Channels of an axis: `position`, `velocity`, `torque`, `status`, `error` (read), and `goal`, `rate` or `effort` (written), by its mode.
+    An axis is switched on by CiA 402 when its written channel is engaged, and never leaps: its target begins where it is and changes by
+    `speed_max` at most. `timeout` (100 ms) is the watchdog of the drives. `lost_after` (3) cycles without an answer mean that the device
+    is lost. `interface` is a network interface, which needs CAP_NET_RAW, or that of an emulated segment, `gpac.drivers.fake.ethercat`.
+    """
+    for name, axis in axes.items():
+        if not isinstance(axis, Mapping):
+            refuse(CallError, f"axis '{name}' is given {axis!r}", "give a dictionary: {'counts': 10000}")
+    return Driver(
+        "ethercat",
+        given(
+            interface=interface,
+            axes=[{"name": name, **axis} for name, axis in axes.items()],
+            timeout_ns=optional_ns(timeout, "the timeout"),
+            lost_after=lost_after,
+        ),
+    )

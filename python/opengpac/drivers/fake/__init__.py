@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Counterparts of drivers, for tests without machines: each behaves as its machine does, and can be made to fail.
+
+A counterpart is started and ended by a with-statement.
+"""
+
+from .arm import HOME
+from .ethercat import EtherCatSegment, ethercat
+from .modbus import Modbus, Tables, modbus
+from .servos import FakeServo, FakeServos, servos
+from .text import Text, text
+from .ur import LEAP_MAX, ur
+
+__all__ = [
+    "HOME", "LEAP_MAX", "EtherCatSegment", "FakeServo", "FakeServos", "Modbus", "Tables", "Text", "ethercat", "modbus", "servos", "text",
+    "ur",
+]  # fmt: skip

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a device of a test is reached by: a port of this host, or a pseudo terminal."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import socket
+import threading
+import tty
+from collections.abc import Callable
+
+Receive = Callable[[bytearray, Callable[[bytes], None]], None]
+"""Takes what it understands from the front of the bytes that have come in, and answers by the function that it is given."""
+
+
+class TcpEnd:
+    """A port on loopback. While it is stopped the port stays its own, and connections are refused."""
+
+    def __init__(self, receive: Receive) -> None:
+        self._receive = receive
+        self._held = self._bound(0)
+        self.port: int = self._held.getsockname()[1]
+        self._listener: socket.socket | None = None
+        self._open: set[socket.socket] = set()
+        self._lock = threading.Lock()
+
+    @staticmethod
+    def _bound(port: int) -> socket.socket:
+        made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        made.bind(("127.0.0.1", port))
+        return made
+
+    def start(self) -> None:
+        """Listens."""
+        listener = self._bound(self.port)
+        listener.listen()
+        self._listener = listener
+        threading.Thread(target=self._accept, args=(listener,), daemon=True).start()
+
+    def stop(self) -> None:
+        """Ends every connection."""
+        with self._lock:
+            listener, self._listener = self._listener, None
+            ended = list(self._open)
+        for each in [*ended, *([listener] if listener else [])]:
+            with contextlib.suppress(OSError):
+                each.shutdown(socket.SHUT_RDWR)
+        if listener:
+            listener.close()
+
+    def close(self) -> None:
+        """Gives the port back."""
+        self.stop()
+        self._held.close()
+
+    def send(self, data: bytes) -> None:
+        """To everybody who is connected."""
+        with self._lock:
+            open_now = list(self._open)
+        for each in open_now:
+            with contextlib.suppress(OSError):
+                each.sendall(data)
+
+    @property
+    def connected(self) -> int:
+        """How many are connected."""
+        with self._lock:
+            return len(self._open)
+
+    def _accept(self, listener: socket.socket) -> None:
+        with contextlib.suppress(OSError):
+            while True:
+                connection, _ = listener.accept()
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                with self._lock:
+                    if self._listener is not listener:
+                        connection.close()
+                        return
+                    self._open.add(connection)
+                threading.Thread(target=self._serve, args=(connection,), daemon=True).start()
+
+    def _serve(self, connection: socket.socket) -> None:
+        came = bytearray()
+        with contextlib.suppress(OSError):
+            while more := connection.recv(4096):
+                came += more
+                self._receive(came, connection.sendall)
+        with self._lock:
+            self._open.discard(connection)
+        connection.close()
+
+
+class SerialEnd:
+    """A pseudo terminal. While it is stopped it says nothing, as a device whose cable is out."""
+
+    def __init__(self, receive: Receive) -> None:
+        self._receive = receive
+        self._device, self._line = os.openpty()
+        tty.setraw(self._line)
+        self.path = os.ttyname(self._line)
+        self._woken, self._wake = os.pipe()
+        self._is_on = threading.Event()
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
+
+    def start(self) -> None:
+        """Listens."""
+        self._is_on.set()
+
+    def stop(self) -> None:
+        """Says nothing any more, and hears nothing."""
+        self._is_on.clear()
+
+    def close(self) -> None:
+        """Takes the line away."""
+        os.write(self._wake, b"x")
+        self._thread.join()
+        for descriptor in (self._device, self._line, self._woken, self._wake):
+            os.close(descriptor)
+
+    def send(self, data: bytes) -> None:
+        """Puts it on the line."""
+        if self._is_on.is_set():
+            os.write(self._device, data)
+
+    @property
+    def connected(self) -> int:
+        """A line does not tell who listens."""
+        return 1
+
+    def _serve(self) -> None:
+        came = bytearray()
+        while True:
+            ready, _, _ = select.select([self._device, self._woken], [], [])
+            if self._woken in ready:
+                return
+            came += os.read(self._device, 4096)
+            if self._is_on.is_set():
+                self._receive(came, self.send)
+            else:
+                came.clear()

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A segment of EtherCAT that is only a program."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import secrets
+import subprocess
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+from ... import processes
+from ...errors import CallError, DeviceFailed, refuse
+from ...given import taking
+
+
+@dataclass(frozen=True)
+class Drive:
+    """How an emulated drive is."""
+
+    state: str
+    """Its state, and what is wrong with it: `OP`, `SAFEOP with error 0x001b, …`."""
+    drive: str
+    """The state of its axis: `operation enabled`, `fault`."""
+    position: int
+    """Where its axis is, counts."""
+    target: int
+    """Where its axis is to be, counts."""
+    mode: int
+    """6 homing, 8 position, 9 velocity, 10 torque."""
+    error: int
+    """Its error code, 0x603F; 0 where it has none."""
+
+
+class EtherCatSegment:
+    """Emulated drives on a line, in a process of their own; `ethercat()` starts one. It ends with `close()`, a `with`, or its program."""
+
+    interface: str
+    """What a main device opens: the name of an interface, or `local:NAME`."""
+
+    def __init__(self, options: Mapping[str, Any], interface: str) -> None:
+        self.interface = interface
+        command = processes.command("run_ethercat_segment")
+        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self._state = self._say(options)
+
+    def _say(self, what: Mapping[str, Any]) -> dict[str, Any]:
+        stdin, stdout, stderr = self._process.stdin, self._process.stdout, self._process.stderr
+        assert stdin is not None and stdout is not None and stderr is not None
+        line = ""
+        with contextlib.suppress(OSError):
+            stdin.write(json.dumps(what) + "\n")
+            stdin.flush()
+            line = stdout.readline()
+        if not line:
+            reason = stderr.read().strip() or "its process has ended"
+            self.close()
+            refuse(DeviceFailed, f"the emulated segment does not answer: {reason}", "start another one")
+        answer = json.loads(line)
+        if "refused" in answer:
+            refuse(CallError, f"the emulated segment refused {dict(what)}: {answer['refused']}", "ask for what it can do")
+        self._state = answer
+        return answer
+
+    def drives(self) -> list[Drive]:
+        """How each drive is now, in their order."""
+        return [Drive(**drive) for drive in self._say({"do": "show"})["drives"]]
+
+    def counts(self) -> dict[str, int]:
+        """Frames that came, and how many of them were malformed, lost or spoiled on purpose."""
+        return self._say({"do": "show"})["counts"]
+
+    def cut(self, position: int = 0) -> None:
+        """Pulls the cable that leads to the drive of this position."""
+        self._say({"do": "cut", "position": position})
+
+    def heal(self) -> None:
+        """Puts the cable back."""
+        self._say({"do": "heal"})
+
+    def power(self, position: int, on: bool) -> None:
+        """Switches the voltage of a drive. With it comes a drive that knows nothing, its axis where it was."""
+        self._say({"do": "power", "position": position, "on": on})
+
+    def lose(self, frames: int) -> None:
+        """The next frames do not come back."""
+        self._say({"do": "lose", "frames": frames})
+
+    def spoil(self, frames: int) -> None:
+        """A bit of each of the next frames turns, behind the check sum."""
+        self._say({"do": "spoil", "frames": frames})
+
+    def fail(self, position: int, error: int = 0x7121) -> None:
+        """A drive finds something wrong: an error code of CiA 402, here that its motor is blocked."""
+        self._say({"do": "fail", "position": position, "error": error})
+
+    def close(self) -> None:
+        """Ends it."""
+        for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
+            if stream is not None:
+                # What was not written any more is nobody's.
+                with contextlib.suppress(OSError):
+                    stream.close()
+        self._process.wait()
+
+    def __enter__(self) -> EtherCatSegment:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+
+@taking
+def ethercat(*drives: str | Mapping[str, Any], interface: str | None = None) -> EtherCatSegment:
+    """An emulated segment: drives by CiA 402 with motors that follow, as `gpac.drivers.ethercat` and every other main device sees them.
+
+    A drive is its name, or `{"name": "x", "position": 1000, "watchdog": False}`: where it stands at the start in counts, and whether it
+    has the watchdog of its outputs. Without `interface` it answers on a local socket that needs no rights; with the name of
+    one it answers on that, as on one end of a veth pair, which needs CAP_NET_RAW.
+    """
+    if not drives:
+        refuse(CallError, "a segment has no drive", 'name them: gpac.drivers.fake.ethercat("x", "y")')
+    at = interface if interface is not None else f"local:{secrets.token_hex(8)}"
+    named = [{"name": drive} if isinstance(drive, str) else dict(drive) for drive in drives]
+    return EtherCatSegment({"interface": at, "drives": named}, at)

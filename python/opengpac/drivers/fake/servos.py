@@ -1,0 +1,299 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Servos on a pseudo terminal: they answer as Feetech STS or Dynamixel 2.0 servos do, and move."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pty
+import select
+import tempfile
+import threading
+import tty
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+from ...errors import CallError, did_you_mean, refuse
+from ...given import taking
+from . import servo_frames as words
+from .servo_frames import BROADCAST, Dynamixel2, Request, Sts
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Where what lies in a servo."""
+
+    frames: type[Sts] | type[Dynamixel2]
+    numbers: Mapping[str, int]
+    """Of each model."""
+    set: Mapping[int, tuple[int, int]]
+    """Bytes and values of registers at the start, by their addresses."""
+    model: int
+    torque: int
+    goal: int
+    wide: int
+    """Bytes of a position."""
+    position: int
+    velocity: int
+    voltage: tuple[int, int]
+    temperature: int
+    error: int
+
+
+_STS = _Table(
+    Sts, {"sts3215": 777, "sts3250": 2825},
+    {5: (1, 1), 7: (1, 0), 8: (1, 1), 9: (2, 0), 11: (2, 4095), 13: (1, 70), 16: (2, 1000), 48: (2, 1000), 55: (1, 1)},
+    model=3, torque=40, goal=42, wide=2, position=56, velocity=58, voltage=(62, 1), temperature=63, error=65,
+)  # fmt: skip
+_DYNAMIXEL = _Table(
+    Dynamixel2, {"xl330-m288": 1200, "xl330-m077": 1190, "xl430-w250": 1060, "xm430-w350": 1020},
+    {6: (1, 46), 7: (1, 1), 8: (1, 1), 9: (1, 0), 11: (1, 3), 13: (1, 2), 48: (4, 4095), 52: (4, 0), 68: (1, 2)},
+    model=0, torque=64, goal=116, wide=4, position=132, velocity=128, voltage=(144, 2), temperature=146, error=70,
+)  # fmt: skip
+_TABLES = {"feetech": _STS, "dynamixel": _DYNAMIXEL}
+_ACCESS, _LIMIT, _INSTRUCTION, _ALERT = 7, 6, 2, 0x80
+
+
+class FakeServo:
+    """A servo: registers, and a first-order motion: each reading of its position finds it nearer to its goal by the share `follow`."""
+
+    def __init__(self, table: _Table, id: int, number: int, position: int, follow: float) -> None:
+        self._table = table
+        self.id, self.follow = id, follow
+        self.registers = bytearray(256)
+        self._position = float(position)
+        for address, (length, value) in table.set.items():
+            self.store(address, length, value)
+        self.store(table.model, 2, number)
+        self.store(5 if table is _STS else 7, 1, id)
+        self.store(table.voltage[0], table.voltage[1], 120)
+        self.store(table.temperature, 1, 30)
+        self.store(table.goal, table.wide, position)
+        self.store(table.position, table.wide, position)
+
+    def value(self, address: int, length: int) -> int:
+        """A register."""
+        return int.from_bytes(self.registers[address : address + length], "little")
+
+    def store(self, address: int, length: int, value: int) -> None:
+        """Sets a register, whether it may be written or not."""
+        self.registers[address : address + length] = (value & (1 << 8 * length) - 1).to_bytes(length, "little")
+
+    @property
+    def position(self) -> float:
+        """Counts; settable, as by hand."""
+        return self._position
+
+    @position.setter
+    def position(self, counts: float) -> None:
+        self._position = float(counts)
+        self.store(self._table.position, self._table.wide, round(counts))
+
+    @property
+    def goal(self) -> int:
+        """Counts."""
+        return self.value(self._table.goal, self._table.wide)
+
+    @property
+    def torque(self) -> bool:
+        """Whether it holds its goal."""
+        return self.registers[self._table.torque] != 0
+
+    @property
+    def error(self) -> int:
+        """Its error bits; settable. Of Feetech 4 is overheat and 32 overload; of Dynamixel too."""
+        return self.registers[self._table.error]
+
+    @error.setter
+    def error(self, bits: int) -> None:
+        self.registers[self._table.error] = bits
+
+    def _answered(self) -> int:
+        """What is wrong with it, as its answers say."""
+        return self.error if self._table is _STS else _ALERT * (self.error != 0)
+
+    def _read(self, address: int, length: int) -> bytes:
+        table = self._table
+        if address <= table.position < address + length:
+            before = self._position
+            if self.torque:
+                self.position = before + self.follow * (self.goal - before)
+            moved = round(self._position - before)
+            self.store(table.velocity, table.wide, moved if table is _DYNAMIXEL or moved >= 0 else 0x8000 - moved)
+        return bytes(self.registers[address : address + length])
+
+    def _write(self, address: int, body: bytes) -> int:
+        """The error number of Dynamixel; 0 of Feetech."""
+        table = self._table
+        if table is _DYNAMIXEL:
+            if address < table.torque and self.torque:
+                return _ACCESS
+            if address == table.goal and not self.value(52, 4) <= int.from_bytes(body, "little", signed=True) <= self.value(48, 4):
+                return _LIMIT
+        self.registers[address : address + len(body)] = body
+        return 0
+
+    def _reboot(self) -> None:
+        self.registers[self._table.torque] = 0
+        self.error = 0
+
+
+@dataclass
+class FakeServos:
+    """A bus of servos; `port` is what a driver opens. It ends with `close()`, or the block of its `with`.
+
+    `unplug()` takes its adapter out and `plug()` puts it in again, under the same name. `mute` is how many requests nobody will answer,
+    `garble` how many answers will have a wrong byte; each counts down. `requests` counts what was asked.
+    """
+
+    table: _Table
+    servos: dict[int, FakeServo]
+    echo: bool = False
+    mute: int = 0
+    garble: int = 0
+    requests: int = 0
+    _folder: Any = field(default_factory=lambda: tempfile.TemporaryDirectory(prefix="servos-"))
+    _line: _Line | None = None
+
+    def __post_init__(self) -> None:
+        self.plug()
+
+    @property
+    def port(self) -> str:
+        """The path of its line, as a link that is the same after `plug()`."""
+        return str(Path(self._folder.name) / "ttyServos")
+
+    def __getitem__(self, id: int) -> FakeServo:
+        return self.servos[id]
+
+    def plug(self) -> None:
+        """Puts its adapter in; the servos are as they were left, without torque."""
+        if self._line is None:
+            for servo in self.servos.values():
+                servo.registers[self.table.torque] = 0
+            self._line = _Line(self)
+            with contextlib.suppress(FileNotFoundError):
+                os.unlink(self.port)
+            os.symlink(self._line.path, self.port)
+
+    def unplug(self) -> None:
+        """Takes its adapter out: the line is gone."""
+        if self._line is not None:
+            self._line.close()
+            self._line = None
+            os.unlink(self.port)
+
+    def close(self) -> None:
+        """Ends it."""
+        self.unplug()
+        self._folder.cleanup()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _answers(self, frames: Sts | Dynamixel2, request: Request) -> bytes:
+        """What is said to a request, by all who say something."""
+        self.requests += 1
+        if self.mute > 0:
+            self.mute -= 1
+            return b""
+        said = [frames.answer(id, error, body) for id, error, body in self._said(request)]
+        if said and self.garble > 0:
+            self.garble -= 1
+            said[0] = said[0][:-3] + bytes([said[0][-3] ^ 0x10]) + said[0][-2:]
+        return b"".join(said)
+
+    def _said(self, request: Request) -> Iterable[tuple[int, int, bytes]]:
+        if request.word == words.SYNC_READ:
+            for id in (id for id in request.rest if id in self.servos):
+                yield id, self[id]._answered(), self[id]._read(request.address, request.length)
+        elif request.word == words.SYNC_WRITE:
+            step = request.length + 1
+            for at in range(0, len(request.rest) - step + 1, step):
+                row = request.rest[at : at + step]
+                if row[0] in self.servos:
+                    self[row[0]]._write(request.address, row[1:])
+        elif request.id == BROADCAST:
+            if request.word == words.PING and self.table is _DYNAMIXEL:
+                for servo in self.servos.values():
+                    yield self._own(servo, request)
+        elif request.id in self.servos:
+            yield self._own(self[request.id], request)
+
+    def _own(self, servo: FakeServo, request: Request) -> tuple[int, int, bytes]:
+        alert = servo._answered()
+        match request.word:
+            case words.PING:
+                number = bytes(servo.registers[:2]) + bytes(servo.registers[6:7])
+                return servo.id, alert, number if self.table is _DYNAMIXEL else b""
+            case words.READ:
+                return servo.id, alert, servo._read(request.address, request.length)
+            case words.WRITE:
+                return servo.id, alert | servo._write(request.address, request.body[request.width :]), b""
+            case words.REBOOT if self.table is _DYNAMIXEL:
+                servo._reboot()
+                return servo.id, 0, b""
+            case _:
+                return servo.id, alert | (_INSTRUCTION if self.table is _DYNAMIXEL else 0), b""
+
+
+class _Line:
+    """A pseudo terminal, and the thread that answers on it."""
+
+    def __init__(self, bus: FakeServos) -> None:
+        self._bus = bus
+        self._master, self._slave = pty.openpty()
+        tty.setraw(self._slave)
+        self.path = os.ttyname(self._slave)
+        self._ends, self._end = os.pipe()
+        self._thread = threading.Thread(target=self._serve, name="servos", daemon=True)
+        self._thread.start()
+
+    def _serve(self) -> None:
+        frames, stream = self._bus.table.frames(), bytearray()
+        while True:
+            ready, _, _ = select.select([self._master, self._ends], [], [])
+            if self._ends in ready:
+                return
+            came = os.read(self._master, 4096)
+            if self._bus.echo:
+                os.write(self._master, came)
+            stream += came
+            while (request := frames.take(stream)) is not None:
+                os.write(self._master, self._bus._answers(frames, request))
+
+    def close(self) -> None:
+        """Ends the thread, then the terminal: whoever has it open finds it gone."""
+        os.close(self._end)
+        self._thread.join()
+        for file in (self._slave, self._master, self._ends):
+            os.close(file)
+
+
+@taking
+def servos(
+    kind: str = "feetech",
+    ids: Iterable[int] = range(1, 7),
+    *,
+    model: str | None = None,
+    position: int = 2048,
+    follow: float = 0.5,
+    echo: bool = False,
+) -> FakeServos:
+    """Servos on a pseudo terminal, for tests of what moves a real arm: `with gpac.drivers.fake.servos("feetech") as bus:`.
+
+    `kind` is that of the driver, `model` one of its models, `position` (counts) where they are; each reading of its position finds a servo
+    nearer to its goal by the share `follow`. `echo`: the adapter gives back what it is given.
+    """
+    if kind not in _TABLES:
+        refuse(CallError, f"there are no servos of kind {kind!r}", did_you_mean(str(kind), _TABLES) or f"one of {', '.join(_TABLES)}")
+    table = _TABLES[kind]
+    name = model or next(iter(table.numbers))
+    if name not in table.numbers:
+        refuse(CallError, f"there is no model {name!r} of kind '{kind}' here", f"one of {', '.join(table.numbers)}")
+    return FakeServos(table, {id: FakeServo(table, id, table.numbers[name], position, follow) for id in ids}, echo)

@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drivers written in Python: a class on `opengpac.driver.Driver`, in a process of its own."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from .. import driver as written
+from ..errors import CallError, refuse
+from ..given import taking
+from ..quantities import Quantity, optional_ns
+from ..values import plain
+from .driver import Driver, given
+
+
+@taking
+def python(
+    source: str | os.PathLike[str] | type[written.Driver],
+    *,
+    class_: str | None = None,
+    period: Quantity | None = None,
+    age_max: Quantity | None = None,
+    timeout: Quantity | None = None,
+    **options: Any,
+) -> Driver:
+    """A driver written in Python, in a process of its own: a file, `"package.module:Class"`, or the class itself.
+
+    `period` (10 ms) is how often its `exchange` is called, `options` are those that the class declares. The source that exchanges with
+    the device never waits for it: it takes the newest readings, whose age is the channel `age`; older ones than `age_max` (10 periods,
+    at least 100 ms) mean that it is lost. `class_` names the class in a file with several. `timeout` is the device's watchdog, as of
+    `gpac.drivers.loopback`. Under the virtual clock the class runs in this process, at each firing of its source.
+    """
+    return Driver(
+        "python",
+        given(
+            **_where(source, class_),
+            options={name: plain(value, f"option '{name}' of the driver") for name, value in options.items()} or None,
+            paths=[str(Path(path).absolute()) for path in sys.path if Path(path).is_dir()],
+            period_ns=optional_ns(period, "the period"),
+            age_max_ns=optional_ns(age_max, "the greatest age"),
+            timeout_ns=optional_ns(timeout, "the timeout"),
+        ),
+    )
+
+
+def _where(source: Any, class_: str | None) -> dict[str, str | None]:
+    if isinstance(source, type) and issubclass(source, written.Driver):
+        if source.__module__ == "__main__":
+            refuse(
+                CallError,
+                f"driver {source.__name__} is a class of the program itself, which its process would run once more",
+                "put it in a file of its own and give its path, or import it from there",
+            )
+        return {"module": source.__module__, "class": source.__qualname__}
+    if isinstance(source, str) and ":" in source and os.sep not in source:
+        module, _, name = source.partition(":")
+        return {"module": module, "class": name}
+    if not isinstance(source, str | os.PathLike):
+        refuse(CallError, f"a driver in Python is given {source!r}", 'give its file, "thermometer.py", or its class')
+    path = Path(source).expanduser().absolute()
+    if not path.is_file():
+        refuse(CallError, f"there is no file '{source}'", "give the file with the driver's class")
+    return {"path": str(path), "class": class_}

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drivers of your own, from files: sources in C or C++, shared objects, or folders of them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from .. import _native, processes
+from ..errors import CallError, ModuleError, did_you_mean, refusals, refuse
+from ..given import taking
+from ..quantities import duration_ns
+from .driver import Driver
+
+_SOURCES = (".c", ".cpp", ".cc", ".cxx")
+_TRIAL_SECONDS = 60
+
+
+class Drivers:
+    """The drivers of a file or a folder; `gpac.drivers.load` makes it.
+
+    Called, it makes a driver with options, as `gpac.drivers.loopback(...)` does: `axis(gain=2)` where there is one driver,
+    `machines.axis(gain=2)` where there are more. A number may be a text with a unit, `gain="2 rad/s"`; a time that the driver declares as
+    `period_ns` is `period="5 ms"` too. What the driver does not declare is refused.
+    """
+
+    def __init__(self, origin: str, kinds: Mapping[str, tuple[str, dict[str, Any]]]) -> None:
+        self._origin, self._kinds = origin, dict(kinds)
+
+    def __call__(self, **options: Any) -> Driver:
+        if len(self._kinds) != 1:
+            refuse(CallError, f"'{self._origin}' has {len(self._kinds)} drivers", f"say which: .{next(iter(self._kinds))}(...)")
+        return self._made(next(iter(self._kinds)), options)
+
+    def __getattr__(self, name: str) -> Drivers:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name not in self._kinds:
+            refuse(CallError, f"'{self._origin}' has no driver '{name}'", did_you_mean(name, self._kinds))
+        return Drivers(self._origin, {name: self._kinds[name]})
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._kinds)
+
+    def __len__(self) -> int:
+        return len(self._kinds)
+
+    def __repr__(self) -> str:
+        return f"<drivers {', '.join(self._kinds)} of '{self._origin}'>"
+
+    @property
+    def help(self) -> str:
+        """The manual of each driver: what it drives, and its options."""
+        return "\n".join(_manual(declared) for _, declared in self._kinds.values())
+
+    def _made(self, name: str, options: Mapping[str, Any]) -> Driver:
+        kind, declared = self._kinds[name]
+        words = {word["name"]: word for word in declared["options"]}
+        given = dict(_option(words, option, value) for option, value in options.items() if value is not None)
+        try:
+            text = json.dumps(given)
+        except (TypeError, ValueError) as why:
+            refuse(
+                CallError,
+                f"the options of driver '{name}' are {options!r}: {why}",
+                "give texts, numbers, truth values, lists and dictionaries",
+            )
+        with refusals:
+            problem = _native.check_driver(kind, text)
+        if problem is not None:
+            refuse(CallError, problem)
+        return Driver(kind, given)
+
+
+def _option(words: Mapping[str, dict[str, Any]], name: str, value: Any) -> tuple[str, Any]:
+    """An option as the driver takes it."""
+    word = words.get(name)
+    if word is None and f"{name}_ns" in words:
+        return f"{name}_ns", duration_ns(value, f"option '{name}'")
+    if word is not None and isinstance(value, str) and word["unit"] and word["kind"] in ("number", "whole"):
+        with refusals:
+            number = _native.number_in(value, word["unit"])
+        return name, round(number) if word["kind"] == "whole" else number
+    return name, os.fspath(value) if isinstance(value, os.PathLike) else value
+
+
+def _manual(declared: Mapping[str, Any]) -> str:
+    lines = [f"{declared['name']}: {declared['doc']}"]
+    for word in declared["options"]:
+        unit = f" [{word['unit']}]" if word["unit"] else ""
+        default = "needed" if word["default"] is None else f"else {word['default']}"
+        lines.append(f"  {word['name']:<14} {word['kind']}{unit}, {default}: {word['doc']}")
+    return "\n".join(lines)
+
+
+@taking
+def load(path: str | os.PathLike[str]) -> Drivers:
+    """The drivers of a source in C or C++ (it is compiled), of a shared object, or of each of these in a folder.
+
+    They are declared as `opengpac_driver.h` says, and run in every process that opens a device with one of them: a processor of this
+    program, or one in a process of its own. A file is tried in a process of its own first.
+    """
+    asked = Path(path).expanduser()
+    if not asked.exists():
+        refuse(ModuleError, f"there is no file '{asked}'", "give a source in C, a shared object or a folder")
+    files = sorted(file for file in asked.iterdir() if file.suffix in (".so", *_SOURCES)) if asked.is_dir() else [asked]
+    if not files:
+        refuse(ModuleError, f"folder '{asked}' has no driver", "put sources in C or shared objects into it")
+    kinds: dict[str, tuple[str, dict[str, Any]]] = {}
+    for file in files:
+        kept = _kept(file)
+        for declared in _declared(kept, file):
+            name = declared["name"]
+            if name in kinds:
+                refuse(ModuleError, f"driver '{name}' is in two files of '{asked}'", "leave one out")
+            kinds[name] = f"{name}@{kept}", declared
+    return Drivers(str(asked), kinds)
+
+
+def _kept(file: Path) -> Path:
+    """A shared object of this content where every process of this user finds it, whatever becomes of the file."""
+    if file.suffix in _SOURCES:
+        with tempfile.TemporaryDirectory() as folder, refusals:
+            content = Path(_native.build([str(file.absolute())], str(Path(folder) / "built.so"))).read_bytes()
+    elif file.suffix == ".so":
+        content = file.read_bytes()
+    else:
+        refuse(ModuleError, f"drivers do not come from '{file}'", "give a source in C or C++ (.c, .cpp), a shared object (.so) or a folder")
+    folder_kept = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache").absolute() / "opengpac" / "drivers"
+    kept = folder_kept / f"{file.stem}-{hashlib.sha256(content).hexdigest()[:16]}.so"
+    if kept.exists() and kept.read_bytes() == content:
+        return kept
+    try:
+        folder_kept.mkdir(parents=True, exist_ok=True, mode=0o700)
+        with tempfile.NamedTemporaryFile(dir=folder_kept, delete=False) as fresh:
+            fresh.write(content)
+        os.replace(fresh.name, kept)
+    except OSError as why:
+        refuse(ModuleError, f"the driver of '{file}' cannot be kept in '{folder_kept}': {why}", "set XDG_CACHE_HOME to a folder of yours")
+    return kept
+
+
+def _declared(kept: Path, file: Path) -> list[dict[str, Any]]:
+    """What the drivers of a shared object declare; its code runs in a process of its own before it runs here."""
+    command = [*processes.command("run_driver_trial"), str(kept)]
+    try:
+        tried = subprocess.run(command, capture_output=True, timeout=_TRIAL_SECONDS, stdin=subprocess.DEVNULL, check=False)
+    except subprocess.TimeoutExpired:
+        refuse(ModuleError, f"'{file}' did not load within {_TRIAL_SECONDS} s: its initialisation does not end")
+    if tried.returncode < 0:
+        refuse(
+            ModuleError,
+            f"'{file}' killed the process that tried it with {signal.Signals(-tried.returncode).name}",
+            "its initialisation faults",
+        )
+    with refusals:
+        read = json.loads(_native.load_drivers(str(kept)) if tried.returncode == 0 else json.dumps({"problem": _said(tried.stderr)}))
+    if "problem" in read:
+        refuse(ModuleError, read["problem"].replace(str(kept), str(file)))
+    return read["drivers"]
+
+
+def _said(printed: bytes) -> str:
+    return printed.decode(errors="replace").strip() or "the process that tried it failed and said nothing"

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Modbus devices, over TCP and serial lines."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..errors import CallError, refuse
+from ..given import taking
+from ..quantities import Quantity, optional_ns
+from .driver import Driver, given
+
+
+@taking
+def modbus(
+    address: str,
+    *,
+    channels: Mapping[str, Mapping[str, Any]],
+    unit: int | None = None,
+    period: Quantity | None = None,
+    answer: Quantity | None = None,
+    retries: int | None = None,
+    gap: int | None = None,
+    age_max: Quantity | None = None,
+) -> Driver:
+    """A Modbus device: `modbus("tcp/192.0.2.5:502", channels={"pressure": {"input": 0, "scale": 0.01, "unit": "bar"}})`.
+
+    `address` is `tcp/HOST:PORT` (502 without a port) or `rtu//dev/ttyUSB0?baud=19200&parity=even&stop=1`. Units on one serial line are
+    devices of their own, which share it in turns; `unit` is the number of one.
+
+    A channel lies in a table of the device: `{"holding": 10}`, `"input"`, `"coil"` or `"discrete"`, the first address is 0. A
+    register is a number of `"type"` (`"uint16"`; `int16`, `int32`, `uint32`, `int64`, `uint64`, `float`, `double`) in the `"order"`
+    of its bytes (`"ABCD"`; `"CDAB"`, `"BADC"`, `"DCBA"`), and becomes a double, `"scale"` times that plus `"offset"`, in `"unit"`;
+    with `"raw": True` it keeps its type, and `"bit": 3` is one bit of it. `"write": True` makes a channel that is written when its
+    value changes, `"write": "each"` one that is written in each period; `"safe"` is what it is while nobody commands it (0, False).
+    `"every": "1 s"` polls a channel less often.
+
+    The device is exchanged each `period` (10 ms) on a thread of its own, and has the channel `age`, in seconds. An `answer` may
+    take 0.5 s; a request is sent again `retries` times (2), and then the device is lost, as it is when its readings are older than
+    `age_max` (2 s). Neighbouring registers are read by one request, over at most `gap` (0) between them that nobody asked for.
+    """
+    return Driver(
+        "modbus",
+        given(
+            address=address,
+            channels=channels_of(channels),
+            unit=unit,
+            period_ns=optional_ns(period, "the period"),
+            answer_ns=optional_ns(answer, "the time for an answer"),
+            retries=retries,
+            gap=gap,
+            age_max_ns=optional_ns(age_max, "the greatest age"),
+        ),
+    )
+
+
+def channels_of(channels: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """The channels as the driver takes them: durations in nanoseconds. What else is in them it checks itself."""
+    made = {}
+    for name, channel in channels.items():
+        if not isinstance(channel, Mapping):
+            refuse(CallError, f"channel '{name}' is {channel!r}", 'give a dictionary: {"input": 0, "unit": "bar"}')
+        words = dict(channel)
+        if "every" in words:
+            words["every_ns"] = optional_ns(words.pop("every"), f"how often '{name}' is read")
+        made[str(name)] = words
+    return made
+
+
+@taking
+def modbus_server(
+    address: str,
+    *,
+    channels: Mapping[str, Mapping[str, Any]],
+    to_network: bool | None = None,
+    clients: int | None = None,
+    silent: Quantity | None = None,
+    period: Quantity | None = None,
+    age_max: Quantity | None = None,
+) -> Driver:
+    """Signals of this machine for whoever asks by Modbus over TCP, a controller of the line: `modbus_server("tcp/127.0.0.1:1502", …)`.
+
+    Channels are declared as those of `modbus`. What is read here is what clients wrote, in `holding` registers and coils; what is
+    written here (`"write": True`) they read, in any table. Other addresses are refused. A request is carried out as a whole or not
+    at all.
+
+    Modbus asks nobody who they are: whoever reaches the port may write. So it listens on this host alone (127.0.0.1), or with
+    `to_network=True` at any address: on a network of machines, behind a firewall. `clients` (8) may be connected; for one more the
+    one gives way that has been silent for the longest. With `silent="2 s"` the device is lost when clients, after their first
+    request, ask nothing for so long. Registers and channels meet each `period` (10 ms).
+    """
+    return Driver(
+        "modbus_server",
+        given(
+            address=address,
+            channels=channels_of(channels),
+            to_network=to_network,
+            clients=clients,
+            silent_ns=optional_ns(silent, "how long clients may be silent"),
+            period_ns=optional_ns(period, "the period"),
+            age_max_ns=optional_ns(age_max, "the greatest age"),
+        ),
+    )

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Servos on a serial bus: the arms that students build."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ..errors import CallError, refuse
+from ..given import taking
+from ..quantities import Quantity, optional_ns
+from .driver import Driver, given
+
+
+@taking
+def feetech(
+    port: str | os.PathLike[str],
+    servos: Mapping[str, Mapping[str, Any]] | None = None,
+    *,
+    calibration: str | os.PathLike[str] | None = None,
+    baud: int | None = None,
+    max_speed: float | None = None,
+    period: Quantity | None = None,
+    age_max: Quantity | None = None,
+    latency: Quantity | None = None,
+    retries: int | None = None,
+    echo: bool | None = None,
+) -> Driver:
+    """Feetech STS servos on the serial line `port`, `"/dev/ttyUSB0"`: each is a joint that takes goals.
+
+    `servos` is `{"elbow": {"id": 3, "model": "sts3215", "min": -1.5, "max": 1.5, "direction": -1, "zero": 2048}}`: only `id` is needed,
+    `min` and `max` are rad, `zero` counts. `calibration` is a file of zeros and ranges in the form of lerobot's; with it `servos` may be
+    left out. No goal moves faster than `max_speed` (3 rad/s). All servos are exchanged every `period` (10 ms); the device is lost where
+    its readings are older than `age_max` (0.5 s), or a servo does not answer to `retries` + 1 (3) requests, each within the time on the
+    wire and `latency` (20 ms). `echo`: the adapter gives back what it is given; without it that is tried.
+
+    Each joint has `position`, `velocity`, `load`, `current`, `voltage`, `temperature`, `status` (read) and `goal` (written). Its torque is
+    on while a verb claims its goal, and off in the safe state.
+    """
+    times = {"period": period, "age_max": age_max, "latency": latency}
+    return _driver("feetech", port, servos, calibration, times, baud=baud, max_speed=max_speed, retries=retries, echo=echo)
+
+
+@taking
+def dynamixel(
+    port: str | os.PathLike[str],
+    servos: Mapping[str, Mapping[str, Any]] | None = None,
+    *,
+    calibration: str | os.PathLike[str] | None = None,
+    baud: int | None = None,
+    max_speed: float | None = None,
+    period: Quantity | None = None,
+    age_max: Quantity | None = None,
+    latency: Quantity | None = None,
+    retries: int | None = None,
+    echo: bool | None = None,
+) -> Driver:
+    """Dynamixel servos of the X series (protocol 2.0) on the serial line `port`; as `feetech`.
+
+    Models are `xl330-m288`, `xl330-m077`, `xl430-w250`, `xc430-w150`, `xm430-w350`, `xm430-w210`, `xm540-w270`, `xm540-w150`, else `x`;
+    the baud rate is 57600 where none is given. A joint has `current` or `load`, whichever its model measures.
+    """
+    times = {"period": period, "age_max": age_max, "latency": latency}
+    return _driver("dynamixel", port, servos, calibration, times, baud=baud, max_speed=max_speed, retries=retries, echo=echo)
+
+
+def _driver(
+    kind: str,
+    port: str | os.PathLike[str],
+    servos: Mapping[str, Mapping[str, Any]] | None,
+    calibration: str | os.PathLike[str] | None,
+    times: Mapping[str, Quantity | None],
+    **rest: Any,
+) -> Driver:
+    for name, servo in (servos or {}).items():
+        if not isinstance(servo, Mapping):
+            refuse(CallError, f"servo '{name}' of gpac.drivers.{kind}() is {servo!r}", 'give a dictionary: {"id": 1}')
+    return Driver(
+        kind,
+        given(
+            port=os.fspath(port),
+            servos=None if servos is None else {name: dict(servo) for name, servo in servos.items()},
+            calibration=None if calibration is None else str(Path(calibration).expanduser().absolute()),
+            **{f"{name}_ns": optional_ns(time, name) for name, time in times.items()},
+            **rest,
+        ),
+    )

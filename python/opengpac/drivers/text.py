@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Devices that speak in lines of text: scanners, scales, printers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..errors import CallError, refuse
+from ..given import taking
+from ..quantities import Quantity, optional_ns
+from .driver import Driver, given
+
+
+@taking
+def text(
+    address: str,
+    *,
+    reads: Sequence[str] = (),
+    writes: Sequence[str] = (),
+    asks: str | None = None,
+    fields: Mapping[str, Mapping[str, Any]] | None = None,
+    start: str | None = None,
+    end: str | None = None,
+    length: int | None = None,
+    checksum: Mapping[str, str] | None = None,
+    answer: Quantity | None = None,
+    silent: Quantity | None = None,
+    period: Quantity | None = None,
+    age_max: Quantity | None = None,
+) -> Driver:
+    """A device that speaks in lines of text: `text("tcp/192.0.2.8:4001", reads=["ST,GS,{weight} kg"], fields={"weight": {"unit": "kg"}})`.
+
+    `address` is `tcp/HOST:PORT` or `serial//dev/ttyUSB0?baud=9600&parity=none&stop=1`. In the texts that it says, `reads`, a name
+    between braces is a channel; `{}` is anything, a brace of its own is written twice. The first text that fits counts, one that
+    fits none is counted and left alone. The channel `count` says how many have come.
+
+    A field is a number, a double, unless `fields` says otherwise: `{"unit": "kg", "scale": 0.001, "offset": 0.0, "base": 16}`;
+    `{"when": "ST"}` is true where this word stands; `{"text": 32}` are up to 32 letters, a channel of type `uint8_t[32]` with zeros
+    behind them.
+
+    `writes` are texts that it is told, each sent when a value in it has changed while a verb commands it. A number has
+    `"decimals"`, and may have a `"safe"` value: then the text is sent with it when nobody commands it any more. `asks` is sent in
+    each period, to a device that speaks only when it is asked; an `answer` may take 0.5 s.
+
+    A text ends with `end` (a line feed, with a carriage return before it or not), begins after `start`, or has a fixed `length`. A
+    `checksum` stands behind it: `{"sum": "xor", "mark": "*"}`; `"sum"` is `"xor"` or `"sum"`, `"written"` as two digits (`"hex"`)
+    or one `"byte"`. With `silent="2 s"` the device is lost when it has said nothing for so long. It is served each `period` (10 ms)
+    on a thread of its own.
+    """
+    for name, field in (fields or {}).items():
+        if not isinstance(field, Mapping):
+            refuse(CallError, f"field '{name}' is {field!r}", 'give a dictionary: {"unit": "kg"}')
+    return Driver(
+        "text",
+        given(
+            address=address,
+            reads=list(reads),
+            writes=list(writes),
+            asks=asks,
+            fields={name: dict(field) for name, field in (fields or {}).items()},
+            start=start,
+            end=end,
+            length=length,
+            checksum=None if checksum is None else dict(checksum),
+            answer_ns=optional_ns(answer, "the time for an answer"),
+            silent_ns=optional_ns(silent, "how long it may be silent"),
+            period_ns=optional_ns(period, "the period"),
+            age_max_ns=optional_ns(age_max, "the greatest age"),
+        ),
+    )

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Arms of Universal Robots."""
+
+from __future__ import annotations
+
+from ..given import taking
+from ..quantities import Quantity, optional_ns
+from .driver import Driver, given
+
+
+@taking
+def ur(
+    host: str,
+    *,
+    power_on: bool | None = None,
+    wait: Quantity | None = None,
+    silence: Quantity | None = None,
+    timeout: Quantity | None = None,
+    speed_max: float | None = None,
+    lookahead: float | None = None,
+    gain: float | None = None,
+    deceleration: float | None = None,
+    rtde_port: int | None = None,
+    dashboard_port: int | None = None,
+    script_port: int | None = None,
+) -> Driver:
+    """An arm of Universal Robots (e-series and later) over RTDE: `gpac.robots.load("ur5e", driver=gpac.drivers.ur("192.0.2.10"))`.
+
+    Its joints take positions, which a program on its controller follows (`servoj` with `lookahead` s and `gain`), each within `speed_max`
+    (rad/s) of the one before. Without a command for `timeout` (40 ms) the controller brings the arm to rest by itself, with
+    `deceleration` (rad/s²); without a package for `silence` (100 ms) the arm is `device_lost`. A controller that is not there yet is
+    waited for, `wait` (10 s) at most. `power_on` powers the arm on and releases its brakes. Further channels: `tool.force`,
+    `tool.torque`, `speed_scaling`, `io.in0` to `io.in7`, `io.out0` to `io.out7`, `io.analog_in0` and `io.analog_in1`.
+    """
+    return Driver(
+        "ur",
+        given(
+            host=host, power_on=power_on, wait_ns=optional_ns(wait, "the time to wait"), silence_ns=optional_ns(silence, "the silence"),
+            timeout_ns=optional_ns(timeout, "the timeout"), speed_max=speed_max, lookahead=lookahead, gain=gain, deceleration=deceleration,
+            rtde_port=rtde_port, dashboard_port=dashboard_port, script_port=script_port,
+        ),
+    )  # fmt: skip

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The program whose watchers and processors a campaign kills and stops: one drive that is pushed, by threads or in a process of its own.
+
+python watched_program.py JSON: `plant` (its name), `process`, `timeout` (the plant's own), `if_cut_off`. It writes `ready`, and does
+what each line that it reads says: `end` (what the push ended with), `look` (the same, where it has), `reset`, `push`, `close`.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import sys
+from typing import Any
+
+import opengpac as gpac
+from opengpac import activate
+from opengpac import library as lib
+from plant import LINGER
+
+PUSH = 1.0
+PERIOD = "2 ms"
+
+
+def main(told: dict[str, Any]) -> None:
+    """Runs until it is told to close, or killed."""
+    logging.getLogger("opengpac").setLevel(logging.ERROR)
+    with gpac.System(told["plant"], progress=False) as cell:
+        cell.processor("rtp0").timer("beside", period="10 ms", priority=60)
+        rtp = cell.processor("rtp1", process=told["process"])
+        fast = rtp.timer("fast", period=PERIOD, priority=80)
+        driver = gpac.drivers.plant_process(gpac.drivers.loopback("x"), name=told["plant"], linger=LINGER, timeout=told.get("timeout"))
+        drive = rtp.physical_device("drive", driver, exchange=fast)
+        pushing = gpac.Verb(
+            "pushing",
+            blocks={"push": lib.block("write_channel")},
+            instantiation_parameters={"effort": "push.channel"},
+            input_parameters={"u": "push.u"},
+            modes={"push.u": "asynchronous"},
+            command_lists={"start": [activate("push", every=PERIOD)]},
+            if_cut_off=told.get("if_cut_off"),
+        )
+
+        def push() -> gpac.VerbInstance[Any]:
+            return pushing.on(fast).asynch(drive["x"].effort, u=PUSH)
+
+        pushed = push()
+        print("ready", flush=True)
+        for line in sys.stdin:
+            if line in ("end\n", "look\n"):
+                print(json.dumps(ended(pushed, "20 s" if line == "end\n" else "50 ms")), flush=True)
+            elif line == "reset\n":
+                cell.reset()
+                print("reset", flush=True)
+            elif line == "push\n":
+                pushed = push()
+                print("pushed", flush=True)
+            else:
+                return
+
+
+def ended(pushed: gpac.VerbInstance[Any], within: str) -> list[str]:
+    """With what the push ended, and why; nothing where it goes on."""
+    try:
+        return [pushed.wait(timeout=within).condition, ""]
+    except gpac.Terminated as end:
+        return [end.condition, end.message]
+    except TimeoutError:
+        return []
+
+
+if __name__ == "__main__":
+    main(json.loads(sys.argv[1]))

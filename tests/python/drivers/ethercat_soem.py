@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An independent main device, SOEM by pysoem, brings an emulated segment to OP and moves its axes. Runs in a network namespace of its own,
+where it makes a veth pair: `unshare --net python ethercat_soem.py`."""
+
+from __future__ import annotations
+
+import json
+import statistics
+import struct
+import subprocess
+import time
+from typing import Any
+
+import pysoem
+
+from opengpac.drivers import fake
+
+OUTPUTS, INPUTS = "<HiihB", "<HiihHb"
+POSITION_MODE = 8
+# Of a reply, µs: a machine that has other things to do is no fault.
+PATIENCE = 10_000_000
+
+
+def veth() -> None:
+    for words in ("link add ec0 type veth peer name ec1", "link set ec0 up", "link set ec1 up"):
+        subprocess.run(["ip", *words.split()], check=True)
+
+
+def exchange(main: Any, control: int, targets: list[int]) -> tuple[int, list[tuple[int, ...]]]:
+    for device, target in zip(main.slaves, targets, strict=True):
+        device.output = struct.pack(OUTPUTS, control, target, 0, 0, POSITION_MODE)
+    main.send_processdata()
+    counter = main.receive_processdata(PATIENCE)
+    return counter, [struct.unpack(INPUTS, device.input) for device in main.slaves]
+
+
+def scan(main: Any) -> dict[str, Any]:
+    found = main.config_init()
+    first = main.slaves[0]
+    said: dict[str, Any] = {"found": found, "name": first.name, "identity": [first.man, first.id, first.rev]}
+    said["read"] = first.sdo_read(0x1008, 0).decode()
+    said["segmented"] = len(first.sdo_read(0x100A, 0, 400))
+    text = bytes(range(256)) + bytes(44)
+    first.sdo_write(0x2000, 0, text)
+    said["written"] = first.sdo_read(0x2000, 0, 400) == text
+    try:
+        first.sdo_read(0x5555, 0)
+    except pysoem.SdoError as error:
+        said["abort"] = error.abort_code
+    return said
+
+
+def operate(main: Any) -> dict[str, Any]:
+    said: dict[str, Any] = {"bytes": main.config_map(), "clocks": bool(main.config_dc())}
+    for device in main.slaves:
+        device.set_watchdog("processdata", 0)
+    main.state_check(pysoem.SAFEOP_STATE, PATIENCE)
+    main.state = pysoem.OP_STATE
+    main.write_state()
+    for _ in range(100):
+        main.send_processdata()
+        main.receive_processdata(PATIENCE)
+        if main.state_check(pysoem.OP_STATE, 50_000) == pysoem.OP_STATE:
+            break
+    main.read_state()
+    said["states"] = [[device.state, device.al_status] for device in main.slaves]
+    said["expected"] = main.expected_wkc
+    return said
+
+
+def move(main: Any) -> dict[str, Any]:
+    targets = [1000] * len(main.slaves)
+    for control in (0x80, 0x06, 0x07, 0x0F):
+        for _ in range(3):
+            counter, inputs = exchange(main, control, targets)
+    said: dict[str, Any] = {"counter": counter, "enabled": [status & 0x6F for status, *_ in inputs]}
+    spans: list[float] = []
+    for step in range(1, 1001):
+        begun = time.perf_counter()
+        counter, inputs = exchange(main, 0x0F, [1000 + step] * len(targets))
+        spans.append(time.perf_counter() - begun)
+    # What is read lies a frame behind.
+    _, inputs = exchange(main, 0x0F, [2000] * len(targets))
+    said["positions"] = [position for _, position, *_ in inputs]
+    _, inputs = exchange(main, 0x0F, [10_000_000] * len(targets))
+    _, inputs = exchange(main, 0x0F, [10_000_000] * len(targets))
+    said["far"] = [[status & 0x4F, error] for status, _, _, _, error, _ in inputs]
+    said["exchange_us"] = statistics.median(spans) * 1e6
+    return said
+
+
+def main() -> None:
+    veth()
+    with fake.ethercat(*({"name": "drive", "position": 1000} for _ in range(3)), interface="ec1"):
+        master = pysoem.Master()
+        master.open("ec0")
+        said = {**scan(master), **operate(master), **move(master)}
+        master.state = pysoem.INIT_STATE
+        master.write_state()
+        master.close()
+    print(json.dumps(said))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A driver in Python for tests: it writes down what happens to it, and fails as it is told."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+from opengpac.driver import Driver, Option, read, write
+
+
+class Furnace(Driver):
+    """A furnace that is as warm as its heater says."""
+
+    folder: str = Option("where it writes down what happens to it")
+    ambient: float = Option("the temperature without heat", 20.0, unit="K")
+    levels: int = Option("how many", 3)
+
+    temperature = read("double", unit="K")
+    pid = read("int32_t", doc="of its process")
+    zones = read("float[3]")
+    heater = write("double", unit="W", safe=0.0)
+
+    def open(self) -> None:
+        self.tell("open")
+        self.pid = os.getpid()
+
+    def exchange(self) -> None:
+        for name in ("raises", "hangs", "lies"):
+            if (Path(self.folder) / name).exists():
+                getattr(self, name)()
+        self.temperature = self.ambient + self.heater
+        self.zones = [self.temperature] * 3
+
+    def raises(self) -> None:
+        raise ValueError("its door is open")
+
+    def hangs(self) -> None:
+        time.sleep(3600.0)
+
+    def lies(self) -> None:
+        self.zones = "warm"
+        raise TypeError(f"zones are {self.zones}")
+
+    def safe_state(self) -> None:
+        self.tell(f"safe {self.heater:g}")
+
+    def close(self) -> None:
+        self.tell("close")
+
+    def tell(self, what: str) -> None:
+        with (Path(self.folder) / "told").open("a") as file:
+            file.write(f"{what}\n")

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The conformance kit on the command line: what it prints, and that a driver that `opengpac new driver` begins passes it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from opengpac.cli import main
+
+EXAMPLES = Path(__file__).parents[3] / "examples" / "drivers"
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder of the test, for files and for what is compiled."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+
+
+def test_a_driver_that_is_begun_passes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["new", "driver", "axis"]) == 0
+    assert main(["new", "driver", "axis"]) == 1, "it is not overwritten"
+    assert main(["new", "driver", "Not a name"]) == 1
+    assert len(Path("axis.c").read_text().splitlines()) <= 60
+    capsys.readouterr()
+    assert main(["driver", "check", "axis.c", "gain=2", "--exchanges", "5000"]) == 0
+    assert ", 0 failed, " in capsys.readouterr().out
+
+
+def test_a_failed_check_is_shown_with_its_cause(capsys: pytest.CaptureFixture[str]) -> None:
+    text = (EXAMPLES / "conveyor.c").read_text()
+    rests = "conveyor_safe_state(struct conveyor *self) { self->speed = 0.0; }"
+    assert rests in text
+    Path("conveyor.c").write_text(text.replace(rests, rests.replace("self->speed = 0.0;", "(void)self;")))
+    assert main(["driver", "check", "conveyor.c", "--exchanges", "5000"]) == 1
+    printed = capsys.readouterr().out
+    assert printed.startswith("FAILED  safe-rests") and "'belt' goes from" in printed and ", 1 failed, " in printed
+    assert main(["driver", "check", "conveyor.c", "--exchanges", "5000", "--json"]) == 1
+    (report,) = json.loads(capsys.readouterr().out)
+    assert [check["check"] for check in report["checks"] if check["verdict"] == "failed"] == ["safe-rests"]
+    assert len(report["checks"]) >= 40
+
+
+def test_a_driver_that_is_known_is_checked_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["driver", "check", "loopback", 'parts=["x"]', "--exchanges", "5000", "-v"]) == 0
+    assert "passed  allocation" in capsys.readouterr().out
+    assert main(["driver", "check", "lopback"]) == 1
+    assert "did you mean 'loopback'" in capsys.readouterr().out

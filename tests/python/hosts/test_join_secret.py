@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+"""On loopback every user of a machine reaches a system that listens: who joins it has the secret of its user, or was given another one."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import opengpac as gpac
+from daemons import PATIENCE_S, environment
+from joining import LISTENER, Joining, free_endpoint
+
+TOKEN = "a-token-of-the-tests"
+NOBODY = 65534
+
+
+AS_NOBODY = ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups"]
+
+
+@cache
+def may_be_another_user() -> bool:
+    """Whether this user may become another one, and that one may read this project: a clone can lie in a folder of its owner's only."""
+    if os.geteuid() != 0:
+        return False
+    tried = [*AS_NOBODY, sys.executable, "-c", "import opengpac"]
+    return subprocess.run(tried, cwd="/", stdin=subprocess.DEVNULL, capture_output=True, check=False).returncode == 0
+
+
+def stranger(endpoint: str, name: str, *options: str, user: bool = False) -> subprocess.Popen[str]:
+    """`opengpac join` with a folder of its own for what belongs to its user; `user`: as another user."""
+    folder = tempfile.mkdtemp(prefix="opengpac-stranger-")
+    if user:
+        os.chown(folder, NOBODY, NOBODY)
+    join = [sys.executable, "-m", "opengpac", "join", "--system", "line", "--at", endpoint, "--name", name, *options]
+    return subprocess.Popen(
+        [*(AS_NOBODY if user else ()), *join],
+        env=environment(XDG_RUNTIME_DIR=folder, HOME=folder),
+        cwd="/",
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+def test_another_user_is_not_let_in_and_this_one_is(
+    tmp_path: Path, listening: gpac.System, endpoint: str, joins: Callable[..., Joining]
+) -> None:
+    """Another user where this one may become one; else another secret, which is all that another user differs by."""
+    (tmp_path / "token").write_text(TOKEN)
+    strangers = [
+        stranger(endpoint, "other", user=may_be_another_user()),
+        stranger(endpoint, "guess", "--token-file", str(tmp_path / "token")),
+    ]
+    joins("friend")
+    listening.processor("friendly", host="friend").timer("t", period="10 ms", priority=50)
+    for one, said in [(one, one.communicate(timeout=PATIENCE_S)[0]) for one in strangers]:
+        assert one.returncode == 1 and "it is another user's" in said and "Traceback" not in said, said
+
+
+def test_a_token_lets_another_user_in_on_loopback(tmp_path: Path) -> None:
+    (tmp_path / "token").write_text(TOKEN + "\n")
+    endpoint = free_endpoint()
+    with gpac.System("line", progress=False) as cell:
+        cell.listen(endpoint, LISTENER, token=TOKEN)
+        invited = stranger(endpoint, "invited", "--token-file", str(tmp_path / "token"))
+        try:
+            cell.processor("far", host="invited").timer("t", period="10 ms", priority=50)
+        finally:
+            invited.terminate()
+            said, _ = invited.communicate(timeout=PATIENCE_S)
+    assert "was called back" in said, said

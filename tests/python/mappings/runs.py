@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs of graphs on a mapping, and what they show: the same bits, a value that was lost and told, or a fault."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+import opengpac as gpac
+from afar import until
+from mappings.graph import Stage, run
+from mappings.graphs import GRAPHS
+from mappings.mapping import MAPPINGS, Realization
+
+REFERENCE = MAPPINGS["virtual"]
+ATTEMPTS = 5
+"""How often a run in real time is made in which a value was lost, and which has told it: its values are those of another program."""
+
+_references: dict[str, dict[str, Any]] = {}
+
+
+class Told(NamedTuple):
+    """What the real-time system says of a run."""
+
+    lost: list[str]
+    """The values that found a queue full: they alone are excused."""
+    skipped: list[str]
+    """Sources that skipped releases, or had ratio values that were late: what is computed by count does not change by that."""
+
+
+def told_anew(cell: gpac.System) -> None:
+    """Returns when every timer has been told to have gone on."""
+    before = cell.statistics["sources"]
+    timers = [source for source, found in before.items() if found["kind"] == "timer" and not found["stopped"]]
+    until(lambda: all(cell.statistics["sources"][of]["firings"] > before[of]["firings"] for of in timers), "timers go on")
+
+
+def reference(name: str, built: dict[str, str]) -> dict[str, Any]:
+    """What they hold under the virtual clock."""
+    if name not in _references:
+        with REFERENCE.open(name) as cell:
+            stage = Stage(cell, built)
+            _references[name] = run(stage, name, GRAPHS[name].make(stage))
+    return _references[name]
+
+
+def bits(values: Any) -> bytes:
+    """The bytes of recorded values; integers of 64 bits come as a list."""
+    return np.asarray(values, dtype=np.uint64 if isinstance(values, list) else None).tobytes()
+
+
+def same(found: dict[str, Any], expected: dict[str, Any]) -> bool:
+    return found.keys() == expected.keys() and all(bits(found[key]) == bits(expected[key]) for key in found)
+
+
+def holds_skipping(name: str, found: dict[str, Any]) -> bool:
+    """Whether what was found is right for a run that skipped releases: of graphs that go by numbers."""
+    skipping = GRAPHS[name].skipping
+    return skipping is not None and skipping(found)
+
+
+def verdict(name: str, found: dict[str, Any], expected: dict[str, Any], told: Told) -> str:
+    """What a run shows: `right`, `again` (a value was lost, which is told), or what is wrong with it."""
+    if same(found, expected):
+        return "right"
+    differs = shown(found, expected)
+    if told.lost:
+        return "again"
+    if not told.skipped:
+        return f"no release was skipped, and yet {differs}"
+    if GRAPHS[name].skipping is None:
+        return f"releases were skipped ({'; '.join(told.skipped)}), which cannot explain that {differs}: it goes by count"
+    return "right" if holds_skipping(name, found) else f"not what holds with skipped releases ({'; '.join(told.skipped)}): {differs}"
+
+
+def shown(found: dict[str, Any], expected: dict[str, Any]) -> str:
+    """The first value that differs, of each recorder."""
+    lines = []
+    for key in expected:
+        a, b = np.asarray(found[key]), np.asarray(expected[key])
+        if a.shape != b.shape:
+            lines.append(f"{key} has {a.size} values instead of {b.size}")
+        elif not np.array_equal(a, b):
+            at = next(n for n in range(a.size) if a[n].tobytes() != b[n].tobytes())
+            lines.append(f"{key}[{at}] is {a[at]} instead of {b[at]}")
+    return "; ".join(lines)
+
+
+class Shared:
+    """One system of a mapping for many graphs: what it told before is of those before. Under the virtual clock one for each."""
+
+    def __init__(self, mapping: Realization, built: dict[str, str]) -> None:
+        self._mapping, self._built = mapping, built
+        self._cell: gpac.System | None = None
+        self._stage: Stage | None = None
+
+    def run(self, name: str, expected: dict[str, Any]) -> tuple[dict[str, Any], Told]:
+        """What a graph gives here, and what was told of that. A system in which one has failed is left."""
+        try:
+            before = self._counts()
+            found = run(self._ready, name, GRAPHS[name].make(self._ready))
+            if not same(found, expected):
+                # What remote processors tell comes ten times a second.
+                for _ in range(3):
+                    told_anew(self._ready.cell)
+            now = self._counts()
+            if self._mapping.virtual:
+                self.close()
+            return found, Told(now[0][len(before[0]) :], [f"{of}: {count}" for of, count in now[1].items() if count != before[1].get(of)])
+        except BaseException:
+            self.close()
+            raise
+
+    def _counts(self) -> tuple[list[str], dict[str, str]]:
+        """Values that were lost in a full queue, and what each source has skipped or had late, since the system began."""
+        cell = self._ready.cell
+        sources = cell.statistics["sources"]
+        counts = {name: f"{of['overruns']} skipped, {of['late']} late" for name, of in sources.items() if of["overruns"] or of["late"]}
+        return [entry["text"] for entry in cell.log() if entry["kind"] == "overrun"], counts
+
+    def close(self) -> None:
+        if self._cell is not None:
+            self._cell.close()
+        self._cell = self._stage = None
+
+    @property
+    def _ready(self) -> Stage:
+        if self._stage is None:
+            self._cell = self._mapping.open("graphs")
+            self._stage = Stage(self._cell, self._built)
+        return self._stage
+
+
+def gives_the_same(name: str, shared: Shared, expected: dict[str, Any]) -> None:
+    """A run that lost nothing gives the same; one that did has told it, and is made again."""
+    lost: list[str] = []
+    for _ in range(ATTEMPTS):
+        found, told = shared.run(name, expected)
+        said = verdict(name, found, expected, told)
+        assert said in ("right", "again"), said
+        if said == "right":
+            return
+        lost += told.lost
+    pytest.fail(f"each run lost a value: {lost}")

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Processors that are threads of the program: the program itself is guarded, and a plant may have a watchdog of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import opengpac as gpac
+from afar import children, until
+from opengpac import _native, activate
+from opengpac import library as lib
+
+pytestmark = pytest.mark.alone
+
+FAULTS = Path(__file__).parent.parent / "faults"
+
+
+def held(guard: int) -> list[str]:
+    """What a guard has been given: descriptors of processes and of memory, by their kinds. Nothing of one that is gone."""
+    found = []
+    with contextlib.suppress(OSError):
+        for descriptor in (Path("/proc") / str(guard) / "fd").iterdir():
+            found.append(os.readlink(descriptor))
+    return sorted(kind for kind in found if "pidfd" in kind or "memfd" in kind)
+
+
+class Program:
+    """A program of its own that pushes a plant by a thread."""
+
+    def __init__(self, plant: str, timeout: str | None = None) -> None:
+        self.plant = plant
+        command = [sys.executable, str(FAULTS / "watched_program.py"), json.dumps({"plant": plant, "process": False, "timeout": timeout})]
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout and self.process.stdout.readline() == "ready\n"
+
+    def ask(self, what: str) -> str:
+        """Its answer."""
+        assert self.process.stdin and self.process.stdout
+        self.process.stdin.write(f"{what}\n")
+        self.process.stdin.flush()
+        return self.process.stdout.readline()
+
+    def is_safe(self) -> bool:
+        """Whether the plant obeys its safe commands by somebody else's word than its driver's."""
+        state = json.loads(_native.plant_state(self.plant) or "{}")
+        return bool(state.get("is_safe"))
+
+    def is_stopped_and_goes_on(self) -> list[str]:
+        """What its push ended with."""
+        self.process.send_signal(signal.SIGSTOP)
+        until(self.is_safe, "the plant is safe")
+        self.process.send_signal(signal.SIGCONT)
+        return json.loads(self.ask("end"))
+
+    def stops_with(self, given: list[str], gone: list[int]) -> bool:
+        """Stops it; whether a guard, none of these, has been given so much. Else it goes on."""
+        self.process.send_signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, self.process.pid, os.WSTOPPED)
+        if given in [held(guard) for guard in children("run_guard", self.process.pid) if guard not in gone]:
+            return True
+        self.process.send_signal(signal.SIGCONT)
+        return False
+
+    def end(self) -> None:
+        """Whatever became of it."""
+        self.process.send_signal(signal.SIGCONT)
+        self.process.communicate("close\n", timeout=30)
+
+
+@pytest.fixture
+def program(request: pytest.FixtureRequest) -> Iterator[Program]:
+    made = Program(f"test-guarded-{os.getpid()}", getattr(request, "param", None))
+    yield made
+    made.end()
+
+
+def test_a_program_that_is_killed_leaves_its_plant_safe(program: Program) -> None:
+    assert not program.is_safe()
+    program.process.kill()
+    until(program.is_safe, "the plant is safe")
+
+
+def test_a_program_that_is_stopped_is_spared_and_told(program: Program) -> None:
+    (guard,) = children("run_guard", program.process.pid)
+    for _ in range(2):
+        condition, why = program.is_stopped_and_goes_on()
+        assert condition == "device_lost" and "its process stood still, so the guard brought the plant to its safe state" in why
+        assert (program.ask("reset"), program.ask("push")) == ("reset\n", "pushed\n")
+        assert not program.is_safe() and program.ask("look") == "[]\n"
+    assert children("run_guard", program.process.pid) == [guard]
+
+
+@pytest.mark.parametrize("program", ["50 ms"], indirect=True)
+def test_a_plant_that_nobody_commands_makes_itself_safe_and_says_so(program: Program) -> None:
+    (guard,) = children("run_guard", program.process.pid)
+    os.kill(guard, signal.SIGSTOP)
+    condition, why = program.is_stopped_and_goes_on()
+    assert condition == "device_lost" and "no command came for its timeout of 50 ms" in why
+    assert (program.ask("reset"), program.ask("push"), program.ask("look")) == ("reset\n", "pushed\n", "[]\n")
+
+
+def test_a_guard_of_a_program_that_stands_still_is_replaced(program: Program) -> None:
+    (guard,) = children("run_guard", program.process.pid)
+    given = held(guard)
+    assert given
+    os.kill(guard, signal.SIGSTOP)
+    gone = [guard]
+    # A guard that has been started, and is said to guard, may not have taken what it guards yet.
+    until(lambda: given in [held(other) for other in children("run_guard", program.process.pid) if other not in gone], "another one guards")
+    assert program.ask("look") == "[]\n"
+    # A program that is stopped replaces no guard: on a machine that is busy it might just be doing so again.
+    until(lambda: program.stops_with(given, gone), "it is guarded")
+    program.process.kill()
+    until(program.is_safe, "the plant is safe")
+
+
+def test_under_the_virtual_clock_nobody_is_guarded() -> None:
+    with gpac.System("virtual", clock="virtual") as cell:
+        cell.processor("slow", lost_after="10 s")
+        rtp = cell.processor("rtp0")
+        fast = rtp.timer("fast", period="2 ms", priority=80)
+        rtp.physical_device("drives", gpac.drivers.plant_process(gpac.drivers.loopback("x"), timeout="50 ms"), exchange=fast)
+        assert not children("run_guard")
+
+
+@pytest.mark.parametrize(
+    "driver", [gpac.drivers.loopback("x", timeout="10 ms"), gpac.drivers.plant_process(gpac.drivers.loopback("x"), timeout="10 ms")]
+)
+def test_a_source_that_is_too_slow_for_a_watchdog_is_refused(driver: gpac.drivers.Driver) -> None:
+    with gpac.System("virtual", clock="virtual") as cell:
+        rtp = cell.processor("rtp0")
+        slow, fast, called = (rtp.timer("slow", period="6 ms"), rtp.timer("fast", period="5 ms"), rtp.software("called"))
+        with pytest.raises(
+            gpac.PlacementError,
+            match=r"device 'd' goes to its safe state without a command for 10 ms, and source 'rtp0\.slow' commands it every 6 ms",
+        ):
+            rtp.physical_device("d", driver, exchange=slow)
+        with pytest.raises(gpac.PlacementError, match=r"source 'rtp0\.called' is no timer"):
+            rtp.physical_device("d", driver, exchange=called)
+        rtp.physical_device("d", driver, exchange=fast)
+
+
+def test_a_timeout_is_over_where_the_source_stopped_commanding() -> None:
+    with gpac.System("virtual", clock="virtual", seed=1) as cell:
+        rtp = cell.processor("rtp0")
+        fast = rtp.timer("fast", period="2 ms", priority=80)
+        device = rtp.physical_device("d", gpac.drivers.loopback("x", timeout="10 ms"), exchange=fast)
+        push = gpac.Verb("push", blocks={"push": lib.block("write_channel")}, instantiation_parameters={"effort": "push.channel"},
+                         input_parameters={"u": "push.u"}, modes={"push.u": "asynchronous"},
+                         command_lists={"start": [activate("push", every="2 ms")]})  # fmt: skip
+        pushed: Any = push.on(fast).asynch(device["x"].effort, u=1.0)
+        cell.advance("1 s")
+        assert not pushed.done, "a source that keeps its period keeps the device"

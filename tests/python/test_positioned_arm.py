@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An arm whose drives take positions: every motion is as with one whose servos run here, and nothing leaps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import opengpac as gpac
+
+
+@pytest.fixture
+def arm() -> Iterator[gpac.robots.Arm]:
+    driver = gpac.drivers.loopback("shoulder", "elbow", initial=[0.3, -0.2], command="position")
+    arm = gpac.robots.load("two_joint", driver=driver, clock="virtual")
+    yield arm.enable()
+    arm.system.close()
+
+
+def commanded_steps(joint: gpac.robots.Joint) -> np.ndarray:
+    """By how much the joint's reference moved in each invocation of its follower."""
+    return np.abs(np.diff(joint.reference.history[:]["value"]))
+
+
+def test_motions_are_as_with_an_arm_that_takes_efforts(arm: gpac.robots.Arm) -> None:
+    assert arm.shoulder.verb is gpac.robots.joint_follower and arm.shoulder.definition_name() == "robot_joint"
+    assert gpac.robots.move(arm, goal=[0.5, 0.1], speed=0.5).position == pytest.approx([0.5, 0.1], abs=2e-3)
+    assert gpac.motion.move_absolute(arm, [0.2, 0.4]).position == pytest.approx([0.2, 0.4], abs=2e-3)
+    vi = gpac.motion.move_velocity.asynch(arm.elbow, "20 %")
+    arm.system.advance("0.3 s")
+    vi.halt()
+    assert arm.elbow.velocity.value == pytest.approx(0.0, abs=1e-3)
+
+
+def test_it_begins_where_it_is_and_keeps_to_its_speed(arm: gpac.robots.Arm) -> None:
+    arm.system.advance("0.1 s")
+    assert (arm.shoulder.sensed.value, arm.elbow.sensed.value) == pytest.approx((0.3, -0.2), abs=1e-12)
+    gpac.motion.move_absolute(arm, [1.0, -1.0], speed="100 %")
+    for joint in arm:
+        assert commanded_steps(joint).max() <= joint.max_speed * 1e-3 * (1 + 1e-9)
+
+
+def test_a_pause_and_another_enabling_make_no_leap(arm: gpac.robots.Arm) -> None:
+    vi = gpac.motion.move_absolute.asynch(arm, [1.0, 0.5], speed="50 %")
+    arm.system.advance("0.3 s")
+    vi.suspend()
+    vi.resume()
+    arm.system.advance("0.1 s")
+    vi.halt()
+    vi.delete()
+    before = arm.values("sensed")
+    arm.disable()
+    arm.enable()
+    arm.system.advance("0.1 s")
+    assert arm.values("sensed") == pytest.approx(before, abs=1e-9)
+    for joint in arm:
+        assert commanded_steps(joint).max() <= joint.max_speed * 1e-3 * (1 + 1e-9)
+
+
+def test_a_slower_timer_runs_the_followers_at_its_pace() -> None:
+    cell = gpac.System("slower", clock="virtual")
+    rtp = cell.processor("rtp0")
+    rtp.timer("slow", period="20 ms", priority=60)
+    on = rtp.timer("fast", period="2 ms", priority=80)
+    driver = gpac.drivers.loopback("shoulder", "elbow", command="position")
+    arm = gpac.robots.load("two_joint", on=on, driver=driver).enable()
+    assert gpac.robots.move(arm, goal=[0.4, 0.1], speed=0.5).position == pytest.approx([0.4, 0.1], abs=2e-3)
+    assert commanded_steps(arm.shoulder).max() <= 0.5 * 2e-3 * 1.2
+    cell.close()
