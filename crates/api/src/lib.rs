@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The programming system's side of a real-time system: texts in, texts out.
 //!
-//! Definitions, applications, values and reports have one JSON form. Whoever speaks it is a programming system: the Python package
+//! Definitions, applications, values and reports have one JSON form. What speaks it is a programming system: the Python package
 //! through its bindings, a C program through the C package, a remote one through the control interface. [`open`] makes a system;
 //! [`call()`] is every call on it by its name, [`begin`] the same for a caller that must not wait long.
 //!
@@ -16,6 +16,7 @@ mod declare;
 pub mod generate;
 mod journal;
 mod open;
+mod performing;
 mod role;
 mod values;
 mod waits;
@@ -27,6 +28,7 @@ pub use call::{Argument, Call, begin, call, commanded, known};
 pub use calls::{add, calls, find};
 pub use journal::{Journalled, Recorded};
 pub use open::open;
+pub use performing::perform;
 pub use role::Role;
 pub use values::{Reading, Snapshot, snapshot};
 

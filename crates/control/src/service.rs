@@ -74,7 +74,7 @@ impl Service {
             return Ok(());
         }
         let message = format!("'{what}' needs the role {}, and {} has {}", role.word(), caller.who, caller.role.word());
-        Err(Failure::new(Class::NotAllowed, message, "ask whoever runs the system for a token of that role"))
+        Err(Failure::new(Class::NotAllowed, message, "ask the operator of the system for a token of that role"))
     }
 
     /// Makes a call: rights, command, audit, the call itself, and whose the instances are that it makes. It may last; never called on
@@ -135,7 +135,7 @@ impl Service {
     /// Makes a call under the journal, where there is one: what configures is not made where its line would have no room.
     fn kept(&self, call: &Call, asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         if call.name == "perform" {
-            return self.perform(asked, caller, presence);
+            return self.perform(call, &asked, caller, presence);
         }
         let Some(journal) = self.journal.as_ref().filter(|_| Journal::concerns(call)) else { return self.make(call, asked, presence) };
         let arguments = asked.arguments.clone();
@@ -149,23 +149,45 @@ impl Service {
         Ok(answer)
     }
 
-    /// A call of a verb in one request. An instance is somebody's, and in the journal, before it starts: so it is made step by step.
-    fn perform(&self, asked: Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
-        let Asked { mut arguments, slice } = asked;
-        let one = |name: &str, arguments: Map<String, Json>| {
-            let call = calls::find(name).ok_or_else(|| Failure::new(Class::CallError, format!("there is no call '{name}'"), "please report it"))?;
-            self.kept(call, Asked { arguments, slice }, caller, presence)
-        };
-        let of_start: Vec<(String, Json)> = ["values", "limits"].into_iter().filter_map(|name| arguments.shift_remove_entry(name)).collect();
-        let instance = one("create", arguments)?["result"].take();
-        let with_instance = || Map::from_iter([("instance".to_owned(), instance.clone())]);
-        let mut start = with_instance();
-        start.extend(of_start);
-        if let Err(failure) = one("start", start) {
-            one("delete", with_instance())?;
-            return Err(failure);
+    /// A call of a verb in one request. Its instance is somebody's, and in the journal, before it starts.
+    fn perform(&self, call: &Call, asked: &Asked, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
+        let (mut made, mut unrecorded) = (None, None);
+        let answered = api::perform(&self.system, &asked_text(asked), asked.slice, |instance, start| {
+            made = Some(instance);
+            if let Some(presence) = presence {
+                self.sessions.own(&presence.name, instance);
+            }
+            let Some(journal) = &self.journal else { return start() };
+            let by = || By::of(caller, presence.map_or("", |p| &p.name));
+            let mut record = |name: &str, arguments, result: Json| {
+                let call = calls::find(name).expect("a call of the journal");
+                unrecorded = journal.made(&self.system, call, arguments, &result, by()).err().or(unrecorded.take());
+            };
+            let (create, begin) = steps(&asked.arguments, instance);
+            record("create", create, json!(instance));
+            start()?;
+            record("start", begin, Json::Null);
+            Ok(())
+        });
+        match (answered, made) {
+            (Ok(answered), _) => match unrecorded {
+                Some(failure) => Err(failure),
+                None => Ok(self.answer(call, answered, made, presence)),
+            },
+            (Err(refusals), Some(instance)) => {
+                self.forget(instance);
+                self.sessions.disown(instance);
+                Err(refusals.into())
+            }
+            (Err(refusals), None) => Err(refusals.into()),
         }
-        one("performed", with_instance())
+    }
+
+    /// An instance was deleted with its call.
+    fn forget(&self, instance: u64) {
+        if let Some(journal) = &self.journal {
+            journal.deleted(&self.system, instance);
+        }
     }
 
     /// Goes on with what an answer told to go on with, which has been judged and recorded when it began.
@@ -193,20 +215,24 @@ impl Service {
             self.sessions.own(&presence.name, instance);
         }
         let answered = api::begin(&self.system, call.name, &asked_text(&asked), asked.slice)?;
+        Ok(self.answer(call, answered, instance, presence))
+    }
+
+    fn answer(&self, call: &Call, answered: Answered, instance: Option<u64>, presence: Option<&Presence>) -> Json {
         let result = match answered {
             Answered::Done(result) => result,
             Answered::Waiting { call, arguments } => {
                 let go_on = json!({ "call": call, "arguments": arguments });
-                return Ok(json!({ "waiting": true, "go_on": go_on, "now_ns": self.system.now_ns() }));
+                return json!({ "waiting": true, "go_on": go_on, "now_ns": self.system.now_ns() });
             }
         };
-        if let ("performed", Some(instance), Some(journal)) = (call.name, instance, &self.journal) {
-            journal.deleted(&self.system, instance);
+        if let ("perform" | "performed", Some(instance)) = (call.name, instance) {
+            self.forget(instance);
         }
         if let Some(presence) = presence {
             self.follow(call, &result, instance, &presence.name);
         }
-        Ok(json!({ "result": result }))
+        json!({ "result": result })
     }
 
     /// Whose the instances are after a call, and what its session knows of them.
@@ -217,7 +243,7 @@ impl Service {
                     self.sessions.own(name, made);
                 }
             }
-            ("performed", Some(instance)) => {
+            ("perform" | "performed", Some(instance)) => {
                 self.drain();
                 self.sessions.told(name, instance);
                 self.sessions.disown(instance);
@@ -314,6 +340,13 @@ impl Service {
             })
         })?
     }
+}
+
+/// The arguments of the two calls that begin the call of a verb, as the journal has them.
+fn steps(arguments: &Map<String, Json>, instance: u64) -> (Map<String, Json>, Map<String, Json>) {
+    let (mut start, create): (Map<_, _>, Map<_, _>) = arguments.clone().into_iter().partition(|(name, _)| matches!(name.as_str(), "values" | "limits"));
+    start.insert("instance".to_owned(), json!(instance));
+    (create, start)
 }
 
 fn asked_text(asked: &Asked) -> String {

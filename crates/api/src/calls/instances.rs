@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Verb instances.
+use crate::performing::{performed, performing};
 use crate::sure;
 use crate::waits::{lasting, until};
 use indexmap::IndexMap;
 use model::definition::Application;
 use model::plan::Plan;
-use model::refusal::Refusals;
 use model::value::Value;
 use serde_json::json;
 use supervisor::{InstanceAbout, InstanceState, Limits, Report};
@@ -23,13 +23,11 @@ crate::calls! {
             whole application: Application,
         ) -> Option<Report>: commands("verb"), lasts
             => |system, slice| {
-                let begin = |instance, start: &dyn Fn() -> Result<(), Refusals>| system.as_program("start", "", instance, start);
-                let instance = system.perform(&application, limits, begin)?;
-                Ok(lasting(system.performed(instance, slice)?, None, "performed", || json!({ "instance": instance })))
+                performing(system, &application, limits, slice, |instance, start| system.as_program("start", "", instance, start))
             };
         /// Goes on with the call of a verb: waits until its instance has ended and deletes it. Returns its end report.
         Operate performed(must instance: u64) -> Option<Report>: lasts
-            => |system, slice| Ok(lasting(system.performed(instance, slice)?, None, "performed", || json!({ "instance": instance })));
+            => |system, slice| performed(system, instance, slice);
         /// Makes an instance. Returns its number.
         Operate create(whole application: Application) -> u64: commands("verb"), journalled
             => |system| system.create(&application);

@@ -130,6 +130,34 @@ fn what_goes_on_without_its_program_runs_again_with_its_last_parameters_and_noth
 }
 
 #[test]
+fn a_call_of_a_verb_in_one_request_is_recorded_before_it_starts_and_gone_with_its_end() {
+    let rig = kept();
+    let session = rig.commander("panel");
+    rig.call(&session, "define_verb", level("hold", "continue"));
+    rig.call(&session, "svv", json!({ "name": "a", "type_text": "double" }));
+    let application = |level: Json| {
+        let values = json!({ "level": level });
+        json!({ "verb": "hold", "arguments": { "y": { "svv": "a" } }, "placement": { "*": "rtp0.fast" }, "values": values, "slice_ms": 1 })
+    };
+    let perform = |level: Json| rig.ask("POST", "/v1/call/perform", &[("opengpac-session", &session)], &application(level).to_string());
+    let (status, answer) = perform(json!("loud"));
+    assert_eq!((status, class(&answer)), (400, "ValueRefused"), "{answer}");
+    assert!(states(&rig).is_empty());
+    let (status, answer) = perform(json!(2.0));
+    assert_eq!((status, &answer["waiting"], &answer["go_on"]["call"]), (200, &json!(true), &json!("performed")), "{answer}");
+    let instance = answer["go_on"]["arguments"]["instance"].clone();
+    let (twin, told) = again(killed(&rig));
+    assert_eq!(states(&twin).len(), 1, "{told:?}");
+    twin.system.advance(5_000_000).expect("time");
+    assert_eq!(value(&twin, "a"), 2.0);
+    rig.call(&session, "halt", json!({ "instance": instance }));
+    assert_eq!(rig.call(&session, "performed", json!({ "instance": instance }))["condition"], "halted");
+    assert!(states(&rig).is_empty());
+    let (twin, told) = again(killed(&rig));
+    assert!(states(&twin).is_empty(), "{told:?}");
+}
+
+#[test]
 fn its_caller_comes_back_to_what_runs_and_of_a_closed_session_all_is_there() {
     let rig = kept();
     let builder = rig.commander("builder");
