@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The file: messages into chunks, and exact counts of what reached it and what did not.
-use crate::page::{ChannelId, Definition, Page};
+use crate::page::{ChannelId, Definition, JSON, JSON_SCHEMA, Page};
 use crate::{LOSSES, LOST};
 use mcap::Schema;
 use std::collections::BTreeMap;
@@ -32,10 +32,6 @@ pub(crate) struct Count {
     /// Neither.
     pub lost: u64,
 }
-
-/// How messages are written, and what they look like.
-pub(crate) const JSON: &str = "json";
-pub(crate) const JSON_SCHEMA: &str = "jsonschema";
 
 /// A recording's file.
 pub(crate) struct Book {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Pages: messages on their way to the file.
-use crate::file::{JSON, JSON_SCHEMA};
 use mcap::Schema;
 use std::collections::BTreeMap;
+
+/// How messages are written, and what they look like.
+pub(crate) const JSON: &str = "json";
+pub(crate) const JSON_SCHEMA: &str = "jsonschema";
 
 /// A channel of the file. Given by [`Page::channel`], valid for every page of the same recorder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

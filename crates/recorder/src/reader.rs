@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reading a recording back.
-use crate::file::JSON;
+use crate::page::JSON;
 use crate::{ABOUT, ENDS, LOG, LOSSES, LOST, json};
 use indexmap::IndexMap;
 use mcap::{Reader, Record, Unreadable};
