@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bars that are not held yet, each with why: a run that misses one of them is in order. Whoever mends one takes its line out."""
+"""Bars that are not held yet, each with why: a run that misses one of them is in order. A mended bar loses its line."""
 
 from __future__ import annotations
 

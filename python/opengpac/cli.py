@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         if not _is_cut():
             raise
-        # Whoever reads has had enough: `opengpac blocks | head`.
+        # The reader has had enough: `opengpac blocks | head`.
         return 128 + signal.SIGPIPE
     except Error as error:
         print(f"{type(error).__name__}: {_about(error, given, called)}", file=sys.stderr)

@@ -57,7 +57,7 @@ def add_to(commands: Any) -> None:
 def _join(given: argparse.Namespace) -> int:
     token = Path(given.token_file).read_text().strip() if given.token_file else None
     asked = options(given.at, given.name, authority=given.ca, certificate=given.cert, key=given.key, token=token)
-    # Whoever manages services ends it so; it is the same as Ctrl-C.
+    # A manager of services ends it so; it is the same as Ctrl-C.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         print(f"host '{given.name}' joins system '{given.system}' at {given.at}; Ctrl-C ends it", flush=True)

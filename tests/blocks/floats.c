@@ -39,7 +39,7 @@ static void attack(int32_t kind) {
     case X87_PENDING:
         set_x87(0x37b);
 #ifdef __x86_64__
-        // Whoever uses the x87 next gets the signal.
+        // The next user of the x87 gets the signal.
         __asm__ volatile("fld1; fldz; fdivrp");
 #endif
         break;

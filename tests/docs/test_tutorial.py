@@ -33,7 +33,7 @@ def shown(cell: Any) -> dict[str, str]:
 
 
 def patience(**_: Any) -> None:
-    """Each cell has the time that a test has, before whoever watches over tests ends them."""
+    """Each cell has the time that a test has, before the watch over tests ends them."""
     faulthandler.dump_traceback_later(CELL_S + 10, exit=True, file=sys.__stderr__)
 
 

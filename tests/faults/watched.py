@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Kills and stops any one or two of guard, supervisor and processor, by threads and in processes: whoever is left makes the outputs safe.
+"""Kills and stops any one or two of guard, supervisor and processor, by threads and in processes: what is left makes the outputs safe.
 
     python tests/faults/watched.py                       1,000 of them, and a supervisor that stands still for 30 s
     python tests/faults/watched.py --count 60 --seed 7   fewer; a seed and a number make the same attack again
@@ -59,7 +59,7 @@ class Attack:
 
     @property
     def endangers(self) -> str | None:
-        """How whoever commands the plant is attacked; None where it goes on."""
+        """How the program that commands the plant is attacked; None where it goes on."""
         how = dict(self.how)
         if not self.process:
             return how.get("program")

@@ -133,7 +133,7 @@ def test_nothing_is_left_of_a_program_that_is_killed(folder: Path) -> None:
     plants = [name for name in sockets(folder) if name.startswith("plant-")]
     assert len(plants) == 2
     for plant in plants:
-        # One that was made just now is left alone: whoever makes it may not listen there yet.
+        # One that was made just now is left alone: its maker may not listen there yet.
         os.utime(folder / "opengpac" / plant, (1, 1))
     for pid in processes_with(folder, "plant"):
         os.kill(pid, signal.SIGKILL)

@@ -19,7 +19,7 @@
 //! Whatever happens, `run` adds one to `Header::number`.
 //!
 //! An invocation stores all or nothing, also where a signal ends it: until right before its first store `run` has [`RUNNING`] set in
-//! `Header::number`. Only so long may it be ended; from there on whoever wants to end it waits until it has returned.
+//! `Header::number`. Only so long may it be ended; from there on a thread that wants to end it waits until it has returned.
 //!
 //! This file and `include/opengpac.h` describe the same bytes; a test compares every offset.
 

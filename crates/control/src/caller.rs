@@ -123,7 +123,7 @@ impl Gate {
         Ok(Caller { who: format!("token {}", entry.name), role: entry.role, from })
     }
 
-    /// Refuses a request that a page of another site makes, whoever calls. The studio's files, which everybody may have, need no more.
+    /// Refuses a request that a page of another site makes, for any caller. The studio's files, which everybody may have, need no more.
     pub fn check_site(&self, peer: &Peer, headers: &HeaderMap) -> Result<(), Failure> {
         self.check_host(headers)?;
         self.check_origin(peer, headers)
@@ -208,7 +208,7 @@ fn of_protocols(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
 
 fn rejected(why: Rejected) -> Failure {
     let (message, remedy) = match why {
-        Rejected::Wrong => ("the token is wrong", "ask whoever runs the system for one: opengpac token new"),
+        Rejected::Wrong => ("the token is wrong", "ask the operator of the system for one: opengpac token new"),
         Rejected::Expired => ("the token has expired", "ask for a new one: opengpac token new"),
         Rejected::Revoked => ("the token was revoked", "ask for a new one: opengpac token new"),
     };

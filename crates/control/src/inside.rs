@@ -12,7 +12,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use supervisor::System;
 
-/// A system with its control interface, served to whoever has its [`Inside::router`].
+/// A system with its control interface, served to the holder of its [`Inside::router`].
 #[doc(hidden)]
 pub struct Inside(Arc<Service>);
 

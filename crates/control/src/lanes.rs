@@ -144,7 +144,7 @@ pub(crate) struct Lanes {
 }
 
 impl Lanes {
-    /// With threads of its own where there are runtimes, else all on those of whoever serves.
+    /// With threads of its own where there are runtimes, else all on those of the server.
     pub fn new(on: Option<&Runtimes>) -> Arc<Lanes> {
         let threads = |of: fn(&Runtimes) -> &Runtime| on.map_or(Threads::Here, |on| Threads::Own(of(on).handle().clone()));
         Arc::new(Lanes {

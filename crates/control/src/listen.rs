@@ -24,7 +24,7 @@ use tower::ServiceExt;
 
 /// How long headers may take to arrive, and how long a connection may be idle, of who is known.
 const IDLE_MAX: Duration = Duration::from_secs(60);
-/// How long whoever is at the other end may take nothing of an answer.
+/// How long the other end may take nothing of an answer.
 const TAKE_MAX: Duration = Duration::from_secs(10);
 /// The largest headers, bytes.
 const HEADERS_BYTES_MAX: usize = 16 << 10;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Places of connections. Whoever has not said who it is has a place for a short time, and gives way to the next who
-//! comes; whoever is known keeps its place. So nobody without a token can keep out somebody who has one.
+//! Places of connections. A client that has not said who it is has a place for a short time, and gives way to the next that
+//! comes; a client that is known keeps its place. So nobody without a token can keep out somebody who has one.
 use crate::caller::{Caller, Gate, Pass};
 use crate::failure::Failure;
 use api::Role;

@@ -263,7 +263,7 @@ impl Player<'_> {
                     return Err(Failure::new(Class::NotEnabled, message, "look at the log, and enable it again"));
                 }
                 Answered::Done(_) => return Ok(()),
-                // Whoever asks next ends it.
+                // The next question ends it.
                 Answered::Waiting { .. } if !self.watcher.goes_on() => return Ok(()),
                 Answered::Waiting { call, arguments } => answered = api::begin(system, call, &arguments.to_string(), SLICE)?,
             }
@@ -271,7 +271,7 @@ impl Player<'_> {
     }
 }
 
-/// Makes a call as whoever made it, with the rights that he had.
+/// Makes a call as its caller did, with the rights of that caller.
 fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) -> Result<Json, Failure> {
     let unknown = || Failure::new(Class::UnknownName, format!("there is no call '{name}'"), "is this an older daemon?");
     let call = calls::find(name).ok_or_else(unknown)?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where callers record: by plain names, in the one folder that whoever started the daemon gave for that.
+//! Where callers record: by plain names, in the one folder that the daemon was started with for that.
 use crate::failure::Failure;
 use model::refusal::Class;
 use serde_json::{Map, Value as Json};

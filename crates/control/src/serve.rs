@@ -49,7 +49,7 @@ pub struct Options {
     pub page: Option<PathBuf>,
     /// The audit file, instead of one beside the socket.
     pub audit: Option<PathBuf>,
-    /// Whoever is on this machine may observe over TCP without a token.
+    /// Every program on this machine may observe over TCP without a token.
     pub insecure_loopback: bool,
     /// Names that a `Host` may have.
     pub hosts: Vec<String>,

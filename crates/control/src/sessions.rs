@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sessions: who is there, who commands, whose the instances are, and the end reports that wait for who was away.
 //!
-//! Nothing here looks at a clock: whoever calls says what time it is.
+//! Nothing here looks at a clock: the caller says what time it is.
 mod answers;
 
 use crate::caller::Caller;

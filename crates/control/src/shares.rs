@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Shares: how much callers have at a time of what there is a bounded amount of. A quarter is for callers who have nothing yet, and of
-//! the rest a caller gets up to half of what is free: so whoever comes finds some, also where several hold what they can.
+//! the rest a caller gets up to half of what is free: so the next caller finds some, even where several hold what they can.
 use crate::caller::Caller;
 use crate::failure::Failure;
 use api::Role;

@@ -117,7 +117,7 @@ impl Canary {
         self.thread.as_ref().map(|thread| thread.as_fd())
     }
 
-    /// The same, for whoever waits without this value.
+    /// The same, for a thread that waits without this value.
     pub fn thread(&self) -> Option<Arc<OwnedFd>> {
         self.thread.clone()
     }

@@ -296,7 +296,7 @@ impl Shared {
         }
     }
 
-    /// Whoever says first that a process is lost is heard.
+    /// The first to say that a process is lost is heard.
     fn lost(&self, loss: Loss) {
         let is_news = self.state().registry.lose(&loss);
         if is_news {

@@ -41,7 +41,7 @@ pub fn run() -> Result<(), String> {
     serve(link, hearts, path.as_deref().map(Path::new)).map_err(|error| format!("the guard cannot serve: {error}"))
 }
 
-/// Guards for whoever talks over `link`, or connects to `path`. Takes over the process: scheduling, signals, memory.
+/// Guards for every supervisor that talks over `link`, or connects to `path`. Takes over the process: scheduling, signals, memory.
 ///
 /// # Errors
 /// `AddrInUse` where another guard listens at `path`; else what the operating system refuses.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The rules by which a process counts as lost, and what follows from that: values without a clock, a thread or a descriptor. Whoever looks
+//! The rules by which a process counts as lost, and what follows from that: values without a clock, a thread or a descriptor. The caller looks
 //! says what time it is, and a [`Subject`] says what is seen and does what has to be done.
 //!
 //! | who looks | at whom | with | what follows |
@@ -191,7 +191,7 @@ impl Watch {
         self.look_as(of, true, now_ns)
     }
 
-    /// One look beside a guard that serves: where the process has ended it is written for at once, whoever saw it first; one that stands still is
+    /// One look beside a guard that serves: where the process has ended it is written for at once, no matter who saw it first; one that stands still is
     /// left to the guard.
     pub fn look_beside(&mut self, of: &mut impl Subject, now_ns: i64) -> Option<Event> {
         self.look_as(of, false, now_ns)

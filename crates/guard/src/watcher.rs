@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The supervisor's watcher: a thread that does nothing else. It looks at the guard, which is replaced where it stands still, and beside the
-//! guard at every process that is registered there: whoever notices first writes the safe handles, and to write them twice does no harm. It is the
+//! guard at every process that is registered there: the first to notice writes the safe handles, and to write them twice does no harm. It is the
 //! canary of this process, too.
 use crate::canary::Sings;
 use crate::serve::{BEAT_NS, Hearts};

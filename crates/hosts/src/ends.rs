@@ -107,7 +107,7 @@ impl Writing {
         });
     }
 
-    /// Lets the state make packets, and sends them when it is unlocked: whoever gets them may answer at once, on this thread.
+    /// Lets the state make packets, and sends them when it is unlocked: their receiver may answer at once, on this thread.
     fn send(&self, make: impl FnOnce(&mut WritingState, &mut Packets)) {
         let mut out = Packets::new();
         make(&mut locked(&self.state), &mut out);

@@ -6,7 +6,7 @@ use std::fmt;
 use std::time::Duration;
 
 /// Carries connections whose ends lie in different processes or on different hosts. Both ends of a connection are made with one number
-/// and one [`ConnectionSpec`], in any order, by whoever runs the source; a reader that comes later than a publication finds the newest group.
+/// and one [`ConnectionSpec`], in any order, by the owner of the source; a reader that comes later than a publication finds the newest group.
 pub trait Ends: Send {
     /// The writing end of connection `number`. Not on the real-time path.
     ///

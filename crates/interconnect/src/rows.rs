@@ -42,7 +42,7 @@ impl RowsWriter {
         let shared = &*self.shared;
         let row = shared.place(self.next);
         row[STAMP].store(stamp_of(self.written) - 1, Ordering::Relaxed);
-        // Whoever reads a word stored below sees, after its acquire fence, the odd stamp stored above.
+        // A reader of a word stored below sees, after its acquire fence, the odd stamp stored above.
         fence(Ordering::Release);
         row[NUMBER].store(number, Ordering::Relaxed);
         row[TIME].store(time_ns.cast_unsigned(), Ordering::Relaxed);
@@ -52,7 +52,7 @@ impl RowsWriter {
         row[STAMP].store(stamp_of(self.written), Ordering::Relaxed);
         self.written += 1;
         self.next = if self.next + 1 == shared.depth { 0 } else { self.next + 1 };
-        // Whoever has seen this count sees all of the row.
+        // A reader that has seen this count sees all of the row.
         shared.written.0.store(self.written, Ordering::Release);
     }
 

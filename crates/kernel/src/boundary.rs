@@ -75,7 +75,7 @@ impl Kernel {
                 // SAFETY: an activation of this source.
                 Op::Follow { activation, due, had } => unsafe { activation.swap(due, had) },
                 Op::Inherit(inheritance) => {
-                    // SAFETY: this is the kernel of the source; whoever submitted it has seen the others end.
+                    // SAFETY: this is the kernel of the source; its submitter has seen the others end.
                     unsafe { inheritance.carry_out(self.source.id) };
                     self.stored = true;
                 }

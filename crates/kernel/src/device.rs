@@ -183,7 +183,7 @@ impl Device {
         self.standing.asking[channel].once.load(Ordering::Acquire)
     }
 
-    /// Asks whoever runs a remote one; nothing of one that runs here.
+    /// Asks the processor of a remote one; nothing of one that runs here.
     pub fn call(&self, call: DeviceCall) {
         if let Some(calls) = self.calls.get() {
             calls(call);

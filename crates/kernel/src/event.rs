@@ -68,7 +68,7 @@ pub enum Event {
     Overrun { source: SourceId, reader: SourceId, member: u32, time_ns: i64 },
     /// A ratio value was absent when its number was due: the old one is kept.
     Late { source: SourceId, member: u32, time_ns: i64 },
-    /// Whoever ran a remote source is gone. `block`: the one that ran, where that is known.
+    /// What ran a remote source is gone. `block`: the one that ran, where that is known.
     Gone { source: SourceId, block: Option<BlockId>, message: String, time_ns: i64 },
     /// An end of a connection could not be made: nothing will come over it.
     Unconnected { writer: SourceId, reader: SourceId, message: String },

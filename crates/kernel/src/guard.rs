@@ -146,7 +146,7 @@ impl Guard {
         match (at, late) {
             (None, None) => None,
             (None, Some(late)) => Some(Over { signal: budget_signal(), step: late, at, is_lost }),
-            // Whoever is ended for the time is the one that ran when it was spent.
+            // The block that is ended for the time is the one that ran when it was spent.
             (Some(step), late) => Some(Over { signal: ended_by, step: late.filter(|_| ended_by == budget_signal()).unwrap_or(step), at, is_lost }),
         }
     }
@@ -209,7 +209,7 @@ impl Guard {
     /// This process ends, soon: others read in the black box that `step` was the last to run, and the watchdog waits only so long.
     pub(crate) fn retire(&self, step: u32) {
         self.shared().step.store(step, Ordering::Relaxed);
-        // Long ago: whoever looks finds a loop that is too old.
+        // Long ago: a look finds a loop that is too old.
         self.shared().started_ns.store(1, Ordering::Relaxed);
         self.retires.store(1, Ordering::Relaxed);
     }

@@ -61,7 +61,7 @@ pub struct Stage {
 }
 
 /// A verb instance as the kernels know it. It may have steps in several sources. One word, (generation, stage, moved), is what
-/// kernel, supervisor and PS race on: whoever moves it first acts.
+/// kernel, supervisor and PS race on: the first to move it acts.
 pub struct Process {
     id: u64,
     created: u64,

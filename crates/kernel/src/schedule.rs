@@ -47,7 +47,7 @@ impl Due {
 pub struct Activation {
     /// As the kernel of its source goes by.
     due: UnsafeCell<Due>,
-    /// The same as whoever builds tables knows it: what a `follow` under way will bring.
+    /// The same as the builder of tables knows it: what a `follow` under way will bring.
     planned: Mutex<Due>,
     stamp: Option<Cell>,
     budget_ns: Option<u64>,
@@ -84,7 +84,7 @@ impl Activation {
         Arc::new(Activation { due: UnsafeCell::new(due.clone()), planned: Mutex::new(due), stamp, budget_ns, state: UnsafeCell::new(state) })
     }
 
-    /// From now on whoever builds tables knows it as due by `due`.
+    /// From now on the builder of tables knows it as due by `due`.
     pub(crate) fn plan(&self, due: &Due) {
         *self.planned.lock().expect("nobody panics with the lock held") = due.clone();
     }
@@ -112,7 +112,7 @@ impl Activation {
         self.budget_ns
     }
 
-    /// When it is due, as whoever builds tables knows it.
+    /// When it is due, as the builder of tables knows it.
     pub fn planned(&self) -> Due {
         self.planned.lock().expect("nobody panics with the lock held").clone()
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values that outlive whoever stores them. An SVV has a stamp beside its value in each image, and, where it has a history, a ring of its
+//! Values that outlive the block that stores them. An SVV has a stamp beside its value in each image, and, where it has a history, a ring of its
 //! last values. The block that stores the value stamps it and appends it at the end of its firing, whichever block that is: so number, time
 //! and history go on from one writer to the next, and nobody who was not due, or who faulted, leaves anything there.
 use crate::block::{Block, BlockId};

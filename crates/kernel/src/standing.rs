@@ -65,7 +65,7 @@ pub(crate) const STOP: u8 = 1;
 pub(crate) const TELL: u8 = 2;
 pub(crate) const AT_ZERO: u8 = 4;
 
-/// What whoever runs a remote device is asked to do.
+/// What the processor of a remote device is asked to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum DeviceCall {
     /// `Device::ask`.

@@ -83,7 +83,7 @@ pub struct Table {
     pub marks: Marks,
 }
 
-// SAFETY: a table belongs to one thread at a time: whoever builds it, then the kernel of its source, then whoever frees it. Its
+// SAFETY: a table belongs to one thread at a time: its builder, then the kernel of its source, then the thread that frees it. Its
 // pointers lead to what it keeps alive itself.
 unsafe impl Send for Table {}
 // SAFETY: nothing of a table can be reached through a shared reference from outside; the kernel that has it in force owns it.

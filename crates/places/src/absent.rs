@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! In place of [`joined`](self) where links between hosts were not built: whoever asks for them is told how to get them.
+//! In place of [`joined`](self) where links between hosts were not built: a caller that asks for them is told how to get them.
 use crate::telling::Telling;
 use rtp::{NO_HOSTS, Started};
 use serde::Deserialize;

@@ -82,7 +82,7 @@ pub(crate) fn find(system: &str, processor: &str) -> Result<Option<Waiting>, Str
             Ok(link) => link,
             Err(why) => {
                 if why.kind() == ErrorKind::ConnectionRefused {
-                    // Whoever made it was killed. Gone meanwhile is as good.
+                    // Its maker was killed. Gone meanwhile is as good.
                     let _removed = std::fs::remove_file(&path);
                 }
                 continue;

@@ -127,7 +127,7 @@ impl Door for SocketDoor {
         match heard::<Knock>(&frame) {
             Ok(knock) if knock.means(&belongings.system, &belongings.processor) => Some(Box::new(Visitor { link, belongings })),
             _ => {
-                // Whoever it is sees it closed where it does not hear this.
+                // The other end sees it closed where it does not hear this.
                 let _said = say(&link, &Answered::Other, &[]);
                 None
             }

@@ -27,7 +27,7 @@ pub(crate) fn text(why: impl std::fmt::Display) -> String {
 pub(crate) const SYSTEM: &str = "OPENGPAC_SYSTEM_NAME";
 pub(crate) const RUN: &str = "OPENGPAC_SYSTEM_RUN";
 pub(crate) const PYTHON: &str = "OPENGPAC_PYTHON";
-/// What the process is called (for its processor, or as those that share it name it), and where the guard is found by whoever takes it over.
+/// What the process is called (for its processor, or as those that share it name it), and where the guard is found by a supervisor that takes it over.
 pub(crate) const PROCESSOR: &str = "OPENGPAC_PROCESSOR";
 pub(crate) const GUARD: &str = "OPENGPAC_GUARD_AT";
 

@@ -45,7 +45,7 @@ impl Heartbeat {
         self.memory.word(0).load(Ordering::Acquire)
     }
 
-    /// Whoever beat it is gone, and the next has not beaten yet.
+    /// What beat it is gone, and the next has not beaten yet.
     pub fn begin(&self) {
         self.memory.word(0).store(0, Ordering::Release);
     }

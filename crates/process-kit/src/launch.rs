@@ -23,7 +23,7 @@ const FIRST: RawFd = 3;
 /// A process to start: its command line, what it inherits, its limits.
 ///
 /// It gets a process group of its own, so that Ctrl-C at the terminal does not reach it, no input, our outputs, and the processor
-/// cores of our main thread at ordinary priority, whoever starts it. It survives us.
+/// cores of our main thread at ordinary priority, no matter which thread starts it. It survives us.
 #[derive(Debug)]
 pub struct Launch {
     command: Vec<OsString>,

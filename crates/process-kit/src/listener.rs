@@ -150,7 +150,7 @@ pub fn run_folder() -> io::Result<PathBuf> {
     Ok(folder)
 }
 
-/// A folder that nobody had before, in [`run_folder`], mode 0700. Whoever makes it removes it.
+/// A folder that nobody had before, in [`run_folder`], mode 0700. Its maker removes it.
 ///
 /// # Errors
 /// As [`run_folder`].

@@ -88,7 +88,7 @@ impl Player {
     /// The next item; what happened, where that is a stretch of a source.
     ///
     /// # Errors
-    /// The record ends here for whoever runs it, and why.
+    /// The record ends here for the player, and why.
     pub fn play(&mut self, item: &Item) -> Result<Option<Moment>, Unplayable> {
         let entry = match item {
             Item::Module { key, name, bytes } => {
@@ -139,7 +139,7 @@ impl Player {
         }
         if stretch.lost > 0 {
             let (name, number, lost) = (self.name(source), stretch.number, stretch.lost);
-            let why = format!("{lost} firings and scripts of source '{name}' before firing {number} are not in it: whoever wrote it was too slow");
+            let why = format!("{lost} firings and scripts of source '{name}' before firing {number} are not in it: its recorder was too slow");
             return Err(Unplayable(format!("the record cannot be replayed from here on: {why}")));
         }
         let script = if let Occasion::Script(number) = stretch.occasion { self.scripts.remove(&number) } else { None };

@@ -93,7 +93,7 @@ impl Recording {
             for (key, code) in modules.iter_mut().filter(|(_, code)| !code.is_taken) {
                 code.is_taken = true;
                 let bytes = std::mem::take(&mut code.bytes);
-                // The library comes with whoever runs the record.
+                // The library comes with the player.
                 if !bytes.is_empty() {
                     out.push(Item::Module { key: key.clone(), name: code.name.clone(), bytes });
                 }

@@ -183,7 +183,7 @@ impl Run {
 
     fn over(&mut self) -> Result<Found, String> {
         if !self.reader.has_items() && self.reader.is_cut_off() {
-            return Err("the file ends before there is anything to replay: whoever wrote it was stopped too soon".to_owned());
+            return Err("the file ends before there is anything to replay: its recorder was stopped too soon".to_owned());
         }
         if !self.reader.has_items() {
             return Err("the file has nothing to replay: record it with cell.record(path, replay=True), or with 'opengpac record'".to_owned());
@@ -199,7 +199,7 @@ impl Run {
             let known = if self.modules.is_empty() { "none but the library".to_owned() } else { self.modules.join(", ") };
             return Err(format!("the record has no code module '{name}' that another could stand in for; it has {known}"));
         }
-        let message = if self.reader.is_cut_off() { "the file ends in the middle: whoever wrote it was stopped" } else { "" };
+        let message = if self.reader.is_cut_off() { "the file ends in the middle: its recorder was stopped" } else { "" };
         Ok(self.found("end", None, message.to_owned()))
     }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Native code out of a file: a record brings the code modules of its blocks, and to run it again is to run them. Nobody's file is trusted for being
-//! there: whoever runs it says so, of all its modules or of those with these digests.
+//! there: the user says so, of all its modules or of those with these digests.
 use crate::file::Reader;
 use crate::recording::Item;
 use serde::{Deserialize, Serialize};
@@ -90,7 +90,7 @@ impl Trust {
 fn refusal(path: &str, strange: &[Brought]) -> String {
     let told: Vec<String> = strange.iter().map(|one| format!("'{}' ({} bytes, SHA-256 {})", one.name, one.len, one.sha256)).collect();
     format!(
-        "'{path}' brings native code, which a replay runs with all your rights: {}; who built it the file does not say: where you trust whoever gave it to you, replay it with trust=True (opengpac replay --trust)",
+        "'{path}' brings native code, which a replay runs with all your rights: {}; who built it the file does not say: where you trust its origin, replay it with trust=True (opengpac replay --trust)",
         told.join(", ")
     )
 }

@@ -119,7 +119,7 @@ impl Agent {
         })
     }
 
-    /// Serves until the other side closes it, is gone or says nothing for too long; turns away whoever knocks meanwhile.
+    /// Serves until the other side closes it, is gone or says nothing for too long; turns away what connects meanwhile.
     pub fn run(&mut self, door: &mut Option<Box<dyn Door>>) -> Ended {
         let mut silence = Silence::begins();
         loop {

@@ -5,13 +5,13 @@ use interconnect::{Ends, Link};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What a build without links between hosts says to whoever asks for them.
+/// What a build without links between hosts says to a caller that asks for them.
 pub const NO_HOSTS: &str = "this build has no links between hosts: `make setup-hosts` builds them in the sources, and the wheel has them";
 
 /// What carries connections between this process and a processor.
 pub type Near = Box<dyn Ends>;
 
-/// Starts processors in processes of this host, and finds those that joined from others. Given to a system by whoever makes it.
+/// Starts processors in processes of this host, and finds those that joined from others. Given to a system by its maker.
 pub trait Places: Send + Sync {
     /// Where they are to tell what people should know: what it is about, and what happened. Once, before the first process.
     fn tell_to(&self, _tell: Tell) {}

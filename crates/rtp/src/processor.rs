@@ -278,7 +278,7 @@ impl Processor {
         self.send(&Order::Shut { device: device.to_owned() });
     }
 
-    /// What is to be done with a process in a source there if whoever commands is gone: it goes on (`Some(None)`), this is carried out, or
+    /// What is to be done with a process in a source there if its supervisor is gone: it goes on (`Some(None)`), this is carried out, or
     /// nothing any more.
     pub fn farewell(&self, process: u64, source: SourceId, script: Option<Option<&Script>>) {
         let mut wire = locked(&self.wire);

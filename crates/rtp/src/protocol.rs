@@ -39,7 +39,7 @@ pub enum Order {
     Device { device: String, call: DeviceCall },
     /// Sets or clears the flag of the emergency stop.
     Stop { set: bool },
-    /// What is to be done with a process in a source if whoever commands is gone: it goes on, or this script. From the start of a verb
+    /// What is to be done with a process in a source if its supervisor is gone: it goes on, or this script. From the start of a verb
     /// instance to its end.
     Farewell { process: u64, source: SourceId, parcel: Option<Parcel> },
     /// Its end.

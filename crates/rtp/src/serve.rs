@@ -78,7 +78,7 @@ fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent
 fn admitted(agent: Agent, caller: Box<dyn Caller>) -> Result<Agent, Box<Agent>> {
     let terms = agent.terms.clone();
     let Ok(admitted) = caller.admit() else { return Err(Box::new(agent)) };
-    // Whoever it was has been told why, or is gone.
+    // The other end has been told why, or is gone.
     Agent::hired(admitted, &terms, Some(Box::new(agent))).map_err(|(_, before)| before.expect("it was given"))
 }
 
@@ -96,7 +96,7 @@ fn leave(agent: Agent, ended: Ended, door: Option<Box<dyn Door>>) -> Result<(), 
 }
 
 impl Agent {
-    /// Whoever commanded is gone: each process gets its farewell; what has none goes on as long as the patience lasts.
+    /// The supervisor is gone: each process gets its farewell; what has none goes on as long as the patience lasts.
     fn bid(&mut self) {
         for ((process, source), parcel) in std::mem::take(&mut self.farewells) {
             let Some(parcel) = parcel else {

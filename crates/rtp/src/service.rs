@@ -33,7 +33,7 @@ pub struct Service {
     pub black_box: Option<BlackBox>,
     /// Where a new supervisor knocks, for a process that goes on without one for a while; none: nobody can take it over.
     pub door: Option<Box<dyn Door>>,
-    /// Whoever commands it.
+    /// The supervisor that commands it.
     pub terms: Terms,
 }
 
@@ -51,8 +51,8 @@ pub struct Terms {
     pub unwatched: Unwatched,
     /// How the heart rests between two beats.
     pub rests: Rests,
-    /// Where whoever commands is gone without a word, the process ends here with its outputs safe and its devices open: what outlives it is
-    /// found as it was by whoever comes back. For a process that has nothing else to do.
+    /// Where the supervisor is gone without a word, the process ends here with its outputs safe and its devices open: what outlives it is
+    /// found as it was by a supervisor that comes back. For a process that has nothing else to do.
     pub leaves: bool,
 }
 

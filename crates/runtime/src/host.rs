@@ -57,7 +57,7 @@ pub struct Host {
     closed: AtomicBool,
 }
 
-// SAFETY: the executor, the only part that is not `Sync` by itself, holds kernels, which belong to whoever holds its lock.
+// SAFETY: the executor, the only part that is not `Sync` by itself, holds kernels, which belong to the holder of its lock.
 unsafe impl Sync for Host {}
 // SAFETY: as for `Sync`.
 unsafe impl Send for Host {}
@@ -72,7 +72,7 @@ struct BlackBox {
     left: usize,
 }
 
-// SAFETY: an address; whoever gave it promised that nobody else writes there.
+// SAFETY: an address; its giver promised that nobody else writes there.
 unsafe impl Send for BlackBox {}
 
 impl BlackBox {

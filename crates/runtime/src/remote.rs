@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Remote sources: in another process of this host, or on another one. The host here keeps them by number like its own; whoever runs them
+//! Remote sources: in another process of this host, or on another one. The host here keeps them by number like its own; what runs them
 //! stands behind [`Remote`].
 //!
 //! A verb instance whose sources all lie in one place has its word there: kernels react to its conditions in the same firing,
@@ -8,7 +8,7 @@
 use interconnect::{ConnectionSpec, EndError, Receiver, Sender};
 use kernel::{BlockId, BlockTimes, RemoteWord, Script, SourceId, Statistics};
 
-/// Whoever runs remote sources. All calls come from ordinary threads; none waits longer than the link to it lives.
+/// What runs remote sources. All calls come from ordinary threads; none waits longer than the link to it lives.
 pub trait Remote: RemoteWord {
     /// Hands a script to a source there. Its acknowledgement comes back by [`Host::tell`](crate::Host::tell).
     fn submit(&self, source: SourceId, script: Box<Script>);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A remote device: whoever runs it is asked by [`DeviceCall`] and tells by [`DeviceState`].
+//! A remote device: its processor is asked by [`DeviceCall`] and tells by [`DeviceState`].
 use device::{Channel, DeviceError, Driver};
 use kernel::{Device, DeviceCall};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// How a device stands, as whoever runs it tells it.
+/// How a device stands, as its processor tells it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct DeviceState {
     /// It failed.
@@ -39,7 +39,7 @@ impl DeviceState {
     }
 }
 
-/// A remote device, with these channels. `calls` asks whoever runs it.
+/// A remote device, with these channels. `calls` asks its processor.
 ///
 /// # Errors
 /// None: as of [`Device::open`].

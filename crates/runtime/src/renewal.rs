@@ -2,7 +2,7 @@
 //! A lost device that is opened again: another driver takes the place of the one that failed, between two firings. Cells, claims and
 //! tables stay as they are.
 //!
-//! A machine is often opened by one driver at a time, so this takes two steps: the old driver is given back, and closed by whoever gets it;
+//! A machine is often opened by one driver at a time, so this takes two steps: the old driver is given back, and closed by the thread that gets it;
 //! then the new one, opened meanwhile off the real-time path, is put in.
 use crate::remote_device;
 use device::Direction;
@@ -93,7 +93,7 @@ impl Reopening for Renewal {
         // SAFETY: the caller is the one that touches it.
         let service = unsafe { device.service() };
         if let Some(by) = &self.by {
-            // SAFETY: no kernel has it in a table, and whoever made this waits for the end of it.
+            // SAFETY: no kernel has it in a table, and the maker of this waits for the end of it.
             let other = unsafe { by.service() };
             mem::swap(&mut service.driver, &mut other.driver);
             mem::swap(&mut service.ahead_ns, &mut other.ahead_ns);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A run of a host written down so that it can be run again: every script as bytes, and of every source what came to it from outside.
 //!
-//! Whoever decides (supervisor, programming system) decides by scripts; what it decided is in them, so nothing of it needs to be run
+//! What decides (supervisor, programming system) decides by scripts; what it decided is in them, so nothing of it needs to be run
 //! again. Connections within the host are told by name as if their ends were remote, so that the other side can make its own.
 pub(crate) mod tape;
 mod taped;

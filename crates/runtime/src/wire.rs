@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Scripts and tables as bytes: what a host hands to a kernel in another process or on another host.
 //!
-//! Whoever commands builds tables and scripts of blocks, cells and connections as for a source of its own; these objects are only kept
+//! The supervisor builds tables and scripts of blocks, cells and connections as for a source of its own; these objects are only kept
 //! there. [`Writer`] gives each of them a number when a script names it for the first time, and describes it once; [`Reader`] makes it
 //! where the source runs. What is held by nobody any more is forgotten on both sides. Memory is sent as it is before anything
 //! runs; addresses never travel: each side has its own.

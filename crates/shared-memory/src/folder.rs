@@ -116,7 +116,7 @@ fn is_of_a_run(path: &Path) -> bool {
     run.is_some_and(|run| run.len() == RUN_LEN && run.bytes().all(|b| b.is_ascii_hexdigit()))
 }
 
-/// Whether it is a folder, no link to one, of this user, where nobody else may write: else whoever made it says what is removed there.
+/// Whether it is a folder, no link to one, of this user, where nobody else may write: else its maker says what is removed there.
 fn is_ours(path: &Path) -> bool {
     // SAFETY: asks for a number.
     let user = unsafe { libc::geteuid() };

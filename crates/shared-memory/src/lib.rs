@@ -76,7 +76,7 @@ pub struct SharedMemory {
 
 impl SharedMemory {
     /// Enters the shared memory of run `run` of a system, and removes what dead processes of any run left. All processes that are to be
-    /// connected give the same name and the same run ([`new_run`], passed on by whoever starts them); others never meet.
+    /// connected give the same name and the same run ([`new_run`], passed on by the process that starts them); others never meet.
     ///
     /// # Errors
     /// No rights or no room in `/dev/shm`.
@@ -140,7 +140,7 @@ impl Drop for SharedMemory {
     }
 }
 
-/// A number that no other run has: for whoever starts a system.
+/// A number that no other run has: for the process that starts a system.
 pub fn new_run() -> u64 {
     // Keyed by the system's random numbers, anew for each thread and counted up for each call.
     RandomState::new().hash_one(std::process::id())

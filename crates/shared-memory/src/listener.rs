@@ -13,7 +13,7 @@ use std::time::Duration;
 const PRIORITY: i32 = 99;
 /// A count that is further off than this, and than the queue is deep, was written over by something else: it is not followed.
 const ROWS_MAX: usize = 1 << 10;
-/// Rings one after the other that nothing had come for, before this thread rests a while: whoever rings without a row does not get a
+/// Rings one after the other that nothing had come for, before this thread rests a while: a sender that rings without a row does not get a
 /// processor for it.
 const VAIN_MAX: u32 = 16;
 const REST: Duration = Duration::from_millis(1);

@@ -4,7 +4,7 @@
 //! There are two kinds, and they do not know each other: one on the whole file, and one on each of its bytes. Both belong to the open file, so they
 //! also hold between two openings of one process.
 //!
-//! Whoever waits for one waits for a while and no longer: a process may be stopped with a lock held, or hold it on purpose.
+//! A thread that waits for one waits for a while and no longer: a process may be stopped with a lock held, or hold it on purpose.
 use std::fs::File;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd};

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! How the memory of one process is found by another: a link in the run's folder that leads to a descriptor of the process that offers it.
 //!
-//! A file of the folder is a name and nothing else: nothing is ever mapped from there, as whoever may open such a file may cut it off, and an
+//! A file of the folder is a name and nothing else: nothing is ever mapped from there, as a process that may open such a file may cut it off, and an
 //! access behind its end ends the process. The memory itself has no name, and its size is sealed; who comes looks at the seals before it maps.
 //! When the process that offers it is gone, so is what the link leads to.
 use std::fs::{self, File, OpenOptions};

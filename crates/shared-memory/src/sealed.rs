@@ -18,7 +18,7 @@ pub struct Sealed {
     len: usize,
 }
 
-// SAFETY: it is memory that other processes use too: whoever reaches into it must do so by atomics or by a rule of its own,
+// SAFETY: it is memory that other processes use too: what reaches into it must do so by atomics or by a rule of its own,
 // wherever its thread runs. The mapping is not bound to a thread.
 unsafe impl Send for Sealed {}
 // SAFETY: as for `Send`.

@@ -246,10 +246,10 @@ impl Door {
         }
     }
 
-    /// The panel stops what runs: it is answered, whoever waits.
+    /// The panel stops what runs: it is answered, no matter who waits.
     async fn stop(&mut self, of: Operation) -> Result<(), Broken> {
         self.again();
-        // Whoever has come before has what it takes.
+        // What has come before has what it takes.
         for _ in 0..8 {
             tokio::task::yield_now().await;
         }

@@ -2,7 +2,7 @@
 //! The supervisor: verb instances, command lists, transitions, ends. It runs plans, and talks with the programming system.
 //!
 //! A call of the PS takes the [`System`]'s lock, plans or commands, and hands scripts to the kernels; what kernels tell is taken
-//! by the supervisor's thread (under the virtual clock: by whoever advances time). Nothing here is on a real-time path: a
+//! by the supervisor's thread (under the virtual clock: by the thread that advances time). Nothing here is on a real-time path: a
 //! transition that lies in one source is a reaction, prepared here when the instance is made and carried out by its kernel.
 //!
 //! The folders are floors; each knows those below it. `registry`: what there is, and who writes it. `wiring`: where blocks, cells and

@@ -102,7 +102,7 @@ def _divides(period: float, interval: float) -> bool:
 def _wait_for_value(name: str, block: str, inputs: Mapping[str, Any]) -> Verb[..., Any]:
     return Verb(
         name,
-        doc="Waits for an SVV, whoever writes it; it is looked at every 10 ms, or as its timer can.",
+        doc="Waits for an SVV, whatever writes it; it is looked at every 10 ms, or as its timer can.",
         blocks={"watch": lib.block(block)},
         instantiation_parameters={"svv": "watch.u"},
         modes={"watch.u": "asynchronous"},

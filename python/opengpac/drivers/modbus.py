@@ -79,13 +79,13 @@ def modbus_server(
     period: Quantity | None = None,
     age_max: Quantity | None = None,
 ) -> Driver:
-    """Signals of this machine for whoever asks by Modbus over TCP, a controller of the line: `modbus_server("tcp/127.0.0.1:1502", …)`.
+    """Signals of this machine for every client of Modbus over TCP, a controller of the line: `modbus_server("tcp/127.0.0.1:1502", …)`.
 
     Channels are declared as those of `modbus`. What is read here is what clients wrote, in `holding` registers and coils; what is
     written here (`"write": True`) they read, in any table. Other addresses are refused. A request is carried out as a whole or not
     at all.
 
-    Modbus asks nobody who they are: whoever reaches the port may write. So it listens on this host alone (127.0.0.1), or with
+    Modbus asks nobody who they are: every program that reaches the port may write. So it listens on this host alone (127.0.0.1), or with
     `to_network=True` at any address: on a network of machines, behind a firewall. `clients` (8) may be connected; for one more the
     one gives way that has been silent for the longest. With `silent="2 s"` the device is lost when clients, after their first
     request, ask nothing for so long. Registers and channels meet each `period` (10 ms).

@@ -111,7 +111,7 @@ class Catalogue:
         _warn(problems)
 
     def _refuse(self, name: str, what: str) -> None:
-        # Whoever asks by a short name is answered by short names.
+        # A short name is answered by short names.
         known = [n for c in self.components() for n in (c.names if "." in name else c.names[:1])]
         remedy = did_you_mean(name, dict.fromkeys(known)) or "opengpac blocks search WORDS finds what there is"
         if self._problems:

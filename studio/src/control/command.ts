@@ -25,7 +25,7 @@ export class Command {
     return name !== null && this.holder.get() === name;
   }
 
-  /** Takes command. `force`: from whoever has it (role `configure`). Errors: `Refused`, naming the holder. */
+  /** Takes command. `force`: from its holder (role `configure`). Errors: `Refused`, naming the holder. */
   async take(force = false): Promise<void> {
     const { holder } = await request<{ holder: string }>(this.#asker, "POST", "/v1/command", force ? { force: true } : {});
     this.holder.set(holder);

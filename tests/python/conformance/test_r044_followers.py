@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requirements 42 and 44 across instances: who follows an SVV follows whoever writes it, and ratio phases never slip."""
+"""Requirements 42 and 44 across instances: a follower of an SVV follows its writer, and ratio phases never slip."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a host that was lent ends: called back by people or by whoever manages services, or because its system is gone."""
+"""How a host that was lent ends: called back by people or by a manager of services, or because its system is gone."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A page of two files in place of the built one, and plain requests to whoever serves it."""
+"""A page of two files in place of the built one, and plain requests to its server."""
 
 from __future__ import annotations
 

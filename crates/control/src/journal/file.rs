@@ -105,7 +105,7 @@ impl LogFile {
     }
 }
 
-/// Writes a new file beside the path, syncs it, and moves it there: whoever looks sees the old one or the new one.
+/// Writes a new file beside the path, syncs it, and moves it there: a reader sees the old one or the new one.
 fn write_whole<'a, T: Serialize + 'a>(path: &Path, head: &Head, lines: impl Iterator<Item = &'a T>) -> io::Result<(File, u64)> {
     let new = beside(path, "new");
     // What a daemon that died in the middle of this has left.

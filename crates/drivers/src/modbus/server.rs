@@ -37,7 +37,7 @@ const OPTIONS: [OptionWord; 5] = [
         "to_network",
         Kind::Bool,
         "false",
-        "whether other hosts may connect: Modbus asks nobody who they are, so whoever reaches the port may write",
+        "whether other hosts may connect: Modbus asks nobody who they are, so every program that reaches the port may write",
     ),
     OptionWord::with_default("clients", Kind::Whole, "8", "how many may be connected; for one more the one gives way that was silent for the longest, 1 to 64"),
     OptionWord::with_default("silent_ns", Kind::Whole, "for ever", "how long clients may ask nothing, after the first request, before the device is lost")

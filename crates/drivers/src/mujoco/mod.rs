@@ -60,7 +60,7 @@ fn shape(given: &Given<'_>) -> Result<Option<Geometry>, DriverError> {
     Ok(Some(geometry::geometry(&arm, &fields)))
 }
 
-/// Tries a model in a process of its own, for whoever is about to load it with a MuJoCo of theirs. Without the library there is nothing
+/// Tries a model in a process of its own, for a program that is about to load it with a MuJoCo of its own. Without the library there is nothing
 /// to try.
 fn tried(given: &Given<'_>) -> Result<(), DriverError> {
     let options: Options = given.read()?;

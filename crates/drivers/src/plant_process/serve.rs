@@ -36,7 +36,7 @@ pub fn run() -> Result<(), String> {
             Ok(())
         }
         Err(problem) => {
-            // Whoever asked for it says so.
+            // The one that asked for it says so.
             answer(&link, &Answer::Refused(problem), &[]);
             Ok(())
         }
@@ -245,7 +245,7 @@ impl Plant {
         answer(link, &told, &[])
     }
 
-    /// A new session, safe until commands come; whoever had the one before commands no more.
+    /// A new session, safe until commands come; the holder of the one before commands no more.
     fn open(&mut self, holder: u64) -> Result<(), String> {
         if let Some(why) = &self.failed {
             return Err(why.clone());

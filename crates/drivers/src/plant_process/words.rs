@@ -13,7 +13,7 @@ pub(super) enum Ask {
     Describe,
     /// A new session: memory comes with the answer, and the one before is cut off.
     Open,
-    /// The plant is put away; from whoever holds the session, or anybody where there is none.
+    /// The plant is put away; from the holder of the session, or anybody where there is none.
     Close,
     State,
 }

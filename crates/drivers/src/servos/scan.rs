@@ -45,7 +45,7 @@ fn adapters() -> Vec<String> {
 fn present(bus: &mut Bus) -> std::io::Result<Vec<(u8, u32)>> {
     let model = Map::of(bus.protocol).model;
     let mut servos = Vec::new();
-    // The adapter gives back what it is given whoever is there.
+    // The adapter gives back what it is given, with or without a servo.
     bus.find_echo(1, model)?;
     for id in 0..=ID_MAX {
         if !bus.ping(id)? {

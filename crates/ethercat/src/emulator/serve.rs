@@ -62,7 +62,7 @@ fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool) {
             Ok(Some(len)) => {
                 // Begun at 1 s, so that no time is 0.
                 let now_ns = start.elapsed().as_nanos() as u64 + 1_000_000_000;
-                // Locked until it is answered: whoever sees that a frame was counted knows that its answer is there.
+                // Locked until it is answered: a test that sees that a frame was counted knows that its answer is there.
                 let mut segment = segment.lock().unwrap_or_else(PoisonError::into_inner);
                 if segment.pass(&mut frame[..len], now_ns) {
                     link.answer(&frame[..len], &sender);
@@ -141,6 +141,6 @@ fn show(segment: &Segment) -> Value {
 
 fn say(what: &Value) {
     let mut out = io::stdout().lock();
-    // Whoever started it may be gone; then its input ends too.
+    // The program that started it may be gone; then its input ends too.
     let _ = writeln!(out, "{what}").and_then(|()| out.flush());
 }

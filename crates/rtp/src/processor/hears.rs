@@ -58,7 +58,7 @@ impl Processor {
         {
             self.tell_loss(&host, why);
         }
-        // Last: whoever sees it down finds that its loss has been told.
+        // Last: a thread that sees it down finds that its loss has been told.
         self.is_up.store(false, Ordering::Release);
         self.answered.notify_all();
     }

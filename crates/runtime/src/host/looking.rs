@@ -39,7 +39,7 @@ impl Host {
     }
 
     /// How often the supervisor was rung for so far: read before `poll` and whatever else is looked at, and given to
-    /// [`Host::park_since`], so that nothing that comes meanwhile is slept through, whoever else polls.
+    /// [`Host::park_since`], so that nothing that comes meanwhile is slept through, no matter who else polls.
     pub fn rings(&self) -> u32 {
         self.shared.supervisor.rings()
     }

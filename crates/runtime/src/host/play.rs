@@ -48,7 +48,7 @@ impl Host {
         }
     }
 
-    /// The writing end of a connection that the record has: whoever reads it gets what is recorded.
+    /// The writing end of a connection that the record has: its reader gets what is recorded.
     pub fn played_sender(&self, way: &Way) -> Box<dyn Sender> {
         Box::new(Unread(vec![0; way.spec.asynchronous_len], vec![0; way.spec.queue_row_len]))
     }

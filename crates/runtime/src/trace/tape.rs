@@ -63,7 +63,7 @@ impl Ask {
     }
 }
 
-/// Bytes of answers that one stretch can have, and bytes that may wait for whoever takes them.
+/// Bytes of answers that one stretch can have, and bytes that may wait for their taker.
 const ANSWERS_MAX: usize = 1 << 20;
 const WAITING_MAX: usize = 1 << 23;
 
@@ -189,7 +189,7 @@ impl Tape for SourceTape {
         for (place, word) in side.bytes.chunks_exact_mut(8).zip(words) {
             place.copy_from_slice(&word.to_le_bytes());
         }
-        // Whole or not at all: whoever takes sees all of it at once.
+        // Whole or not at all: the taker sees all of it at once.
         let is_whole = !std::mem::take(&mut side.overflowed) && side.out.push_entire_slice(&side.bytes).is_ok();
         side.lost = if is_whole { 0 } else { side.lost + 1 };
     }

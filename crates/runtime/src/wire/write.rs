@@ -323,7 +323,7 @@ impl Writer {
                 OpAs::Advance { process: self.process(process, names)?, generation: *generation, from: *from, to: *to }
             }
             Op::Forget => OpAs::Forget,
-            // The word of one that is spread is not there: whoever commands waits for the acknowledgement instead.
+            // The word of one that is spread is not there: the supervisor waits for the acknowledgement instead.
             Op::While { process, .. } if process.is_spread() => return Ok(None),
             Op::While { process, generation } => OpAs::While { process: self.process(process, names)?, generation: *generation },
             Op::StartClock(process) => OpAs::StartClock(self.process(process, names)?),

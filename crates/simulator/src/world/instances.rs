@@ -109,7 +109,7 @@ impl World {
                 }
                 if let Some(claim) = conflict {
                     self.catch_up()?;
-                    // Whoever held it may have ended in this very call.
+                    // Its holder may have ended in this very call.
                     if let Some(shared) = self.lives.shared_claim() {
                         return broken("one writer", format!("{words}; {claim}: {shared}"));
                     }

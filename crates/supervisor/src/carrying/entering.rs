@@ -51,7 +51,7 @@ impl Carrier<'_> {
     }
 
     /// Edges that the new blocks bring into the order of a source, synchronous and asynchronous: those of their own plan as far as its
-    /// order holds them, and those through SVVs with what is there. Whoever writes an SVV runs only while it has claimed it: between two
+    /// order holds them, and those through SVVs with what is there. The writer of an SVV runs only while it has claimed it: between two
     /// instances that both write it there is no edge, for they never run at one time.
     fn edges(&self, plan: &Plan, installed: &Installed, source: SourceId) -> (Vec<Edge>, Vec<Edge>) {
         let (mut hard, mut soft) = own_edges(plan, installed, source);

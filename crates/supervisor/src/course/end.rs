@@ -100,7 +100,7 @@ impl Course<'_> {
         instance.ends(cause);
         instance.findings.capturing.clear();
         let is_through = std::mem::take(&mut instance.work.is_through) && !instance.is_under_way() && instance.ends_in_its_opening() == Some(condition);
-        // Whoever takes the pause back begins nothing that is on its way to its end.
+        // A resume takes the pause back and begins nothing that is on its way to its end.
         self.core.safety.pause.forget_start(id);
         let instance = self.core.instances.get_mut(&id).expect("found above");
         let of = Verbatim { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };

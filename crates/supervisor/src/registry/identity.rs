@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Which SVV a name stands for. One that is made again under the name of another is another: whoever says `NAME@NUMBER`, with the
+//! Which SVV a name stands for. One that is made again under the name of another is another: a caller that says `NAME@NUMBER`, with the
 //! number that `svv_about` gave as its `id`, means the one that it has seen, and never gets its successor.
 use crate::refuse::{refuse, unknown};
 use crate::registry::records::Registry;

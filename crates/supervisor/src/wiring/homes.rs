@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where a cell lies that blocks of several sources write, one after the other: with the block that is on. Before such a block runs, the
-//! cell comes to its source: value, number, time and windows are carried there, and whoever reads it from another source turns to there.
+//! cell comes to its source: value, number, time and windows are carried there, and what reads it from another source turns to there.
 use crate::wiring::installed::Homes;
 use kernel::SourceId;
 use model::plan::{Plan, PlannedCommand};

@@ -268,7 +268,7 @@ class _Line:
                 os.write(self._master, self._bus._answers(frames, request))
 
     def close(self) -> None:
-        """Ends the thread, then the terminal: whoever has it open finds it gone."""
+        """Ends the thread, then the terminal: a program that has it open finds it gone."""
         os.close(self._end)
         self._thread.join()
         for file in (self._slave, self._master, self._ends):
