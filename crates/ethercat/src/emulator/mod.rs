@@ -10,11 +10,13 @@
 //! | [`serve`] | answers the frames of an interface, in a thread or as a process |
 mod controller;
 mod identity;
+mod options;
 mod sdo;
 mod segment;
 mod serve;
 mod subdevice;
 
 pub use cia402::emulated::{PRODUCT, VENDOR};
-pub use segment::{Counts, DriveOptions, Segment};
+pub use options::DriveOptions;
+pub use segment::{Counts, Segment};
 pub use serve::{Server, run, serve};

@@ -2,8 +2,8 @@
 //! An emulated subdevice: its states, its mailbox, its process data.
 use super::controller::{Changed, Controller};
 use super::identity::{identify, map};
+use super::options::DriveOptions;
 use super::sdo::{MAILBOX_LEN, SdoServer};
-use super::segment::DriveOptions;
 use crate::registers as reg;
 use crate::sii::{self, Contents, Identity, SyncManager};
 use crate::states::{ERROR, State};
