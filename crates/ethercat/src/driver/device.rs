@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver in its life: brings its drives to OP, exchanges, comes to rest.
 use super::axis::Axis;
-use super::options::{COUNTERS, count};
+use super::counters::{COUNTERS, count};
 use super::services::Shared;
 use crate::main_device::{Bus, Cycle, Replied, Station, Wanted, bring_up, open_link};
 use crate::states::{State, describe};

@@ -1,22 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The line: what passes a frame through all subdevices, and what can happen to a frame and to a line.
+use super::options::DriveOptions;
 use super::subdevice::Subdevice;
 use crate::states::State;
 use crate::wire::{self, Command, Datagram, Malformed};
-use serde::{Deserialize, Serialize};
-
-/// A drive of the line.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DriveOptions {
-    /// As its EEPROM and its object 0x1008 say it.
-    pub name: String,
-    /// Where its axis stands at the start, counts.
-    #[serde(default)]
-    pub position: i32,
-    /// Whether it has a watchdog of its outputs; left out: yes.
-    pub watchdog: Option<bool>,
-}
+use serde::Serialize;
 
 /// What a segment counted.
 #[derive(Clone, Copy, Debug, Default, Serialize)]

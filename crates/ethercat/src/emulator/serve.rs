@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Answers the frames of an interface with an emulated segment: in a thread, or as a process of its own.
-use super::segment::{DriveOptions, Segment};
+use super::options::DriveOptions;
+use super::segment::Segment;
 use crate::link::{Link, Sender};
 use crate::wire::FRAME_MAX;
 use serde::Deserialize;

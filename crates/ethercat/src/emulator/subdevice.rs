@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An emulated subdevice: its states, its mailbox, its process data.
 use super::controller::{Changed, Controller};
-use super::drive::{Drive, PRODUCT, VENDOR};
-use super::objects::{Mapped, Objects};
+use super::identity::{identify, map};
+use super::options::DriveOptions;
 use super::sdo::{MAILBOX_LEN, SdoServer};
-use super::segment::DriveOptions;
 use crate::registers as reg;
 use crate::sii::{self, Contents, Identity, SyncManager};
 use crate::states::{ERROR, State};
 use crate::wire::{Command, Datagram};
+use cia402::emulated::{Drive, Mapped, Objects, PRODUCT, VENDOR};
 
 /// Where its mailboxes and its process data lie.
 const MAILBOXES: [u16; 2] = [0x1000, 0x1080];
@@ -42,7 +42,10 @@ pub struct Subdevice {
 
 impl Subdevice {
     pub fn new(options: &DriveOptions, serial: u32) -> Subdevice {
-        let (drive, objects) = Drive::new(&options.name, serial, options.position);
+        let mut objects = Objects::default();
+        identify(&mut objects, &options.name, serial);
+        let drive = Drive::new(&mut objects, options.position);
+        map(&mut objects);
         Subdevice {
             options: options.clone(),
             serial,
