@@ -27,9 +27,10 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     check(given, &options)?;
     let timeout_ns = options.timeout_ns.unwrap_or(TIMEOUT_NS);
     let mut layout = Layout::default();
+    let sync0 = options.sync0();
     let axes: Vec<Axis> = options.axes.iter().enumerate().map(|(index, axis)| Axis::new(axis, index, &mut layout)).collect();
     let parts: Vec<Part> = options.axes.iter().filter_map(part).collect();
-    let driver = EtherCat::new(options.interface, axes, layout.into_channels(), timeout_ns, options.lost_after.unwrap_or(3).max(1));
+    let driver = EtherCat::new(options.interface, axes, layout.into_channels(), timeout_ns, options.lost_after.unwrap_or(3).max(1), sync0);
     Ok((Box::new(driver), json!({ "parts": parts })))
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options of the driver: what they are, and what is refused.
+use crate::main_device::Sync0;
 use cia402::Mode;
 use device::{DriverError, Given, Kind, OptionWord};
 use serde::Deserialize;
 
-pub(super) const OPTIONS: [OptionWord; 4] = [
+pub(super) const OPTIONS: [OptionWord; 6] = [
     OptionWord::needed("interface", Kind::Text, "the network interface that the segment hangs on, or `local:NAME` of an emulated one"),
     OptionWord::needed(
         "axes",
@@ -14,6 +15,9 @@ pub(super) const OPTIONS: [OptionWord; 4] = [
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without commands for so long they stop by themselves")
         .unit("ns"),
     OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without an answer one after another mean that the device is lost"),
+    OptionWord::with_default("sync0_ns", Kind::Whole, "none", "distributed clocks: how often SYNC0 of each axis comes, which is the period of the source")
+        .unit("ns"),
+    OptionWord::with_default("sync0_shift_ns", Kind::Whole, "half of sync0_ns", "how long after the release of the source SYNC0 comes").unit("ns"),
 ];
 
 /// What is asked for.
@@ -24,6 +28,15 @@ pub(super) struct Options {
     pub axes: Vec<AxisOptions>,
     pub timeout_ns: Option<i64>,
     pub lost_after: Option<u32>,
+    pub sync0_ns: Option<u32>,
+    pub sync0_shift_ns: Option<u32>,
+}
+
+impl Options {
+    /// SYNC0, where it is wanted.
+    pub fn sync0(&self) -> Option<Sync0> {
+        self.sync0_ns.map(|cycle_ns| Sync0 { cycle_ns, shift_ns: self.sync0_shift_ns.unwrap_or(cycle_ns / 2) })
+    }
 }
 
 /// An axis, as it is asked for.
@@ -90,6 +103,8 @@ pub(super) enum PdosFrom {
 
 /// Watchdog of the drives where nothing is said.
 pub(super) const TIMEOUT_NS: i64 = 100_000_000;
+/// Shorter than any drive's cycle.
+const SYNC0_NS_MIN: u32 = 50_000;
 /// The longest that a drive can be told.
 const TIMEOUT_NS_MAX: i64 = 6_500_000_000;
 
@@ -99,6 +114,12 @@ pub(super) fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverEr
     device::check_timeout(given, options.timeout_ns)?;
     if options.timeout_ns.is_some_and(|ns| ns > TIMEOUT_NS_MAX) {
         return Err(given.wrong("timeout_ns", "at most 6.5 s: a drive cannot be told more"));
+    }
+    match (options.sync0_ns, options.sync0_shift_ns) {
+        (None, Some(_)) => return Err(given.wrong("sync0_shift_ns", "sync0_ns is missing: the period of the source")),
+        (Some(..SYNC0_NS_MIN), _) => return Err(given.wrong("sync0_ns", "at least 50 us: the period of the source")),
+        (Some(cycle_ns), Some(shift_ns)) if shift_ns >= cycle_ns => return Err(given.wrong("sync0_shift_ns", "less than sync0_ns")),
+        _ => {}
     }
     if options.axes.is_empty() {
         return wrong("name at least one axis".to_owned());

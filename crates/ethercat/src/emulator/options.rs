@@ -13,4 +13,9 @@ pub struct DriveOptions {
     pub position: i32,
     /// Whether it has a watchdog of its outputs; left out: yes.
     pub watchdog: Option<bool>,
+    /// How much too fast its clock is, millionths.
+    #[serde(default)]
+    pub clock_ppm: f64,
+    /// How long a frame takes from the one before it to this one, ns; left out: 350.
+    pub cable_ns: Option<u64>,
 }
