@@ -132,7 +132,8 @@ function Inputs(props: OfVerb) {
             value={input.default === null ? "" : JSON.stringify(input.default)}
             commit={(text) => {
               const { value, wrong } = constantOf(text, "value");
-              if (wrong === null) put({ ...input, default: value ?? null });
+              if (wrong !== null) return wrong;
+              put({ ...input, default: value ?? null });
             }}
           />
           <label className="row">
@@ -205,7 +206,8 @@ function NamedPanel<T>(props: {
               label="Name"
               value={name}
               commit={(to) => {
-                if (to && !(to in of)) change(set(set(draft, name, null), to, value));
+                if (to === "" || to in of) return to === "" ? "a name is needed" : `there is a '${to}' already`;
+                change(set(set(draft, name, null), to, value));
               }}
             />
             <button type="button" aria-label={`Remove ${props.one} ${name}`} onClick={() => change(set(draft, name, null))}>

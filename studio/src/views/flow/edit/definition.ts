@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Definitions of graphs and verbs as the real-time system takes them and files keep them: docs/files.md. All changes are values.
 import type { Value } from "../../../control/shapes";
+import { durationNs } from "../../../design/quantities";
 import type { Place } from "../drawing/drawing";
 
 export interface BlockUse {
@@ -223,14 +224,9 @@ function termination(written: unknown): Termination {
   };
 }
 
-const UNITS: Record<string, number> = { s: 1e9, ms: 1e6, us: 1e3, µs: 1e3, ns: 1, min: 6e10 };
-
 /** "20 ms" in ns; null where it is no time. */
 export function timeOrNull(written: unknown): number | null {
-  const match = /^\s*([0-9.eE+-]+)\s*(s|ms|us|µs|ns|min)\s*$/.exec(String(written));
-  const value = Number(match?.[1]);
-  const unit = UNITS[match?.[2] ?? ""];
-  return match && unit !== undefined && Number.isFinite(value) ? Math.round(value * unit) : null;
+  return typeof written === "string" ? (durationNs(written).value ?? null) : null;
 }
 
 function time(written: unknown): number | null {
