@@ -65,8 +65,12 @@ function Conditions(props: OfVerb) {
             commit={(text) => put({ ...condition, returns: text === "" ? null : words(text) })}
           />
           <label className="row">
-            <input type="checkbox" checked={condition.raises} onChange={(event) => put({ ...condition, raises: event.target.checked })} />
-            is an error
+            <input
+              type="checkbox"
+              checked={Boolean(condition.raises)}
+              onChange={(event) => put({ ...condition, raises: event.target.checked })}
+            />
+            is an error{typeof condition.raises === "string" ? `: ${condition.raises}` : ""}
           </label>
         </>
       )}

@@ -26,6 +26,7 @@ export function TextField(props: {
       <input
         aria-invalid={wrong !== null}
         aria-describedby={wrong === null ? undefined : id}
+        data-typed={text === null ? "no" : "yes"}
         value={text ?? props.value}
         placeholder={props.placeholder}
         list={props.list}
