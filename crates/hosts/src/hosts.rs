@@ -232,7 +232,9 @@ fn knock(options: &Options, wire: &dyn Wire, (id, port): (u64, u16), until: Inst
         match answers.recv_timeout(Duration::from_millis(HELLO_MS)) {
             // Who does not have the secret either is no listener of this system.
             Ok(Control::Welcome { proof, .. }) if options.security.secret().is_some_and(|secret| !secret::is_proof(secret, &drawn, port, id, &proof)) => {
-                return Err(WireError { message: "the program that listens there does not have the secret: it is not the system, or another user's".to_owned() });
+                return Err(WireError {
+                    message: "the program that listens there does not have the secret: it is not the system, or another user's".to_owned(),
+                });
             }
             Ok(control) => return Ok(Some(control)),
             Err(_) => {}
