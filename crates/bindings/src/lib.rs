@@ -132,6 +132,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(conformance::check_conformance, m)?)?;
     m.add_function(wrap_pyfunction!(conformance::counting_text, m)?)?;
     m.add_function(wrap_pyfunction!(conformance::run_driver_check, m)?)?;
+    m.add_function(wrap_pyfunction!(conformance::sanitizer_in, m)?)?;
     m.add_function(wrap_pyfunction!(drivers_in_files::load_drivers, m)?)?;
     m.add_function(wrap_pyfunction!(drivers_in_files::check_driver, m)?)?;
     m.add_function(wrap_pyfunction!(drivers_in_files::run_driver_trial, m)?)?;

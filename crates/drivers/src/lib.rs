@@ -30,7 +30,7 @@ mod text;
 mod ur;
 
 use device::{Declaration, DriverError, Found, Geometry, Manual, Opened};
-pub use driver_kit::conformance::{Report, Settings};
+pub use driver_kit::conformance::{Report, Settings, sanitizer_in};
 use serde_json::Value;
 use std::path::Path;
 use std::sync::Once;
