@@ -74,7 +74,12 @@ class VerbInstance(Shown, Declared, Generic[R]):
         return self._report
 
     def start(self, *args: Any, **kwargs: Any) -> Self:
-        """Starts it with new input parameters; those left out take their defaults. `time_limit=` ends it after that long."""
+        """Starts it with new input parameters; those left out take their defaults. `time_limit=` ends it after that long.
+
+        Returns when everything that it needs is claimed; its initial list begins with the next firings of its sources. A remote
+        processor may take longer to begin than one in this process: where the order of two starts matters, wait until the first
+        one has stored a value.
+        """
         options = options_json(kwargs, self.verb)
         try:
             bound = self.verb.inputs_signature.bind(*args, **kwargs)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -69,3 +70,49 @@ def test_a_slower_timer_runs_the_followers_at_its_pace() -> None:
     assert gpac.robots.move(arm, goal=[0.4, 0.1], speed=0.5).position == pytest.approx([0.4, 0.1], abs=2e-3)
     assert commanded_steps(arm.shoulder).max() <= 0.5 * 2e-3 * 1.2
     cell.close()
+
+
+def drive(period: str = "1 ms", **options: Any) -> gpac.PhysicalDevice:
+    """A loopback device with a part `x`."""
+    rtp = gpac.System("axes", clock="virtual").processor("rtp0")
+    return rtp.physical_device("line", gpac.drivers.loopback("x", **options), exchange=rtp.timer("fast", period, 80))
+
+
+def test_a_joint_by_itself_is_kept_going_as_its_drive_asks_for() -> None:
+    line = drive("5 ms", command="position")
+    joint = gpac.robots.Joint("j", drive=line["x"], max_speed=0.5).enable()
+    assert joint.verb is gpac.robots.joint_follower
+    assert (joint.max_speed, joint.jog_speed, joint.max_effort) == (0.5, 0.25, 1e6)
+    assert gpac.motion.move_absolute(gpac.Group("j", joint), [0.2]).position == pytest.approx([0.2], abs=2e-3)
+    assert commanded_steps(joint).max() <= 0.5 * 5e-3 * (1 + 1e-9)
+    line.system.close()
+
+
+def test_a_joint_by_itself_has_the_gains_of_its_drive_and_a_verb_that_it_is_given() -> None:
+    line = drive()
+    joint = gpac.robots.Joint("j", drive=line["x"])
+    assert (joint.verb, joint.kp, joint.kd) == (gpac.robots.joint_servo, 50.0, 0.0)
+    joint.delete()
+    assert gpac.robots.Joint("j", drive=line["x"], verb=gpac.robots.joint_servo, kp=20.0).kp == 20.0
+    line.system.close()
+
+
+def test_a_verb_that_the_drive_does_not_suit_is_refused() -> None:
+    line = drive(command="position")
+    wanted = (
+        r"verb 'robot_joint_servo' cannot keep joint 'j' going: it needs channel 'bias' of part 'line.x', "
+        r"whose written channels are 'goal'; leave out verb=, then it is 'robot_joint_follower'"
+    )
+    with pytest.raises(gpac.CallError, match=wanted):
+        gpac.robots.Joint("j", drive=line["x"], verb=gpac.robots.joint_servo)
+    line.system.close()
+
+
+def test_a_part_that_takes_neither_is_refused() -> None:
+    line = drive(command="position")
+    part = line["x"]
+    assert isinstance(part, gpac.physical.Part)
+    del line.channels["x.goal"]
+    with pytest.raises(gpac.CallError, match=r"needs channel 'goal' of part 'line.x', whose written channels are none; give a part that"):
+        gpac.robots.Joint("j", drive=part)
+    line.system.close()

@@ -2,6 +2,8 @@
 //! Messages in the mailbox of a subdevice: service data objects of CANopen over EtherCAT.
 use crate::wire::{put, u16_at, u32_at};
 
+pub use cia402::Entry;
+
 /// Header of a mailbox, and that of CoE.
 const MAILBOX: usize = 6;
 /// The shortest message that carries an SDO.
@@ -19,13 +21,6 @@ pub const RESPONSE: u8 = 3;
 const SIZED: u8 = 1;
 const EXPEDITED: u8 = 2;
 pub const ABORT: u8 = 0x80;
-
-/// An object's entry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Entry {
-    pub index: u16,
-    pub sub: u8,
-}
 
 /// What a message says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

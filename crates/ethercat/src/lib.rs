@@ -4,12 +4,11 @@
 //! | | |
 //! |---|---|
 //! | [`wire`], [`coe`], [`sii`], [`registers`] | frames, mailbox messages, EEPROM contents, addresses: functions over bytes |
-//! | [`states`], [`cia402`] | states and errors by name |
+//! | [`states`], [`cia402`] | states and errors by name, of the bus and of its drives |
 //! | [`link`] | what carries frames |
 //! | [`main_device`] | brings subdevices to OP and exchanges their process data |
 //! | [`DRIVER`] | the driver `ethercat`: an axis for each drive |
 //! | [`emulator`] | an emulated segment |
-pub mod cia402;
 pub mod coe;
 mod driver;
 pub mod emulator;
@@ -20,4 +19,5 @@ pub mod sii;
 pub mod states;
 pub mod wire;
 
+pub use ::cia402;
 pub use driver::DRIVER;

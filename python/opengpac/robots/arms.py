@@ -16,14 +16,13 @@ from .. import drivers, files
 from ..errors import CallError, PlacementError, UnknownName, did_you_mean, refuse
 from ..given import taking
 from ..physical import Part, PhysicalDevice
-from ..quantities import Quantity, duration_ns
 from ..sources import Processor, Source
 from ..system import System
 from . import urdf
 from .arm import Arm
 from .assembly import assemble, has_site, joint_names
 from .bare import BARE, Bare
-from .joints import SERVO_PERIOD, Joint, joint_follower
+from .joints import Joint
 from .kinematics import Kinematics
 
 _ARMS = Path(__file__).parent
@@ -168,44 +167,11 @@ def _written(text: str | None, arm: Path) -> Generator[Path]:
         yield file
 
 
-_SLIDING = {"max_speed": 0.25, "jog_speed": 0.05, "max_acceleration": 1.0, "max_jerk": 10.0}
-"""Limits of sliding joints, in m, where nothing says others."""
-
-
 def _joint(arm: str, part: Part, source: Source, arbitration: str, speed: float | None) -> Joint:
-    about = part.about
-    described = {
-        "home": about["home"],
-        "position_min": about["range_min"],
-        "position_max": about["range_max"],
-        "max_effort": about["effort_max"],
-    }
-    slides = about["unit"] == "m"
-    positioned = about.get("command") == "position"
-    if slides:
-        described |= _SLIDING
-    fastest = min(about.get("speed_max", drivers.UNLIMITED), speed or drivers.UNLIMITED)
-    if fastest < drivers.UNLIMITED:
-        described |= {
-            "max_speed": fastest,
-            "jog_speed": min(fastest, described.get("jog_speed", Joint.parameter_members()["jog_speed"].default)),
-        }
-    if not positioned:
-        described |= {name: about["servo"][name] for name in ("kp", "kd")}
-    units = {"N.m": "N", "rad": "m"} if slides else None
-    slow = source.period is not None and source.period > duration_ns(SERVO_PERIOD, "the servo's period") * 1e-9
-    paced: dict[str, Quantity] = {"position": source.period, "speed": source.period}
-    verb = joint_follower if positioned else None
-    return Joint(
-        f"{arm}.{part.name}",
-        drive=part,
-        on=source,
-        units=units,
-        arbitration=arbitration,
-        every=paced if positioned and slow else None,
-        verb=verb,
-        **described,
-    )
+    """A joint as its part says, no faster than the model."""
+    fastest = min(part.about.get("speed_max", drivers.UNLIMITED), speed or drivers.UNLIMITED)
+    limits = {} if fastest >= drivers.UNLIMITED else {"max_speed": fastest}
+    return Joint(f"{arm}.{part.name}", drive=part, on=source, arbitration=arbitration, **limits)
 
 
 def _file(path: str | os.PathLike[str]) -> Path:

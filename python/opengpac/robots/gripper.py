@@ -14,7 +14,7 @@ from ..physical import PhysicalDevice
 from ..sources import Source
 from ..svvs import SVV
 from ..verbs import Verb
-from .joints import HISTORY, SERVO_PERIOD
+from .servos import HISTORY, SERVO_PERIOD
 
 finger_servo = Verb(
     "robot_finger_servo",

@@ -1,133 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The joint of an arm as a logical device, and the servo that keeps it where it is commanded to be."""
+"""The joint of an arm, or an axis by itself, as a logical device."""
 
 from __future__ import annotations
 
-from .. import library as lib
-from ..commands import activate, execute, ready
-from ..conditions import on
+from collections.abc import Mapping
+from typing import Any
+
 from ..devices import LogicalDevice, parameter, svv
-from ..errors import Terminated
-from ..graphs import Graph
-from ..parameters import input
+from ..physical import Part
+from ..quantities import Quantity
+from ..sources import Source
 from ..svvs import SVV
+from ..system import System
 from ..verbs import Verb
-
-
-class FollowingError(Terminated):
-    """A joint is farther from where it is commanded to be than `max_following_error`."""
-
-
-SERVO_PERIOD = "1 ms"
-"""How often the servo runs."""
-
-HISTORY = 10_000
-"""How many values of `sensed`, `commanded` and `reference` are kept: ten seconds of the servo."""
-
-reading = Graph(
-    "joint_position",
-    doc="Where a joint is: its channel, counted from the zero that was found.",
-    blocks={"read": lib.block("read_channel"), "zero": lib.block("offset")},
-    inputs={"offset": "zero.offset"},
-    outputs={"y": "zero.y"},
-    cells={"reading": ["read.y", "zero.u"]},
-)
-
-joint_servo = Verb(
-    "robot_joint_servo",
-    doc="Keeps a joint at its commanded position, within its range and maximum speed: PID with the plant's gravity compensation.",
-    blocks={
-        "position": reading,
-        "speed": lib.block("read_channel"),
-        "load": lib.block("channel_sum"),
-        "servo": lib.block("joint_servo"),
-        "write": lib.block("write_channel"),
-    },
-    instantiation_parameters={
-        "drive.position": "position.read.channel",
-        "drive.velocity": "speed.channel",
-        "drive.bias": "load.channel",
-        "load_effort": "load.u",
-        "drive.effort": "write.channel",
-        "offset": ["position.offset", "servo.offset"],
-        "sensed": ["position.y", "servo.position"],
-        "velocity": ["speed.y", "servo.velocity"],
-        "commanded": "servo.setpoint",
-        "reference": "servo.reference",
-        "commanded_velocity": "servo.reference_velocity",
-        "limited": "servo.limited",
-        "homed": "servo.homed",
-    },
-    cells={"bias": ["load.y", "servo.bias"], "effort": ["servo.effort", "write.u"]},
-    input_parameters={
-        "kp": input("servo.kp", tunable=True),
-        "ki": input("servo.ki", tunable=True),
-        "kd": input("servo.kd", tunable=True),
-        "max_effort": "servo.limit",
-        "max_speed": "servo.speed_max",
-        "position_min": "servo.position_min",
-        "position_max": "servo.position_max",
-        "needs_home": "servo.needs_home",
-        "max_following_error": "servo.following_error",
-    },
-    command_lists={
-        "start": [
-            execute("position"),
-            activate("position", every=SERVO_PERIOD),
-            activate("speed", every=SERVO_PERIOD),
-            activate("load", every=SERVO_PERIOD),
-            activate("servo"),
-            activate("write"),
-            ready(),
-        ]
-    },
-    conditions={"following_error": on("servo.following_error", raises=FollowingError)},
-)
-
-
-joint_follower = Verb(
-    "robot_joint_follower",
-    doc="Tells a drive that closes the loop itself where a joint is to be: its commanded position, within its range and maximum speed.",
-    blocks={
-        "position": reading,
-        "speed": lib.block("read_channel"),
-        "follow": lib.block("joint_reference"),
-        "write": lib.block("write_channel"),
-    },
-    instantiation_parameters={
-        "drive.position": "position.read.channel",
-        "drive.velocity": "speed.channel",
-        "drive.goal": "write.channel",
-        "offset": ["position.offset", "follow.offset"],
-        "sensed": ["position.y", "follow.position"],
-        "velocity": "speed.y",
-        "commanded": "follow.setpoint",
-        "reference": "follow.reference",
-        "commanded_velocity": "follow.reference_velocity",
-        "limited": "follow.limited",
-        "homed": "follow.homed",
-    },
-    cells={"goal": ["follow.goal", "write.u"]},
-    input_parameters={
-        "max_speed": "follow.speed_max",
-        "position_min": "follow.position_min",
-        "position_max": "follow.position_max",
-        "needs_home": "follow.needs_home",
-        "max_following_error": "follow.following_error",
-    },
-    command_lists={
-        "start": [
-            execute("position"),
-            activate("position", every=SERVO_PERIOD),
-            activate("speed", every=SERVO_PERIOD),
-            activate("follow"),
-            activate("write"),
-            ready(),
-        ]
-    },
-    conditions={"following_error": on("follow.following_error", raises=FollowingError)},
-)
-"""What keeps a joint going that takes positions: the servo is in the machine."""
+from .drives import JOG_SPEED, suited
+from .servos import HISTORY, joint_servo
 
 
 class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
@@ -136,8 +23,12 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     `commanded` is the set-point that a verb stores, `reference` and `commanded_velocity` are where the servo wants the joint to be now,
     which follows the set-points smoothly and stays within `position_min`, `position_max` and `max_speed`; `limited` counts the servo's
     invocations in which these held it back. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is that
-    of the whole cell. One whose drive takes positions is kept going by `joint_follower`: its gains and its `load_effort` mean nothing.
-    A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
+    of the whole cell. A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
+
+    `Joint("lift", drive=line["lift"])` is a joint by itself. What the driver says of the part holds unless the program says otherwise: its
+    unit, range, speed, effort and gains, and the source that exchanges with it. A part that takes positions (axes on EtherCAT, serial
+    servos, arms of Universal Robots) is kept going by `joint_follower`, for which gains and `load_effort` mean nothing, one that takes
+    efforts by `joint_servo`; `verb` says another.
     """
 
     sensed: SVV[float] = svv(unit="rad", history=HISTORY)
@@ -157,7 +48,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     position_min: float = parameter(-1e6, unit="rad")
     position_max: float = parameter(1e6, unit="rad")
     max_speed: float = parameter(3.14, unit="rad/s")
-    jog_speed: float = parameter(0.25, unit="rad/s")
+    jog_speed: float = parameter(JOG_SPEED, unit="rad/s")
     max_acceleration: float = parameter(5.0, unit="rad/s^2")
     max_jerk: float = parameter(50.0, unit="rad/s^3")
     max_effort: float = parameter(150.0, unit="N.m")
@@ -165,3 +56,24 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     kp: float = parameter(100.0, unit="N.m/rad", tunable=True)
     ki: float = parameter(0.0, unit="N.m/rad/s", tunable=True)
     kd: float = parameter(10.0, unit="N.m.s/rad", tunable=True)
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        drive: Part | None = None,
+        on: Source | None = None,
+        system: System | None = None,
+        every: Mapping[str, Quantity] | None = None,
+        units: Mapping[str, str] | None = None,
+        arbitration: str | None = None,
+        verb: Verb[..., Any] | None = None,
+        **arguments: Any,
+    ) -> None:
+        arguments |= {"every": every, "units": units, "verb": verb}
+        if isinstance(drive, Part):
+            on = on or drive.device.source
+            arguments = suited(name, drive, on, arguments)
+        if drive is not None:
+            arguments["drive"] = drive
+        super().__init__(name, on=on, system=system, arbitration=arbitration, **arguments)

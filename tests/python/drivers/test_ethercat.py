@@ -15,7 +15,7 @@ def test_an_axis_is_a_joint_and_its_objects_are_read() -> None:
         fast = rtp.timer("fast", period="1 ms", priority=80)
         driver = gpac.drivers.ethercat(segment.interface, {"x": axis}, timeout="6.5 s", lost_after=30_000)
         line = rtp.physical_device("line", driver, exchange=fast)
-        joint = gpac.robots.Joint("j", drive=line["x"], on=fast, verb=gpac.robots.joint_follower, max_following_error=10.0)
+        joint = gpac.robots.Joint("j", drive=line["x"], on=fast, max_following_error=10.0)
         joint.enable()
         gpac.motion.move_absolute(gpac.Group("arm", joint), goal=[0.5])
         assert joint.sensed.value == pytest.approx(0.5, abs=0.02)

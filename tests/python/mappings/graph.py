@@ -31,7 +31,7 @@ class Stage:
         self.code = cell.download(built["mapping"], "mapping")
         self._processors: dict[int, gpac.Processor] = {}
         self._sources: dict[str, gpac.Source] = {}
-        self._svvs = 0
+        self._names = 0
 
     def processor(self, number: int) -> gpac.Processor:
         """Processor `number`; those before it are made first, so that the first one is the supervisor's."""
@@ -56,8 +56,12 @@ class Stage:
 
     def svv(self, name: str, type: str = "double") -> gpac.SVV:
         """An SVV that no other graph of this system has."""
-        self._svvs += 1
-        return self.cell.svv(f"{name}_{self._svvs}", type)
+        return self.cell.svv(self.name(name), type)
+
+    def name(self, word: str) -> str:
+        """A name that nothing else of this system has: a graph may be made again in it."""
+        self._names += 1
+        return f"{word}_{self._names}"
 
     @property
     def processors(self) -> int:
@@ -170,7 +174,7 @@ def run(stage: Stage, name: str, made: Graph) -> dict[str, Any]:
         for other in made.beside:
             kept.enter_context(other)
         instance = kept.enter_context(verb.on(places).new_instance(**arguments))
-        instance.start(**made.values, time_limit="15 s")
+        instance.start(**made.values, time_limit="60 s")
         if made.during:
             made.during(instance)
         report = instance.wait()

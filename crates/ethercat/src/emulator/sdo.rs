@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What answers in the mailbox of an emulated subdevice.
-use super::objects::Objects;
 use crate::coe::{self, Entry, Sdo};
+use cia402::emulated::Objects;
 
 /// A mailbox answers with messages of up to this many bytes.
 pub const MAILBOX_LEN: usize = 128;

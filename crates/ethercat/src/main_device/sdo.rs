@@ -4,7 +4,7 @@ use super::bus::Bus;
 use crate::coe::{self, Entry, Sdo};
 use crate::registers as reg;
 use crate::sii::SyncManager;
-use crate::states::abort_name;
+use cia402::abort_name;
 use std::time::{Duration, Instant};
 
 /// How long a subdevice may think about an answer.

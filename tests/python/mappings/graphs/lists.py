@@ -142,7 +142,7 @@ def suspended_and_resumed(stage: Stage) -> Graph:
 @graph(lambda: {"y": [2.0 * u for u in scattered(75)]})
 def writer_in_another_verb(stage: Stage) -> Graph:
     """What drives it is a verb of its own, which is started later, on another processor."""
-    shared = stage.svv("shared")
+    shared, begun = stage.svv("shared"), stage.svv("begun")
     writing = gpac.Verb(
         "writing",
         blocks={"wave": stage.code.scatter(seed=75)},
@@ -150,16 +150,23 @@ def writer_in_another_verb(stage: Stage) -> Graph:
         command_lists={"start": [activate("wave", every="2 ms")]},
     )
     writer = writing.on(stage.source("0.fast")).new_instance(shared)
+
+    def follow(instance: gpac.VerbInstance[Any]) -> None:
+        """A start returns before its list is entered on a remote processor; what the reader has executed says that it is."""
+        while begun.value != 1.0:
+            stage.run_for(instance, "2 ms")
+        writer.start()
+
     return Graph(
-        blocks={"gain": lib.block("gain")(k=2.0)},
+        blocks={"gain": lib.block("gain")(k=2.0), "begin": stage.code.ramp(first=1.0)},
         cells={},
-        objects={"shared": "gain.u"},
-        arguments={"shared": shared},
-        place={"gain": "1.soft"},
+        objects={"shared": "gain.u", "begun": "begin.y"},
+        arguments={"shared": shared, "begun": begun},
+        place={"gain": "1.soft", "begin": "1.soft"},
         record={"y": "gain.y"},
-        start=[activate("gain")],
+        start=[activate("gain"), execute("begin")],
         beside=[writer],
-        during=lambda _: writer.start(),
+        during=follow,
     )
 
 

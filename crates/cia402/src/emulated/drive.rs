@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An emulated drive: the state machine and modes of CiA 402, and a motor that follows.
 use super::objects::{Access, Handle, Objects};
-use crate::cia402::{self, DriveState, Mode};
+use crate::{self as cia402, DriveState, Mode};
 
 /// Who made the emulated drives: a number that no vendor has.
 pub const VENDOR: u32 = 0x0000_6A1C;
@@ -44,10 +44,8 @@ struct Handles {
 }
 
 impl Drive {
-    /// A drive that stands at this position, and its objects.
-    pub fn new(name: &str, serial: u32, position: i32) -> (Drive, Objects) {
-        let mut objects = Objects::default();
-        identify(&mut objects, name, serial);
+    /// A drive that stands at this position; its objects come to those that are there.
+    pub fn new(objects: &mut Objects, position: i32) -> Drive {
         let mut word = |index, access, len: usize, value: i64| objects.add(index, 0, access, &value.to_le_bytes()[..len]);
         use Access::{Measured, Written};
         let at = Handles {
@@ -69,10 +67,8 @@ impl Drive {
         objects.add(0x60C2, 0, Access::Constant, &[2]);
         objects.add(0x60C2, 1, Access::Written, &[1]);
         objects.add(0x60C2, 2, Access::Written, &[0xFD]);
-        map(&mut objects);
         let position = f64::from(position);
-        let drive = Drive { at, state: DriveState::SwitchOnDisabled, position, velocity: 0.0, had_reset: false, was_homing: false, homed: false };
-        (drive, objects)
+        Drive { at, state: DriveState::SwitchOnDisabled, position, velocity: 0.0, had_reset: false, was_homing: false, homed: false }
     }
 
     /// Goes on by a time, with the commands that are in the objects, and stores what it measures.
@@ -177,41 +173,5 @@ impl Drive {
     pub fn fail(&mut self, error: u16, objects: &mut Objects) {
         self.state = DriveState::Fault;
         objects.set_number(self.at.error, i64::from(error));
-    }
-}
-
-fn identify(objects: &mut Objects, name: &str, serial: u32) {
-    use Access::Constant;
-    objects.add(0x1000, 0, Constant, &0x0002_0192u32.to_le_bytes());
-    objects.add(0x1008, 0, Constant, name.as_bytes());
-    objects.add(0x1009, 0, Constant, b"1.0");
-    // Longer than a mailbox, so that it comes in segments.
-    let version = format!("emulated drive of OpenGPAC, version {}; {}", env!("CARGO_PKG_VERSION"), "CiA 402 with CSP, CSV, CST and homing; ".repeat(6));
-    objects.add(0x100A, 0, Constant, version.as_bytes());
-    objects.add(0x1018, 0, Constant, &[4]);
-    for (sub, value) in [(1, VENDOR), (2, PRODUCT), (3, 1), (4, serial)] {
-        objects.add(0x1018, sub, Constant, &value.to_le_bytes());
-    }
-    // A text that a main device may write, longer than a mailbox.
-    objects.add(0x2000, 0, Access::Written, &[b' '; 300]);
-    objects.add(0x1C00, 0, Constant, &[4]);
-    for sub in 1..=4 {
-        objects.add(0x1C00, sub, Constant, &[sub]);
-    }
-}
-
-/// The process data as a main device finds it: the three cyclic modes, changed by 0x6060.
-fn map(objects: &mut Objects) {
-    use Access::Configured;
-    const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];
-    const INPUTS: [u32; 6] = [0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010, 0x603F_0010, 0x6061_0008];
-    for (pdo, assignment, entries) in [(0x1600u16, 0x1C12, &OUTPUTS[..]), (0x1A00, 0x1C13, &INPUTS[..])] {
-        objects.add(pdo, 0, Configured, &[entries.len() as u8]);
-        for sub in 1..=8usize {
-            let word = entries.get(sub - 1).copied().unwrap_or(0);
-            objects.add(pdo, sub as u8, Configured, &word.to_le_bytes());
-        }
-        objects.add(assignment, 0, Configured, &[1]);
-        objects.add(assignment, 1, Configured, &pdo.to_le_bytes());
     }
 }

@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An emulated drive, which an emulated bus puts on its line.
+mod drive;
+mod objects;
+
+pub use drive::{Drive, PRODUCT, VENDOR};
+pub use objects::{Access, Handle, Mapped, Objects};

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Drives by CiA 402, whatever bus they hang on: EtherCAT carries the same objects as CANopen.
+//!
+//! | | |
+//! |---|---|
+//! | [`DriveState`], [`Mode`], [`error_name`] | states, modes, errors by name |
+//! | [`Entry`], [`abort_name`] | an object's entry, and why a device refuses an access to it |
+//! | [`emulated`] | an emulated drive: its objects, its state machine, and a motor that follows |
+//!
+//! Nothing here knows a bus, a clock or a driver.
+pub mod emulated;
+mod objects;
+mod states;
+
+pub use objects::{Entry, abort_name};
+pub use states::{DISABLE_VOLTAGE, DriveState, ENABLE, Mode, QUICK_STOP, RESET, SHUT_DOWN, SWITCH_ON, error_name};

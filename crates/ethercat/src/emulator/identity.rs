@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What an emulated drive says of itself, and the process data that it offers.
+use cia402::emulated::{Access, Objects, PRODUCT, VENDOR};
+
+/// What it is.
+pub fn identify(objects: &mut Objects, name: &str, serial: u32) {
+    use Access::Constant;
+    objects.add(0x1000, 0, Constant, &0x0002_0192u32.to_le_bytes());
+    objects.add(0x1008, 0, Constant, name.as_bytes());
+    objects.add(0x1009, 0, Constant, b"1.0");
+    // Longer than a mailbox, so that it comes in segments.
+    let version = format!("emulated drive of OpenGPAC, version {}; {}", env!("CARGO_PKG_VERSION"), "CiA 402 with CSP, CSV, CST and homing; ".repeat(6));
+    objects.add(0x100A, 0, Constant, version.as_bytes());
+    objects.add(0x1018, 0, Constant, &[4]);
+    for (sub, value) in [(1, VENDOR), (2, PRODUCT), (3, 1), (4, serial)] {
+        objects.add(0x1018, sub, Constant, &value.to_le_bytes());
+    }
+    // A text that a main device may write, longer than a mailbox.
+    objects.add(0x2000, 0, Access::Written, &[b' '; 300]);
+    objects.add(0x1C00, 0, Constant, &[4]);
+    for sub in 1..=4 {
+        objects.add(0x1C00, sub, Constant, &[sub]);
+    }
+}
+
+/// The process data as a main device finds it: the three cyclic modes, changed by 0x6060.
+pub fn map(objects: &mut Objects) {
+    use Access::Configured;
+    const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];
+    const INPUTS: [u32; 6] = [0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010, 0x603F_0010, 0x6061_0008];
+    for (pdo, assignment, entries) in [(0x1600u16, 0x1C12, &OUTPUTS[..]), (0x1A00, 0x1C13, &INPUTS[..])] {
+        objects.add(pdo, 0, Configured, &[entries.len() as u8]);
+        for sub in 1..=8usize {
+            let word = entries.get(sub - 1).copied().unwrap_or(0);
+            objects.add(pdo, sub as u8, Configured, &word.to_le_bytes());
+        }
+        objects.add(assignment, 0, Configured, &[1]);
+        objects.add(assignment, 1, Configured, &pdo.to_le_bytes());
+    }
+}

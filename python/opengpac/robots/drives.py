@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a joint takes from the part that drives it: the verb that keeps it going, its units, its limits, its pace."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..drivers.driver import UNLIMITED
+from ..errors import CallError, refuse
+from ..physical import Part
+from ..quantities import Quantity, duration_ns
+from ..sources import Source
+from ..verbs import Verb
+from .servos import SERVO_PERIOD, joint_follower, joint_servo
+
+JOG_SPEED = 0.25
+"""Of a joint that nothing says more of, rad/s."""
+
+_SLIDING = {"max_speed": 0.25, "jog_speed": 0.05, "max_acceleration": 1.0, "max_jerk": 10.0}
+"""Limits of sliding joints, in m, where nothing says others."""
+
+
+def suited(joint: str, drive: Part, on: Source, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of a joint that this part drives: what the program has given, and what the driver says where it has not."""
+    verb = _keeper(joint, drive, given.get("verb"))
+    words: dict[str, Any] = {"verb": verb, "units": _units(drive), "every": _pace(verb, on)}
+    given = {name: value for name, value in given.items() if name not in words or value is not None}
+    found = words | _limits(drive) | given
+    fastest = found.get("max_speed")
+    if isinstance(fastest, int | float) and "jog_speed" not in given:
+        found["jog_speed"] = min(fastest, found.get("jog_speed", JOG_SPEED))
+    return found
+
+
+def _keeper(joint: str, drive: Part, verb: Verb[..., Any] | None) -> Verb[..., Any] | None:
+    """`joint_follower` for a drive that takes positions; none, the type's own, for one of efforts. Refused: a channel is missing."""
+    suits = joint_follower if _takes_positions(drive) else joint_servo
+    chosen = verb or suits
+    lacking = _lacking(drive, chosen)
+    if lacking:
+        written = ", ".join(f"'{name}'" for name, channel in drive.channels.items() if channel.write) or "none"
+        refuse(
+            CallError,
+            f"verb '{chosen.name}' cannot keep joint '{joint}' going: it needs channel '{lacking[0]}' of part "
+            f"'{drive.device.name}.{drive.name}', whose written channels are {written}",
+            f"leave out verb=, then it is '{suits.name}'"
+            if chosen is not suits and not _lacking(drive, suits)
+            else "give a part that takes positions ('goal') or efforts ('effort'), or verb=, one of your own for what this part takes",
+        )
+    return verb if verb is not None else suits if suits is joint_follower else None
+
+
+def _takes_positions(drive: Part) -> bool:
+    return drive.about.get("command") == "position"
+
+
+def _lacking(drive: Part, verb: Verb[..., Any]) -> list[str]:
+    needed = [word.removeprefix("drive.") for word in verb.instantiation_parameters if word.startswith("drive.")]
+    return [channel for channel in needed if channel not in drive.channels]
+
+
+def _units(drive: Part) -> dict[str, str] | None:
+    return {"N.m": "N", "rad": "m"} if drive.about["unit"] == "m" else None
+
+
+def _limits(drive: Part) -> dict[str, Any]:
+    about = drive.about
+    found = {
+        "home": about["home"],
+        "position_min": about["range_min"],
+        "position_max": about["range_max"],
+        "max_effort": about["effort_max"],
+    }
+    if about["unit"] == "m":
+        found |= _SLIDING
+    if about.get("speed_max", UNLIMITED) < UNLIMITED:
+        found["max_speed"] = about["speed_max"]
+    return found if _takes_positions(drive) else found | {name: about["servo"][name] for name in ("kp", "kd")}
+
+
+def _pace(verb: Verb[..., Any] | None, on: Source) -> dict[str, Quantity] | None:
+    """A drive closes its loop itself, so it may be told more seldom than a servo runs: as often as its source fires."""
+    if verb is not joint_follower or on.period is None or on.period <= duration_ns(SERVO_PERIOD, "the servo's period") * 1e-9:
+        return None
+    return {"position": on.period, "speed": on.period}

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What keeps a joint where it is commanded to be: a servo of this host, or the drive that closes the loop itself."""
+
+from __future__ import annotations
+
+from .. import library as lib
+from ..commands import activate, execute, ready
+from ..conditions import on
+from ..errors import Terminated
+from ..graphs import Graph
+from ..parameters import input
+from ..verbs import Verb
+
+
+class FollowingError(Terminated):
+    """A joint is farther from where it is commanded to be than `max_following_error`."""
+
+
+SERVO_PERIOD = "1 ms"
+"""How often the servo runs."""
+
+HISTORY = 10_000
+"""How many values of `sensed`, `commanded` and `reference` are kept: ten seconds of the servo."""
+
+reading = Graph(
+    "joint_position",
+    doc="Where a joint is: its channel, counted from the zero that was found.",
+    blocks={"read": lib.block("read_channel"), "zero": lib.block("offset")},
+    inputs={"offset": "zero.offset"},
+    outputs={"y": "zero.y"},
+    cells={"reading": ["read.y", "zero.u"]},
+)
+
+joint_servo = Verb(
+    "robot_joint_servo",
+    doc="Keeps a joint at its commanded position, within its range and maximum speed: PID with the plant's gravity compensation.",
+    blocks={
+        "position": reading,
+        "speed": lib.block("read_channel"),
+        "load": lib.block("channel_sum"),
+        "servo": lib.block("joint_servo"),
+        "write": lib.block("write_channel"),
+    },
+    instantiation_parameters={
+        "drive.position": "position.read.channel",
+        "drive.velocity": "speed.channel",
+        "drive.bias": "load.channel",
+        "load_effort": "load.u",
+        "drive.effort": "write.channel",
+        "offset": ["position.offset", "servo.offset"],
+        "sensed": ["position.y", "servo.position"],
+        "velocity": ["speed.y", "servo.velocity"],
+        "commanded": "servo.setpoint",
+        "reference": "servo.reference",
+        "commanded_velocity": "servo.reference_velocity",
+        "limited": "servo.limited",
+        "homed": "servo.homed",
+    },
+    cells={"bias": ["load.y", "servo.bias"], "effort": ["servo.effort", "write.u"]},
+    input_parameters={
+        "kp": input("servo.kp", tunable=True),
+        "ki": input("servo.ki", tunable=True),
+        "kd": input("servo.kd", tunable=True),
+        "max_effort": "servo.limit",
+        "max_speed": "servo.speed_max",
+        "position_min": "servo.position_min",
+        "position_max": "servo.position_max",
+        "needs_home": "servo.needs_home",
+        "max_following_error": "servo.following_error",
+    },
+    command_lists={
+        "start": [
+            execute("position"),
+            activate("position", every=SERVO_PERIOD),
+            activate("speed", every=SERVO_PERIOD),
+            activate("load", every=SERVO_PERIOD),
+            activate("servo"),
+            activate("write"),
+            ready(),
+        ]
+    },
+    conditions={"following_error": on("servo.following_error", raises=FollowingError)},
+)
+
+
+joint_follower = Verb(
+    "robot_joint_follower",
+    doc="Tells a drive that closes the loop itself where a joint is to be: its commanded position, within its range and maximum speed.",
+    blocks={
+        "position": reading,
+        "speed": lib.block("read_channel"),
+        "follow": lib.block("joint_reference"),
+        "write": lib.block("write_channel"),
+    },
+    instantiation_parameters={
+        "drive.position": "position.read.channel",
+        "drive.velocity": "speed.channel",
+        "drive.goal": "write.channel",
+        "offset": ["position.offset", "follow.offset"],
+        "sensed": ["position.y", "follow.position"],
+        "velocity": "speed.y",
+        "commanded": "follow.setpoint",
+        "reference": "follow.reference",
+        "commanded_velocity": "follow.reference_velocity",
+        "limited": "follow.limited",
+        "homed": "follow.homed",
+    },
+    cells={"goal": ["follow.goal", "write.u"]},
+    input_parameters={
+        "max_speed": "follow.speed_max",
+        "position_min": "follow.position_min",
+        "position_max": "follow.position_max",
+        "needs_home": "follow.needs_home",
+        "max_following_error": "follow.following_error",
+    },
+    command_lists={
+        "start": [
+            execute("position"),
+            activate("position", every=SERVO_PERIOD),
+            activate("speed", every=SERVO_PERIOD),
+            activate("follow"),
+            activate("write"),
+            ready(),
+        ]
+    },
+    conditions={"following_error": on("follow.following_error", raises=FollowingError)},
+)
+"""What keeps a joint going that takes positions: the servo is in the machine."""
