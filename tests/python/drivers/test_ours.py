@@ -7,7 +7,7 @@ The others are in `crates/drivers/tests/conformance/ours.rs`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -18,6 +18,7 @@ from opengpac.drivers import conformance
 from opengpac.drivers.driver import Driver
 
 fake = gpac.drivers.fake
+Counterpart = Callable[[], AbstractContextManager[Driver]]
 
 
 @contextmanager
@@ -45,7 +46,7 @@ def python() -> Iterator[Driver]:
 
 
 @pytest.mark.parametrize("counterpart", [ur, feetech, dynamixel, python], ids=lambda counterpart: counterpart.__name__)
-def test_it_passes_the_kit(counterpart: Callable[[], contextmanager[Driver]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_passes_the_kit(counterpart: Counterpart, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     with counterpart() as driver:
         report = conformance.check(driver, exchanges=500)

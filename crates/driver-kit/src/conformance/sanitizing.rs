@@ -3,6 +3,7 @@
 use super::check::{Passed, Tried};
 use super::orders::{LIMIT, LINK, tell};
 use super::report::{Outcome, Verdict};
+use super::runtime::passes_of;
 use super::sanitized::SAID;
 use super::settings::Settings;
 use interconnect::Link;
@@ -27,7 +28,8 @@ fn exchanged(kind: &str, options: &Value, settings: &Settings) -> Tried {
     let (link, theirs) = UnixLink::pair().map_err(|why| why.to_string())?;
     let (mut said, says) = std::io::pipe().map_err(|why| why.to_string())?;
     let launch = Launch::new(settings.command.iter().cloned()).descriptor(LINK, theirs).descriptor(SAID, says.into());
-    let child = launch.variable("LD_PRELOAD", sanitizer).start().map_err(|why| why.to_string())?;
+    let passes = format!("suppressions='{}'", passes_of(sanitizer).display());
+    let child = launch.variable("LD_PRELOAD", sanitizer).variable("RTSAN_OPTIONS", passes).start().map_err(|why| why.to_string())?;
     tell(&link, &json!({ "kind": kind, "options": options, "sanitized": true }), &[])?;
     let news: Value = match link.receive(settings.limit) {
         Ok(Some(news)) => serde_json::from_slice(&news).map_err(|why| why.to_string())?,
