@@ -77,6 +77,11 @@ test("a graph is drawn, a wire refused and mended, installed, and its output see
   await page.getByText("drawn.output").locator("visible=true").first().waitFor();
   await page.waitForFunction(() => /received\s*[1-9]/i.test(document.body.textContent ?? ""));
   await shoot(page, "drawn-in-the-scope");
+  // The trial is found again where it was left.
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await page.getByRole("button", { name: "Halt and remove drawn" }).click();
+  await page.getByRole("button", { name: "Install and start" }).waitFor();
   expect(errors).toEqual([]);
 });
 
