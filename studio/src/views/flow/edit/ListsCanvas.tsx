@@ -19,9 +19,7 @@ const ListBox = memo(function ListBox(props: NodeProps<ListNode>) {
         {initial && ", begins"}
         {ending && ", at every end"}
       </div>
-      {wrong.map((text) => (
-        <div key={text}>{text}</div>
-      ))}
+      {wrong.length > 0 && <div>{wrong.length === 1 ? "1 finding" : `${wrong.length} findings`}: see Checks</div>}
       <Handle type="source" position={Position.Right} id="there" />
       <Handle type="source" position={Position.Bottom} id="back" className="back" isConnectable={false} />
     </div>
@@ -122,6 +120,8 @@ function arrows(of: Verb, findings: Finding[]): Edge[] {
       sourceHandle: way,
       targetHandle: way,
       label: known ? `${known.label}, ${condition}` : condition,
+      // Before the states: an arrow that passes one is seen to pass it.
+      zIndex: 1,
       markerEnd: { type: MarkerType.ArrowClosed },
       className: wrong ? "wrong" : "",
       labelBgStyle: { fill: "var(--ground)" },
