@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import atexit
 import json
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -127,11 +129,11 @@ class _Python(Bench):
     channel = "heater"
 
     def __init__(self) -> None:
-        self.folder = tempfile.TemporaryDirectory()
+        self.folder = tempfile.mkdtemp(prefix="furnace-")
 
     @property
     def address(self) -> str:
-        return self.folder.name
+        return self.folder
 
     def driver(self) -> gpac.drivers.Driver:
         return python(self.address)
@@ -147,7 +149,8 @@ class _Python(Bench):
         return file.read_text().split("\n") if file.exists() else []
 
     def close(self) -> None:
-        self.folder.cleanup()
+        # Its process may write its last words a little later.
+        atexit.register(shutil.rmtree, self.folder, ignore_errors=True)
 
 
 def modbus(address: str) -> gpac.drivers.Driver:
