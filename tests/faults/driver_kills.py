@@ -26,7 +26,7 @@ from typing import Any
 
 import leftovers
 import opengpac as gpac
-from driver_benches import BENCHES, DRIVERS, apart, opened, told
+from driver_benches import BENCHES, apart, opened, told
 from leftovers import Before
 from opengpac import activate
 from opengpac import library as lib
@@ -106,8 +106,8 @@ def of_its_counterpart(found: Round, _: Before, chosen: random.Random, name: str
             kill = process.kill
         begun = Before()
         cell = stack.enter_context(gpac.System("campaign", progress=False))
-        channel, value, _ = opened(told(name, address))
-        instance = pushing(cell, channel, value, DRIVERS[name](address), THREAD)
+        channel, value, driver = opened(told(name, address))
+        instance = pushing(cell, channel, value, driver, THREAD)
         time.sleep(chosen.uniform(0.0, 0.1))
         if kill is None:
             (process_of_it,) = started(begun, "opengpac.driver_process")
