@@ -69,6 +69,12 @@ fn modbus() {
 }
 
 #[test]
+fn canopen() {
+    let axes = json!([{ "name": "x", "node": 5, "counts": 1000, "speed_max": 5 }, { "name": "y", "node": 6, "counts": 1000, "mode": "velocity" }]);
+    passes("canopen", &json!({ "interface": "emulated", "axes": axes }));
+}
+
+#[test]
 fn the_example_in_c() {
     let source = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/drivers/conveyor.c")).expect("it is there");
     assert!(source.lines().count() <= 60);
