@@ -72,7 +72,7 @@ impl Transfer {
             self.doing = Doing::Over;
             return Answered::Aborted(four(bytes));
         }
-        let answered = match std::mem::replace(&mut self.doing, Doing::Over) {
+        match std::mem::replace(&mut self.doing, Doing::Over) {
             Doing::Upload if command == 2 && names => self.begun(bytes),
             Doing::Uploading(value, size) if command == 0 => self.segment(value, size, bytes),
             Doing::Download(value) if command == 3 && names && bytes[0] == 0x60 => self.accepted(value),
@@ -90,8 +90,7 @@ impl Transfer {
                 self.doing = unchanged;
                 Answered::Strange
             }
-        };
-        answered
+        }
     }
 
     /// The frame that ends it from this side.

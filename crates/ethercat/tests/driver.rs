@@ -179,3 +179,24 @@ fn wrong_options_are_refused_with_what_to_do() {
     let error = driver.open(0).unwrap_err().message;
     assert!(error.starts_with("interface 'none0' cannot be opened"), "{error}");
 }
+
+#[test]
+fn drives_whose_commands_stay_away_stop_by_themselves() {
+    let mut rig = Rig::new();
+    rig.until(&[Some(1.0)], "in operation", |rig| rig.status("x") == OPERATION_ENABLED);
+    rig.pass_by(150_000_000);
+    let lost = (0..3).find_map(|_| rig.exchange(&[Some(1.0)]).err()).expect("lost within three cycles").message;
+    assert!(lost.contains("axis 'x' has a fault, 0x8130: communication was lost"), "{lost}");
+    let status = rig.server.segment().status(1);
+    assert!(status.contains("SAFEOP with error 0x001b, SyncManager watchdog"), "{status}");
+}
+
+#[test]
+fn an_axis_without_a_limit_of_speed_is_commanded_twice_at_one_time() {
+    let mut rig = Rig::of(json!([{ "name": "x", "counts": COUNTS }]));
+    rig.until(&[Some(1.0)], "in operation", |rig| rig.status("x") == OPERATION_ENABLED);
+    for goal in [f64::MAX, f64::MIN] {
+        rig.write_again(goal);
+    }
+    assert_eq!(rig.server.segment().number(0, 0x607A), 1000, "no time has gone by");
+}

@@ -2,7 +2,8 @@
 //! The driver on a network interface: one end of a veth pair, with the emulated segment on the other. It needs the rights to make a network
 //! namespace; the test's thread has one of its own, which ends with it.
 mod common;
-use common::{OPERATION_ENABLED, Rig, two_axes};
+use common::{OPERATION_ENABLED, Rig, drive, two_axes};
+use serde_json::json;
 use std::process::Command;
 
 /// A namespace for this thread and those that it starts, with a pair of interfaces.
@@ -23,7 +24,7 @@ fn ip(arguments: &str) {
 #[test]
 fn a_segment_on_an_interface_moves_and_its_cable_goes_out_and_in() {
     network();
-    let mut rig = Rig::on("ec1", "ec0", two_axes());
+    let mut rig = Rig::on("ec1", "ec0", &[drive("first", 1000), drive("second", 2000)], json!({ "axes": two_axes() }));
     rig.until(&[Some(1.5)], "there", |rig| rig.double("x.position") == 1.5);
     assert_eq!(rig.status("x"), OPERATION_ENABLED);
     ip("link set ec1 down");

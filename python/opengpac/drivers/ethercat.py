@@ -14,7 +14,13 @@ from .driver import Driver, given
 
 @taking
 def ethercat(
-    interface: str, axes: Mapping[str, Mapping[str, Any]], *, timeout: Quantity | None = None, lost_after: int | None = None
+    interface: str,
+    axes: Mapping[str, Mapping[str, Any]],
+    *,
+    timeout: Quantity | None = None,
+    lost_after: int | None = None,
+    sync0: Quantity | None = None,
+    sync0_shift: Quantity | None = None,
 ) -> Driver:
     """Drives by CiA 402 on EtherCAT, an axis each: `gpac.drivers.ethercat("eth1", {"lift": {"counts": 131072 / 0.01, "unit": "m"}})`.
 
@@ -26,7 +32,9 @@ def ethercat(
     Channels of an axis: `position`, `velocity`, `torque`, `status`, `error` (read), and `goal`, `rate` or `effort` (written), by its mode.
     An axis is switched on by CiA 402 when its written channel is engaged, and never leaps: its target begins where it is and changes by
     `speed_max` at most. `timeout` (100 ms) is the watchdog of the drives. `lost_after` (3) cycles without an answer mean that the device
-    is lost. `interface` is a network interface, which needs CAP_NET_RAW, or that of an emulated segment, `gpac.drivers.fake.ethercat`.
+    is lost. `sync0`, the period of the source, sets the distributed clocks of the drives to the time of this host and has them take
+    their targets with SYNC0, `sync0_shift` (half of it) after each release. `interface` is a network interface, which needs
+    CAP_NET_RAW, or that of an emulated segment, `gpac.drivers.fake.ethercat`.
     """
     for name, axis in axes.items():
         if not isinstance(axis, Mapping):
@@ -38,5 +46,7 @@ def ethercat(
             axes=[{"name": name, **axis} for name, axis in axes.items()],
             timeout_ns=optional_ns(timeout, "the timeout"),
             lost_after=lost_after,
+            sync0_ns=optional_ns(sync0, "sync0"),
+            sync0_shift_ns=optional_ns(sync0_shift, "the shift of sync0"),
         ),
     )

@@ -13,10 +13,14 @@ from typing import Any
 
 import pysoem
 
+import opengpac as gpac
 from opengpac.drivers import fake
 
 OUTPUTS, INPUTS = "<HiihB", "<HiihHb"
 POSITION_MODE = 8
+DELAY = 0x0928
+# How long a frame takes from each drive to the next one, ns.
+CABLES = (0, 420, 1300)
 # Of a reply, µs: a machine that has other things to do is no fault.
 PATIENCE = 10_000_000
 
@@ -50,8 +54,31 @@ def scan(main: Any) -> dict[str, Any]:
     return said
 
 
+def ours(segment: fake.EtherCatSegment) -> dict[str, Any]:
+    """Our main device sets the clocks, and leaves them as they are."""
+    with gpac.System("cell", progress=False) as cell:
+        rtp = cell.processor("rtp0")
+        fast = rtp.timer("fast", period="1 ms", priority=80)
+        axes = {name: {"counts": 1000} for name in ("a", "b", "c")}
+        driver = gpac.drivers.ethercat("ec0", axes, sync0="1 ms", timeout="6.5 s", lost_after=30_000)
+        line = rtp.physical_device("line", driver, exchange=fast)
+        while line.counters["cycles"] < 200:
+            pass
+        drives = segment.drives()
+    return {
+        "our_states": [drive.state for drive in drives],
+        "our_delays": [drive.clock.delay_ns for drive in drives],
+        "our_sync0": [drive.clock.sync0 for drive in drives],
+    }
+
+
+def delays(main: Any) -> list[int]:
+    return [int.from_bytes(device._fprd(DELAY, 4), "little") for device in main.slaves]
+
+
 def operate(main: Any) -> dict[str, Any]:
-    said: dict[str, Any] = {"bytes": main.config_map(), "clocks": bool(main.config_dc())}
+    said: dict[str, Any] = {"left_delays": delays(main), "bytes": main.config_map(), "clocks": bool(main.config_dc())}
+    said["delays"] = delays(main)
     for device in main.slaves:
         device.set_watchdog("processdata", 0)
     main.state_check(pysoem.SAFEOP_STATE, PATIENCE)
@@ -91,10 +118,12 @@ def move(main: Any) -> dict[str, Any]:
 
 def main() -> None:
     veth()
-    with fake.ethercat(*({"name": "drive", "position": 1000} for _ in range(3)), interface="ec1"):
+    drives = ({"name": "drive", "position": 1000, "cable_ns": cable} for cable in CABLES)
+    with fake.ethercat(*drives, interface="ec1") as segment:
+        said = ours(segment)
         master = pysoem.Master()
         master.open("ec0")
-        said = {**scan(master), **operate(master), **move(master)}
+        said = {**said, **scan(master), **operate(master), **move(master)}
         master.state = pysoem.INIT_STATE
         master.write_state()
         master.close()

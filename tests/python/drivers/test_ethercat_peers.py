@@ -40,6 +40,14 @@ def test_soem_brings_them_to_op(said: dict[str, Any]) -> None:
     assert said["bytes"] == 3 * (13 + 15)
 
 
+def test_soem_measures_the_delays_that_we_do(said: dict[str, Any]) -> None:
+    assert said["our_states"] == ["OP"] * 3
+    assert all(count > 0 for count in said["our_sync0"])
+    assert said["left_delays"] == said["our_delays"]
+    for measured in (said["delays"], said["our_delays"]):
+        assert measured == pytest.approx([0, 420, 1720], abs=2)
+
+
 def test_soem_moves_their_axes(said: dict[str, Any]) -> None:
     # 2 for each that is written, 1 for each that is read.
     assert said["counter"] == said["expected"] == 9

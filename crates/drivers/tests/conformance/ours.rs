@@ -75,6 +75,22 @@ fn canopen() {
 }
 
 #[test]
+fn ethercat() {
+    use ethercat::emulator::{DriveOptions, Segment, serve};
+    let interface = format!("local:conformance-{}", std::process::id());
+    let names = ["x", "belt", "winch"];
+    let drives = names.map(|name| DriveOptions { name: name.into(), watchdog: Some(false), ..DriveOptions::default() });
+    let _segment = serve(&interface, Segment::new(&drives)).expect("nobody has that name");
+    let axes = json!([
+        { "name": "x", "counts": 1e4, "speed_max": 5.0 },
+        { "name": "belt", "counts": 1e4, "mode": "velocity" },
+        { "name": "winch", "counts": 1e4, "mode": "torque", "rated_torque": 1.0 }
+    ]);
+    // The segment is a program, and the kit waits for none: it is never lost.
+    passes("ethercat", &json!({ "interface": interface, "axes": axes, "lost_after": 1_000_000_000 }));
+}
+
+#[test]
 fn the_example_in_c() {
     let source = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/drivers/conveyor.c")).expect("it is there");
     assert!(source.lines().count() <= 60);

@@ -3,7 +3,7 @@
 use super::options::{AxisOptions, Commanded, PdosFrom, Unit};
 use crate::cia402::{self, DriveState, error_name};
 use crate::coe::Entry;
-use crate::main_device::{Field, Mapping, Pdos};
+use crate::main_device::{Field, Mapping, Pdos, Sync0};
 use device::{Channel, Layout, Number, Slot, Type};
 
 /// An axis, and what it is doing.
@@ -54,6 +54,10 @@ struct Fields {
     error: Option<usize>,
 }
 
+/// Synchronised by SYNC0: a type of synchronisation.
+const DC_SYNC0: u16 = 2;
+/// No axis is faster, in whatever it is counted: what is multiplied by a time stays a number.
+const SPEED_MAX: f64 = 1e15;
 const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];
 const INPUTS: [u32; 5] = [0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010, 0x603F_0010];
 
@@ -67,7 +71,7 @@ impl Axis {
             counts: options.counts,
             offset: options.offset,
             rated_torque: options.rated_torque.unwrap_or(1.0),
-            speed_max: options.speed_max.unwrap_or(f64::INFINITY),
+            speed_max: options.speed_max.unwrap_or(f64::INFINITY).min(SPEED_MAX),
             slots: Slots::new(options, layout),
             fields: Fields::default(),
             state: DriveState::NotReady,
@@ -89,8 +93,20 @@ impl Axis {
     }
 
     /// What is written to its drive in PREOP: entry, value, and whether it may be missing.
-    pub fn settings(&self) -> Vec<(Entry, Vec<u8>, bool)> {
-        vec![(Entry { index: 0x6060, sub: 0 }, vec![self.commanded.mode() as u8], false)]
+    pub fn settings(&self, sync0: Option<Sync0>) -> Vec<(Entry, Vec<u8>, bool)> {
+        let mut settings = vec![(Entry { index: 0x6060, sub: 0 }, vec![self.commanded.mode() as u8], false)];
+        if let Some(sync0) = sync0 {
+            // Outputs are taken and inputs given with SYNC0; and how often targets come, as a number and a power of ten.
+            let (count, power) = if sync0.cycle_ns % 1_000_000 == 0 { (sync0.cycle_ns / 1_000_000, -3i8) } else { (sync0.cycle_ns / 10_000, -5) };
+            let optional = |index, sub, value: &[u8]| (Entry { index, sub }, value.to_vec(), true);
+            settings.extend([
+                optional(0x1C32, 1, &DC_SYNC0.to_le_bytes()),
+                optional(0x1C33, 1, &DC_SYNC0.to_le_bytes()),
+                optional(0x60C2, 1, &[count.min(255) as u8]),
+                optional(0x60C2, 2, &[power as u8]),
+            ]);
+        }
+        settings
     }
 
     /// Learns where its objects are.
@@ -222,8 +238,8 @@ impl Axis {
                     // Where it is: so it does not jump when it comes into operation.
                     self.target = self.position;
                 } else if let Some(position) = command {
-                    let most = self.speed_max * self.counts.abs() * span_s;
-                    let wish = position * self.counts + self.offset;
+                    let most = (self.speed_max * self.counts.abs()).min(SPEED_MAX) * span_s;
+                    let wish = (position * self.counts + self.offset).clamp(i32::MIN.into(), i32::MAX.into());
                     self.target += (wish - self.target).clamp(-most, most);
                 }
                 self.target

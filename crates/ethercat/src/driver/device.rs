@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver in its life: brings its drives to OP, exchanges, comes to rest.
 use super::axis::Axis;
-use super::options::{COUNTERS, count};
+use super::counters::{COUNTERS, count};
 use super::services::Shared;
-use crate::main_device::{Bus, Cycle, Replied, Station, Wanted, bring_up, open_link};
+use crate::main_device::{Bus, Clocks, Cycle, Replied, Station, Sync0, Wanted, bring_up, open_link};
 use crate::states::{State, describe};
 use device::{Channel, Counters, DeviceError, Driver, Services};
 use std::sync::Arc;
@@ -20,6 +20,9 @@ pub(super) struct EtherCat {
     channels: Vec<Channel>,
     timeout_ns: i64,
     lost_after: u32,
+    sync0: Option<Sync0>,
+    /// When it was opened, by the clock of this host and by that of its source, ns.
+    opened: (Instant, i64),
     counters: Arc<Counters>,
     shared: Arc<Shared>,
     stations: Vec<Station>,
@@ -30,7 +33,7 @@ pub(super) struct EtherCat {
 }
 
 impl EtherCat {
-    pub fn new(interface: String, axes: Vec<Axis>, channels: Vec<Channel>, timeout_ns: i64, lost_after: u32) -> EtherCat {
+    pub fn new(interface: String, axes: Vec<Axis>, channels: Vec<Channel>, timeout_ns: i64, lost_after: u32, sync0: Option<Sync0>) -> EtherCat {
         let names = axes.iter().map(|axis| axis.name.clone()).collect();
         EtherCat {
             shared: Arc::new(Shared::new(interface.clone(), names)),
@@ -39,6 +42,8 @@ impl EtherCat {
             channels,
             timeout_ns,
             lost_after,
+            sync0,
+            opened: (Instant::now(), 0),
             counters: Arc::new(Counters::new(&COUNTERS)),
             stations: Vec::new(),
             cycle: None,
@@ -49,14 +54,18 @@ impl EtherCat {
 
     fn start(&mut self) -> Result<(), String> {
         let mut bus = Bus::open(&self.interface)?;
-        let asked: Vec<_> = self.axes.iter().map(|axis| (axis.at, axis.pdos(), axis.settings())).collect();
+        let asked: Vec<_> = self.axes.iter().map(|axis| (axis.at, axis.pdos(), axis.settings(self.sync0))).collect();
         let wanted: Vec<Wanted<'_>> = asked.iter().map(|(position, pdos, settings)| Wanted { position: *position, pdos, settings }).collect();
-        let (stations, outputs, inputs) = bring_up(&mut bus, &wanted, self.timeout_ns)?;
-        for (axis, station) in self.axes.iter_mut().zip(&stations) {
+        let opened = self.opened;
+        let now_ns = move || now_ns(opened);
+        let clocks = self.sync0.map(|sync0| Clocks { sync0, now_ns: &now_ns });
+        let line = bring_up(&mut bus, &wanted, self.timeout_ns, clocks.as_ref())?;
+        for (axis, station) in self.axes.iter_mut().zip(&line.stations) {
             axis.map(&station.mapping, station.outputs_at, station.inputs_at)?;
         }
         let too_many = || format!("the process data of {} axes do not fit into a frame", self.axes.len());
-        let mut cycle = Cycle::new(open_link(&self.interface)?, &stations, outputs, inputs).ok_or_else(too_many)?;
+        let mut cycle = Cycle::new(open_link(&self.interface)?, &line).ok_or_else(too_many)?;
+        let stations = line.stations;
         self.exchange_idle(&mut cycle)?;
         for station in &stations {
             let control = State::Op as u16;
@@ -83,7 +92,7 @@ impl EtherCat {
             for axis in &mut self.axes {
                 axis.tell_idle(cycle.outputs());
             }
-            cycle.send().map_err(|error| format!("interface '{}': {error}", self.interface))?;
+            cycle.send(self.sync0.map(|_| now_ns(self.opened))).map_err(|error| format!("interface '{}': {error}", self.interface))?;
             let replied = cycle.wait(ANSWER).map_err(|error| format!("interface '{}': {error}", self.interface))?;
             if replied == Replied::Whole || replied == Replied::Short {
                 self.axes.iter_mut().for_each(|axis| axis.look(cycle.newest()));
@@ -139,6 +148,7 @@ impl Driver for EtherCat {
 
     fn open(&mut self, now_ns: i64) -> Result<(), DeviceError> {
         self.written_ns = now_ns;
+        self.opened = (Instant::now(), now_ns);
         self.start().map_err(|message| DeviceError { message })
     }
 
@@ -149,6 +159,10 @@ impl Driver for EtherCat {
         match replied {
             Replied::Whole => {
                 self.missed = 0;
+                if let Some(timing) = cycle.timing() {
+                    counters.set(count::DIFFERENCE, timing.difference_ns.into());
+                    counters.set(count::REFERENCE, timing.reference_ns.unsigned_abs().into());
+                }
                 for axis in &mut self.axes {
                     axis.read(cycle.newest(), readings);
                 }
@@ -184,7 +198,7 @@ impl Driver for EtherCat {
         }
         self.counters.add(count::CYCLES, 1);
         // A frame that cannot be sent is one that does not come back: the readings tell it.
-        let _ = cycle.send();
+        let _ = cycle.send(self.sync0.map(|_| now_ns(self.opened)));
         Ok(())
     }
 
@@ -194,7 +208,7 @@ impl Driver for EtherCat {
             axis.stop();
             axis.tell_idle(cycle.outputs());
         }
-        let _ = cycle.send();
+        let _ = cycle.send(self.sync0.map(|_| now_ns(self.opened)));
     }
 
     fn close(&mut self) {
@@ -213,6 +227,11 @@ impl Driver for EtherCat {
     fn counters(&self) -> Option<Arc<Counters>> {
         Some(self.counters.clone())
     }
+}
+
+/// The time of the source, as the clock of this host has it now.
+fn now_ns((opened, opened_ns): (Instant, i64)) -> u64 {
+    opened_ns.unsigned_abs() + opened.elapsed().as_nanos() as u64
 }
 
 fn not_open() -> DeviceError {

@@ -1,29 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The declaration of the driver, and its options.
-use super::axis::Axis;
-use super::device::EtherCat;
-use super::services::SERVICES;
-use crate::cia402::Mode;
-use crate::main_device::{Bus, inventory};
-use device::{
-    Class, Command, CounterWord, Declaration, DriverError, Found, Given, Kind, Layout, Life, Opened, OptionWord, Part, SafeBy, SafeState, Servo, UNLIMITED,
-};
+//! The options of the driver: what they are, and what is refused.
+use crate::main_device::Sync0;
+use cia402::Mode;
+use device::{DriverError, Given, Kind, OptionWord};
 use serde::Deserialize;
-use serde_json::json;
 
-/// The driver.
-pub static DRIVER: Declaration = Declaration {
-    class: Class::Inline,
-    life: Life { waits_ns: 0, lost_within_ns: 0 },
-    safe_state: SafeState { doc: "quick stop: each axis comes to rest and is switched off", by: &[SafeBy::Driver, SafeBy::Device], within_ns: 0 },
-    services: &SERVICES,
-    counters: &COUNTERS,
-    rights: &["raw frames on a network interface: cap_net_raw"],
-    scan: Some(scan),
-    ..Declaration::new("ethercat", "drives by CiA 402 on EtherCAT, an axis each", &OPTIONS, open)
-};
-
-const OPTIONS: [OptionWord; 4] = [
+pub(super) const OPTIONS: [OptionWord; 6] = [
     OptionWord::needed("interface", Kind::Text, "the network interface that the segment hangs on, or `local:NAME` of an emulated one"),
     OptionWord::needed(
         "axes",
@@ -33,30 +15,28 @@ const OPTIONS: [OptionWord; 4] = [
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without commands for so long they stop by themselves")
         .unit("ns"),
     OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without an answer one after another mean that the device is lost"),
+    OptionWord::with_default("sync0_ns", Kind::Whole, "none", "distributed clocks: how often SYNC0 of each axis comes, which is the period of the source")
+        .unit("ns"),
+    OptionWord::with_default("sync0_shift_ns", Kind::Whole, "half of sync0_ns", "how long after the release of the source SYNC0 comes").unit("ns"),
 ];
 
-/// Indices into the counters.
-pub(super) mod count {
-    pub const CYCLES: usize = 0;
-    pub const LOST: usize = 1;
-    pub const SHORT: usize = 2;
-    pub const REFUSED: usize = 3;
-}
-
-pub(super) const COUNTERS: [CounterWord; 4] = [
-    CounterWord { name: "cycles", unit: "", doc: "frames that were sent" },
-    CounterWord { name: "frames_lost", unit: "", doc: "frames that did not come back in time" },
-    CounterWord { name: "working_counter_errors", unit: "", doc: "frames that came back and that not all subdevices took" },
-    CounterWord { name: "frames_refused", unit: "", doc: "frames that came and were no answer: malformed, changed, or late" },
-];
-
+/// What is asked for.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Options {
-    interface: String,
-    axes: Vec<AxisOptions>,
-    timeout_ns: Option<i64>,
-    lost_after: Option<u32>,
+pub(super) struct Options {
+    pub interface: String,
+    pub axes: Vec<AxisOptions>,
+    pub timeout_ns: Option<i64>,
+    pub lost_after: Option<u32>,
+    pub sync0_ns: Option<u32>,
+    pub sync0_shift_ns: Option<u32>,
+}
+
+impl Options {
+    /// SYNC0, where it is wanted.
+    pub fn sync0(&self) -> Option<Sync0> {
+        self.sync0_ns.map(|cycle_ns| Sync0 { cycle_ns, shift_ns: self.sync0_shift_ns.unwrap_or(cycle_ns / 2) })
+    }
 }
 
 /// An axis, as it is asked for.
@@ -122,26 +102,24 @@ pub(super) enum PdosFrom {
 }
 
 /// Watchdog of the drives where nothing is said.
-const TIMEOUT_NS: i64 = 100_000_000;
+pub(super) const TIMEOUT_NS: i64 = 100_000_000;
+/// Shorter than any drive's cycle.
+const SYNC0_NS_MIN: u32 = 50_000;
 /// The longest that a drive can be told.
 const TIMEOUT_NS_MAX: i64 = 6_500_000_000;
 
-fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
-    let options: Options = given.read()?;
-    check(given, &options)?;
-    let timeout_ns = options.timeout_ns.unwrap_or(TIMEOUT_NS);
-    let mut layout = Layout::default();
-    let axes: Vec<Axis> = options.axes.iter().enumerate().map(|(index, axis)| Axis::new(axis, index, &mut layout)).collect();
-    let parts: Vec<Part> = options.axes.iter().filter_map(part).collect();
-    let driver = EtherCat::new(options.interface, axes, layout.into_channels(), timeout_ns, options.lost_after.unwrap_or(3).max(1));
-    Ok((Box::new(driver), json!({ "parts": parts })))
-}
-
-fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverError> {
+/// Refuses what cannot be, by name.
+pub(super) fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverError> {
     let wrong = |problem: String| Err(given.wrong("axes", problem));
     device::check_timeout(given, options.timeout_ns)?;
     if options.timeout_ns.is_some_and(|ns| ns > TIMEOUT_NS_MAX) {
         return Err(given.wrong("timeout_ns", "at most 6.5 s: a drive cannot be told more"));
+    }
+    match (options.sync0_ns, options.sync0_shift_ns) {
+        (None, Some(_)) => return Err(given.wrong("sync0_shift_ns", "sync0_ns is missing: the period of the source")),
+        (Some(..SYNC0_NS_MIN), _) => return Err(given.wrong("sync0_ns", "at least 50 us: the period of the source")),
+        (Some(cycle_ns), Some(shift_ns)) if shift_ns >= cycle_ns => return Err(given.wrong("sync0_shift_ns", "less than sync0_ns")),
+        _ => {}
     }
     if options.axes.is_empty() {
         return wrong("name at least one axis".to_owned());
@@ -171,44 +149,4 @@ fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverError> {
         }
     }
     Ok(())
-}
-
-/// What can be made a joint of; an axis that is commanded by velocity is its channels alone.
-fn part(axis: &AxisOptions) -> Option<Part> {
-    let command = match axis.mode {
-        Commanded::Position => Command::Position,
-        Commanded::Torque => Command::Effort,
-        Commanded::Velocity => return None,
-    };
-    let [range_min, range_max] = axis.range.unwrap_or([-UNLIMITED, UNLIMITED]);
-    Some(Part {
-        name: axis.name.clone(),
-        unit: if axis.unit == Unit::M { "m" } else { "rad" },
-        range_min,
-        range_max,
-        effort_max: axis.rated_torque.unwrap_or(UNLIMITED),
-        speed_max: axis.speed_max.unwrap_or(UNLIMITED),
-        home: 0.0,
-        servo: Servo::default(),
-        command,
-    })
-}
-
-#[derive(Deserialize)]
-struct Where {
-    interface: Option<String>,
-}
-
-fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
-    let Where { interface: Some(interface) } = given.read()? else {
-        return Err(given.wrong("interface", "it is missing; give the network interface to look at: `ip link` lists them"));
-    };
-    let identities = Bus::open(&interface).and_then(|mut bus| inventory(&mut bus)).map_err(DriverError::Failed)?;
-    let found = identities.iter().enumerate().map(|(position, identity)| {
-        let (vendor, product, revision) = (identity.vendor, identity.product, identity.revision);
-        let what =
-            format!("{position}: '{}', vendor {vendor:#010x}, product {product:#010x}, revision {revision:#010x}, serial {}", identity.name, identity.serial);
-        Found { what, options: json!({ "interface": interface, "axes": [{ "name": format!("axis{position}"), "at": position, "counts": 1 }] }) }
-    });
-    Ok(found.collect())
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The memory of a subdevice controller: registers, SyncManagers, FMMUs, EEPROM, clock.
+use super::clock::Clock;
 use crate::registers as reg;
 use crate::wire::{put, u16_at, u32_at};
 
@@ -18,9 +19,9 @@ const EEPROM_ERROR: u16 = 0x2000;
 pub struct Controller {
     memory: Box<[u8]>,
     eeprom: Vec<u8>,
-    /// What its clock is ahead of ours, ns.
-    ahead_ns: u64,
-    now_ns: u64,
+    pub clock: Clock,
+    /// How long a frame takes from port 1 through all that is behind it and back, ns; none: nothing is behind it.
+    behind_ns: Option<u64>,
 }
 
 /// What a write changed that somebody has to look after.
@@ -36,7 +37,7 @@ pub struct Changed {
 }
 
 impl Controller {
-    pub fn new(eeprom: Vec<u8>, ahead_ns: u64) -> Controller {
+    pub fn new(eeprom: Vec<u8>, clock: Clock) -> Controller {
         let mut memory = vec![0; MEMORY_LEN].into_boxed_slice();
         // Type, revision, build; 8 FMMUs, 8 SyncManagers, 8 KB, two ports of Ethernet; distributed clocks of 64 bits.
         put(&mut memory, reg::INFORMATION.into(), &[0x11, 0, 1, 0, FMMUS as u8, SYNC_MANAGERS as u8, 8, 0x0F]);
@@ -47,7 +48,7 @@ impl Controller {
         put(&mut memory, reg::WATCHDOG_STATUS.into(), &1u16.to_le_bytes());
         put(&mut memory, reg::EEPROM.into(), &EEPROM_EIGHT.to_le_bytes());
         put(&mut memory, reg::DC_SPEED.into(), &0x1000u16.to_le_bytes());
-        Controller { memory, eeprom, ahead_ns, now_ns: 0 }
+        Controller { memory, eeprom, clock, behind_ns: None }
     }
 
     pub fn word(&self, address: u16) -> u16 {
@@ -104,11 +105,46 @@ impl Controller {
         self.memory[at + 7] = self.memory[at + 7] & !2 | self.memory[at + 6] & 2;
     }
 
-    /// The clock goes on.
-    pub fn tell_time(&mut self, now_ns: u64) {
-        self.now_ns = now_ns.wrapping_add(self.ahead_ns);
-        let offset = u64::from_le_bytes(self.eight(reg::DC_OFFSET));
-        put(&mut self.memory, reg::DC_SYSTEM_TIME.into(), &self.now_ns.wrapping_add(offset).to_le_bytes());
+    /// The clock goes on; a frame comes now that is back at port 1 after that time.
+    pub fn tell_time(&mut self, now_ns: u64, behind_ns: Option<u64>) {
+        self.behind_ns = behind_ns;
+        self.clock.go_on(now_ns);
+        let system_ns = self.system_ns();
+        put(&mut self.memory, reg::DC_SYSTEM_TIME.into(), &system_ns.to_le_bytes());
+    }
+
+    /// The time of all, as this one has it.
+    pub fn system_ns(&self) -> u64 {
+        self.clock.local_ns().wrapping_add(u64::from_le_bytes(self.eight(reg::DC_OFFSET)))
+    }
+
+    /// The time of the reference clock was written, 4 bytes of it or all 8.
+    fn compare(&mut self, written: &[u8]) {
+        let Some(reference) = written.first_chunk().map(|low| u32::from_le_bytes(*low)) else { return };
+        let expected = reference.wrapping_add(u32_at(&self.memory, reg::DC_DELAY.into()));
+        self.clock.compare((self.system_ns() as u32).wrapping_sub(expected) as i32);
+        put(&mut self.memory, reg::DC_DIFFERENCE.into(), &self.clock.difference().to_le_bytes());
+    }
+
+    /// The times at which a frame came in at its ports, and at its unit of processing.
+    fn latch_times(&mut self) {
+        let local_ns = self.clock.local_ns();
+        put(&mut self.memory, reg::DC_RECEIVED.into(), &(local_ns as u32).to_le_bytes());
+        let back_ns = self.behind_ns.map_or(0, |behind_ns| local_ns.wrapping_add(behind_ns) as u32);
+        put(&mut self.memory, usize::from(reg::DC_RECEIVED) + 4, &back_ns.to_le_bytes());
+        put(&mut self.memory, reg::DC_RECEIVED_UNIT.into(), &local_ns.to_le_bytes());
+    }
+
+    fn activate(&mut self) {
+        let is_on = self.memory[usize::from(reg::SYNC_ACTIVATION)] & reg::SYNC0_ON == reg::SYNC0_ON;
+        let start = (u64::from_le_bytes(self.eight(reg::SYNC0_START)), u32_at(&self.memory, reg::SYNC0_CYCLE.into()));
+        let system_ns = self.system_ns();
+        self.clock.set_sync(is_on.then_some(start), system_ns);
+    }
+
+    /// SYNC0 is asked for, whether it comes or not.
+    pub fn is_synchronised(&self) -> bool {
+        self.memory[usize::from(reg::SYNC_ACTIVATION)] & reg::SYNC0_ON == reg::SYNC0_ON
     }
 
     fn eight(&self, address: u16) -> [u8; 8] {
@@ -154,6 +190,10 @@ impl Controller {
         if end > MEMORY_LEN || self.is_refused(start, false) {
             return None;
         }
+        if start == usize::from(reg::DC_SYSTEM_TIME) {
+            self.compare(from);
+            return Some(Changed::default());
+        }
         for (to, value) in (start..end).zip(from) {
             if is_writable(to) {
                 self.memory[to] = *value;
@@ -168,10 +208,10 @@ impl Controller {
             self.command_eeprom();
         }
         if touches(reg::DC_RECEIVED) {
-            let time = self.now_ns;
-            put(&mut self.memory, reg::DC_RECEIVED.into(), &(time as u32).to_le_bytes());
-            put(&mut self.memory, usize::from(reg::DC_RECEIVED) + 4, &(time as u32).wrapping_add(300).to_le_bytes());
-            put(&mut self.memory, reg::DC_RECEIVED_UNIT.into(), &time.to_le_bytes());
+            self.latch_times();
+        }
+        if touches(reg::SYNC_ACTIVATION) {
+            self.activate();
         }
         let (mailbox, len) = self.area(0);
         let (outputs, outputs_len) = self.area(2);

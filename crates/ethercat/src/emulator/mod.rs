@@ -4,17 +4,22 @@
 //! | | |
 //! |---|---|
 //! | [`Segment`] | the line: passes a frame through all of it, loses and spoils frames, cuts cables, switches drives off |
-//! | `controller` | the memory of a subdevice: registers, SyncManagers, FMMUs, EEPROM, clock |
+//! | `controller` | the memory of a subdevice: registers, SyncManagers, FMMUs, EEPROM |
+//! | `clock` | its distributed clock, with SYNC0 |
 //! | `subdevice` | its states |
 //! | `identity`, `sdo` | what it says of itself, and the mailbox through which its objects are read and written |
 //! | [`serve`] | answers the frames of an interface, in a thread or as a process |
+mod clock;
 mod controller;
 mod identity;
+mod options;
 mod sdo;
 mod segment;
 mod serve;
 mod subdevice;
 
 pub use cia402::emulated::{PRODUCT, VENDOR};
-pub use segment::{Counts, DriveOptions, Segment};
-pub use serve::{Server, run, serve};
+pub use options::DriveOptions;
+pub use segment::{Counts, Segment};
+pub use serve::{Server, run, serve, serve_at};
+pub use subdevice::Synced;

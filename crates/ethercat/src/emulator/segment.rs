@@ -1,22 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The line: what passes a frame through all subdevices, and what can happen to a frame and to a line.
-use super::subdevice::Subdevice;
+use super::options::DriveOptions;
+use super::subdevice::{Subdevice, Synced};
 use crate::states::State;
 use crate::wire::{self, Command, Datagram, Malformed};
-use serde::{Deserialize, Serialize};
-
-/// A drive of the line.
-#[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DriveOptions {
-    /// As its EEPROM and its object 0x1008 say it.
-    pub name: String,
-    /// Where its axis stands at the start, counts.
-    #[serde(default)]
-    pub position: i32,
-    /// Whether it has a watchdog of its outputs; left out: yes.
-    pub watchdog: Option<bool>,
-}
+use serde::Serialize;
 
 /// What a segment counted.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -49,9 +37,13 @@ impl Segment {
     pub fn pass(&mut self, frame: &mut [u8], now_ns: u64) -> bool {
         let reached = self.reached();
         self.counts.frames += 1;
+        let last_ns: u64 = self.subdevices[..reached].iter().skip(1).map(Subdevice::cable_ns).sum();
+        let mut at_ns = 0;
         for (position, subdevice) in self.subdevices[..reached].iter_mut().enumerate() {
-            subdevice.set_links(position + 1 == reached);
-            subdevice.go_on(now_ns);
+            let is_last = position + 1 == reached;
+            at_ns += if position == 0 { 0 } else { subdevice.cable_ns() };
+            subdevice.set_links(is_last);
+            subdevice.go_on(now_ns + at_ns, (!is_last).then_some(2 * (last_ns - at_ns)));
         }
         if reached == 0 {
             return false;
@@ -143,6 +135,21 @@ impl Segment {
     /// An object of a drive as a number, as its display would show it.
     pub fn number(&self, position: usize, index: u16) -> i64 {
         self.subdevices.get(position).map_or(0, |subdevice| subdevice.number(index))
+    }
+
+    /// What the clock of a drive and its SYNC0 have been.
+    pub fn synced(&self, position: usize) -> Synced {
+        self.subdevices.get(position).map(Subdevice::synced).unwrap_or_default()
+    }
+
+    /// Forgets what SYNC0 has been.
+    pub fn forget_synced(&mut self) {
+        self.subdevices.iter_mut().for_each(Subdevice::forget_synced);
+    }
+
+    /// The time of all that a drive has at a true time.
+    pub fn system_ns(&self, position: usize, now_ns: u64) -> u64 {
+        self.subdevices.get(position).map_or(0, |subdevice| subdevice.system_ns(now_ns))
     }
 
     pub fn state(&self, position: usize) -> Option<State> {

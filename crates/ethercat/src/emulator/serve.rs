@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Answers the frames of an interface with an emulated segment: in a thread, or as a process of its own.
-use super::segment::{DriveOptions, Segment};
+use super::options::DriveOptions;
+use super::segment::Segment;
 use crate::link::{Link, Sender};
 use crate::wire::FRAME_MAX;
 use serde::Deserialize;
@@ -13,6 +14,8 @@ use std::time::{Duration, Instant};
 
 /// How soon a server notices that it is to stop.
 const NOTICE: Duration = Duration::from_millis(50);
+/// Above the sources of a system.
+const PRIORITY: i32 = 90;
 
 /// A segment that answers until it is dropped.
 pub struct Server {
@@ -42,26 +45,35 @@ impl Drop for Server {
 /// # Errors
 /// There is no such interface, or no right to use it.
 pub fn serve(interface: &str, segment: Segment) -> io::Result<Server> {
+    let start = Instant::now();
+    // Begun at 1 s, so that no time is 0.
+    serve_at(interface, segment, move || start.elapsed().as_nanos() as u64 + 1_000_000_000)
+}
+
+/// As [`serve`], at times of one's own: asked for each frame that comes, ns, never less than before. A test then depends on no load.
+///
+/// # Errors
+/// As [`serve`].
+pub fn serve_at(interface: &str, segment: Segment, time: impl FnMut() -> u64 + Send + 'static) -> io::Result<Server> {
     let link = Link::answering(interface)?;
     let segment = Arc::new(Mutex::new(segment));
     let stop = Arc::new(AtomicBool::new(false));
     let (of, until) = (segment.clone(), stop.clone());
-    let thread = std::thread::Builder::new().name("ethercat-segment".into()).spawn(move || answer(&link, &of, &until))?;
+    let thread = std::thread::Builder::new().name("ethercat-segment".into()).spawn(move || answer(&link, &of, &until, time))?;
     Ok(Server { segment, stop, thread: Some(thread) })
 }
 
-fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool) {
+fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool, mut time: impl FnMut() -> u64) {
+    take_priority();
     let mut frame = [0; FRAME_MAX];
     let mut sender = Sender::nobody();
-    let start = Instant::now();
     while !stop.load(Ordering::Relaxed) {
         if !link.wait(NOTICE) {
             continue;
         }
         match link.receive_from(&mut frame, &mut sender) {
             Ok(Some(len)) => {
-                // Begun at 1 s, so that no time is 0.
-                let now_ns = start.elapsed().as_nanos() as u64 + 1_000_000_000;
+                let now_ns = time();
                 // Locked until it is answered: whoever sees that a frame was counted knows that its answer is there.
                 let mut segment = segment.lock().unwrap_or_else(PoisonError::into_inner);
                 if segment.pass(&mut frame[..len], now_ns) {
@@ -73,6 +85,13 @@ fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool) {
             Err(_) => std::thread::sleep(NOTICE),
         }
     }
+}
+
+/// A segment stands for hardware, which is never late: its thread goes before those that wait for it, where the right is given.
+fn take_priority() {
+    let wanted = libc::sched_param { sched_priority: PRIORITY };
+    // SAFETY: it is told where the struct lies; 0 is this thread. Without the right it stays as it is.
+    unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted) };
 }
 
 #[derive(Deserialize)]
@@ -134,7 +153,7 @@ fn show(segment: &Segment) -> Value {
     let drives = (0..segment.len()).map(|position| {
         let number = |index| segment.number(position, index);
         let drive = crate::cia402::DriveState::of(number(0x6041) as u16).to_string();
-        json!({ "state": segment.status(position), "drive": drive, "position": number(0x6064), "target": number(0x607A), "mode": number(0x6061), "error": number(0x603F) as u16 })
+        json!({ "state": segment.status(position), "drive": drive, "position": number(0x6064), "target": number(0x607A), "mode": number(0x6061), "error": number(0x603F) as u16, "clock": segment.synced(position) })
     });
     json!({ "counts": segment.counts(), "drives": drives.collect::<Vec<_>>() })
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An emulated subdevice: its states, its mailbox, its process data.
+use super::clock::Clock;
 use super::controller::{Changed, Controller};
 use super::identity::{identify, map};
+use super::options::DriveOptions;
 use super::sdo::{MAILBOX_LEN, SdoServer};
-use super::segment::DriveOptions;
 use crate::registers as reg;
 use crate::sii::{self, Contents, Identity, SyncManager};
 use crate::states::{ERROR, State};
@@ -22,6 +23,23 @@ const MAILBOX_WRONG: u16 = 0x0016;
 const WATCHDOG: u16 = 0x001B;
 const OUTPUTS_WRONG: u16 = 0x001D;
 const INPUTS_WRONG: u16 = 0x001E;
+const NO_SYNC: u16 = 0x002D;
+const SYNC_WRONG: u16 = 0x0030;
+
+/// What SYNC0 and the clock of a drive have been.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Synced {
+    /// How long a frame takes to it from the reference clock, as a main device wrote it, ns.
+    pub delay_ns: u32,
+    /// How far its time is from that of the reference clock, ns.
+    pub difference_ns: i64,
+    /// How often SYNC0 came in OP, and how often without new outputs.
+    pub sync0: u64,
+    pub missed: u64,
+    /// The shortest and the longest time that new outputs were there before SYNC0, ns.
+    pub margin_ns_min: u64,
+    pub margin_ns_max: u64,
+}
 
 /// A drive on the line.
 pub struct Subdevice {
@@ -37,6 +55,9 @@ pub struct Subdevice {
     inputs: Vec<Mapped>,
     written_ns: u64,
     stepped_ns: u64,
+    synced: Synced,
+    /// Outputs wait for SYNC0.
+    is_fresh: bool,
     pub is_on: bool,
 }
 
@@ -49,7 +70,7 @@ impl Subdevice {
         Subdevice {
             options: options.clone(),
             serial,
-            controller: Controller::new(eeprom(options, serial), u64::from(serial) * 1_000_003),
+            controller: Controller::new(eeprom(options, serial), Clock::new(u64::from(serial) * 1_000_003, options.clock_ppm)),
             objects,
             drive,
             sdo: SdoServer::new(),
@@ -59,6 +80,8 @@ impl Subdevice {
             inputs: Vec::new(),
             written_ns: 0,
             stepped_ns: 0,
+            synced: Synced::default(),
+            is_fresh: false,
             is_on: true,
         }
     }
@@ -102,11 +125,62 @@ impl Subdevice {
         self.controller.set_word(reg::DL_STATUS, 0x0001 | links | 0x1000 | 0x4000);
     }
 
-    /// Its axis and its watchdog go on to this time.
-    pub fn go_on(&mut self, now_ns: u64) {
+    /// How long a frame takes to it from the one before it, ns.
+    pub fn cable_ns(&self) -> u64 {
+        self.options.cable_ns.unwrap_or(350)
+    }
+
+    /// The time of all at a true time, as it would have it.
+    pub fn system_ns(&self, now_ns: u64) -> u64 {
+        let mut clock = self.controller.clock.clone();
+        clock.go_on(now_ns);
+        self.controller.system_ns().wrapping_add(clock.local_ns()).wrapping_sub(self.controller.clock.local_ns())
+    }
+
+    pub fn synced(&self) -> Synced {
+        let delay = [self.controller.word(reg::DC_DELAY), self.controller.word(reg::DC_DELAY + 2)];
+        let shown = self.controller.clock.difference();
+        let magnitude = i64::from(shown & 0x7FFF_FFFF);
+        let difference_ns = if shown >> 31 == 0 { magnitude } else { -magnitude };
+        Synced { delay_ns: u32::from(delay[0]) | u32::from(delay[1]) << 16, difference_ns, ..self.synced }
+    }
+
+    /// SYNC0 has come that often since the last frame: outputs that came before it are taken.
+    fn sync(&mut self) {
+        let system_ns = self.controller.system_ns();
+        let came = self.controller.clock.synced(system_ns);
+        if came == 0 || self.state != State::Op {
+            return;
+        }
+        self.synced.sync0 += came;
+        self.synced.missed += came - u64::from(self.is_fresh);
+        if std::mem::take(&mut self.is_fresh) {
+            self.take_outputs();
+        }
+    }
+
+    /// Outputs have come: they are taken with SYNC0 where there is one.
+    fn outputs_came(&mut self) {
+        let Some(next_ns) = self.controller.clock.next_sync_ns() else { return self.take_outputs() };
+        let margin_ns = next_ns.saturating_sub(self.controller.system_ns());
+        let synced = &mut self.synced;
+        let is_first = synced.margin_ns_max == 0;
+        synced.margin_ns_min = if is_first { margin_ns } else { synced.margin_ns_min.min(margin_ns) };
+        synced.margin_ns_max = synced.margin_ns_max.max(margin_ns);
+        self.is_fresh = true;
+    }
+
+    /// Forgets what SYNC0 has been.
+    pub fn forget_synced(&mut self) {
+        self.synced = Synced::default();
+    }
+
+    /// Its axis, its clock and its watchdog go on to this time; a frame comes now that is back from those behind it after that time.
+    pub fn go_on(&mut self, now_ns: u64, behind_ns: Option<u64>) {
         let span_ns = if self.stepped_ns == 0 { 0 } else { now_ns.saturating_sub(self.stepped_ns) };
         self.stepped_ns = now_ns;
-        self.controller.tell_time(now_ns);
+        self.controller.tell_time(now_ns, behind_ns);
+        self.sync();
         let watchdog_ns = self.controller.watchdog_ns();
         let is_late = self.options.watchdog != Some(false) && watchdog_ns > 0 && now_ns.saturating_sub(self.written_ns) > watchdog_ns;
         if self.state == State::Op && is_late && self.controller.is_watched(2) {
@@ -157,7 +231,7 @@ impl Subdevice {
         if changed.outputs {
             self.written_ns = now_ns;
             self.controller.set_word(reg::WATCHDOG_STATUS, 1);
-            self.take_outputs();
+            self.outputs_came();
         }
         if changed.mailbox {
             self.answer_mailbox();
@@ -227,6 +301,8 @@ impl Subdevice {
             _ if !goes => INVALID_CHANGE,
             State::PreOp if from == State::Init => self.check_mailbox(),
             State::SafeOp if from == State::PreOp => self.check_process_data(),
+            // SYNC0 has no cycle, or was to begin in the past.
+            State::Op if self.controller.is_synchronised() && self.controller.clock.next_sync_ns().is_none() => NO_SYNC,
             _ => 0,
         };
         if wrong != 0 {
@@ -246,6 +322,10 @@ impl Subdevice {
     }
 
     fn check_process_data(&mut self) -> u16 {
+        let is_without_cycle = self.controller.word(reg::SYNC0_CYCLE) == 0 && self.controller.word(reg::SYNC0_CYCLE + 2) == 0;
+        if self.controller.is_synchronised() && is_without_cycle {
+            return SYNC_WRONG;
+        }
         let (Some(outputs), Some(inputs)) = (self.objects.mapping(0x1C12), self.objects.mapping(0x1C13)) else { return OUTPUTS_WRONG };
         (self.outputs, self.inputs) = (outputs, inputs);
         let is_right = |manager: usize, start: u16, of: &[Mapped]| {

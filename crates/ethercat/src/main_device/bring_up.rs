@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Brings subdevices from whatever state they are in to SAFEOP, with their process data where the cycle will look for them.
 use super::bus::Bus;
+use super::clocks::{self, Clocks, Reference};
 use super::mapping::{self, Mapping};
 use super::subdevices::{self, Subdevice};
 use crate::coe::Entry;
@@ -41,12 +42,21 @@ pub struct Wanted<'a> {
     pub settings: &'a [(Entry, Vec<u8>, bool)],
 }
 
-/// Takes the line and brings the wanted subdevices to SAFEOP. Returns them in their order, and how many bytes of outputs and inputs all have.
+/// What was brought up: the subdevices in the order in which they were wanted, and how many bytes of outputs and inputs all have.
+pub struct Line {
+    pub stations: Vec<Station>,
+    pub outputs: usize,
+    pub inputs: usize,
+    pub reference: Option<Reference>,
+}
+
+/// Takes the line and brings the wanted subdevices to SAFEOP, with their clocks and SYNC0 where `clocks` are given.
 ///
 /// # Errors
 /// For people: each names the subdevice.
-pub fn bring_up(bus: &mut Bus, wanted: &[Wanted<'_>], watchdog_ns: i64) -> Result<(Vec<Station>, usize, usize), String> {
+pub fn bring_up(bus: &mut Bus, wanted: &[Wanted<'_>], watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<Line, String> {
     let found = subdevices::take(bus)?;
+    let reference = clocks.map(|clocks| clocks::synchronise(bus, &found, clocks)).transpose()?;
     let mut stations = Vec::with_capacity(wanted.len());
     for want in wanted {
         let missing = || format!("there is no subdevice {}: {} answer; look at the cables and at the power of those behind", want.position, found.len());
@@ -65,9 +75,9 @@ pub fn bring_up(bus: &mut Bus, wanted: &[Wanted<'_>], watchdog_ns: i64) -> Resul
         end += station.mapping.bytes().1;
     }
     for station in &stations {
-        to_safe_op(bus, station, watchdog_ns).map_err(|error| named(&station.subdevice, &error))?;
+        to_safe_op(bus, station, watchdog_ns, clocks).map_err(|error| named(&station.subdevice, &error))?;
     }
-    Ok((stations, outputs, end - outputs))
+    Ok(Line { stations, outputs, inputs: end - outputs, reference })
 }
 
 fn named(subdevice: &Subdevice, error: &str) -> String {
@@ -92,7 +102,7 @@ fn to_pre_op(bus: &mut Bus, subdevice: &Subdevice, want: &Wanted<'_>) -> Result<
     mapping::read(bus, &mut mailbox)
 }
 
-fn to_safe_op(bus: &mut Bus, station: &Station, watchdog_ns: i64) -> Result<(), String> {
+fn to_safe_op(bus: &mut Bus, station: &Station, watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<(), String> {
     let (subdevice, (outputs, inputs)) = (&station.subdevice, station.mapping.bytes());
     let to = subdevice.station;
     let units = (watchdog_ns / WATCHDOG_UNIT_NS).clamp(1, u16::MAX.into()) as u16;
@@ -108,6 +118,9 @@ fn to_safe_op(bus: &mut Bus, station: &Station, watchdog_ns: i64) -> Result<(), 
         set_sync_manager(bus, to, number, &SyncManager { control, ..manager }, len as u16)?;
         let index = u16::from(fmmu == FMMU_READS);
         bus.write(to, reg::FMMU + index * reg::FMMU_LEN, &fmmu_of(at, len, manager.start, fmmu))?;
+    }
+    if let Some(clocks) = clocks {
+        clocks::start_sync0(bus, subdevice, clocks.sync0)?;
     }
     subdevice.change(bus, State::SafeOp)
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The frame of each cycle: all process data, and the state of each subdevice. Nothing here allocates or waits.
-use super::bring_up::Station;
+//! The frame of each cycle: all process data, the state of each subdevice, and the time. Nothing here allocates or waits.
+use super::bring_up::{Line, Station};
 use super::bus::{OFF_CYCLE, SOURCE};
+use super::clocks::Reference;
 use crate::link::Link;
 use crate::registers as reg;
 use crate::wire::{self, Builder, Command, Datagram, FRAME_MAX, Malformed, u16_at};
@@ -18,10 +19,36 @@ pub struct Cycle {
     len: usize,
     process: Datagram,
     states: Vec<Datagram>,
+    time: Option<Time>,
     outputs: usize,
     expected: u16,
     index: u8,
     is_out: bool,
+}
+
+/// Datagrams of the distributed clocks.
+struct Time {
+    /// Tells the reference clock the time of this host; says nothing before it is known.
+    follow: Datagram,
+    /// Takes the time of the reference clock to all others.
+    pass: Datagram,
+    counted: u16,
+    /// Asks one subdevice after another how far its time is from that of the reference clock.
+    difference: Datagram,
+    asked: usize,
+    differences_ns: Vec<u32>,
+    /// The low halves of both times.
+    told_ns: u32,
+    reference_ns: u32,
+}
+
+/// What the distributed clocks are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Timing {
+    /// The greatest difference of an axis from the reference clock, ns.
+    pub difference_ns: u32,
+    /// How far the reference clock was from what it was told last, ns.
+    pub reference_ns: i32,
 }
 
 /// Why a frame is not the answer to the one that was sent.
@@ -49,13 +76,19 @@ pub enum Replied {
 
 impl Cycle {
     /// The frame of these subdevices. None: it does not fit.
-    pub fn new(link: Link, stations: &[Station], outputs: usize, inputs: usize) -> Option<Cycle> {
+    pub fn new(link: Link, line: &Line) -> Option<Cycle> {
+        let Line { stations, outputs, inputs, reference } = line;
+        let (outputs, inputs) = (*outputs, *inputs);
         let mut frame = Box::new([0; FRAME_MAX]);
         let mut builder = Builder::new(&mut frame, SOURCE);
         let process = builder.add(Command::LogicalReadWrite, 0, 0, outputs + inputs)?;
         let states = stations.iter().map(|of| builder.add(Command::StationRead, 0, wire::at(of.subdevice.station, reg::AL_STATUS), 6));
         let states: Option<Vec<Datagram>> = states.collect();
         let states = states?;
+        let time = match reference {
+            Some(reference) => Some(Time::new(&mut builder, *reference, stations)?),
+            None => None,
+        };
         let len = builder.finish();
         // A subdevice that is written counts 2, one that is read counts 1.
         let counted = |of: &Station| {
@@ -64,7 +97,7 @@ impl Cycle {
         };
         let expected = stations.iter().map(counted).sum();
         let boxed = || Box::new([0; FRAME_MAX]);
-        Some(Cycle { link, received: boxed(), newest: frame.clone(), frame, len, process, states, outputs, expected, index: 0, is_out: false })
+        Some(Cycle { link, received: boxed(), newest: frame.clone(), frame, len, process, states, time, outputs, expected, index: 0, is_out: false })
     }
 
     /// All outputs, to be stored to before [`Cycle::send`].
@@ -78,14 +111,19 @@ impl Cycle {
         self.process.data(&self.newest[..])
     }
 
-    /// Sends the frame. An answer to the one before it does not count any more.
+    /// Sends the frame, with the time of this host where there are clocks that are to follow it. An answer to the one before it does not
+    /// count any more.
     ///
     /// # Errors
     /// The interface is down.
-    pub fn send(&mut self) -> std::io::Result<()> {
+    pub fn send(&mut self, now_ns: Option<u64>) -> std::io::Result<()> {
         self.index = (self.index + 1) % OFF_CYCLE;
-        for at in std::iter::once(self.process.at).chain(self.states.iter().map(|of| of.at)) {
+        let times = self.time.iter().flat_map(Time::datagrams).map(|of| of.at);
+        for at in std::iter::once(self.process.at).chain(self.states.iter().map(|of| of.at)).chain(times) {
             self.frame[at + 1] = self.index;
+        }
+        if let Some(time) = &mut self.time {
+            time.tell(&mut self.frame, now_ns, &self.states);
         }
         self.is_out = true;
         self.link.send(&self.frame[..self.len])
@@ -105,6 +143,9 @@ impl Cycle {
                 Ok(replied) => {
                     self.is_out = false;
                     std::mem::swap(&mut self.received, &mut self.newest);
+                    if let Some(time) = &mut self.time {
+                        time.learn(&self.newest[..]);
+                    }
                     return Ok(replied);
                 }
                 Err(why) => refused(why),
@@ -132,7 +173,7 @@ impl Cycle {
     /// Why it is not. A turned bit in the inputs is seen by the check sum of Ethernet alone, which the adapter checks.
     pub fn check(&self, frame: &[u8]) -> Result<Replied, Refused> {
         let mut all = wire::datagrams(frame).map_err(Refused::Malformed)?;
-        for sent in std::iter::once(&self.process).chain(&self.states) {
+        for sent in std::iter::once(&self.process).chain(&self.states).chain(self.time.iter().flat_map(Time::datagrams)) {
             let came = all.next().ok_or(Refused::Changed)?.map_err(Refused::Malformed)?;
             if came.index != self.index {
                 return Err(Refused::Other);
@@ -143,12 +184,14 @@ impl Cycle {
                 return Err(Refused::Changed);
             }
         }
-        let at = self.process.data_at();
-        let is_same = all.next().is_none() && frame[at..at + self.outputs] == self.frame[at..at + self.outputs];
+        let same = |of: &Datagram, len: usize| frame[of.data_at()..of.data_at() + len] == self.frame[of.data_at()..of.data_at() + len];
+        let is_same = all.next().is_none() && same(&self.process, self.outputs) && self.time.as_ref().is_none_or(|time| same(&time.follow, time.follow.len));
         if !is_same {
             return Err(Refused::Changed);
         }
-        let is_whole = self.process.working_counter(frame) == self.expected && self.states.iter().all(|of| of.working_counter(frame) == 1);
+        let is_whole = self.process.working_counter(frame) == self.expected
+            && self.states.iter().all(|of| of.working_counter(frame) == 1)
+            && self.time.as_ref().is_none_or(|time| time.is_whole(&self.frame[..], frame));
         Ok(if is_whole { Replied::Whole } else { Replied::Short })
     }
 
@@ -159,6 +202,14 @@ impl Cycle {
         (of.working_counter(&self.newest[..]) == 1).then(|| (u16_at(data, 0), u16_at(data, 4)))
     }
 
+    /// What the distributed clocks are; none: there are none.
+    pub fn timing(&self) -> Option<Timing> {
+        self.time.as_ref().map(|time| Timing {
+            difference_ns: time.differences_ns.iter().copied().max().unwrap_or(0),
+            reference_ns: time.reference_ns.wrapping_sub(time.told_ns) as i32,
+        })
+    }
+
     /// The frame as it was sent last.
     pub fn sent(&self) -> &[u8] {
         &self.frame[..self.len]
@@ -166,5 +217,49 @@ impl Cycle {
 
     pub fn link(&self) -> &Link {
         &self.link
+    }
+}
+
+impl Time {
+    fn new(builder: &mut Builder<'_>, reference: Reference, stations: &[Station]) -> Option<Time> {
+        let follow = builder.add(Command::Nop, 0, wire::at(reference.station, reg::DC_SYSTEM_TIME), 4)?;
+        let pass = builder.add(Command::StationReadRestWrite, 0, wire::at(reference.station, reg::DC_SYSTEM_TIME), 8)?;
+        let difference = builder.add(Command::StationRead, 0, wire::at(reference.station, reg::DC_DIFFERENCE), 4)?;
+        Some(Time { follow, pass, counted: reference.counted, difference, asked: 0, differences_ns: vec![0; stations.len()], told_ns: 0, reference_ns: 0 })
+    }
+
+    fn datagrams(&self) -> [&Datagram; 3] {
+        [&self.follow, &self.pass, &self.difference]
+    }
+
+    /// Whether the reference clock took the time that it was told, and all others its own.
+    fn is_whole(&self, sent: &[u8], frame: &[u8]) -> bool {
+        let is_told = sent[self.follow.at] != Command::Nop as u8;
+        self.follow.working_counter(frame) == u16::from(is_told)
+            && self.pass.working_counter(frame) == self.counted
+            && self.difference.working_counter(frame) == 1
+    }
+
+    fn tell(&mut self, frame: &mut [u8; FRAME_MAX], now_ns: Option<u64>, states: &[Datagram]) {
+        if let Some(now_ns) = now_ns {
+            frame[self.follow.at] = Command::StationWrite as u8;
+            self.follow.data_mut(&mut frame[..]).copy_from_slice(&(now_ns as u32).to_le_bytes());
+            self.told_ns = now_ns as u32;
+        }
+        self.asked = (self.asked + 1) % states.len().max(1);
+        let station = states.get(self.asked).map_or(0, |of| of.address as u16);
+        self.difference.set_address(&mut frame[..], wire::at(station, reg::DC_DIFFERENCE));
+    }
+
+    fn learn(&mut self, frame: &[u8]) {
+        if self.pass.working_counter(frame) > 0 {
+            self.reference_ns = wire::u32_at(self.pass.data(frame), 0);
+        }
+        if self.difference.working_counter(frame) == 1
+            && let Some(of) = self.differences_ns.get_mut(self.asked)
+        {
+            // Sign and magnitude.
+            *of = wire::u32_at(self.difference.data(frame), 0) & 0x7FFF_FFFF;
+        }
     }
 }

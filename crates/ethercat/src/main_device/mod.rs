@@ -2,13 +2,16 @@
 //! The main device: finds subdevices, brings them to OP, exchanges their process data.
 mod bring_up;
 mod bus;
+mod clocks;
 mod cycle;
+mod delays;
 mod mapping;
 mod sdo;
 mod subdevices;
 
-pub use bring_up::{Pdos, Station, Wanted, bring_up};
+pub use bring_up::{Line, Pdos, Station, Wanted, bring_up};
 pub use bus::{Bus, open_link};
+pub use clocks::{Clocks, Reference, Sync0};
 pub use cycle::{Cycle, Refused, Replied};
 pub use mapping::{Field, Mapping};
 pub use sdo::Mailbox;

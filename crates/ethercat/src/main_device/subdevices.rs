@@ -97,6 +97,7 @@ pub fn take(bus: &mut Bus) -> Result<Vec<Subdevice>, String> {
     bus.write_all(reg::AL_CONTROL, &(State::Init as u16 | ERROR).to_le_bytes())?;
     bus.write_all(reg::FMMU, &[0; 8 * reg::FMMU_LEN as usize])?;
     bus.write_all(reg::SYNC_MANAGER, &[0; 8 * reg::SYNC_MANAGER_LEN as usize])?;
+    bus.write_all(reg::SYNC_ACTIVATION, &[0])?;
     let mut subdevices = Vec::with_capacity(count);
     for position in 0..count {
         let station = FIRST_STATION + position as u16;

@@ -1,23 +1,30 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An emulated segment with two drives, and the driver that has it open.
+//! An emulated segment with two drives, and the driver that has it open. The segment's time is the test's: it goes on with the cycles, so
+//! that nothing depends on how busy the machine is.
 #![allow(dead_code)]
 use device::{DeviceError, Driver};
-use ethercat::emulator::{DriveOptions, Segment, Server, serve};
+use ethercat::emulator::{DriveOptions, Segment, Server, serve_at};
 use serde_json::{Value, json};
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 pub const COUNTS: f64 = 1000.0;
-const PERIOD_NS: i64 = 1_000_000;
+pub const PERIOD_NS: i64 = 1_000_000;
 pub const LONG: Duration = Duration::from_secs(60);
 pub const SWITCH_ON_DISABLED: u16 = 0x40;
 pub const OPERATION_ENABLED: u16 = 0x27;
+/// What a frame takes on the way to the segment, beside what the test says.
+const FRAME_NS: u64 = 10_000;
 
 /// A segment, and the driver that has it open.
 pub struct Rig {
     pub server: Server,
     pub interface: String,
     pub driver: Box<dyn Driver>,
+    /// The time of the segment, ns.
+    time_ns: Arc<AtomicU64>,
+    options: Value,
     readings: Vec<u8>,
     now_ns: i64,
     axes: usize,
@@ -30,18 +37,26 @@ impl Rig {
     }
 
     pub fn of(axes: Value) -> Rig {
+        Rig::with(&[drive("first", 1000), drive("second", 2000)], json!({ "axes": axes }))
+    }
+
+    /// These drives, and a driver with these options.
+    pub fn with(drives: &[DriveOptions], options: Value) -> Rig {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let interface = format!("local:test-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
-        Rig::on(&interface, &interface, axes)
+        Rig::on(&interface, &interface, drives, options)
     }
 
     /// With the segment on one end, the driver on the other.
-    pub fn on(answering: &str, interface: &str, axes: Value) -> Rig {
-        let drive = |name: &str, position| DriveOptions { name: name.into(), position, watchdog: Some(false) };
-        let server = serve(answering, Segment::new(&[drive("first", 1000), drive("second", 2000)])).expect("the interface is there, and the right to use it");
-        let count = axes.as_array().expect("a list").len();
-        let driver = opened(interface, &axes);
-        Rig { server, interface: interface.to_owned(), driver, readings: vec![0; 512], now_ns: 0, axes: count }
+    pub fn on(answering: &str, interface: &str, drives: &[DriveOptions], mut options: Value) -> Rig {
+        let time_ns = Arc::new(AtomicU64::new(1_000_000_000));
+        let time = time_ns.clone();
+        let server = serve_at(answering, Segment::new(drives), move || time.fetch_add(FRAME_NS, Ordering::Relaxed))
+            .expect("the interface is there, and the right to use it");
+        options["interface"] = interface.into();
+        let axes = options["axes"].as_array().expect("a list").len();
+        let driver = opened(&options);
+        Rig { server, interface: interface.to_owned(), driver, time_ns, options, readings: vec![0; 512], now_ns: 0, axes }
     }
 
     /// Writes, waits until the segment has seen it, and reads.
@@ -66,12 +81,38 @@ impl Rig {
         let engaged: Vec<bool> = (0..self.axes).map(|of| goals.get(of).copied().flatten().is_some()).collect();
         let commands: Vec<u8> = (0..self.axes).flat_map(|of| goals.get(of).copied().flatten().unwrap_or(f64::NAN).to_ne_bytes()).collect();
         self.now_ns += PERIOD_NS;
+        self.time_ns.fetch_add(PERIOD_NS as u64 - FRAME_NS, Ordering::Relaxed);
         self.driver.write(self.now_ns, &commands, &engaged).expect("written");
+    }
+
+    /// Writes a command of the first axis at the time of the last one.
+    pub fn write_again(&mut self, goal: f64) {
+        self.now_ns -= PERIOD_NS;
+        self.write(&[Some(goal)]);
     }
 
     /// Reads.
     pub fn read(&mut self) -> Result<(), DeviceError> {
         self.driver.read(self.now_ns, &mut self.readings)
+    }
+
+    /// One exchange of these commands; returns how much a count rose in what the driver does.
+    pub fn raw(&mut self, commands: &[u8], engaged: &[bool], count: impl Fn() -> u64) -> u64 {
+        let seen = self.server.segment().counts().frames;
+        self.now_ns += PERIOD_NS;
+        self.time_ns.fetch_add(PERIOD_NS as u64 - FRAME_NS, Ordering::Relaxed);
+        let before = count();
+        self.driver.write(self.now_ns, commands, engaged).expect("written");
+        let mut counted = count() - before;
+        let until = Instant::now() + LONG;
+        while self.server.segment().counts().frames == seen {
+            assert!(Instant::now() < until, "the segment answers");
+            std::thread::yield_now();
+        }
+        let before = count();
+        self.driver.read(self.now_ns, &mut self.readings).expect("read");
+        counted += count() - before;
+        counted
     }
 
     /// Exchanges until something holds.
@@ -104,14 +145,18 @@ impl Rig {
     /// A driver made anew, as a reset of the device makes one.
     pub fn reset(&mut self) {
         self.driver.close();
-        self.driver = opened(&self.interface, &two_axes());
+        self.driver = opened(&self.options);
+    }
+
+    /// Time goes by for the segment, and no frame comes.
+    pub fn pass_by(&self, time_ns: u64) {
+        self.time_ns.fetch_add(time_ns, Ordering::Relaxed);
     }
 }
 
-fn opened(interface: &str, axes: &Value) -> Box<dyn Driver> {
+fn opened(options: &Value) -> Box<dyn Driver> {
     let _ = device::register(&ethercat::DRIVER);
-    let options = json!({ "interface": interface, "axes": axes, "timeout_ns": 6_000_000_000i64 });
-    let (mut driver, _) = device::open("ethercat", &options).expect("made");
+    let (mut driver, _) = device::open("ethercat", options).expect("made");
     driver.open(0).expect("opened");
     driver
 }
@@ -119,4 +164,9 @@ fn opened(interface: &str, axes: &Value) -> Box<dyn Driver> {
 /// Axes of which each moves 10 rad/s at most.
 pub fn two_axes() -> Value {
     json!([{ "name": "x", "counts": COUNTS, "speed_max": 10 }, { "name": "y", "counts": COUNTS, "speed_max": 10 }])
+}
+
+/// A drive that stands at these counts.
+pub fn drive(name: &str, position: i32) -> DriveOptions {
+    DriveOptions { name: name.into(), position, ..DriveOptions::default() }
 }

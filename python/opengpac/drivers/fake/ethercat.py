@@ -18,6 +18,24 @@ from ...given import taking
 
 
 @dataclass(frozen=True)
+class Clock:
+    """The distributed clock of an emulated drive."""
+
+    delay_ns: int
+    """How long a frame takes to it from the reference clock, as a main device wrote it."""
+    difference_ns: int
+    """How far its time is from that of the reference clock."""
+    sync0: int
+    """How often SYNC0 came in OP."""
+    missed: int
+    """How often it came without new outputs."""
+    margin_ns_min: int
+    """The shortest time that new outputs were there before SYNC0."""
+    margin_ns_max: int
+    """The longest one."""
+
+
+@dataclass(frozen=True)
 class Drive:
     """How an emulated drive is."""
 
@@ -33,6 +51,8 @@ class Drive:
     """6 homing, 8 position, 9 velocity, 10 torque."""
     error: int
     """Its error code, 0x603F; 0 where it has none."""
+    clock: Clock
+    """Its distributed clock."""
 
 
 class EtherCatSegment:
@@ -67,7 +87,7 @@ class EtherCatSegment:
 
     def drives(self) -> list[Drive]:
         """How each drive is now, in their order."""
-        return [Drive(**drive) for drive in self._say({"do": "show"})["drives"]]
+        return [Drive(**{**drive, "clock": Clock(**drive["clock"])}) for drive in self._say({"do": "show"})["drives"]]
 
     def counts(self) -> dict[str, int]:
         """Frames that came, and how many of them were malformed, lost or spoiled on purpose."""
@@ -118,7 +138,8 @@ def ethercat(*drives: str | Mapping[str, Any], interface: str | None = None) -> 
     """An emulated segment: drives by CiA 402 with motors that follow, as `gpac.drivers.ethercat` and every other main device sees them.
 
     A drive is its name, or `{"name": "x", "position": 1000, "watchdog": False}`: where it stands at the start in counts, and whether it
-    has the watchdog of its outputs. Without `interface` it answers on a local socket that needs no rights; with the name of
+    has the watchdog of its outputs; `clock_ppm`, by how many millionths its clock is too fast, and `cable_ns`, how long a frame takes to it
+    from the drive before it. Without `interface` it answers on a local socket that needs no rights; with the name of
     one it answers on that, as on one end of a veth pair, which needs CAP_NET_RAW.
     """
     if not drives:

@@ -174,6 +174,9 @@ class ur:
             self._ends = True
             self._wakes.send(b"\0")
             self._thread.join()
+            # Its thread may end before it is woken: it leaves this pair open.
+            self._woken.close()
+            self._wakes.close()
 
     def do(self, order: Callable[[], Any]) -> Any:
         """Carries something out between two of its cycles, and gives its result."""
@@ -328,7 +331,7 @@ class ur:
                 # Cycles that this machine was too slow for are not made up for.
                 due = max(due + CYCLE, time.monotonic() - 10 * CYCLE)
                 self.cycle()
-        for opened in [*self._listeners, *(peer.socket for peer in self._peers), self._woken, self._wakes]:
+        for opened in [*self._listeners, *(peer.socket for peer in self._peers)]:
             opened.close()
         self._selector.close()
 

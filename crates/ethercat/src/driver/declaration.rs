@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The declaration of the driver: its manual, how it is made, the search for subdevices.
+use super::axis::Axis;
+use super::counters::COUNTERS;
+use super::device::EtherCat;
+use super::options::{AxisOptions, Commanded, OPTIONS, Options, TIMEOUT_NS, Unit, check};
+use super::services::SERVICES;
+use crate::main_device::{Bus, inventory};
+use device::{Class, Command, Declaration, DriverError, Found, Given, Layout, Life, Opened, Part, SafeBy, SafeState, Servo, UNLIMITED};
+use serde::Deserialize;
+use serde_json::json;
+
+/// The driver.
+pub static DRIVER: Declaration = Declaration {
+    class: Class::Inline,
+    life: Life { waits_ns: 0, lost_within_ns: 0 },
+    safe_state: SafeState { doc: "quick stop: each axis comes to rest and is switched off", by: &[SafeBy::Driver, SafeBy::Device], within_ns: 0 },
+    services: &SERVICES,
+    counters: &COUNTERS,
+    rights: &["raw frames on a network interface: cap_net_raw"],
+    scan: Some(scan),
+    ..Declaration::new("ethercat", "drives by CiA 402 on EtherCAT, an axis each", &OPTIONS, open)
+};
+
+fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
+    let options: Options = given.read()?;
+    check(given, &options)?;
+    let timeout_ns = options.timeout_ns.unwrap_or(TIMEOUT_NS);
+    let mut layout = Layout::default();
+    let sync0 = options.sync0();
+    let axes: Vec<Axis> = options.axes.iter().enumerate().map(|(index, axis)| Axis::new(axis, index, &mut layout)).collect();
+    let parts: Vec<Part> = options.axes.iter().filter_map(part).collect();
+    let driver = EtherCat::new(options.interface, axes, layout.into_channels(), timeout_ns, options.lost_after.unwrap_or(3).max(1), sync0);
+    Ok((Box::new(driver), json!({ "parts": parts })))
+}
+
+/// What can be made a joint of; an axis that is commanded by velocity is its channels alone.
+fn part(axis: &AxisOptions) -> Option<Part> {
+    let command = match axis.mode {
+        Commanded::Position => Command::Position,
+        Commanded::Torque => Command::Effort,
+        Commanded::Velocity => return None,
+    };
+    let [range_min, range_max] = axis.range.unwrap_or([-UNLIMITED, UNLIMITED]);
+    Some(Part {
+        name: axis.name.clone(),
+        unit: if axis.unit == Unit::M { "m" } else { "rad" },
+        range_min,
+        range_max,
+        effort_max: axis.rated_torque.unwrap_or(UNLIMITED),
+        speed_max: axis.speed_max.unwrap_or(UNLIMITED),
+        home: 0.0,
+        servo: Servo::default(),
+        command,
+    })
+}
+
+#[derive(Deserialize)]
+struct Where {
+    interface: Option<String>,
+}
+
+fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
+    let Where { interface: Some(interface) } = given.read()? else {
+        return Err(given.wrong("interface", "it is missing; give the network interface to look at: `ip link` lists them"));
+    };
+    let identities = Bus::open(&interface).and_then(|mut bus| inventory(&mut bus)).map_err(DriverError::Failed)?;
+    let found = identities.iter().enumerate().map(|(position, identity)| {
+        let (vendor, product, revision) = (identity.vendor, identity.product, identity.revision);
+        let what =
+            format!("{position}: '{}', vendor {vendor:#010x}, product {product:#010x}, revision {revision:#010x}, serial {}", identity.name, identity.serial);
+        Found { what, options: json!({ "interface": interface, "axes": [{ "name": format!("axis{position}"), "at": position, "counts": 1 }] }) }
+    });
+    Ok(found.collect())
+}

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How an emulated drive is asked for.
+use serde::Deserialize;
+
+/// A drive of the line.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriveOptions {
+    /// As its EEPROM and its object 0x1008 say it.
+    pub name: String,
+    /// Where its axis stands at the start, counts.
+    #[serde(default)]
+    pub position: i32,
+    /// Whether it has a watchdog of its outputs; left out: yes.
+    pub watchdog: Option<bool>,
+    /// How much too fast its clock is, millionths.
+    #[serde(default)]
+    pub clock_ppm: f64,
+    /// How long a frame takes from the one before it to this one, ns; left out: 350.
+    pub cable_ns: Option<u64>,
+}

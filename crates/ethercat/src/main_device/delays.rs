@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How long a frame takes from the reference clock to each subdevice, from the times at which one frame came in at their ports.
+//!
+//! A frame passes the open ports of a subdevice in the order 0, 3, 1, 2 and leaves by the one by which it came. What it took between two
+//! ports is the way through all that hangs on the second one and back; less the way through the subdevice there it is twice the cable
+//! between both, which is assumed to be as long there as back.
+
+/// What the ports of a subdevice say of one frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ports {
+    pub has_clock: bool,
+    pub is_open: [bool; 4],
+    /// In its local time, ns.
+    pub received: [u32; 4],
+}
+
+/// The order in which a frame passes.
+const ORDER: [usize; 4] = [0, 3, 1, 2];
+
+impl Ports {
+    /// The open ports in the order of a frame, from the one by which it came.
+    fn passed(&self) -> impl Iterator<Item = usize> {
+        let is_open = self.is_open;
+        ORDER.into_iter().filter(move |port| is_open[*port] || *port == 0)
+    }
+
+    /// From port to port, ns.
+    fn between(&self, from: usize, to: usize) -> u32 {
+        self.received[to].wrapping_sub(self.received[from])
+    }
+
+    /// The way through all that hangs on it and back, ns.
+    fn through(&self) -> u32 {
+        self.between(0, self.passed().last().unwrap_or(0))
+    }
+}
+
+/// The delay of each from the first one with a clock, in the order of the line; none where there is no clock. ns.
+pub fn delays(line: &[Ports]) -> Vec<Option<u32>> {
+    let mut delays: Vec<Option<u32>> = vec![None; line.len()];
+    // Ports at which others may hang: the subdevice and its ports that are left, the next one last.
+    let mut branches: Vec<(usize, Vec<usize>)> = Vec::new();
+    // By which port of which subdevice with a clock each is reached.
+    let mut reached: Vec<Option<(usize, usize)>> = vec![None; line.len()];
+    for (at, ports) in line.iter().enumerate() {
+        while branches.last().is_some_and(|(_, left)| left.is_empty()) {
+            branches.pop();
+        }
+        if let Some((before, left)) = branches.last_mut()
+            && let Some(port) = left.pop()
+        {
+            reached[at] = if line[*before].has_clock { Some((*before, port)) } else { reached[*before] };
+        }
+        if ports.has_clock {
+            delays[at] = Some(reached[at].map_or(0, |(before, port)| delay(&line[before], delays[before].unwrap_or(0), port, ports)));
+        }
+        let mut left: Vec<usize> = ports.passed().skip(1).collect();
+        left.reverse();
+        branches.push((at, left));
+    }
+    delays
+}
+
+/// That of a subdevice that hangs on a port of another one.
+fn delay(before: &Ports, before_ns: u32, port: usize, ports: &Ports) -> u32 {
+    let previous = before.passed().take_while(|of| *of != port).last().unwrap_or(0);
+    let cable = before.between(previous, port).saturating_sub(ports.through()) / 2;
+    before_ns.wrapping_add(before.between(0, previous)).wrapping_add(cable)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One with a clock that is ahead, times of its ports from the moment at which the frame came in at port 0.
+    fn ports(ahead: u32, times: [Option<u32>; 4]) -> Ports {
+        Ports { has_clock: true, is_open: times.map(|time| time.is_some()), received: times.map(|time| ahead.wrapping_add(time.unwrap_or(0))) }
+    }
+
+    #[test]
+    fn on_a_line_each_cable_is_half_of_what_its_ends_differ_by() {
+        let line =
+            [ports(1_000, [Some(0), Some(1_600), None, None]), ports(u32::MAX - 300, [Some(0), Some(900), None, None]), ports(77, [Some(0), None, None, None])];
+        assert_eq!(delays(&line), [Some(0), Some(350), Some(800)]);
+    }
+
+    #[test]
+    fn a_branch_is_passed_before_what_is_behind_it() {
+        // Behind the first one: at port 3 a branch of one, 200 ns of cable; then at port 1 another one, 300 ns.
+        let line = [ports(5, [Some(0), Some(1_000), None, Some(400)]), ports(9, [Some(0), None, None, None]), ports(2, [Some(0), None, None, None])];
+        assert_eq!(delays(&line), [Some(0), Some(200), Some(700)]);
+    }
+
+    #[test]
+    fn one_without_a_clock_is_a_piece_of_cable() {
+        let without = Ports { has_clock: false, is_open: [true, true, false, false], received: [0; 4] };
+        let line = [without, ports(0, [Some(0), Some(1_000), None, None]), without, ports(0, [Some(0), None, None, None])];
+        assert_eq!(delays(&line), [None, Some(0), None, Some(500)]);
+    }
+
+    #[test]
+    fn no_times_are_too_wrong() {
+        let odd = ports(7, [Some(0), Some(u32::MAX), Some(3), Some(1 << 31)]);
+        assert_eq!(delays(&[odd; 9]).len(), 9);
+        assert_eq!(delays(&[]), []);
+    }
+}
