@@ -53,8 +53,9 @@ def missing() -> str | None:
 
 
 def run(script: Path, folder: Path, *, seconds: int = 300) -> dict[str, Any]:
-    """Runs a script of Python as the first process of a new Linux, on the files of this machine; what it says as JSON in a file of the folder
-    `folder`, `said.json`, comes back."""
+    """Runs a script of Python as the first process of a new Linux, on the files of this machine, with the path of `folder`.
+
+    What it says there in `said.json` comes back."""
     library = folder / "registers.so"
     (folder / "registers.c").write_text(REGISTERS)
     subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", library, folder / "registers.c", "-ldl"], check=True)

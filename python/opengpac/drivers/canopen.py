@@ -34,7 +34,7 @@ def canopen(
     An axis is switched on by CiA 402 when its written channel is engaged, and never leaps: its target begins where it is and changes by
     `speed_max` at most. `cycle` (10 ms) is the period of the source that exchanges it, which the drives are told. `timeout` (100 ms) is
     the watchdog of the drives: without the heartbeat of this controller for so long they stop by themselves. `heartbeat` (100 ms) is how
-    often a drive says that it is there; the fourth that is missed, or `lost_after` (3) cycles without process data, lose the device.
+    often a drive says that it is there; the third that is missed, or `lost_after` (3) cycles without process data, lose the device.
     `own_node` (127) is the number of this controller. `interface` is one of SocketCAN, that of an emulated bus,
     `gpac.drivers.fake.canopen`, or `"emulated"`: a bus of its own with a drive for each axis.
     """

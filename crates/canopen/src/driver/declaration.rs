@@ -39,7 +39,7 @@ const OPTIONS: [OptionWord; 7] = [
     OptionWord::with_default("cycle_ns", Kind::Whole, "10 ms", "the period of the source that exchanges it, as the drives are told").unit("ns"),
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without a heartbeat for so long they stop by themselves")
         .unit("ns"),
-    OptionWord::with_default("heartbeat_ns", Kind::Whole, "100 ms", "how often drives say that they are there; the fourth that is missed loses the device")
+    OptionWord::with_default("heartbeat_ns", Kind::Whole, "100 ms", "how often drives say that they are there; the third that is missed loses the device")
         .unit("ns"),
     OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without process data one after another mean that the device is lost"),
     OptionWord::with_default("own_node", Kind::Whole, "127", "the number of this controller on the bus, 1 to 127"),
