@@ -22,8 +22,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 # How long a soak takes.
 MINUTES ?= 120
-# Processes of pytest: most tests wait for what happens in real time.
-WORKERS ?= $(shell nproc)
+# Processes of pytest: more than processors, as most tests wait for what happens in real time.
+WORKERS ?= $(shell echo $$(($$(nproc) + 2)))
 IDLE := $(shell chrt --idle 0 true 2>/dev/null && echo chrt --idle 0)
 WORKSPACE := --workspace --features bindings/hosts --profile checked --quiet
 # The package's extension as it is installed now: one of these two stamps stands, never both.
@@ -98,14 +98,16 @@ $(PAGE): $(PAGE_SOURCES) studio/node_modules/ready
 	touch $@
 
 # First what is built, then two strands: what runs in real time, and beside it, with what processor time that leaves, what only computes.
-# The second one's words come at the end, and are in out/beside.log. What fails keeps neither from going on: one run names everything that is wrong.
+# The second one's words come at the end, and are in out/beside.log. What fails keeps neither from going on: one run names everything that is wrong,
+# and tells it again in its last lines (tests/closing.py).
 BESIDE := lint test-doc test-outside test-loom build-sanitizer test-studio
 test: setup-checked
 	@$(MAKE) --no-print-directory build-tests
-	@mkdir -p out; $(IDLE) $(MAKE) --no-print-directory -k $(BESIDE) >out/beside.log 2>&1 & beside=$$!; trap "kill $$beside" INT TERM; \
+	@mkdir -p out; rm -f out/*.log; $(IDLE) $(MAKE) --no-print-directory -k $(BESIDE) >out/beside.log 2>&1 & beside=$$!; trap "kill $$beside" INT TERM; \
 	$(MAKE) --no-print-directory -k test-rust simulated test-python test-browser test-wheel; first=$$?; \
 	wait $$beside; second=$$?; cat out/beside.log; \
 	$(MAKE) --no-print-directory test-sanitizer; third=$$?; \
+	$(BIN)/python tests/closing.py out/rust.log out/pytest.log out/beside.log; \
 	exit $$((first || second || third))
 
 # What a change to one crate needs, in minutes: CRATE=supervisor, or what differs from the last commit.
@@ -119,12 +121,14 @@ lint: setup-checked
 	$(BIN)/ruff check python tests examples bench packaging
 	$(BIN)/pyright
 
-# The package's extension comes first, of the same features: nothing is built twice.
+# The package's extension comes first, of the same features: nothing is built twice. The example is that of tests/python/test_bench.py.
 build-tests: setup-checked
-	cargo test $(WORKSPACE) --lib --bins --tests --no-run
+	cargo test $(WORKSPACE) --tests --no-run
+	cargo build -p kernel -p bindings --features bindings/hosts --profile checked --quiet --example bench
 
 test-rust: setup-checked
-	OPENGPAC_MUJOCO=$(MUJOCO) cargo test $(WORKSPACE) --lib --bins --tests --no-fail-fast
+	@mkdir -p out
+	@set -o pipefail; OPENGPAC_MUJOCO=$(MUJOCO) cargo test $(WORKSPACE) --tests --no-fail-fast 2>&1 | tee out/rust.log
 
 # A driver and a code backend in a workspace of their own.
 test-outside: setup-checked

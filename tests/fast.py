@@ -81,7 +81,7 @@ def commands(crates: list[str], files: list[str]) -> list[list[str]]:
         found.append(["pyright", *checked])
     if packages:
         found.append(["cargo", "clippy", *packages, *CARGO, "--all-targets", "--", "-D", "warnings"])
-        found.append(["cargo", "test", *packages, *CARGO, "--lib", "--bins", "--tests"])
+        found.append(["cargo", "test", *packages, *CARGO, "--tests"])
     if tests or on_them:
         found.append(["pytest", "-q", *dict.fromkeys([*tests, *on_them])])
     if packages or checked:

@@ -67,7 +67,10 @@ def built() -> tuple[str, str, str]:
 def example(crate: str, name: str, *options: str) -> str:
     """An example of a crate, built; in another profile only to see that it works."""
     profile = os.environ.get("OPENGPAC_BENCH_PROFILE", "release")
-    command = ["cargo", "build", "--profile", profile, "--quiet", "-p", crate, "--example", name, *options, "--message-format=json"]
+    # Beside the package every crate has the features that it was built with for that: its dependencies are not built again.
+    beside = [] if profile == "release" else ["-p", "bindings", "--features", "bindings/hosts"]
+    chosen = ["--profile", profile, "-p", crate, "--example", name, *beside, *options]
+    command = ["cargo", "build", "--quiet", *chosen, "--message-format=json"]
     messages = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
     artifacts = [json.loads(message) for message in messages.splitlines()]
     return next(a["executable"] for a in artifacts if a.get("target", {}).get("name") == name and a.get("executable"))

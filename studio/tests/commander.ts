@@ -12,12 +12,12 @@ export class Commander {
   }
 
   /** `url`: the page's address, with its token. */
-  static async open(url: string): Promise<Commander> {
+  static async open(url: string, force = false): Promise<Commander> {
     const { origin, hash } = new URL(url);
     const made = new Commander(origin, decodeURIComponent(hash.replace("#token=", "")));
     const { session } = await made.#ask<{ session: string }>("POST", "/v1/sessions", { name: "commander", lost_after_ms: 60_000 });
     made.#session = session;
-    await made.#ask("POST", "/v1/command", {});
+    await made.#ask("POST", "/v1/command", force ? { force } : {});
     // Where one is lost, the next call says that the session is.
     made.#alive = setInterval(() => made.#ask("POST", "/v1/heartbeat").catch(() => {}), 2000);
     return made;
@@ -39,6 +39,11 @@ export class Commander {
 
   call<T>(name: string, args: object): Promise<T> {
     return this.#ask<T>("POST", `/v1/call/${name}`, args);
+  }
+
+  /** Who commands the system. */
+  async holder(): Promise<string | null> {
+    return (await this.#ask<{ holder: string } | null>("GET", "/v1/command"))?.holder ?? null;
   }
 
   async close(): Promise<void> {

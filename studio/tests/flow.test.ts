@@ -80,6 +80,61 @@ test("a graph is drawn, a wire refused and mended, installed, and its output see
   expect(errors).toEqual([]);
 });
 
+test("Ctrl+Z takes back one change of the draft, wherever the focus is, and brings back what was replaced", { timeout: TIME }, async () => {
+  const { page, errors } = opened;
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await named(page, "Graph", "mine");
+  await page.getByRole("button", { name: "New verb" }).click();
+  await page.locator('[data-component="library.gain"]').click();
+  await page.locator('[data-box="gain"]').waitFor();
+  // A click moves nothing: it is no step.
+  await chosen(page, "gain");
+  await page.getByRole("button", { name: "Command lists" }).click();
+  await page.locator("section").filter({ hasText: "Command lists" }).getByRole("button", { name: "Add" }).first().click();
+  await page.locator('[data-list="list"]').waitFor();
+  await page.locator("h1").click();
+  await page.keyboard.press("Control+z");
+  await page.locator('[data-list="list"]').waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Data flow", exact: true }).click();
+  await page.keyboard.press("Control+z");
+  await page.locator('[data-box="gain"]').waitFor({ state: "detached" });
+  await page.keyboard.press("Control+z");
+  await page.getByLabel("Graph", { exact: true }).waitFor();
+  expect(await page.getByLabel("Graph", { exact: true }).inputValue()).toBe("mine");
+  await page.keyboard.press("Control+z");
+  expect(await page.getByLabel("Graph", { exact: true }).inputValue()).toBe("drawn");
+  expect(errors).toEqual([]);
+});
+
+test("two tabs have a draft each, and one that cannot be shown locks nothing", { timeout: TIME }, async () => {
+  const { page, context } = opened;
+  const other = await context.newPage();
+  await other.goto(running.url);
+  await goTo(other, "Data flow");
+  await other.getByRole("button", { name: "Edit", exact: true }).click();
+  await named(other, "Graph", "others");
+  await page.reload();
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  expect(await page.getByLabel("Graph", { exact: true }).inputValue()).toBe("drawn");
+
+  await other.evaluate(() => {
+    const verb = { name: "broken", doc: "", blocks: {}, command_lists: { start: [] }, transitions: 7, conditions: {} };
+    sessionStorage.setItem("opengpac.draft", JSON.stringify({ kind: "verb", of: verb }));
+  });
+  await other.reload();
+  await goTo(other, "Data flow");
+  await other.getByRole("button", { name: "Edit", exact: true }).click();
+  await other.getByText("This draft cannot be shown").waitFor();
+  const saved = other.waitForEvent("download");
+  await other.getByRole("button", { name: "Save the draft as a file" }).click();
+  expect(readFileSync(await (await saved).path(), "utf8")).toContain('"broken"');
+  await other.getByRole("button", { name: "Start afresh" }).click();
+  await other.getByRole("button", { name: "New graph" }).waitFor();
+  await other.close();
+});
+
 test("pictures at every width, light and dark", { timeout: 2 * TIME }, async () => {
   const { page, errors } = opened;
   const [wide] = LOOKS as [Look];

@@ -43,6 +43,7 @@ fast = rtp.timer("fast", period="1 ms", priority=80)
 slow = rtp.timer("slow", period="20 ms", priority=60)
 arm = gpac.robots.load("ur5e", rtp, on=fast)
 arm.enable()
+drives = rtp.physical_device("drives", gpac.drivers.loopback("x"), exchange=slow)
 
 # What the page starts: verbs enter the system with their first instance.
 move = motion.move_absolute.on(slow).new_instance(arm)

@@ -9,9 +9,12 @@ import { type Browser, type BrowserContext, chromium, type Page } from "playwrig
 export const ROOT = resolve(import.meta.dirname, "../..");
 /** Where screenshots are kept. */
 export const OUT = join(ROOT, "out/studio");
-const BUILT = join(ROOT, "python/opengpac/studio_page");
+/** The page that is served. */
+export const BUILT = join(ROOT, "python/opengpac/studio_page");
+export const PYTHON = process.env.OPENGPAC_PYTHON ?? join(ROOT, ".venv/bin/python");
+export const SURROUNDINGS = { ...process.env, PYTHONPATH: process.env.PYTHONPATH ?? join(ROOT, "python"), PYTHONUNBUFFERED: "1" };
 /** How long anything that is waited for may take, ms: the machines of tests are slow. */
-export const PATIENCE_MS = 90_000;
+export const PATIENCE_MS = Number(process.env.OPENGPAC_PATIENCE_MS ?? 90_000);
 
 export interface Running {
   /** The page's address, with its token. */
@@ -23,11 +26,8 @@ export interface Running {
 
 /** Runs a program with `opengpac studio`; resolves when its page is served. */
 export function run(program: string, ...options: string[]): Promise<Running> {
-  const python = process.env.OPENGPAC_PYTHON ?? join(ROOT, ".venv/bin/python");
   const command = ["-m", "opengpac", "studio", "--no-browser", "--page", BUILT, ...options, program];
-  const process_ = spawn(python, command, {
-    env: { ...process.env, PYTHONPATH: process.env.PYTHONPATH ?? join(ROOT, "python"), PYTHONUNBUFFERED: "1" },
-  });
+  const process_ = spawn(PYTHON, command, { env: SURROUNDINGS });
   let text = "";
   return new Promise((found, failed) => {
     const hear = (chunk: Buffer) => {

@@ -93,7 +93,7 @@ class Cell:
 
     def goes(self, to: float) -> None:
         """Moves the joint."""
-        motion.move_absolute(self.joint, to, time_limit="30 s")
+        motion.move_absolute(self.joint, to, time_limit="60 s")
 
 
 class Orphaned:

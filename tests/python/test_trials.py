@@ -121,4 +121,4 @@ def test_a_cpp_exception_in_a_process_of_its_own_says_the_same(thrower: str) -> 
         away = cell.processor("away", process=True).timer("away", period="1 ms")
         block = cell.download(thrower).throws
         with pytest.raises(gpac.Terminated, match=r"threw an exception: vector::_M_range_check"):
-            throwing(block).on(away)(cell.svv("y"), time_limit="30 s")
+            throwing(block).on(away)(cell.svv("y"), time_limit="60 s")

@@ -20,6 +20,8 @@ pub struct Version {
     pub target: String,
     /// Name of the real-time system.
     pub system: String,
+    /// What this life of the system is known by: a system that was started again has another, and its log and its numbers begin anew.
+    pub run: String,
     pub clock: ClockName,
     /// Role of the caller.
     pub role: Role,
@@ -41,6 +43,7 @@ pub fn version(service: &Service, caller: &Caller) -> Version {
         abi: opengpac::abi::ABI,
         target: target(),
         system: service.system.name().to_owned(),
+        run: service.system.run().to_owned(),
         clock: if service.system.is_virtual() { ClockName::Virtual } else { ClockName::Monotonic },
         role: caller.role,
     }

@@ -129,7 +129,7 @@ fn no_changed_byte_between_hosts_reaches_a_reader() {
         Security::Certificates { authority: authority.authority.clone(), certificate, key }
     };
     let target = format!("127.0.0.1:{}", free_port());
-    let of = |name: &str, address: &str, security| Options { security, ..Options::new("changed", name, &format!("tls/{address}")) };
+    let of = |name: &str, address: &str, security| Options { security, join_max: LONG, ..Options::new("changed", name, &format!("tls/{address}")) };
     let a = Hosts::listen(of("cell-a", &target, security("a"))).expect("it has certificates");
     let proxy = Proxy::start(&target);
     let b = Hosts::join(of("cell-b", &proxy.address.to_string(), security("b"))).expect("cell-a listens behind it");

@@ -80,7 +80,7 @@ fn only_loopback_may_be_plain_and_each_refusal_says_what_to_do() {
 fn certificates_of_one_authority_let_in_and_no_others() {
     let (authority, other) = (authority("own"), authority("other"));
     let endpoint = format!("tls/127.0.0.1:{}", free_port());
-    let options = |name: &str, security| Options { security, join_max: Duration::from_secs(20), ..Options::new("tls", name, &endpoint) };
+    let options = |name: &str, security| Options { security, join_max: LONG, ..Options::new("tls", name, &endpoint) };
     let a = Hosts::listen(options("cell-a", certificates(&authority, "a"))).expect("it has certificates");
     let b = Hosts::join(options("cell-b", certificates(&authority, "b"))).expect("it has certificates of the same authority");
     assert!(a.wait_for("cell-b", LONG));
@@ -105,7 +105,7 @@ fn certificates_of_one_authority_let_in_and_no_others() {
 fn a_token_lets_in_and_another_does_not() {
     let authority = authority("token");
     let endpoint = format!("tls/127.0.0.1:{}", free_port());
-    let options = |name: &str, security| Options { security, join_max: Duration::from_secs(20), ..Options::new("token", name, &endpoint) };
+    let options = |name: &str, security| Options { security, join_max: LONG, ..Options::new("token", name, &endpoint) };
     let listens = Security::Token { token: TOKEN.to_owned(), authority: None, certificate: Some(authority.sign("a", &["127.0.0.1"])) };
     let joins = |token: &str| Security::Token { token: token.to_owned(), authority: Some(authority.authority.clone()), certificate: None };
     let a = Hosts::listen(options("cell-a", listens)).expect("it has a certificate");
@@ -124,12 +124,12 @@ fn on_loopback_each_side_must_have_the_secret() {
     let endpoint = format!("tcp/127.0.0.1:{}", free_port());
     let of = |name: &str, secret: &str| {
         let security = Security::Loopback { secret: secret.to_owned() };
-        Options { security, join_max: Duration::from_secs(2), ..Options::new("secret", name, &endpoint) }
+        Options { security, join_max: LONG, ..Options::new("secret", name, &endpoint) }
     };
     let a = Hosts::listen(of("cell-a", SECRET)).expect("it has a secret");
     let _b = Hosts::join(of("cell-b", SECRET)).expect("it has the secret");
     assert!(a.wait_for("cell-b", LONG));
-    let refused = refusal(Hosts::join(of("cell-c", "another-secret-of-length")));
+    let refused = refusal(Hosts::join(Options { join_max: Duration::from_secs(2), ..of("cell-c", "another-secret-of-length") }));
     assert!(refused.contains(&endpoint) && refused.contains("it is another user's"), "{refused}");
     for weak in ["", "short", "with white space in it"] {
         assert!(refusal(Hosts::join(of("cell-c", weak))).contains("16 characters or more"), "{weak}");
@@ -155,7 +155,7 @@ fn who_listens_without_the_secret_is_given_no_host() {
     let endpoint = format!("tcp/127.0.0.1:{}", free_port());
     let of = |name: &str, secret: &str| {
         let security = Security::Loopback { secret: secret.to_owned() };
-        Options { security, ..Options::new("false", name, &endpoint) }
+        Options { security, join_max: LONG, ..Options::new("false", name, &endpoint) }
     };
     let wire = wire_to_listen(&of("cell-a", SECRET)).expect("the address is free");
     let _a = Hosts::listen_over(of("cell-a", "another-secret-of-length"), wire).expect("it listens");
@@ -175,7 +175,8 @@ fn a_host_that_does_not_fit_is_refused_with_words() {
     assert!(taken.contains("a host 'cell-b' has joined already") && taken.contains("give this one another name"), "{taken}");
     let listeners = refusal(Hosts::join(options("cell-a")));
     assert!(listeners.contains("the host that listens is named 'cell-a' too"), "{listeners}");
-    let elsewhere = Options { join_max: Duration::from_secs(1), system: "another".to_owned(), ..options("cell-d") };
+    // Long enough for a way there on a busy machine: without one it is another refusal.
+    let elsewhere = Options { join_max: Duration::from_secs(5), system: "another".to_owned(), ..options("cell-d") };
     assert!(refusal(Hosts::join(elsewhere)).contains("no system 'another' answered"));
     let nobody = Options { join_max: Duration::from_secs(1), ..options_of("fits", "cell-d", &format!("tcp/127.0.0.1:{}", free_port())) };
     assert!(refusal(Hosts::join(nobody)).contains("no way to"));

@@ -26,6 +26,8 @@ pub struct System {
 /// What the calls and the supervisor's thread share.
 pub(crate) struct Shared {
     pub host: Arc<Host>,
+    /// What this life of the system is known by.
+    pub run: String,
     pub is_virtual: bool,
     pub definitions: Mutex<Definitions>,
     pub core: Precedence<Core>,
@@ -71,6 +73,11 @@ impl System {
 
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// What this life of the system is known by: another one, also of the same name, has another.
+    pub fn run(&self) -> &str {
+        &self.shared.run
     }
 
     /// Whether time is a number that waits and `advance` move.

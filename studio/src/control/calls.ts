@@ -18,6 +18,9 @@ export type Orders = Of<false>;
 /** How long one slice of a call that lasts may take, ms. */
 const SLICE_MS = 1000;
 
+/** Calls that stop something. They need no command, and have stopped it when their first answer comes. */
+export type Stops = Pick<Orders, "halt" | "suspend" | "disable" | "pause">;
+
 interface Waiting {
   waiting: true;
   go_on: { call: string; arguments: Record<string, unknown> };
@@ -32,4 +35,10 @@ export async function call<T>(asker: Asker, name: string, args: object, signal?:
     if (!("waiting" in said)) return said.result;
     asked = said.go_on;
   }
+}
+
+/** Makes a call that stops something: one request. What it stops has begun to stop then; its end is told by what comes by itself. */
+export async function stop<N extends keyof Stops>(asker: Asker, name: N, args: Stops[N][0]): Promise<void> {
+  const body = LASTING.has(name) ? { ...args, slice_ms: SLICE_MS } : args;
+  await answer(asker, "POST", `/v1/call/${name}`, body);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { LiveValues } from "../live/values";
-import { call, type Looks, type Orders } from "./calls";
+import { Alarming } from "./alarming";
+import { call, type Looks, type Orders, type Stops, stop } from "./calls";
 import { Command, may } from "./command";
 import { Refused } from "./refusals";
 import { type Asker, answer, request } from "./requests";
@@ -9,26 +10,39 @@ import type { Role, Version } from "./shapes";
 import { Started } from "./started";
 import { Stream } from "./stream";
 import { Topics } from "./topics";
+import { Watched } from "./watched";
 
 /** The real-time system, as the page sees it: looking, commanding, and what comes by itself. */
 export class Control {
-  readonly version: Version;
+  /** What answers; another one where the system was started again. */
+  readonly met: Watched<Version>;
+  /** How often the system was started again since the page was opened. */
+  readonly restarts = new Watched(0);
   readonly session: Session;
   readonly command: Command;
   readonly stream: Stream;
   readonly topics: Topics;
   readonly values: LiveValues;
   readonly started = new Started();
+  readonly alarms: Alarming;
   readonly #asker: Asker;
 
   constructor(token: string | null, version: Version) {
-    this.version = version;
+    this.met = new Watched(version);
     this.#asker = { token, session: null };
     this.session = new Session(this.#asker);
     this.command = new Command(this.#asker, this.session.name.get);
-    this.stream = new Stream(() => ({ url: `${window.location.origin.replace(/^http/, "ws")}/v1/stream`, token }));
+    this.stream = new Stream(
+      () => ({ url: `${window.location.origin.replace(/^http/, "ws")}/v1/stream`, token }),
+      () => this.#meet(),
+    );
     this.topics = new Topics(this.stream);
     this.values = new LiveValues(this.stream);
+    this.alarms = new Alarming(() => this.look("alarms", {}));
+  }
+
+  get version(): Version {
+    return this.met.get();
   }
 
   get role(): Role {
@@ -43,6 +57,7 @@ export class Control {
     this.stream.open();
     void this.session.open();
     this.command.follow();
+    this.alarms.follow();
     // Where the system was started again, it knows nothing of the session.
     this.stream.connection.watch(() => {
       if (this.stream.connection.get() === "open" && this.session.name.get() === null) void this.session.open();
@@ -52,6 +67,7 @@ export class Control {
   close(): void {
     this.stream.close();
     this.command.stop();
+    this.alarms.stop();
   }
 
   /** Makes a call that only looks. Errors: `Refused`. */
@@ -67,6 +83,11 @@ export class Control {
     return done;
   }
 
+  /** Stops something. It neither needs command nor takes it: who may operate may stop. Errors: `Refused`. */
+  stop<N extends keyof Stops>(name: N, args: Stops[N][0]): Promise<void> {
+    return this.#sure(() => stop(this.#asker, name, args));
+  }
+
   /** Stops everything at once: needs the role `operate`, and no command. */
   emergencyStop(reason: string): Promise<null> {
     return this.#sure(() => call<null>(this.#asker, "emergency_stop", { reason }));
@@ -74,6 +95,18 @@ export class Control {
 
   get<T>(path: string): Promise<T> {
     return this.#sure(() => request<T>(this.#asker, "GET", path));
+  }
+
+  /** Asks which run of the system answers. Of another one than before nothing is known yet, and what was known is of an earlier run. */
+  async #meet(): Promise<void> {
+    const version = await answer<Version>(this.#asker, "GET", "/v1/version");
+    const isAnother = version.run !== this.version.run;
+    this.met.set(version);
+    if (!isAnother) return;
+    this.topics.renew();
+    this.values.forget();
+    this.started.forget();
+    this.restarts.set(this.restarts.get() + 1);
   }
 
   /** A session that was lost is opened again, once. */

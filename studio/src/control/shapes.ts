@@ -2035,6 +2035,8 @@ export interface Version {
   target: string;
   /** Name of the real-time system. */
   system: string;
+  /** What this life of the system is known by: a system that was started again has another, and its log and its numbers begin anew. */
+  run: string;
   clock: ClockName;
   /** Role of the caller. */
   role: Role;

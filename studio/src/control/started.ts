@@ -9,6 +9,11 @@ export class Started {
     this.#instances.add(instance);
   }
 
+  /** Of another run of the system nothing was started by this page. */
+  forget(): void {
+    this.#instances.clear();
+  }
+
   has(instance: number): boolean {
     return this.#instances.has(instance);
   }

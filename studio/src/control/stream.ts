@@ -41,15 +41,20 @@ const AGAIN_MS = [250, 500, 1000, 2000, 4000];
 export class Stream {
   readonly connection = new Watched<Connection>("connecting");
   readonly #url: () => { url: string; token: string | null };
+  readonly #met: (() => Promise<void>) | null;
   readonly #subscriptions = new Map<string, { topic: Topic; subscriber: Subscriber }>();
   #socket: WebSocket | null = null;
+  /** The socket of which it is known who answers: what is said before waits for that. */
+  #known: WebSocket | null = null;
   #last = 0;
   #failures = 0;
   #again: ReturnType<typeof setTimeout> | undefined;
   #closed = false;
 
-  constructor(url: () => { url: string; token: string | null }) {
+  /** `met`: what is done whenever a connection is open, before anything is subscribed: it is found out which run answers. */
+  constructor(url: () => { url: string; token: string | null }, met: (() => Promise<void>) | null = null) {
     this.#url = url;
+    this.#met = met;
   }
 
   /** Subscribes; the answer ends it. */
@@ -68,14 +73,18 @@ export class Stream {
     const { url, token } = this.#url();
     const socket = new WebSocket(url, token ? [PROTOCOL, `bearer.${token}`] : [PROTOCOL]);
     socket.binaryType = "arraybuffer";
-    socket.onopen = () => {
+    const begin = () => {
+      if (this.#socket !== socket || socket.readyState !== WebSocket.OPEN) return;
       this.#failures = 0;
+      this.#known = socket;
       this.connection.set("open");
       for (const [id, subscription] of this.#subscriptions) {
         subscription.topic = subscription.subscriber.again?.() ?? subscription.topic;
         this.#say({ ...subscription.topic, id });
       }
     };
+    // Where it went again before it was known who answers, the next connection asks anew.
+    socket.onopen = () => void (this.#met ? this.#met().then(begin, () => socket.close()) : begin());
     socket.onmessage = (message: MessageEvent<string | ArrayBuffer>) => {
       if (typeof message.data === "string") this.#text(message.data);
       else this.#binary(message.data);
@@ -91,7 +100,7 @@ export class Stream {
   }
 
   #say(frame: object): void {
-    if (this.#socket?.readyState === WebSocket.OPEN) this.#socket.send(JSON.stringify(frame));
+    if (this.#socket?.readyState === WebSocket.OPEN && this.#known === this.#socket) this.#socket.send(JSON.stringify(frame));
   }
 
   #broken(end?: CloseEvent): void {

@@ -60,6 +60,8 @@ class Shared<T> {
 export interface Kept<T> {
   entries: T[];
   dropped: number;
+  /** What is of earlier runs: the system was started again since. Nothing of it is present. */
+  earlier: T[];
 }
 
 export type { Shared };
@@ -70,6 +72,14 @@ export class Topics {
   readonly installed: Shared<Installed>;
   readonly log: Shared<Kept<LogEntry>>;
   readonly ends: Shared<Kept<End>>;
+
+  /** Begins anew: another run of the system answers than before. */
+  renew(): void {
+    this.statistics.latest.set(null);
+    this.installed.latest.set(null);
+    this.log.latest.set(aged(this.log.latest.get()));
+    this.ends.latest.set(aged(this.ends.latest.get()));
+  }
 
   constructor(stream: Stream) {
     this.statistics = new Shared(
@@ -97,5 +107,10 @@ export class Topics {
 
 function kept<T>(before: Kept<T> | null, more: T[], dropped: number): Kept<T> {
   const entries = [...(before?.entries ?? []), ...more];
-  return { entries: entries.slice(-KEPT_MAX), dropped: (before?.dropped ?? 0) + (dropped || 0) };
+  return { entries: entries.slice(-KEPT_MAX), dropped: (before?.dropped ?? 0) + (dropped || 0), earlier: before?.earlier ?? [] };
+}
+
+/** The same where the system was started again: what there is becomes an earlier run, and the count begins anew. */
+export function aged<T>(before: Kept<T> | null): Kept<T> | null {
+  return before && { entries: [], dropped: 0, earlier: [...before.earlier, ...before.entries].slice(-KEPT_MAX) };
 }

@@ -2,24 +2,33 @@
 import { useEffect, useRef } from "react";
 import { isFloat, valueText } from "../design/numbers";
 import { useControl } from "../shell/context";
+import { isStored } from "./stored";
 
 /**
  * The present value of an SVV or private cell, written into the page without React: `–` until one came; with the reason as its title
  * where the system does not know it.
  */
-export function LiveValue(props: { name: string; type_text?: string | undefined; unit?: string | null | undefined }) {
+export function LiveValue(props: {
+  name: string;
+  type_text?: string | undefined;
+  unit?: string | null | undefined;
+  /** What was never stored: is shown as what the system was made with, in grey; or it is no value at all. */
+  initial?: "grey" | "none";
+}) {
   const control = useControl();
   const element = useRef<HTMLSpanElement>(null);
-  const { name, type_text } = props;
+  const { name, type_text, initial = "grey" } = props;
   useEffect(() => {
     const float = isFloat(type_text);
     return control.values.watch(name, (reading, missing) => {
       const shown = element.current;
       if (!shown) return;
-      shown.textContent = reading ? valueText(reading.value, float) : "–";
-      shown.title = missing ? missing.map((refusal) => refusal.message).join("; ") : "";
+      const isInitial = reading !== null && !isStored(reading);
+      shown.textContent = reading && !(isInitial && initial === "none") ? valueText(reading.value, float) : "–";
+      shown.title = missing ? missing.map((refusal) => refusal.message).join("; ") : isInitial ? "nothing has been stored here yet" : "";
+      shown.classList.toggle("initial", isInitial);
     });
-  }, [control, name, type_text]);
+  }, [control, name, type_text, initial]);
   return (
     <span className="live">
       <span className="figures" ref={element} data-live={name}>

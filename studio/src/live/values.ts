@@ -35,6 +35,12 @@ export class LiveValues {
     return this.#read.latest(name) ?? this.#move.latest(name);
   }
 
+  /** Forgets all readings: another run of the system answers than before. */
+  forget(): void {
+    this.#read.forget();
+    this.#move.forget();
+  }
+
   /** Asks again for what the system did not know: something was installed. */
   renew(): void {
     this.#read.renew();
@@ -84,6 +90,16 @@ class Group {
 
   latest(name: string): Reading | undefined {
     return this.#cells.get(name)?.reading ?? undefined;
+  }
+
+  forget(): void {
+    for (const [name, cell] of this.#cells) {
+      cell.reading = null;
+      cell.missing = null;
+      this.#changed.add(name);
+    }
+    this.#tellSoon();
+    this.#askSoon();
   }
 
   renew(): void {

@@ -1,36 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
+import { useEffect } from "react";
 import type { Statistics } from "../control/shapes";
 import { Refusals } from "../design/parts";
-import { useAction, useControl, useWatched } from "./context";
+import { type Action, useAction, useControl, useWatched } from "./context";
 
-/** The emergency stop: one press, no question. It needs no command. While it is latched: its cause, and the reset. */
-export function EmergencyStop(props: { now: Statistics | null }) {
+/** A press of the emergency stop, and what became of it: the message of one that failed leaves when it is no longer true. */
+export function useEmergencyStop(now: Statistics | null): Action {
   const control = useControl();
   const action = useAction();
+  const connection = useWatched(control.stream.connection);
+  const isLatched = now !== null && now.emergency !== null;
+  const { clear } = action;
+  // It is latched now, or the system is heard again: whoever wants it stopped presses again.
+  useEffect(() => {
+    if (isLatched || connection === "open") clear();
+  }, [isLatched, connection, clear]);
+  return action;
+}
+
+/** The button: one press, no question, no command. It stands at the same place in every view, state and width. */
+export function EmergencyStop(props: { press: Action }) {
+  const control = useControl();
   const name = useWatched(control.session.name);
-  const cause = props.now?.emergency ?? null;
-  if (!control.may("operate")) {
-    return cause === null ? null : <div className="stopped">Emergency stop: {cause}</div>;
-  }
+  if (!control.may("operate")) return null;
   return (
-    <div className="emergency">
-      {cause !== null && (
-        <div className="stopped" role="alert">
-          <span>Emergency stop: {cause}</span>
-          <button type="button" disabled={action.busy} onClick={() => action.run(() => control.order("reset", {}))}>
-            Reset
+    <button
+      type="button"
+      className="stop"
+      aria-label="Emergency stop"
+      onClick={() => props.press.run(() => control.emergencyStop(`pressed in the studio${name ? ` (${name})` : ""}`))}
+    >
+      Emergency stop
+    </button>
+  );
+}
+
+/** While it is latched: its cause, and the reset. A press that failed, with a way to put its message away. */
+export function Stopped(props: { now: Statistics | null; press: Action }) {
+  const control = useControl();
+  const action = useAction();
+  const cause = props.now?.emergency ?? null;
+  return (
+    <>
+      {props.press.refusals.length > 0 && (
+        <div className="notice bad">
+          <strong>The emergency stop was not taken.</strong>
+          <Refusals of={props.press.refusals} />
+          <button type="button" onClick={props.press.clear}>
+            Put away
           </button>
         </div>
       )}
-      <button
-        type="button"
-        className="stop"
-        aria-label="Emergency stop"
-        onClick={() => action.run(() => control.emergencyStop(`pressed in the studio${name ? ` (${name})` : ""}`))}
-      >
-        Emergency stop
-      </button>
-      <Refusals of={action.refusals} />
-    </div>
+      {cause !== null && (
+        <div className="notice bad stopped" role="alert">
+          <strong>Emergency stop:</strong> <span>{cause}</span>
+          {control.may("operate") && (
+            <button type="button" disabled={action.busy} onClick={() => action.run(() => control.order("reset", {}))}>
+              Reset
+            </button>
+          )}
+          <Refusals of={action.refusals} />
+        </div>
+      )}
+    </>
   );
 }

@@ -21,12 +21,13 @@ export function ModeAndPause(props: { now: Statistics | null }) {
   }
   const orders = paused
     ? { text: "Resume program", title: about, order: () => control.order("resume_program", {}) }
-    : { text: "Pause program", title: "suspends the actions on devices", order: () => control.order("pause", {}) };
+    : { text: "Pause program", title: "suspends the actions on devices", order: () => control.stop("pause", {}) };
   return (
     <div className="mode">
       <label>
         <span className="quiet">Mode </span>
         <select
+          aria-label="Mode"
           value={now.mode}
           disabled={action.busy}
           onChange={(event) => {

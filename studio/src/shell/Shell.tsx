@@ -2,6 +2,7 @@
 import { Suspense, useEffect } from "react";
 import { Empty } from "../design/parts";
 import { Boundary } from "./Boundary";
+import { useControl, useWatched } from "./context";
 import { useCutOffWarning } from "./cutOff";
 import { Navigation } from "./Navigation";
 import { useRoute } from "./route";
@@ -11,15 +12,17 @@ import "./shell.css";
 
 /** The frame of the studio: what is always seen, and the view that is open. */
 export function Shell() {
+  const control = useControl();
   const route = useRoute();
   const view = views.find((one) => one.name === route.view);
   useCutOffWarning();
   useEffect(() => {
     document.title = `${view?.title ?? "Not found"} · OpenGPAC studio`;
   }, [view]);
+  const isHeard = useWatched(control.stream.connection) === "open";
   const Part = view?.part;
   return (
-    <div className="shell">
+    <div className="shell" data-heard={isHeard ? "yes" : "no"}>
       <button type="button" className="skip" onClick={() => document.getElementById("main")?.focus()}>
         To the view
       </button>

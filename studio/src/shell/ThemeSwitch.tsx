@@ -7,7 +7,7 @@ export function ThemeSwitch() {
   return (
     <label className="theme">
       <span className="quiet small">Colours</span>
-      <select value={now} onChange={(event) => setTheme(event.target.value as Theme)}>
+      <select aria-label="Colours" value={now} onChange={(event) => setTheme(event.target.value as Theme)}>
         <option value="system">automatic</option>
         <option value="light">light</option>
         <option value="dark">dark</option>

@@ -1,46 +1,100 @@
 // SPDX-License-Identifier: Apache-2.0
+import { useEffect, useState } from "react";
 import { seconds } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
+import { AlarmBar } from "./AlarmBar";
 import { CommandHolder } from "./CommandHolder";
 import { useControl, useTopic, useWatched } from "./context";
-import { EmergencyStop } from "./EmergencyStop";
+import { EmergencyStop, Stopped, useEmergencyStop } from "./EmergencyStop";
 import { ModeAndPause } from "./ModeAndPause";
 
-/** Always seen: which system, whether it is heard, who commands, mode and pause, the emergency stop. */
+/** Always seen: which system, whether it is heard, who commands, mode and pause, what is raised, the emergency stop. */
 export function TopBar() {
   const control = useControl();
   const now = useTopic(control.topics.statistics);
   const statisticsTrouble = useWatched(control.topics.statistics.trouble);
   const sessionTrouble = useWatched(control.session.trouble);
+  const press = useEmergencyStop(now);
   return (
     <div className="top">
+      <EmergencyStop press={press} />
       <header className="bar">
-        <div className="who">
-          <h1>{control.version.system}</h1>
+        <div className={`who ${control.may("operate") ? "beside" : ""}`}>
+          <h1 title={control.version.system}>{control.version.system}</h1>
           <Heard />
           <span className="quiet clock" title={`${control.version.clock} clock`}>
             {control.version.clock === "virtual" ? "virtual " : ""}
             <span className="figures">{now ? seconds(now.now_s) : "–"}</span>
           </span>
         </div>
-        <CommandHolder />
+        <CommandHolder now={now} />
         <ModeAndPause now={now} />
-        <EmergencyStop now={now} />
       </header>
+      <Unheard />
+      <Restarted />
+      <Stopped now={now} press={press} />
+      <AlarmBar />
       <Refusals of={[...sessionTrouble, ...statisticsTrouble]} />
     </div>
   );
 }
 
-const SAID = { connecting: "connecting", broken: "not heard: values are old", out: "let in no longer: open the page with another token" };
+const SAID = { connecting: "connecting", broken: "not heard", out: "not let in" };
 
 function Heard() {
   const control = useControl();
   const connection = useWatched(control.stream.connection);
   if (connection === "open") return <Tag tone="good">live</Tag>;
+  return <Tag tone={connection === "connecting" ? "plain" : "bad"}>{SAID[connection]}</Tag>;
+}
+
+/** A connection that is lost, over the whole width: nothing on the page is of now. */
+function Unheard() {
+  const control = useControl();
+  const connection = useWatched(control.stream.connection);
+  const since = useSince(connection === "broken");
+  if (connection === "out") {
+    return (
+      <div className="notice bad unheard" role="alert">
+        <strong>The system lets this page in no longer.</strong> Nothing here is of now. Open the page with another token.
+      </div>
+    );
+  }
+  if (connection !== "broken") return null;
   return (
-    <span role="status">
-      <Tag tone={connection === "connecting" ? "plain" : "bad"}>{SAID[connection]}</Tag>
-    </span>
+    <div className="notice bad unheard" role="alert">
+      <strong>The system is not heard.</strong> Everything here is as it was{since > 0 ? ` ${since} s ago` : ""}. The page goes on by itself
+      when it is heard again.
+    </div>
   );
+}
+
+/** The system was started again: what the page knew is of an earlier run. */
+function Restarted() {
+  const control = useControl();
+  const restarts = useWatched(control.restarts);
+  const [known, setKnown] = useState(0);
+  if (restarts === known) return null;
+  return (
+    <div className="notice warn" role="status">
+      <strong>The system was started again.</strong> What the log had before is of an earlier run, and says so; instances of that run are
+      gone.
+      <button type="button" onClick={() => setKnown(restarts)}>
+        Put away
+      </button>
+    </div>
+  );
+}
+
+/** For how many seconds something holds. */
+function useSince(holds: boolean): number {
+  const [since, setSince] = useState(0);
+  useEffect(() => {
+    setSince(0);
+    if (!holds) return;
+    const begun = Date.now();
+    const again = setInterval(() => setSince(Math.round((Date.now() - begun) / 1000)), 1000);
+    return () => clearInterval(again);
+  }, [holds]);
+  return since;
 }

@@ -25,12 +25,14 @@ export function useTopic<T>(shared: Shared<T>): T | null {
 }
 
 /** An action that a person starts: busy while it lasts, and what was refused, to be shown beside its button. */
-export function useAction(): {
+export interface Action {
   busy: boolean;
   refusals: Refusal[];
   run: (action: () => Promise<unknown>) => Promise<boolean>;
   clear: () => void;
-} {
+}
+
+export function useAction(): Action {
   const [busy, setBusy] = useState(false);
   const [refusals, setRefusals] = useState<Refusal[]>([]);
   const run = useCallback(async (action: () => Promise<unknown>) => {

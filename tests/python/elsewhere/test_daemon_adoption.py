@@ -75,7 +75,7 @@ def test_a_joint_is_held_while_its_daemon_is_killed_and_started_again(
     daemon = start(daemons, tmp_path)
     cell = gpac.connect(daemon.url, name="operator")
     axis = build(cell, process).enable()
-    motion.move_absolute(axis, HOLDS, time_limit="30 s")
+    motion.move_absolute(axis, HOLDS, time_limit="60 s")
     [there] = children("run_processor", daemon.process.pid)
     assert held()
     daemon.kill()
@@ -88,7 +88,7 @@ def test_a_joint_is_held_while_its_daemon_is_killed_and_started_again(
         assert cell.session is not None and cell.session.returned
         axis = cell.device("axis", Joint)
         assert axis.state == "standstill" and axis.commanded.value == pytest.approx(HOLDS, abs=HOLD_ERROR)
-        motion.move_absolute(axis, 0.2, time_limit="30 s")
+        motion.move_absolute(axis, 0.2, time_limit="60 s")
         until(lambda: abs(look() - 0.2) < HOLD_ERROR, "the joint follows whom the daemon lets in")
     daemon.stop()
     until(lambda: not lives(there), "it ends with the daemon that took it over")

@@ -64,7 +64,7 @@ def test_a_device_that_is_lost_there_is_opened_again(afar: Afar, by: str) -> Non
     process = afar.process()
     q = afar.cell.svv("q")
     with pytest.raises(gpac.Terminated) as caught:
-        looking.on(afar.there)(channel=drives["x"].position, q=q, time_limit="20 s")
+        looking.on(afar.there)(channel=drives["x"].position, q=q, time_limit="60 s")
     assert caught.value.condition == "device_lost"
     with pytest.raises(gpac.DeviceFailed, match=r"cannot start 'looking#.*physical device 'drives' is lost"):
         looking.on(afar.there).asynch(channel=drives["x"].position, q=afar.cell.svv("refused"))
@@ -74,6 +74,6 @@ def test_a_device_that_is_lost_there_is_opened_again(afar: Afar, by: str) -> Non
         drives.reopen()
     again = afar.cell.svv("again")
     with pytest.raises(gpac.Terminated, match="device_lost"):
-        looking.on(afar.there)(channel=drives["x"].position, q=again, time_limit="20 s")
+        looking.on(afar.there)(channel=drives["x"].position, q=again, time_limit="60 s")
     assert again.value == 0.25
     assert afar.process() == process

@@ -88,7 +88,7 @@ def test_a_trial_has_the_same_guard(memory_rig: Rig, fails: str, name: str) -> N
 def test_a_process_of_its_own_contains_the_same(afar: Afar, fails: str, name: str) -> None:
     process = afar.process()
     with pytest.raises(gpac.Terminated) as caught:
-        failing(afar.cell.download(fails)[name]).on(afar.there)(afar.cell.svv("y"), time_limit="20 s")
+        failing(afar.cell.download(fails)[name]).on(afar.there)(afar.cell.svv("y"), time_limit="60 s")
     assert (caught.value.condition, caught.value.block) == ("fault", "bad")
     assert afar.process() == process, "the process is the same"
 
@@ -98,12 +98,12 @@ def test_a_process_whose_block_cannot_be_ended_ends_itself(afar: Afar, fails: st
     near, process = afar.cell.svv("near"), afar.process()
     afar.counting().on(afar.here).asynch(near)
     with pytest.raises(gpac.Terminated, match=r"has ended itself.*it ran block 'bad' of 'failing#1'") as caught:
-        failing(afar.cell.download(fails)[name]).on(afar.there)(afar.cell.svv("y"), time_limit="20 s")
+        failing(afar.cell.download(fails)[name]).on(afar.there)(afar.cell.svv("y"), time_limit="60 s")
     assert caught.value.condition == "processor_lost"
     afar.goes_on(near)
     afar.cell.reset()
     assert afar.process() != process
-    assert afar.counting("again").on(afar.there)(afar.cell.svv("again"), limit=5, time_limit="20 s").last == 5
+    assert afar.counting("again").on(afar.there)(afar.cell.svv("again"), limit=5, time_limit="60 s").last == 5
 
 
 PROGRAM = """
@@ -122,7 +122,7 @@ bad.start()
 """
 IS_LOST = """
 try:
-    bad.wait(timeout="20 s")
+    bad.wait(timeout="60 s")
 except gpac.Terminated as end:
     print(end.condition, end.block, "that cannot be" if "start this program again" not in str(end) else "start again")
 bad.delete()
@@ -136,7 +136,7 @@ except gpac.InvalidState as refused:
 elsewhere = verb("allocates").on(other).new_instance(cell.svv("w"))
 elsewhere.start()
 try:
-    elsewhere.wait(timeout="20 s")
+    elsewhere.wait(timeout="60 s")
 except gpac.Terminated as end:
     print(end.condition, end.block)
 cell.close()
@@ -155,7 +155,7 @@ print("closed")
 
 
 def program(rest: str, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-c", PROGRAM + rest, *arguments], capture_output=True, text=True, timeout=60, check=False)
+    return subprocess.run([sys.executable, "-c", PROGRAM + rest, *arguments], capture_output=True, text=True, timeout=120, check=False)
 
 
 def test_on_threads_a_source_that_cannot_be_trusted_ends_for_good_and_the_program_ends(fails: str) -> None:

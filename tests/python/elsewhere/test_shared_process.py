@@ -30,7 +30,7 @@ class Sharing(Afar):
     def counts_on(self, *names: str) -> None:
         """Both count again, in SVVs of these names."""
         for name, source in zip(names, (self.there, self.beside), strict=True):
-            assert self.counting().on(source)(self.cell.svv(name), limit=5, time_limit="20 s").last == 5
+            assert self.counting().on(source)(self.cell.svv(name), limit=5, time_limit="60 s").last == 5
 
 
 @pytest.fixture
@@ -141,7 +141,7 @@ def test_an_abort_in_one_is_told_of_the_other_with_its_block(sharing: Sharing) -
     )
     waiting = waits.on(idle).asynch(sharing.cell.svv("never"), sharing.cell.svv("out"))
     with pytest.raises(gpac.Terminated, match=r"SIGABRT.*it ran block 'bad' of 'failing_aborts#1'"):
-        sharing.failing("endings.aborts").on(sharing.there)(sharing.cell.svv("y"), time_limit="20 s")
+        sharing.failing("endings.aborts").on(sharing.there)(sharing.cell.svv("y"), time_limit="60 s")
     with pytest.raises(gpac.Terminated, match=r"'rtp2' was lost with process 'cell-a'.*SIGABRT.*it ran block 'bad' of 'failing_aborts#1'"):
         waiting.wait()
 
@@ -150,7 +150,7 @@ def test_a_fault_in_one_is_nothing_to_the_other(sharing: Sharing) -> None:
     beside = sharing.cell.svv("beside")
     sharing.counting().on(sharing.beside).asynch(beside)
     with pytest.raises(gpac.Terminated) as caught:
-        sharing.failing("faults.divides").on(sharing.there)(sharing.cell.svv("y"), time_limit="20 s")
+        sharing.failing("faults.divides").on(sharing.there)(sharing.cell.svv("y"), time_limit="60 s")
     assert caught.value.condition == "fault"
     sharing.goes_on(beside)
 

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.alone
 
 def test_a_history_is_kept_there(afar: Afar) -> None:
     y = afar.cell.svv("y", history=50)
-    afar.counting().on(afar.there)(y, limit=20, time_limit="20 s")
+    afar.counting().on(afar.there)(y, limit=20, time_limit="60 s")
     history = y.history[:]
     assert list(history["value"]) == list(range(21))
     assert list(history["number"]) == sorted(history["number"])
@@ -23,8 +23,8 @@ def test_a_history_is_kept_there(afar: Afar) -> None:
 
 def test_values_of_two_processors_are_read_together(afar: Afar) -> None:
     near, far = afar.cell.svv("near"), afar.cell.svv("far")
-    afar.counting().on(afar.here)(near, limit=7, time_limit="20 s")
-    afar.counting().on(afar.there)(far, limit=9, time_limit="20 s")
+    afar.counting().on(afar.here)(near, limit=7, time_limit="60 s")
+    afar.counting().on(afar.there)(far, limit=9, time_limit="60 s")
     assert tuple(afar.cell.read(near, far)) == (7, 9)
 
 
@@ -35,14 +35,14 @@ def test_suspend_resume_and_halt(afar: Afar) -> None:
     instance.suspend()
     rests = y.value
     assert instance.state == "suspended"
-    afar.counting("meanwhile").on(afar.there)(afar.cell.svv("other"), limit=5, time_limit="20 s")
+    afar.counting("meanwhile").on(afar.there)(afar.cell.svv("other"), limit=5, time_limit="60 s")
     assert y.value == rests, "the same source went on without it"
     instance.resume()
     until(lambda: y.value > rests, "it counts on")
     instance.halt()
     assert instance.report and instance.report.condition == "halted"
     ended = y.value
-    afar.counting("meanwhile").on(afar.there)(afar.cell.svv("third"), limit=5, time_limit="20 s")
+    afar.counting("meanwhile").on(afar.there)(afar.cell.svv("third"), limit=5, time_limit="60 s")
     assert y.value == ended
 
 
@@ -58,7 +58,7 @@ def test_a_transition_there_is_in_the_same_firing(afar: Afar) -> None:
         conditions={"a_enough": on("a.enough"), "b_enough": on("b.enough", returns=[])},
         transitions={("one", "a_enough"): "two"},
     )
-    report = verb.on(afar.there)(first, second, a_limit=5, b_limit=5, time_limit="20 s")
+    report = verb.on(afar.there)(first, second, a_limit=5, b_limit=5, time_limit="60 s")
     assert (report.condition, report.command_list) == ("b_enough", "two")
     assert list(first.history[:]["value"]) == [0, 1, 2, 3, 4, 5], "no invocation after the condition"
     before, after = first.history[:]["time"][-1], second.history[:]["time"][0]
@@ -79,7 +79,7 @@ def test_a_verb_over_three_processors(afar: Afar) -> None:
         conditions={"full": on("record.full", returns=["values"])},
     )
     soft = afar.rtp0.software("soft", priority=70)
-    report = verb.on({"ramp": afar.there, "gain": third, "record": soft})(time_limit="30 s")
+    report = verb.on({"ramp": afar.there, "gain": third, "record": soft})(time_limit="60 s")
     assert [float(value) for value in report.values[:200]] == [2.0 * k for k in range(200)]
 
 

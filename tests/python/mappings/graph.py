@@ -174,7 +174,7 @@ def run(stage: Stage, name: str, made: Graph) -> dict[str, Any]:
         for other in made.beside:
             kept.enter_context(other)
         instance = kept.enter_context(verb.on(places).new_instance(**arguments))
-        instance.start(**made.values, time_limit="15 s")
+        instance.start(**made.values, time_limit="60 s")
         if made.during:
             made.during(instance)
         report = instance.wait()

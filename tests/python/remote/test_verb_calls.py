@@ -48,7 +48,7 @@ def test_ctrl_c_in_a_remote_call_halts_it(far_rig: Rig, after_s: float) -> None:
     thread = threading.Thread(target=interrupt)
     thread.start()
     with pytest.raises(KeyboardInterrupt):
-        counting(a, time_limit="20 s")
+        counting(a, time_limit="60 s")
     thread.join()
     assert far_rig.cell.names["instances"] == []
 
@@ -60,6 +60,6 @@ def test_a_connection_that_is_lost_in_a_call_is_told(real_daemon: Daemon, built:
     ending = threading.Timer(0.3, real_daemon.stop)
     ending.start()
     with pytest.raises(gpac.ConnectionLost):
-        rig.counting().on(rig.fast)(a, time_limit="20 s")
+        rig.counting().on(rig.fast)(a, time_limit="60 s")
     ending.join()
     cell.close()

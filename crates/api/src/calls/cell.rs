@@ -21,13 +21,13 @@ crate::calls! {
         Operate reset() -> (): commands(""), told, outcome_journalled
             => |system| system.reset();
         /// Suspends what is done with these logical devices, or with all, and waits until it is. Returns the names of these instances.
-        Operate pause(may devices: Option<Vec<String>>) -> Vec<String>: commands(""), told, outcome_journalled, lasts, stops
+        Operate pause(may devices: Option<Vec<String>>) -> Vec<String>: commands(""), told, outcome_journalled, lasts, stops, free
             => |system, slice| {
                 let (ids, names): (Vec<u64>, Vec<String>) = system.pause(devices.as_deref())?.into_iter().unzip();
                 until_paused(system, &ids, names, slice)
             };
         /// Waits until these instances have stopped. Returns their names.
-        Operate paused(must instances: Vec<u64>, must names: Vec<String>) -> Vec<String>: outcome_journalled, lasts
+        Operate paused(must instances: Vec<u64>, must names: Vec<String>) -> Vec<String>: outcome_journalled, lasts, free
             => |system, slice| until_paused(system, &instances, names, slice);
         /// Takes a pause back. Returns the names of the instances that go on or begin.
         Operate resume_program(may devices: Option<Vec<String>>) -> Vec<String>: commands(""), told, outcome_journalled

@@ -29,7 +29,7 @@ crate::calls! {
                 Ok(lasting(waited, false, "wait_enabled", || json!({ "name": name, "until_ns": until_ns })))
             };
         /// Ends the verbs that use a device, then its own; waits until that is done.
-        Operate disable(must name: String) -> (): commands("name"), told, outcome_journalled, lasts, stops
+        Operate disable(must name: String) -> (): commands("name"), told, outcome_journalled, lasts, stops, free
             => |system, slice| Ok(lasting(system.disable(&name, slice)?, (), "disable", || json!({ "name": name })));
         /// Replaces the verb that keeps a device going by another one, within one firing where it is enabled.
         Configure exchange_verb(must device: String, must verb: String, may place: Option<Place>) -> ():

@@ -61,7 +61,7 @@ crate::calls! {
             may timeout_ns: Option<i64>,
             /// Until when at most, instead.
             may until_ns: Option<i64>,
-        ) -> Option<Report>: commands("instance"), told, outcome_journalled, lasts, stops
+        ) -> Option<Report>: commands("instance"), told, outcome_journalled, lasts, stops, free
             => |system, slice| {
                 let until_ns = until(system, timeout_ns, until_ns)?;
                 system.halt(instance)?;
@@ -69,7 +69,7 @@ crate::calls! {
                 Ok(lasting(waited, None, "wait", || json!({ "instance": instance, "until_ns": until_ns })))
             };
         /// Lets what an instance is doing run dry, then holds it.
-        Operate suspend(must instance: u64) -> (): commands("instance"), told, outcome_journalled, stops
+        Operate suspend(must instance: u64) -> (): commands("instance"), told, outcome_journalled, stops, free
             => |system| system.suspend(instance);
         /// Lets a suspended instance go on.
         Operate resume(must instance: u64) -> (): commands("instance"), told, outcome_journalled

@@ -41,10 +41,19 @@ fn one_commands_and_all_may_look_and_stop() {
     assert_eq!(rig.call(&second, "mode", json!({})), "automatic");
     rig.call(&second, "emergency_stop", json!({ "reason": "somebody saw something" }));
     assert_eq!(class(&rig.ask("POST", "/v1/call/reset", &of(&second), "").1), "NotCommanding");
+    // Two of the same life of a system see the same.
+    let run = |session: &str| rig.ask("GET", "/v1/version", &of(session), "").1["run"].clone();
+    assert!(run(&first).is_string() && run(&first) == run(&second));
     rig.call(&first, "reset", json!({}));
+    let instance = rig.running(&first, "wave");
     let (status, answer) = rig.ask("POST", "/v1/command", &of(&second), r#"{"force": true}"#);
     assert_eq!((status, &answer["result"]["holder"]), (200, &json!("second")));
     assert_eq!(class(&rig.ask("POST", "/v1/call/svv", &of(&first), &start).1), "NotCommanding");
+    // Who has lost command can still stop what it has started, and so can everybody who may operate.
+    rig.call(&first, "suspend", json!({ "instance": instance }));
+    assert_eq!(class(&rig.ask("POST", "/v1/call/resume", &of(&first), &json!({ "instance": instance }).to_string()).1), "NotCommanding");
+    assert_eq!(rig.call(&first, "halt", json!({ "instance": instance }))["condition"], "halted");
+    rig.call(&first, "pause", json!({}));
     rig.ask("DELETE", "/v1/command", &of(&second), "");
     assert_eq!(rig.ask("GET", "/v1/command", &[], "").1["result"]["holder"], Json::Null);
 }

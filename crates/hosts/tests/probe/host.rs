@@ -3,14 +3,13 @@
 //!
 //!     hosts-probe listen|join SYSTEM NAME ENDPOINT [AUTHORITY CERTIFICATE KEY]
 //!
-//! `write N` publishes values on connection N every 5 ms; `read N` reads them, and says `stale N` when they grow old and `fresh N`
-//! when new ones come; `at N` says the newest value and the rows; `link HOST N` opens a link, `say TEXT` sends over it. It says
-//! `wrong …` if it ever reads what nobody wrote.
+//! `write N` publishes values on connection N every 5 ms; `read N` reads them; `at N` says whether they are `fresh` or `stale`, the newest
+//! value and the rows; `link HOST N` opens a link, `say TEXT` sends over it. It says `wrong …` if it ever reads what nobody wrote.
 use hosts::{Hosts, Options, Security};
 use interconnect::{ConnectionSpec, Ends, Link, Receiver, Sender};
 use std::collections::HashMap;
 use std::io::BufRead;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -23,6 +22,8 @@ const STALE: Duration = Duration::from_millis(300);
 struct Seen {
     value: AtomicU64,
     rows: AtomicU64,
+    /// Whether the newest value came just now.
+    is_fresh: AtomicBool,
 }
 
 fn main() {
@@ -32,7 +33,7 @@ fn main() {
         [authority, certificate, key] => Security::Certificates { authority: authority.into(), certificate: certificate.into(), key: key.into() },
         _ => Security::Loopback { secret: "the-secret-of-the-tests".to_owned() },
     };
-    let options = Options { security, join_max: Duration::from_secs(30), ..Options::new(system, name, endpoint) };
+    let options = Options { security, join_max: Duration::from_secs(60), ..Options::new(system, name, endpoint) };
     let hosts = if side == "listen" { Hosts::listen(options) } else { Hosts::join(options) };
     match hosts {
         Ok(hosts) => {
@@ -59,11 +60,12 @@ fn serve(hosts: &Hosts) {
                 let (number, found) = (number(), Arc::new(Seen::default()));
                 seen.insert(number, found.clone());
                 let receiver = hosts.clone().receiver(number, &SPEC, Box::new(|| ())).expect("there is room");
-                std::thread::spawn(move || read(number, receiver, &found));
+                std::thread::spawn(move || read(receiver, &found));
             }
             "at" => {
                 let found = &seen[&number()];
-                println!("at {} {} {}", number(), found.value.load(Ordering::Relaxed), found.rows.load(Ordering::Relaxed));
+                let age = if found.is_fresh.load(Ordering::Relaxed) { "fresh" } else { "stale" };
+                println!("at {age} {} {}", found.value.load(Ordering::Relaxed), found.rows.load(Ordering::Relaxed));
             }
             "link" => {
                 let host = rest.split(' ').next().expect("a host");
@@ -108,9 +110,9 @@ fn write(mut sender: Box<dyn Sender>) {
     }
 }
 
-fn read(number: u64, mut receiver: Box<dyn Receiver>, seen: &Seen) {
+fn read(mut receiver: Box<dyn Receiver>, seen: &Seen) {
     let (mut newest, mut rows) = (0, 0);
-    let (mut heard, mut fresh) = (Instant::now(), false);
+    let mut heard = Instant::now();
     loop {
         if let Some(header) = receiver.latch(0) {
             let value = value_of(receiver.group());
@@ -129,11 +131,7 @@ fn read(number: u64, mut receiver: Box<dyn Receiver>, seen: &Seen) {
         }
         seen.value.store(newest, Ordering::Relaxed);
         seen.rows.store(rows, Ordering::Relaxed);
-        let now_fresh = newest > 0 && heard.elapsed() < STALE;
-        if now_fresh != fresh {
-            println!("{} {number}", if now_fresh { "fresh" } else { "stale" });
-            fresh = now_fresh;
-        }
+        seen.is_fresh.store(newest > 0 && heard.elapsed() < STALE, Ordering::Relaxed);
         std::thread::park_timeout(Duration::from_millis(1));
     }
 }

@@ -13,7 +13,13 @@ use runtime::{ClockKind, Host};
 use std::os::fd::{FromRawFd, OwnedFd};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+/// When a life of a system began on the wall, and in which process.
+fn run() -> String {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    format!("{:x}-{:x}", since.as_nanos(), std::process::id())
+}
 
 impl System {
     /// `interconnect`: what carries connections between sources.
@@ -27,6 +33,7 @@ impl System {
         }
         let core = Core::new(host.clone());
         let shared = Arc::new(Shared {
+            run: run(),
             is_virtual: matches!(clock, ClockKind::Virtual { .. }),
             definitions: Mutex::new(Definitions::default()),
             stop: core.safety.emergency.stop.clone(),

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Configuration, Statistics } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
+import { Age } from "../../live/Age";
 import { LiveValue } from "../../live/LiveValue";
 import { useAction, useControl } from "../../shell/context";
 import { addressOf } from "../../shell/route";
-import { StateTag } from "./Family";
+import { isRenewed, StateTag } from "./Family";
 import { svvName } from "./families";
 import { Parameters } from "./Parameters";
 import { WriteField } from "./WriteField";
@@ -21,9 +22,10 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
   const floats = svvs.filter(([, svv]) => /double|float/.test(svv.type_text)).map(([member, svv]) => svvName(name, member, svv));
   return (
     <Panel
+      className={isRenewed(state) ? "" : "old"}
       title={
         <>
-          {name} <StateTag of={state} />
+          {name} <StateTag of={state} /> {!isRenewed(state) && <Age of={svvs.map(([member, svv]) => svvName(name, member, svv))} />}
         </>
       }
       end={
@@ -41,7 +43,7 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
               <button
                 type="button"
                 disabled={action.busy || state === "disabled"}
-                onClick={() => action.run(() => control.order("disable", { name }))}
+                onClick={() => action.run(() => control.stop("disable", { name }))}
               >
                 Disable
               </button>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { DeviceState, Statistics } from "../../control/shapes";
 import { Panel, Refusals, Tag, type Tone } from "../../design/parts";
+import { Age } from "../../live/Age";
 import { LiveValue } from "../../live/LiveValue";
 import { useAction, useControl } from "../../shell/context";
 import { addressOf } from "../../shell/route";
@@ -13,6 +14,11 @@ export function StateTag(props: { of: DeviceState | undefined }) {
   return <Tag tone={TONES[props.of ?? ""] ?? "plain"}>{props.of ?? "–"}</Tag>;
 }
 
+/** Whether the verb that keeps a device going runs, and renews its values. */
+export function isRenewed(state: DeviceState | undefined): boolean {
+  return state !== undefined && state !== "disabled" && state !== "fault";
+}
+
 /** Devices of one family in a table: state, first SVVs, enabling, jogging. */
 export function Family(props: { of: DeviceFamily; now: Statistics; chosen: string | null }) {
   const { of, now } = props;
@@ -22,7 +28,7 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
   const columns = columnsOf(of.type);
   const states = of.devices.map((device) => now.devices[device]);
   const each = async (name: "enable" | "disable", devices: string[]) => {
-    for (const device of devices) await control.order(name, { name: device });
+    for (const device of devices) await (name === "enable" ? control.order(name, { name: device }) : control.stop(name, { name: device }));
   };
   const operates = control.may("operate");
   return (
@@ -82,7 +88,7 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
           </thead>
           <tbody>
             {of.devices.map((device, index) => (
-              <tr key={device} className={device === props.chosen ? "chosen" : ""}>
+              <tr key={device} className={`${device === props.chosen ? "chosen" : ""} ${isRenewed(states[index]) ? "" : "old"}`}>
                 <th scope="row">
                   <a href={addressOf("devices", [device])} aria-current={device === props.chosen ? "true" : undefined}>
                     {shortName(device)}
@@ -90,10 +96,20 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
                 </th>
                 <td>
                   <StateTag of={states[index]} />
+                  {!isRenewed(states[index]) && (
+                    <>
+                      {" "}
+                      <Age of={columns.map(([name, svv]) => svvName(device, name, svv))} />
+                    </>
+                  )}
                 </td>
                 {columns.map(([name, svv]) => (
                   <td key={name} className="number">
-                    <LiveValue name={svvName(device, name, svv)} type_text={svv.type_text} />
+                    <LiveValue
+                      name={svvName(device, name, svv)}
+                      type_text={svv.type_text}
+                      initial={isRenewed(states[index]) ? "grey" : "none"}
+                    />
                   </td>
                 ))}
                 {jog.able && (

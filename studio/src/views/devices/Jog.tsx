@@ -85,11 +85,15 @@ export function JogButtons(props: { of: JogState; device: string }) {
   const { of, device } = props;
   const held = (direction: 1 | -1) => ({
     onPointerDown: (event: React.PointerEvent<HTMLButtonElement>) => {
+      // The main button alone: the right one opens a menu, and its release may never come.
+      if (event.button !== 0 || !event.isPrimary) return;
       event.currentTarget.setPointerCapture(event.pointerId);
       of.press(device, direction);
     },
     onPointerUp: of.release,
     onPointerCancel: of.release,
+    onLostPointerCapture: of.release,
+    onContextMenu: of.release,
     onBlur: of.release,
     onKeyDown: (event: KeyboardEvent) => {
       if (event.key !== " " && event.key !== "Enter") return;

@@ -3,19 +3,21 @@ import { useEffect, useRef, useState } from "react";
 import { type Refusal, Refused, refusalsOf } from "../../control/refusals";
 import type { Geometry } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
+import { Age } from "../../live/Age";
 import { MOVE_MS } from "../../live/values";
 import { useControl } from "../../shell/context";
 import { buildMachine } from "./machine";
 import { Stage, type Viewpoint } from "./stage";
 
 /** A physical device that has a shape, drawn as it stands now. Nothing where it has none. */
-export default function Machine(props: { device: string; driver: string }) {
+export default function Machine(props: { device: string; lost: string | null }) {
   const { device } = props;
   const control = useControl();
   const place = useRef<HTMLDivElement>(null);
   const stage = useRef<Stage | null>(null);
   const [geometry, setGeometry] = useState<Geometry | null>(null);
   const [still, setStill] = useState<string[]>([]);
+  const [isPlaced, setPlaced] = useState(false);
   const [trouble, setTrouble] = useState<Refusal[]>([]);
 
   useEffect(() => {
@@ -50,13 +52,23 @@ export default function Machine(props: { device: string; driver: string }) {
     }
     stage.current = drawn;
     setStill(machine.still);
+    // Until it is told where each joint stands it is not shown: the pose of the model is that of no machine.
+    const untold = new Set(machine.joints.map((joint) => joint.svv));
+    const show = () => {
+      machine.root.visible = untold.size === 0;
+      setPlaced(machine.root.visible);
+      drawn.draw();
+    };
+    show();
     const ends = machine.joints.map((joint) =>
       control.values.watch(
         joint.svv,
-        (reading) => {
-          if (typeof reading?.value !== "number") return;
-          joint.move(reading.value);
-          drawn.draw();
+        (reading, missing) => {
+          if (typeof reading?.value === "number") joint.move(reading.value);
+          else if (missing) setStill((before) => [...new Set([...before, joint.name])]);
+          else return;
+          if (untold.delete(joint.svv)) show();
+          else drawn.draw();
         },
         MOVE_MS,
       ),
@@ -81,15 +93,26 @@ export default function Machine(props: { device: string; driver: string }) {
       flush
     >
       <Refusals of={trouble} />
+      {props.lost !== null && (
+        <p className="stage-note wrong">
+          Lost: it stands here as it was told last. <Age of={geometry ? jointsOf(geometry) : []} />
+        </p>
+      )}
       <div
-        className="stage"
+        className={`stage ${props.lost === null ? "" : "old"}`}
+        data-placed={isPlaced ? "yes" : "no"}
         ref={place}
         role="img"
         aria-label={`${device} as it stands now; its joints stand in the table of the devices`}
       />
+      {geometry && !isPlaced && <p className="stage-note quiet small">Waiting to hear where it stands…</p>}
       {still.length > 0 && (
         <p className="stage-note quiet small">Drawn where the model has them, because nobody tells where they are: {still.join(", ")}</p>
       )}
     </Panel>
   );
+}
+
+function jointsOf(geometry: Geometry): string[] {
+  return geometry.bodies.flatMap((body) => body.joints.flatMap((joint) => joint.svv ?? []));
 }

@@ -5,7 +5,7 @@ import type { DeviceType, Value } from "../../control/shapes";
 import { valueText } from "../../design/numbers";
 import { Refusals, Tag } from "../../design/parts";
 import { useAction, useControl } from "../../shell/context";
-import { valueFrom } from "../verbs/fields";
+import { valueFrom, wrongText } from "../verbs/fields";
 
 /** The parameters of a device. A tunable one changes what runs at once, another one at the next enabling. */
 export function Parameters(props: { device: string; type: DeviceType }) {
@@ -68,12 +68,13 @@ function SetParameter(props: { device: string; name: string; isTruth: boolean; t
   const action = useAction();
   const [text, setText] = useState("");
   const value = valueFrom(text, props.isTruth ? "bool" : "double");
+  const wrong = wrongText(text, props.isTruth ? "bool" : "double");
   return (
     <form
       className="write"
       onSubmit={(event) => {
         event.preventDefault();
-        if (value === undefined) return;
+        if (value === undefined || wrong !== null) return;
         void action
           .run(async () => {
             await control.order("set_device_parameter", { name: props.device, parameter: props.name, value });
@@ -89,9 +90,18 @@ function SetParameter(props: { device: string; name: string; isTruth: boolean; t
         placeholder={props.isTruth ? "true or false" : ""}
         onChange={(event) => setText(event.target.value)}
       />
-      <button type="submit" disabled={action.busy || value === undefined} title={props.tunable ? "at once" : "from the next enabling on"}>
+      <button
+        type="submit"
+        disabled={action.busy || value === undefined || wrong !== null}
+        title={props.tunable ? "at once" : "from the next enabling on"}
+      >
         Set
       </button>
+      {wrong && (
+        <p className="wrong" role="alert">
+          {wrong}
+        </p>
+      )}
       <Refusals of={action.refusals} />
     </form>
   );

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-import type { Configuration, Statistics } from "../../control/shapes";
+import type { Configuration, PhysicalDevice, PhysicalDeviceStatistics, Statistics } from "../../control/shapes";
+import { count, duration, withUnit } from "../../design/numbers";
 import { Panel, Tag } from "../../design/parts";
 import { LiveValue } from "../../live/LiveValue";
+import { Services } from "./Services";
 
-/** The machines that processors reach: whether they are there, and their channels. */
+/** The machines that processors reach: whether they are there, what their drivers count and can be asked for, and their channels. */
 export function PhysicalDevices(props: { configuration: Configuration; now: Statistics }) {
   return Object.entries(props.configuration.physical_devices).map(([name, device]) => {
     const state = props.now.physical_devices[name];
@@ -11,14 +13,19 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
       <Panel
         key={name}
         title={`Physical device ${name}`}
+        className={state?.lost ? "old" : ""}
         end={
           <>
             {state && state.slew_limited > 0 && <Tag tone="warn">{state.slew_limited} writes slew-limited</Tag>}
-            {state?.lost ? <Tag tone="bad">lost: {String(state.lost)}</Tag> : <Tag tone="good">there</Tag>}
+            {state?.lost ? <Tag tone="bad">lost</Tag> : <Tag tone="good">there</Tag>}
             <span className="quiet">exchanged by {device.source}</span>
           </>
         }
       >
+        {state?.lost && <p className="wrong">Lost: {state.lost}. What stands here is as it was then.</p>}
+        <Driver of={device} />
+        <Counters of={device} state={state} />
+        <Services device={name} of={device.services ?? []} />
         <details>
           <summary>{device.channels.length} channels</summary>
           <div className="channels scroll-x" role="group" aria-label={`Channels of ${name}`} tabIndex={0}>
@@ -51,4 +58,37 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
       </Panel>
     );
   });
+}
+
+/** Where the driver exchanges, and what brings its outputs to their safe state. */
+function Driver(props: { of: PhysicalDevice }) {
+  const { class: where, safe_state, watchdog_ns } = props.of;
+  const said = [
+    where && `driver ${where}`,
+    safe_state &&
+      `safe state: ${safe_state.doc}, by ${safe_state.by.join(", ")}${safe_state.within_ns > 0 ? ` within ${duration(safe_state.within_ns)}` : ""}`,
+    watchdog_ns && `its own watchdog: ${duration(watchdog_ns)}`,
+  ].filter(Boolean);
+  return said.length > 0 && <p className="quiet">{said.join(" · ")}</p>;
+}
+
+/** What the driver counts: lost and refused frames, repeats, ages. */
+function Counters(props: { of: PhysicalDevice; state: PhysicalDeviceStatistics | undefined }) {
+  const counters = props.of.counters ?? [];
+  if (counters.length === 0) return null;
+  return (
+    <dl className="counters" aria-label="Counters of the driver">
+      {counters.map(({ name, unit, doc }) => {
+        const value = props.state?.counters[name];
+        return (
+          <div key={name} title={doc}>
+            <dt>{name}</dt>
+            <dd className="figures" data-counter={name}>
+              {value === undefined ? "–" : withUnit(unit === "" ? count(value) : String(Number(value.toPrecision(6))), unit)}
+            </dd>
+          </div>
+        );
+      })}
+    </dl>
+  );
 }

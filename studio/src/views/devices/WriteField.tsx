@@ -2,7 +2,7 @@
 import { useState } from "react";
 import { Refusals } from "../../design/parts";
 import { useAction, useControl } from "../../shell/context";
-import { valueFrom } from "../verbs/fields";
+import { valueFrom, wrongText } from "../verbs/fields";
 
 /** Writes an SVV that programming systems may write: one that has a range. */
 export function WriteField(props: { name: string; type_text: string; within: [number, number] }) {
@@ -10,12 +10,13 @@ export function WriteField(props: { name: string; type_text: string; within: [nu
   const action = useAction();
   const [text, setText] = useState("");
   const value = valueFrom(text, props.type_text);
+  const wrong = wrongText(text, props.type_text);
   return (
     <form
       className="write"
       onSubmit={(event) => {
         event.preventDefault();
-        if (value !== undefined)
+        if (value !== undefined && wrong === null)
           void action.run(() => control.order("write", { name: props.name, value })).then((done) => done && setText(""));
       }}
     >
@@ -26,9 +27,14 @@ export function WriteField(props: { name: string; type_text: string; within: [nu
         placeholder={`${props.within[0]} to ${props.within[1]}`}
         onChange={(event) => setText(event.target.value)}
       />
-      <button type="submit" disabled={action.busy || value === undefined}>
+      <button type="submit" disabled={action.busy || value === undefined || wrong !== null}>
         Write
       </button>
+      {wrong && (
+        <p className="wrong" role="alert">
+          {wrong}
+        </p>
+      )}
       <Refusals of={action.refusals} />
     </form>
   );

@@ -37,7 +37,7 @@ export default function Devices() {
       <div className="stack">
         <Suspense fallback={<p className="quiet wait">Loading…</p>}>
           {physical.map((name) => (
-            <Machine key={name} device={name} driver={String(configuration.physical_devices[name]?.kind ?? "")} />
+            <Machine key={name} device={name} lost={now.physical_devices[name]?.lost ?? null} />
           ))}
         </Suspense>
         <PhysicalDevices configuration={configuration} now={now} />

@@ -38,12 +38,16 @@ export class Press {
         await say();
         await new Promise((again) => setTimeout(again, BEAT_MS));
       }
-      await control.order("halt", { instance });
-    } catch (why) {
-      // It ended by itself in the meantime: that is no fault.
-      if (!(why instanceof Refused && why.is("InvalidState"))) throw why;
     } finally {
+      // Whatever has happened: the joint is halted first, which needs no command, and the instance is gone then.
+      await control.stop("halt", { instance }).catch(ended);
+      await control.look("wait", { instance }).catch(ended);
       await control.order("delete", { instance });
     }
   }
+}
+
+/** It had ended by itself: that is no fault. */
+function ended(why: unknown): void {
+  if (!(why instanceof Refused && why.is("InvalidState"))) throw why;
 }

@@ -2,6 +2,7 @@
 import { lazy, Suspense, useState } from "react";
 import { useControl } from "../../shell/context";
 import "./flow.css";
+import { DraftBoundary } from "./edit/DraftBoundary";
 import { Installed } from "./installed/Installed";
 
 const Editor = lazy(() => import("./edit/Editor"));
@@ -25,7 +26,9 @@ export default function View() {
       </div>
       {editing ? (
         <Suspense fallback={<p className="quiet">Loading…</p>}>
-          <Editor />
+          <DraftBoundary>
+            <Editor />
+          </DraftBoundary>
         </Suspense>
       ) : (
         <Installed />

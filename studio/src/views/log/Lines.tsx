@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-import { type KeyboardEvent, useEffect, useLayoutEffect, useRef, useState } from "react";
+import { type KeyboardEvent, useEffect, useLayoutEffect, useRef, useState, useSyncExternalStore } from "react";
 import { seconds } from "../../design/numbers";
 import { BAD_KINDS, type Line, WARN_KINDS } from "./lines";
 
-/** The height of a line, px: log.css says the same. */
-const LINE = 24;
+/** The height of a line, px; where there is little room it has two rows. */
+const [WIDE, NARROW] = [24, 44];
 /** Lines drawn beyond what is seen. */
 const BEYOND = 20;
 
 /** The lines that are in sight, of as many as there are; follows the newest while its end is in sight. */
 export function Lines(props: { of: Line[]; chosen: string | null; choose: (line: Line) => void; still: boolean }) {
   const { of: lines, chosen, choose, still } = props;
+  const LINE = useNarrow() ? NARROW : WIDE;
   const box = useRef<HTMLDivElement>(null);
   const [sight, setSight] = useState({ top: 0, height: 600 });
   const [following, setFollowing] = useState(true);
@@ -59,15 +60,16 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
             key={line.key}
             type="button"
             tabIndex={-1}
-            className={`line ${BAD_KINDS.has(line.kind) ? "bad" : WARN_KINDS.has(line.kind) ? "warn" : ""}`}
+            className={`line ${LINE === NARROW ? "two" : ""} ${line.isEarlier ? "earlier" : ""} ${BAD_KINDS.has(line.kind) ? "bad" : WARN_KINDS.has(line.kind) ? "warn" : ""}`}
             aria-pressed={line.key === chosen}
-            style={{ top: (first + index) * LINE }}
+            style={{ top: (first + index) * LINE, height: LINE }}
             onClick={() => choose(line)}
           >
             <span className="figures time">{seconds(line.time_s)}</span>
             <span className="kind">{line.kind}</span>
             <span className="about">{line.about}</span>
             <span className="what">
+              {line.isEarlier && <span className="tag">earlier run</span>}
               {line.times > 1 && <span className="tag">{line.times}×</span>} {line.text}
               {line.who && <span className="quiet"> by {line.who}</span>}
             </span>
@@ -86,5 +88,18 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
         </button>
       )}
     </div>
+  );
+}
+
+const NARROW_WINDOW = "(max-width: 700px)";
+
+function useNarrow(): boolean {
+  return useSyncExternalStore(
+    (changed) => {
+      const window_ = window.matchMedia(NARROW_WINDOW);
+      window_.addEventListener("change", changed);
+      return () => window_.removeEventListener("change", changed);
+    },
+    () => window.matchMedia(NARROW_WINDOW).matches,
   );
 }

@@ -20,6 +20,7 @@ const log = {
     { ...entry(3, 2.5, "command", "move#1", "halt"), who: "studio-abcd" },
   ],
   dropped: 0,
+  earlier: [],
 };
 const ends = {
   entries: [
@@ -44,6 +45,7 @@ const ends = {
     } satisfies End,
   ],
   dropped: 0,
+  earlier: [],
 };
 
 const none = { hidden: new Set<string>(), text: "" };
@@ -68,6 +70,22 @@ test("kinds can be hidden, and all words must be there, who commanded among them
 
 test("exports keep every figure, and quote what needs it", () => {
   const lines = shownLines(linesOf(log, ends), none);
-  expect(asCsv([{ ...(lines[0] as (typeof lines)[0]), text: 'a "b", c' }]).split("\r\n")[1]).toBe('1,start,move#1,"a ""b"", c",,1');
+  expect(asCsv([{ ...(lines[0] as (typeof lines)[0]), text: 'a "b", c' }]).split("\r\n")[1]).toBe('1,start,move#1,"a ""b"", c",,1,present');
   expect(JSON.parse(asJsonLines(lines).split("\n")[2] ?? "").report.outputs).toEqual({ error: 0.5 });
+});
+
+test("what is of an earlier run comes first, says so, and counts for nothing that is present", () => {
+  const before = { entries: [], dropped: 0, earlier: [entry(7, 40, "condition", "move#1", "'near' reported 'done'")] };
+  const now = { entries: [entry(0, 1.2, "condition", "move#1", "'near' reported 'done'")], dropped: 0, earlier: before.earlier };
+  const shown = shownLines(linesOf(now, null), none);
+  expect(shown.map((line) => [line.key, line.isEarlier, line.times])).toEqual([
+    ["b0", true, 1],
+    ["e0", false, 1],
+  ]);
+  expect(
+    asCsv(shown)
+      .split("\r\n")
+      .slice(1, 3)
+      .map((row) => row.split(",").at(-1)),
+  ).toEqual(["earlier", "present"]);
 });

@@ -16,6 +16,8 @@ export interface Line {
   times: number;
   first_s: number;
   report: Report | null;
+  /** Of an earlier run: the system was started again since. */
+  isEarlier: boolean;
 }
 
 /** Kinds that say that something is wrong. */
@@ -23,7 +25,13 @@ export const BAD_KINDS = new Set(["fault", "processor_lost", "emergency_stop", "
 export const WARN_KINDS = new Set(["overrun", "late"]);
 
 export function linesOf(log: Kept<LogEntry> | null, ends: Kept<End> | null): Line[] {
-  const entries: Line[] = (log?.entries ?? []).map((entry) => ({
+  const earlier = merged((log?.earlier ?? []).map(entryLine), (ends?.earlier ?? []).map(reportLine));
+  const present = merged((log?.entries ?? []).map(entryLine), (ends?.entries ?? []).map(reportLine));
+  return [...earlier.map((line, index) => ({ ...line, key: `b${index}`, isEarlier: true })), ...present];
+}
+
+function entryLine(entry: LogEntry): Line {
+  return {
     key: `e${entry.sequence}`,
     time_s: entry.time_s,
     kind: entry.kind,
@@ -33,8 +41,12 @@ export function linesOf(log: Kept<LogEntry> | null, ends: Kept<End> | null): Lin
     times: 1,
     first_s: entry.time_s,
     report: null,
-  }));
-  const reports: Line[] = (ends?.entries ?? []).map(({ number, report }) => ({
+    isEarlier: false,
+  };
+}
+
+function reportLine({ number, report }: End): Line {
+  return {
     key: `r${number}`,
     time_s: report.time_s,
     kind: "report",
@@ -44,8 +56,8 @@ export function linesOf(log: Kept<LogEntry> | null, ends: Kept<End> | null): Lin
     times: 1,
     first_s: report.time_s,
     report,
-  }));
-  return merged(entries, reports);
+    isEarlier: false,
+  };
 }
 
 /** Two lists that are each in order of time, as one. */
@@ -80,6 +92,7 @@ export function shownLines(lines: Line[], filter: Filter): Line[] {
     if (
       before &&
       !line.report &&
+      before.isEarlier === line.isEarlier &&
       before.kind === line.kind &&
       before.about === line.about &&
       before.text === line.text &&
@@ -103,16 +116,27 @@ export function kindsOf(lines: Line[]): Map<string, number> {
 /** One JSON object a line, reports whole. */
 export function asJsonLines(lines: Line[]): string {
   return lines
-    .map(({ time_s, kind, about, text, who, times, first_s, report }) =>
-      JSON.stringify({ time_s, kind, about, text, ...(who && { who }), ...(times > 1 && { times, first_s }), ...(report && { report }) }),
+    .map(({ time_s, kind, about, text, who, times, first_s, report, isEarlier }) =>
+      JSON.stringify({
+        time_s,
+        kind,
+        about,
+        text,
+        ...(who && { who }),
+        ...(times > 1 && { times, first_s }),
+        ...(report && { report }),
+        ...(isEarlier && { run: "earlier" }),
+      }),
     )
     .join("\n")
     .concat("\n");
 }
 
 export function asCsv(lines: Line[]): string {
-  const rows = lines.map((line) => [line.time_s, line.kind, line.about, line.text, line.who, line.times].map(csvField).join(","));
-  return ["time_s,kind,about,text,who,times", ...rows].join("\r\n").concat("\r\n");
+  const rows = lines.map((line) =>
+    [line.time_s, line.kind, line.about, line.text, line.who, line.times, line.isEarlier ? "earlier" : "present"].map(csvField).join(","),
+  );
+  return ["time_s,kind,about,text,who,times,run", ...rows].join("\r\n").concat("\r\n");
 }
 
 function csvField(value: string | number): string {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-import { type ReactNode, useEffect, useState } from "react";
+import { type ReactNode, useEffect, useId, useState } from "react";
+import { numberIn } from "../../design/quantities";
 
-/** A number that is taken with Enter, or when the field is left; one that is not a number, or out of its range, is marked and not taken. */
+/** A number that is taken with Enter, or when the field is left; one that is not a number, or out of its range, is told why and not taken. */
 export function NumberField(props: {
   label: string;
   unit: string | null;
@@ -13,11 +14,14 @@ export function NumberField(props: {
   children?: ReactNode;
 }) {
   const { value, minimum = Number.NEGATIVE_INFINITY, maximum = Number.POSITIVE_INFINITY } = props;
-  const shown = String(Number(value.toPrecision(9)));
+  const shown = String(Number(value.toPrecision(6)));
+  const id = useId();
   const [typed, setTyped] = useState(shown);
   useEffect(() => setTyped(shown), [shown]);
-  const number = Number(typed);
-  const wrong = typed.trim() === "" || !Number.isFinite(number) || number < minimum || number > maximum;
+  const read = numberIn(typed, props.unit ?? "");
+  const number = read.value ?? Number.NaN;
+  const why = read.wrong ?? (number < minimum || number > maximum ? `write ${rangeText(minimum, maximum)}` : null);
+  const wrong = why !== null;
   const take = () => {
     if (!wrong && typed !== shown) props.put(number);
   };
@@ -31,7 +35,7 @@ export function NumberField(props: {
           value={typed}
           disabled={props.disabled}
           aria-invalid={wrong}
-          title={wrong ? rangeText(minimum, maximum) : undefined}
+          aria-describedby={wrong ? id : undefined}
           onChange={(event) => setTyped(event.target.value)}
           onBlur={take}
           onKeyDown={(event) => {
@@ -41,6 +45,11 @@ export function NumberField(props: {
         />
       </label>
       {props.unit && <span className="quiet">{props.unit}</span>}
+      {wrong && (
+        <span className="wrong small" role="alert" id={id}>
+          {why}
+        </span>
+      )}
       {props.children}
     </div>
   );

@@ -51,6 +51,11 @@ export class Scope {
     this.feeds = new Feeds(control.stream, (message, transfer) => this.#say(message, transfer));
     this.setup = new Watched(kept());
     control.topics.installed.latest.watch(() => this.feeds.again(channelsOf(this.setup.get())));
+    // Of another run times and numbers begin anew: nothing of the earlier one is drawn beside them.
+    control.restarts.watch(() => {
+      this.#log_seen = -1;
+      this.clear();
+    });
     this.#apply(null, this.setup.get());
   }
 
@@ -110,6 +115,7 @@ export class Scope {
     this.#say({ kind: "arm" });
   }
 
+  /** Forgets all values that were kept. */
   clear(): void {
     this.#say({ kind: "clear" });
   }

@@ -18,7 +18,7 @@ export function Connections() {
       ) : connections.length === 0 ? (
         <p className="quiet">Nothing crosses from one interrupt source to another: no block reads what a block of another source writes.</p>
       ) : (
-        <div className="scroll-x">
+        <div className="scroll-x" role="group" aria-label="Connections between sources" tabIndex={0}>
           <table>
             <thead>
               <tr>

@@ -26,7 +26,7 @@ export function Processor(props: { name: string; about: Configuration["processor
       {sources.length === 0 ? (
         <p className="quiet wait">No interrupt source: nothing runs here.</p>
       ) : (
-        <div className="scroll-x">
+        <div className="scroll-x" role="group" aria-label="Interrupt sources" tabIndex={0}>
           <table className="sources">
             <thead>
               <tr>

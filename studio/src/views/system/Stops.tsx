@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-import { useCallback, useEffect, useState } from "react";
-import { type Refusal, refusalsOf } from "../../control/refusals";
-import type { Alarms, Statistics } from "../../control/shapes";
+import type { Statistics } from "../../control/shapes";
 import { seconds } from "../../design/numbers";
 import { Panel, Refusals, Tag } from "../../design/parts";
-import { useAction, useControl } from "../../shell/context";
-
-const LOOK_MS = 1000;
+import { useAction, useControl, useWatched } from "../../shell/context";
 
 /** What holds the cell: emergency stop, pause, lost devices, alarms that are raised. Nothing where nothing does. */
 export function Stops(props: { now: Statistics }) {
@@ -42,21 +38,8 @@ export function Stops(props: { now: Statistics }) {
 function RaisedAlarms() {
   const control = useControl();
   const action = useAction();
-  const [alarms, setAlarms] = useState<Alarms | null>(null);
-  const [trouble, setTrouble] = useState<Refusal[]>([]);
-  const look = useCallback(async () => {
-    try {
-      setAlarms(await control.look("alarms", {}));
-      setTrouble([]);
-    } catch (why) {
-      setTrouble(refusalsOf(why));
-    }
-  }, [control]);
-  useEffect(() => {
-    void look();
-    const again = setInterval(look, LOOK_MS);
-    return () => clearInterval(again);
-  }, [look]);
+  const alarms = useWatched(control.alarms.latest);
+  const trouble = useWatched(control.alarms.trouble);
   if (trouble.length > 0) return <Refusals of={trouble} />;
   if (!alarms || alarms.current.length === 0) return null;
   return (
@@ -69,7 +52,7 @@ function RaisedAlarms() {
             <button
               type="button"
               disabled={action.busy}
-              onClick={() => action.run(() => control.order("acknowledge_alarms", {}).then(look))}
+              onClick={() => action.run(() => control.order("acknowledge_alarms", {}).then(() => control.alarms.look()))}
             >
               Acknowledge all
             </button>

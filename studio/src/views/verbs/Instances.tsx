@@ -47,7 +47,7 @@ function Instance(props: { of: InstalledInstance; shown: boolean; form: VerbForm
         {control.may("operate") && !owned && (
           <span className="row buttons">
             {running && (
-              <button type="button" disabled={action.busy} onClick={() => action.run(() => control.order("suspend", { instance: of.id }))}>
+              <button type="button" disabled={action.busy} onClick={() => action.run(() => control.stop("suspend", { instance: of.id }))}>
                 Suspend
               </button>
             )}
@@ -57,7 +57,7 @@ function Instance(props: { of: InstalledInstance; shown: boolean; form: VerbForm
               </button>
             )}
             {live && (
-              <button type="button" disabled={action.busy} onClick={() => action.run(() => control.order("halt", { instance: of.id }))}>
+              <button type="button" disabled={action.busy} onClick={() => action.run(() => control.stop("halt", { instance: of.id }))}>
                 Halt
               </button>
             )}

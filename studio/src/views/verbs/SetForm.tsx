@@ -3,7 +3,7 @@ import { useState } from "react";
 import type { FormInput, InstalledInstance, Value, VerbForm } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
 import { useAction, useControl } from "../../shell/context";
-import { valueFrom } from "./fields";
+import { valueFrom, wrongText } from "./fields";
 
 /** The inputs of a verb that may be changed while it runs. */
 export function tunables(form: VerbForm): FormInput[] {
@@ -16,12 +16,16 @@ export function SetForm(props: { form: VerbForm; instance: InstalledInstance }) 
   const action = useAction();
   const inputs = tunables(props.form);
   const [texts, setTexts] = useState<Record<string, string>>({});
+  const [wrong, setWrong] = useState<string | null>(null);
   return (
     <form
       className="set"
       onSubmit={(event) => {
         event.preventDefault();
         const values: Record<string, Value> = {};
+        const found = inputs.map((input) => wrongText(texts[input.name] ?? "", input.type_text)).find((one) => one !== null);
+        setWrong(found ?? null);
+        if (found) return;
         for (const input of inputs) {
           const value = valueFrom(texts[input.name] ?? "", input.type_text);
           if (value !== undefined) values[input.name] = value;
@@ -42,6 +46,11 @@ export function SetForm(props: { form: VerbForm; instance: InstalledInstance }) 
       <button type="submit" disabled={action.busy || Object.values(texts).every((text) => text.trim() === "")}>
         Change
       </button>
+      {wrong && (
+        <p className="wrong" role="alert">
+          {wrong}
+        </p>
+      )}
       <Refusals of={action.refusals} />
     </form>
   );

@@ -3,13 +3,17 @@ import { useId, useMemo, useState } from "react";
 import { Refused } from "../../control/refusals";
 import type { InstalledInstance, Value, VerbForm } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
+import { durationNs, type Read } from "../../design/quantities";
 import { useConfiguration } from "../../shell/configuration";
 import { useAction, useControl } from "../../shell/context";
 import { ArgumentField } from "./ArgumentField";
 import { argumentsOf, type Choices, choicesOf, devicesOf, firstChoices } from "./arguments";
 import { useBounds } from "./bounds";
-import { arrayOf, byField, elements, gaps, valueFrom } from "./fields";
+import { arrayOf, byField, elements, gaps, valueFrom, wrongText } from "./fields";
 import { InputField } from "./InputField";
+
+/** No input has this name. */
+const TIME_LIMIT = "time limit";
 
 /** Starts a verb: what it acts on, its inputs, where it runs. What the system refuses stands at the field that it is about. */
 export function StartForm(props: { form: VerbForm; instances: InstalledInstance[] }) {
@@ -39,6 +43,11 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
     for (const input of form.inputs) {
       const written = texts[input.name] ?? [];
       const size = elements(input.type_text, devices.length);
+      const wrong = written.map((text) => wrongText(text, input.type_text)).find((one) => one !== null);
+      if (wrong) {
+        absent[input.name] = wrong;
+        continue;
+      }
       const value = size === null ? valueFrom(written[0] ?? "", input.type_text) : arrayOf(fill(written, size), input.type_text);
       if (size !== null && gaps(fill(written, size)).length > 0) absent[input.name] = "give a value for each, or for none";
       else if (value !== undefined) values[input.name] = value;
@@ -48,9 +57,10 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
       if ((choices[argument.name] ?? []).length === 0)
         absent[argument.name] = `choose ${argument.kind === "group" ? "devices" : `a ${argument.kind}`}`;
     }
+    const time = limitOf(limit);
+    if (time.wrong !== undefined) absent[TIME_LIMIT] = time.wrong;
     setMissing(absent);
     if (Object.keys(absent).length > 0) return;
-    const seconds = limit.trim() === "" ? null : Number(limit);
     await action.run(async () => {
       const application = {
         verb: form.name,
@@ -66,7 +76,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
         await control.order("start", {
           instance,
           values,
-          ...(seconds !== null && { limits: { time_limit_ns: Math.round(seconds * 1e9) } }),
+          ...(time.value !== null && time.value !== undefined && { limits: { time_limit_ns: time.value } }),
         });
       } catch (why) {
         if (why instanceof Refused) await control.order("delete", { instance });
@@ -110,8 +120,15 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
         ))}
         <div className="row">
           <label htmlFor={timeLimit}>Time limit</label>
-          <input id={timeLimit} inputMode="decimal" size={6} value={limit} onChange={(event) => setLimit(event.target.value)} />
-          <span className="quiet">s</span>
+          <input
+            id={timeLimit}
+            size={6}
+            value={limit}
+            placeholder="none"
+            aria-invalid={missing[TIME_LIMIT] !== undefined}
+            onChange={(event) => setLimit(event.target.value)}
+          />
+          <span className="quiet">s, or with its unit: 500 ms</span>
           <label htmlFor={where}>runs on</label>
           <select id={where} value={source} onChange={(event) => setSource(event.target.value)}>
             <option value="">as the system places it</option>
@@ -123,10 +140,23 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
             Start
           </button>
         </div>
+        {missing[TIME_LIMIT] && (
+          <p className="wrong" role="alert">
+            Time limit: {missing[TIME_LIMIT]}
+          </p>
+        )}
         <Refusals of={rest} />
       </form>
     </Panel>
   );
+}
+
+/** What was written as the time limit, ns; null: none. */
+export function limitOf(text: string): Read<number | null> {
+  if (text.trim() === "") return { value: null };
+  const read = durationNs(text, "s");
+  if (read.wrong !== undefined || read.value > 0) return read;
+  return { wrong: `'${text.trim()}' is no time to wait for: it must be more than 0` };
 }
 
 function fill(texts: string[], size: number): string[] {

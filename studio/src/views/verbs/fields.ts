@@ -3,6 +3,7 @@
 // ("90 deg", "30 %") is sent as it is.
 import type { Refusal } from "../../control/refusals";
 import type { Value } from "../../control/shapes";
+import { commaIn } from "../../design/quantities";
 
 /** How many elements an input has: of `double[6]` six, of `double[n]` as many as devices were chosen, of a scalar null. */
 export function elements(type_text: string, devices: number): number | null {
@@ -30,6 +31,23 @@ export function valueFrom(text: string, type_text: string): Value | undefined {
   }
   const number = Number(written.replace(/^\+/, ""));
   return Number.isFinite(number) ? number : written;
+}
+
+/** Why what was written into a field cannot be sent, in a sentence; null: the system judges it. */
+export function wrongText(text: string, type_text: string): string | null {
+  const written = text.trim();
+  if (written === "") return null;
+  if (/^bool/.test(type_text))
+    return written === "true" || written === "false" ? null : `'${written}' is no truth value: write true or false`;
+  if (/^[[{]/.test(written)) {
+    try {
+      JSON.parse(written);
+      return null;
+    } catch {
+      return `'${written}' is no list or table: write for example [1, 2]`;
+    }
+  }
+  return commaIn(written);
 }
 
 /** The value of an array input, element by element; one that is filled alone stands for all; nothing where all are empty. */

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-import { useState } from "react";
 import type { Value } from "../../../control/shapes";
 import { Panel } from "../../../design/parts";
 import { portText } from "../drawing/drawing";
@@ -71,7 +70,6 @@ export function BoxPanel(props: {
 
 function ConstantField(props: { item: Item; value: Value | undefined; commit: (value: Value | undefined) => void }) {
   const { item, value } = props;
-  const [wrong, setWrong] = useState<string | null>(null);
   return (
     <div title={item.doc}>
       <TextField
@@ -80,15 +78,10 @@ function ConstantField(props: { item: Item; value: Value | undefined; commit: (v
         placeholder="default"
         commit={(text) => {
           const read = constantOf(text, item.type_text);
-          setWrong(read.wrong);
           if (read.wrong === null) props.commit(read.value);
+          return read.wrong;
         }}
       />
-      {wrong && (
-        <p className="small" role="alert">
-          {wrong}
-        </p>
-      )}
     </div>
   );
 }

@@ -8,6 +8,7 @@ import type { Drawing, End, Place, PortSide, Wire } from "../drawing/drawing";
 import { arrange } from "../drawing/layout";
 import { BoxPanel } from "./BoxPanel";
 import * as change from "./change";
+import { UnreadDraft } from "./DraftBoundary";
 import { type Draft, setsOf } from "./definition";
 import { boundaryOf, drawnDraft, placeOf, portOf, type RefusedWire } from "./drawn";
 import { FileTools } from "./FileTools";
@@ -19,6 +20,7 @@ import { ListPanel } from "./ListPanel";
 import { ListsCanvas } from "./ListsCanvas";
 import { Palette } from "./Palette";
 import { type Possible, useFaces, useFindings, usePossible } from "./system";
+import { useUndoKeys } from "./undoKeys";
 import { VerbPanel } from "./VerbPanel";
 
 type Drawn = "flow" | "lists";
@@ -27,7 +29,8 @@ const NOTHING: Drawing = { boxes: [], wires: [] };
 /** Draws graphs and verbs. Nothing reaches the system but questions, until somebody installs. */
 export default function Editor() {
   const control = useControl();
-  const { draft, change: put, place, open, back, again } = useDraft();
+  const { draft, file, change: put, place, open, back, again } = useDraft();
+  useUndoKeys(back, again);
   const { faces, trouble } = useFaces(control);
   const { findings, unanswered } = useFindings(control, draft);
   const [shown, setShown] = useState<Drawn>("flow");
@@ -140,11 +143,13 @@ export default function Editor() {
         </div>
         <FileTools
           draft={draft}
-          open={(to) => {
-            open(to);
+          file={file}
+          open={(to, from) => {
+            open(to, from);
             showAnew();
           }}
         />
+        <UnreadDraft />
         <Refusals of={[...trouble, ...unanswered]} />
       </div>
       <Palette

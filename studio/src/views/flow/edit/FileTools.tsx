@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-import { useId, useState } from "react";
+import { useId, useMemo, useState } from "react";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
 import { useControl } from "../../../shell/context";
 import { type Draft, draftOf, newGraph, newVerb } from "./definition";
-import { download, draftsOf, fileText } from "./file";
+import { besides, download, draftsOf, savedFile } from "./file";
+import type { OpenedFile } from "./history";
 
 /** New, open, save; and a verb that is in the system, to begin with. */
-export function FileTools(props: { draft: Draft; open: (draft: Draft) => void }) {
+export function FileTools(props: { draft: Draft; file: OpenedFile | null; open: (draft: Draft, file: OpenedFile | null) => void }) {
   const control = useControl();
-  const [found, setFound] = useState<Draft[]>([]);
+  const [said, setSaid] = useState<string | null>(null);
   const [verbs, setVerbs] = useState<string[] | null>(null);
   const [wrong, setWrong] = useState<Refusal[]>([]);
   const field = useId();
@@ -17,11 +18,12 @@ export function FileTools(props: { draft: Draft; open: (draft: Draft) => void })
     if (!file) return;
     setWrong([]);
     try {
-      const drafts = draftsOf(await file.text());
-      const [first] = drafts;
-      if (!first) throw new Error(`'${file.name}' defines no graph and no verb`);
-      setFound(drafts);
-      props.open(first);
+      const text = await file.text();
+      const [first] = draftsOf(text);
+      const more = besides(text);
+      if (!first) throw new Error(`'${file.name}' defines no graph and no verb. ${more ?? ""}`);
+      setSaid(more);
+      props.open(first, { name: file.name, text });
     } catch (why) {
       setWrong(refusalsOf(why));
     }
@@ -30,7 +32,18 @@ export function FileTools(props: { draft: Draft; open: (draft: Draft) => void })
     setWrong([]);
     try {
       const { defined } = await control.look("verb_form", { name });
-      props.open(draftOf("verb", name, defined));
+      props.open(draftOf("verb", name, defined), null);
+    } catch (why) {
+      setWrong(refusalsOf(why));
+    }
+  };
+  const found = useMemo(() => (props.file ? draftsOf(props.file.text) : []), [props.file]);
+  const save = () => {
+    setWrong([]);
+    try {
+      const saved = savedFile(props.draft, props.file);
+      download(saved.name, saved.text);
+      setSaid(saved.said);
     } catch (why) {
       setWrong(refusalsOf(why));
     }
@@ -38,10 +51,10 @@ export function FileTools(props: { draft: Draft; open: (draft: Draft) => void })
   return (
     <div className="stack">
       <div className="row">
-        <button type="button" onClick={() => props.open(newGraph("untitled"))}>
+        <button type="button" onClick={() => props.open(newGraph("untitled"), null)}>
           New graph
         </button>
-        <button type="button" onClick={() => props.open(newVerb("untitled"))}>
+        <button type="button" onClick={() => props.open(newVerb("untitled"), null)}>
           New verb
         </button>
         <label className="button" htmlFor={field}>
@@ -79,7 +92,7 @@ export function FileTools(props: { draft: Draft; open: (draft: Draft) => void })
             value={`${props.draft.kind} ${props.draft.of.name}`}
             onChange={(event) => {
               const chosen = found.find((draft) => `${draft.kind} ${draft.of.name}` === event.target.value);
-              if (chosen) props.open(chosen);
+              if (chosen) props.open(chosen, props.file);
             }}
           >
             {found.map((draft) => (
@@ -87,10 +100,15 @@ export function FileTools(props: { draft: Draft; open: (draft: Draft) => void })
             ))}
           </select>
         )}
-        <button type="button" onClick={() => download(`${props.draft.of.name}.json`, fileText(props.draft))}>
+        <button type="button" onClick={save}>
           Save file
         </button>
       </div>
+      {said && (
+        <p className="quiet" role="status">
+          {said}
+        </p>
+      )}
       <Refusals of={wrong} />
     </div>
   );

@@ -4,9 +4,9 @@ import type { VerbRequest } from "../../../control/shapes";
 import { Panel, Refusals } from "../../../design/parts";
 import { useAction, useControl } from "../../../shell/context";
 import { addressOf } from "../../../shell/route";
-import { type Draft, definitionOf, timeOrNull } from "./definition";
+import { type Draft, definitionOf } from "./definition";
 import type { Faces } from "./faces";
-import { constantOf, TextField } from "./fields";
+import { constantOf, everyOf, TextField } from "./fields";
 import { begin, end, type Trial, type Wanted } from "./trial";
 
 /** Puts what is drawn into the running system. The system refuses what would touch a verb that runs, and says which. */
@@ -75,7 +75,11 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; faces: Faces; isSou
       <TextField
         label="every"
         value={`${wanted.every_ns / 1e6} ms`}
-        commit={(text) => setWanted({ ...wanted, every_ns: timeOrNull(text) ?? wanted.every_ns })}
+        commit={(text) => {
+          const read = everyOf(text);
+          if (read.wrong !== undefined || read.value === null) return read.wrong ?? "a graph needs an interval: write for example 20 ms";
+          setWanted({ ...wanted, every_ns: read.value });
+        }}
       />
       <label className="row">
         <span className="quiet">on</span>
@@ -143,10 +147,14 @@ function InputField(props: { name: string; svvs: string[]; put: (given: Wanted["
         placeholder="SVV or value"
         value={text}
         commit={(given) => {
-          setText(given);
           const { value, wrong } = constantOf(given, "value");
-          if (svvs.includes(given)) put({ svv: given });
-          else if (wrong === null && value !== undefined) put({ value });
+          if (svvs.includes(given)) {
+            setText(given);
+            put({ svv: given });
+          } else if (wrong === null && value !== undefined) {
+            setText(given);
+            put({ value });
+          } else return `'${given}' is neither an SVV of the system nor a value`;
         }}
       />
     </>

@@ -3,7 +3,7 @@ import { period } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
 import { removeList, setInitial, setList } from "./change";
 import { type Command, type Draft, timeOrNull, type Verb } from "./definition";
-import { TextField, words } from "./fields";
+import { everyOf, TextField, words } from "./fields";
 import { about, type Finding } from "./findings";
 
 const KINDS: Command["command"][] = ["install", "execute", "activate", "deactivate", "wait", "ready"];
@@ -107,7 +107,11 @@ function CommandRow(props: {
           label="every"
           placeholder="when data comes"
           value={command.every_ns ? period(command.every_ns) : ""}
-          commit={(text) => put({ ...command, every_ns: text === "" ? null : (timeOrNull(text) ?? command.every_ns ?? null) })}
+          commit={(text) => {
+            const read = everyOf(text);
+            if (read.wrong !== undefined) return read.wrong;
+            put({ ...command, every_ns: read.value });
+          }}
         />
       )}
       {command.command === "wait" && (

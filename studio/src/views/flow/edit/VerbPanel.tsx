@@ -65,8 +65,12 @@ function Conditions(props: OfVerb) {
             commit={(text) => put({ ...condition, returns: text === "" ? null : words(text) })}
           />
           <label className="row">
-            <input type="checkbox" checked={condition.raises} onChange={(event) => put({ ...condition, raises: event.target.checked })} />
-            is an error
+            <input
+              type="checkbox"
+              checked={Boolean(condition.raises)}
+              onChange={(event) => put({ ...condition, raises: event.target.checked })}
+            />
+            is an error{typeof condition.raises === "string" ? `: ${condition.raises}` : ""}
           </label>
         </>
       )}
@@ -132,7 +136,8 @@ function Inputs(props: OfVerb) {
             value={input.default === null ? "" : JSON.stringify(input.default)}
             commit={(text) => {
               const { value, wrong } = constantOf(text, "value");
-              if (wrong === null) put({ ...input, default: value ?? null });
+              if (wrong !== null) return wrong;
+              put({ ...input, default: value ?? null });
             }}
           />
           <label className="row">
@@ -205,7 +210,8 @@ function NamedPanel<T>(props: {
               label="Name"
               value={name}
               commit={(to) => {
-                if (to && !(to in of)) change(set(set(draft, name, null), to, value));
+                if (to === "" || to in of) return to === "" ? "a name is needed" : `there is a '${to}' already`;
+                change(set(set(draft, name, null), to, value));
               }}
             />
             <button type="button" aria-label={`Remove ${props.one} ${name}`} onClick={() => change(set(draft, name, null))}>

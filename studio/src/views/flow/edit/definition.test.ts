@@ -2,11 +2,11 @@
 import { stringify } from "smol-toml";
 import { expect, test } from "vitest";
 import { draftOf, timeOrNull } from "./definition";
-import { draftsOf, fileText } from "./file";
+import { besides, draftsOf, fileText, savedFile } from "./file";
 
 const short = {
   doc: "Moves.",
-  blocks: { planner: "library.planner", near: { block: "library.near", constants: { k: 2 } }, inner: { graph: "smooth" } },
+  blocks: { planner: "library.planner", near: { block: "library.near", constants: { k: 2 } }, inner: "smooth" },
   cells: { path: ["planner.path", "near.path"] },
   instantiation_parameters: { sensed: "near.sensed" },
   input_parameters: { goal: "planner.goal", speed: { targets: ["planner.speed"], default: 0.5, unit: "rad/s", form: "angle" } },
@@ -23,6 +23,7 @@ const short = {
   transitions: [{ from: "start", condition: "done", to: "start" }],
   layout: { planner: { x: 1, y: 2 }, wrong: { x: "a" } },
   if_cut_off: "halt",
+  ending_limit: "2 s",
 };
 const smooth = { blocks: { f: "library.lowpass" }, inputs: { u: "f.u" }, outputs: { y: "f.y" } };
 
@@ -40,7 +41,8 @@ test("short forms become long ones, and nothing that is not known here is lost",
     { command: "wait" },
   ]);
   expect(of.conditions.done?.on).toEqual(["near.done"]);
-  expect(of.conditions.lost).toMatchObject({ raises: true, exception: "Collision", during: ["start"] });
+  expect(of.conditions.lost).toMatchObject({ raises: "Collision", during: ["start"] });
+  expect(of.ending_limit_ns).toBe(2_000_000_000);
   expect(of.input_parameters.speed).toMatchObject({ form: "angle", default: 0.5 });
   expect(of.if_cut_off).toBe("halt");
   expect(of.layout).toEqual({ planner: { x: 1, y: 2 } });
@@ -67,7 +69,7 @@ test("what is no file of definitions is refused in words", () => {
   expect(() => draftsOf('format = "opengpac-definitions"')).toThrow("version undefined");
   expect(() => draftsOf("{}")).toThrow("no file of definitions");
   expect(() => draftsOf('{"format": "opengpac-definitions", "version": 2}')).toThrow("version 2");
-  expect(() => draftOf("graph", "g", { blocks: { a: { graph: "none" } } })).toThrow("there is no graph 'none'");
+  expect(() => draftOf("graph", "g", { blocks: { a: "none" } })).toThrow("there is no graph 'none'");
   expect(() => draftOf("verb", "v", { command_lists: { start: [{ jump: "a" }] } })).toThrow("no command");
 });
 
@@ -76,4 +78,59 @@ test("times are read with their units", () => {
   expect(timeOrNull("0.5s")).toBe(500_000_000);
   expect(timeOrNull("20")).toBeNull();
   expect(timeOrNull("near.done")).toBeNull();
+});
+
+const whole = `# Smoothing for the press.
+format = "opengpac-definitions"
+version = 1
+description = "For the press."
+
+[modules]
+press = "press.c" # beside this file
+
+[graphs.smooth]
+blocks = { f = "library.lowpass" } # first order
+
+[graphs.smooth.inputs]
+u = "f.u"
+
+[verbs.move.blocks]
+inner = "smooth"
+
+[verbs.move.command_lists]
+start = [{ activate = "inner", every = "20 ms" }]
+
+[compositions.both]
+parts = { a = "move", b = "move" }
+`;
+
+test("a file that was not changed is saved as it was, byte for byte", () => {
+  for (const draft of draftsOf(whole))
+    expect(savedFile(draft, { name: "press.toml", text: whole })).toMatchObject({ name: "press.toml", text: whole });
+  const json = JSON.stringify({ format: "opengpac-definitions", version: 1, verbs: { move: short }, graphs: { smooth } }, null, 7);
+  for (const draft of draftsOf(json)) expect(savedFile(draft, { name: "a.json", text: json }).text).toBe(json);
+});
+
+test("a definition that was changed takes its place, and all else of the file stays", () => {
+  const [move] = draftsOf(whole);
+  if (move?.kind !== "verb") throw new Error("the verbs come first");
+  const changed = { ...move, of: { ...move.of, doc: "Moves." } };
+  const saved = savedFile(changed, { name: "press.toml", text: whole });
+  expect(saved.name).toBe("press.json");
+  expect(saved.said).toContain("the comments of press.toml");
+  const tree = JSON.parse(saved.text);
+  expect(tree).toMatchObject({
+    description: "For the press.",
+    modules: { press: "press.c" },
+    compositions: { both: { parts: { a: "move" } } },
+  });
+  expect(tree.graphs.smooth.blocks).toEqual({ f: "library.lowpass" });
+  expect(tree.verbs.move.doc).toBe("Moves.");
+});
+
+test("what is not drawn is told", () => {
+  expect(besides(whole)).toBe(
+    "The file also has compositions (both), modules (press). They are not drawn here, and stay as they are when it is saved.",
+  );
+  expect(besides('{"format": "opengpac-definitions", "version": 1}')).toBeNull();
 });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Definitions of graphs and verbs as the real-time system takes them and files keep them: docs/files.md. All changes are values.
 import type { Value } from "../../../control/shapes";
+import { durationNs } from "../../../design/quantities";
 import type { Place } from "../drawing/drawing";
 
 export interface BlockUse {
@@ -38,7 +39,8 @@ export interface Command {
 export interface Termination {
   on: string[];
   returns: string[] | null;
-  raises: boolean;
+  /** Whether it is an error; the name of the exception class where it has one. */
+  raises: boolean | string;
   during: string[];
   priority: number;
   [more: string]: unknown;
@@ -122,10 +124,13 @@ export function draftOf(kind: Draft["kind"], name: string, written: unknown, gra
   const blocks = mapped(given.blocks, (use, label) => blockUse(use, `block '${label}' of '${name}'`, graphs));
   const common = { ...given, name, doc: text(given.doc), blocks, cells: sets(given.cells), layout: layout(given.layout) };
   if (kind === "graph") return { kind, of: { ...common, inputs: sets(given.inputs), outputs: sets(given.outputs) } };
+  const { ending_limit, ...verb } = common as typeof common & { ending_limit?: unknown };
   return {
     kind,
     of: {
-      ...common,
+      ...verb,
+      // Files alone say it in words.
+      ...(ending_limit === undefined ? {} : { ending_limit_ns: time(ending_limit) }),
       instantiation_parameters: sets(given.instantiation_parameters),
       input_parameters: mapped(given.input_parameters, inputParameter),
       output_values: (given.output_values as Record<string, string> | undefined) ?? {},
@@ -144,17 +149,18 @@ export function definitionOf(draft: Draft): Record<string, unknown> {
 }
 
 function blockUse(use: unknown, what: string, graphs: Record<string, unknown>): BlockUse {
-  if (typeof use === "string") return { block: { subroutine: use }, constants: {} };
+  if (typeof use === "string") return blockUse({ block: use }, what, graphs);
   const given = object(use, what);
   const constants = (given.constants as Record<string, Value> | undefined) ?? {};
-  const named = typeof given.graph === "string" ? given.graph : undefined;
-  if (named !== undefined) {
-    if (!(named in graphs)) throw new Error(`${what}: there is no graph '${named}' in this file`);
-    return { block: { graph: graphOf(named, graphs[named], graphs) }, constants };
+  if (typeof given.block === "string") {
+    const name = given.block;
+    // A name without a dot is a graph of the file.
+    if (name.includes(".")) return { ...given, block: { subroutine: name }, constants };
+    if (!Object.hasOwn(graphs, name)) throw new Error(`${what}: there is no graph '${name}' in this file`);
+    return { ...given, block: { graph: graphOf(name, graphs[name], graphs) }, constants };
   }
-  if (typeof given.block === "string") return { block: { subroutine: given.block }, constants };
   const block = object(given.block, what);
-  if (typeof block.subroutine === "string") return { ...given, block: { subroutine: block.subroutine }, constants };
+  if (typeof block.subroutine === "string") return blockUse({ ...given, block: block.subroutine }, what, graphs);
   const inner = object(block.graph, what);
   return { ...given, block: { graph: graphOf(text(inner.name) || what, inner, graphs) }, constants };
 }
@@ -211,26 +217,19 @@ function termination(written: unknown): Termination {
     return { on: several(written), returns: null, raises: false, during: [], priority: 0 };
   }
   const given = object(written, "a condition");
-  const exception = typeof given.raises === "string" ? { exception: given.raises } : {};
   return {
     ...given,
-    ...exception,
     on: several(given.on),
     returns: given.returns === undefined || given.returns === null ? null : several(given.returns),
-    raises: Boolean(given.raises),
+    raises: typeof given.raises === "string" ? given.raises : Boolean(given.raises),
     during: several(given.during),
     priority: Number(given.priority ?? 0),
   };
 }
 
-const UNITS: Record<string, number> = { s: 1e9, ms: 1e6, us: 1e3, µs: 1e3, ns: 1, min: 6e10 };
-
 /** "20 ms" in ns; null where it is no time. */
 export function timeOrNull(written: unknown): number | null {
-  const match = /^\s*([0-9.eE+-]+)\s*(s|ms|us|µs|ns|min)\s*$/.exec(String(written));
-  const value = Number(match?.[1]);
-  const unit = UNITS[match?.[2] ?? ""];
-  return match && unit !== undefined && Number.isFinite(value) ? Math.round(value * unit) : null;
+  return typeof written === "string" ? (durationNs(written).value ?? null) : null;
 }
 
 function time(written: unknown): number | null {

@@ -1,13 +1,75 @@
 // SPDX-License-Identifier: Apache-2.0
 import { parse as parseToml, TomlError } from "smol-toml";
 import { type Draft, definitionOf, draftOf, FORMAT, VERSION } from "./definition";
+import type { OpenedFile } from "./history";
 
 /** The text of a file with one definition: what `gpac.load` reads. */
 export function fileText(draft: Draft): string {
+  return written({ format: FORMAT, version: VERSION, [`${draft.kind}s`]: { [draft.of.name]: writtenDefinition(draft) } });
+}
+
+/** A file that is saved: its name, its text, and what a person is to know of it. */
+export interface Saved {
+  name: string;
+  text: string;
+  said: string | null;
+}
+
+/**
+ * The draft as a file. One that was opened keeps all else that it has: other definitions, compositions, modules, its description. What
+ * was not changed is the same text, byte for byte. A TOML file that was changed becomes JSON, since its comments cannot follow.
+ */
+export function savedFile(draft: Draft, file: OpenedFile | null): Saved {
+  if (file === null) return { name: `${draft.of.name}.json`, text: fileText(draft), said: null };
+  if (isUnchanged(draft, file)) return { ...file, said: "nothing was changed: the file is as it was" };
+  const tree = readText(file.text) as Record<string, unknown>;
+  const kind = `${draft.kind}s`;
+  const known = (tree[kind] as Record<string, unknown> | undefined) ?? {};
+  const text = written({ ...tree, [kind]: { ...known, [draft.of.name]: writtenDefinition(draft) } });
+  if (file.text.trimStart().startsWith("{")) return { name: file.name, text, said: null };
+  const name = `${file.name.replace(/\.toml$/i, "")}.json`;
+  return { name, text, said: `saved as ${name}: the comments of ${file.name} stay in ${file.name} alone` };
+}
+
+/** Whether the draft says what the file says of it. Places count where the file has some. */
+function isUnchanged(draft: Draft, file: OpenedFile): boolean {
+  const before = draftsOf(file.text).find((one) => one.kind === draft.kind && one.of.name === draft.of.name);
+  if (!before) return false;
+  const hasPlaces = Object.keys(before.of.layout).length > 0;
+  const said = (one: Draft) => JSON.stringify(sorted(hasPlaces ? one.of : definitionOf(one)));
+  return said(before) === said(draft);
+}
+
+/** The same with the keys of every table in one order: what order they stand in says nothing, but that of command lists. */
+function sorted(value: unknown): unknown {
+  if (Array.isArray(value)) return value.map(sorted);
+  if (typeof value !== "object" || value === null) return value;
+  return Object.entries(value)
+    .sort(([one], [other]) => (one < other ? -1 : 1))
+    .map(([key, of]) => [key, key === "command_lists" ? Object.entries(of as object).map(sorted) : sorted(of)]);
+}
+
+function writtenDefinition(draft: Draft): Record<string, unknown> {
   const definition: Record<string, unknown> = { ...definitionOf(draft), layout: draft.of.layout };
-  const name = draft.of.name;
   delete definition.name;
-  return `${JSON.stringify({ format: FORMAT, version: VERSION, [`${draft.kind}s`]: { [name]: definition } }, null, 2)}\n`;
+  return definition;
+}
+
+function written(tree: object): string {
+  return `${JSON.stringify(tree, null, 2)}\n`;
+}
+
+/** What a file has besides graphs and verbs, in words; it is kept when the file is saved. */
+export function besides(text: string): string | null {
+  const file = readText(text) as Record<string, unknown>;
+  const names = (key: string) => Object.keys((file[key] as object | undefined) ?? {});
+  const parts = [
+    ["compositions", names("compositions")],
+    ["device types", names("device_types")],
+    ["modules", names("modules")],
+  ] as const;
+  const said = parts.filter(([, of]) => of.length > 0).map(([what, of]) => `${what} (${of.join(", ")})`);
+  return said.length === 0 ? null : `The file also has ${said.join(", ")}. They are not drawn here, and stay as they are when it is saved.`;
 }
 
 /** What the text of a file says, JSON or TOML. */

@@ -19,6 +19,17 @@ export interface Finding {
   where: Where[];
 }
 
+/** Findings as the system has answered them: one that names no place is about the whole. */
+export function findingsOf(answered: unknown): Finding[] {
+  if (!Array.isArray(answered)) return [];
+  return answered.map((one: Partial<Finding>) => ({
+    ...one,
+    class: String(one.class ?? "Error"),
+    message: String(one.message ?? "the definition is refused"),
+    where: Array.isArray(one.where) ? one.where : [],
+  }));
+}
+
 export function isPort(where: Where): where is { block: string; port: string } {
   return "block" in where && typeof where.port === "string";
 }

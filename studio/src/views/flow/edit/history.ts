@@ -2,23 +2,40 @@
 import { useCallback, useEffect, useReducer } from "react";
 import { type Draft, draftOf, newVerb } from "./definition";
 
+/** The draft of this tab, and that which was changed last in any: a new tab begins with a copy of it. */
 const KEY = "opengpac.draft";
+/** A draft that could not be read: its text, until somebody has saved it or put it away. */
+const UNREAD = "opengpac.draft.unread";
 /** Changes that can be taken back. */
 const KEPT_MAX = 200;
 
-interface History {
-  past: Draft[];
-  present: Draft;
-  future: Draft[];
+/** A file that was opened: what the draft came from, and what else it has. */
+export interface OpenedFile {
+  name: string;
+  text: string;
 }
 
-type Step = { to: Draft } | { back: true } | { again: true } | { instead: Draft } | { placed: Draft };
+/** What is drawn, and the file that it came from. */
+export interface Work {
+  draft: Draft;
+  file: OpenedFile | null;
+}
 
-function stepped(history: History, step: Step): History {
+export interface History {
+  past: Work[];
+  present: Work;
+  future: Work[];
+}
+
+export type Step = { to: Draft } | { back: true } | { again: true } | { instead: Work } | { placed: Draft };
+
+/** A change that changes nothing is none; opening another draft can be taken back as every change. */
+export function stepped(history: History, step: Step): History {
   const { past, present, future } = history;
-  if ("to" in step) return step.to === present ? history : { past: [...past, present].slice(-KEPT_MAX), present: step.to, future: [] };
-  if ("placed" in step) return { ...history, present: step.placed };
-  if ("instead" in step) return { past: [], present: step.instead, future: [] };
+  const onto = (next: Work): History => ({ past: [...past, present].slice(-KEPT_MAX), present: next, future: [] });
+  if ("to" in step) return isSame(step.to, present.draft) ? history : onto({ ...present, draft: step.to });
+  if ("placed" in step) return { ...history, present: { ...present, draft: step.placed } };
+  if ("instead" in step) return onto(step.instead);
   if ("back" in step) {
     const before = past.at(-1);
     return before ? { past: past.slice(0, -1), present: before, future: [present, ...future] } : history;
@@ -27,28 +44,67 @@ function stepped(history: History, step: Step): History {
   return next ? { past: [...past, present], present: next, future: rest } : history;
 }
 
-/** The draft with the way back. It is kept in the browser: a page that is loaded again has it. */
+function isSame(one: Draft, other: Draft): boolean {
+  return one === other || JSON.stringify(one) === JSON.stringify(other);
+}
+
+/** The draft with the way back. It is kept for this tab: a page that is loaded again has it, another tab has its own. */
 export function useDraft() {
-  const [history, step] = useReducer(stepped, null, () => ({ past: [], present: kept() ?? newVerb("untitled"), future: [] }));
-  const draft = history.present;
-  useEffect(() => localStorage.setItem(KEY, JSON.stringify(draft)), [draft]);
+  const [history, step] = useReducer(stepped, null, begun);
+  const work = history.present;
+  useEffect(() => {
+    const text = JSON.stringify({ ...work.draft, file: work.file });
+    try {
+      sessionStorage.setItem(KEY, text);
+      localStorage.setItem(KEY, text);
+    } catch {
+      // The browser has no room for it: it stays while the page is open.
+    }
+  }, [work]);
   return {
-    draft,
+    draft: work.draft,
+    file: work.file,
     change: useCallback((to: Draft) => step({ to }), []),
     /** The same with places: no change that could be taken back. */
     place: useCallback((placed: Draft) => step({ placed }), []),
-    open: useCallback((instead: Draft) => step({ instead }), []),
+    open: useCallback((draft: Draft, file: OpenedFile | null = null) => step({ instead: { draft, file } }), []),
     back: history.past.length > 0 ? () => step({ back: true }) : null,
     again: history.future.length > 0 ? () => step({ again: true }) : null,
   };
 }
 
-function kept(): Draft | null {
+function begun(): History {
+  return { past: [], present: kept() ?? { draft: newVerb("untitled"), file: null }, future: [] };
+}
+
+/** The text of the draft that is kept, as it is. */
+export function keptText(): string | null {
+  return sessionStorage.getItem(KEY) ?? localStorage.getItem(KEY);
+}
+
+/** Begins afresh the next time; what was kept is gone. */
+export function forgetKept(): void {
+  sessionStorage.removeItem(KEY);
+  localStorage.removeItem(KEY);
+}
+
+export function unreadText(): string | null {
+  return localStorage.getItem(UNREAD);
+}
+
+export function forgetUnread(): void {
+  localStorage.removeItem(UNREAD);
+}
+
+function kept(): Work | null {
+  const text = keptText();
+  if (text === null) return null;
   try {
-    const { kind, of } = JSON.parse(localStorage.getItem(KEY) ?? "null") as Draft;
-    return draftOf(kind, of.name, of);
+    const { kind, of, file } = JSON.parse(text) as Draft & { file?: OpenedFile | null };
+    return { draft: draftOf(kind, of.name, of), file: file ?? null };
   } catch {
-    // Nothing was kept, or by another version of the page: there is nothing that could be told about it.
+    // By another version of the page, or damaged: it is offered as a file.
+    localStorage.setItem(UNREAD, text);
     return null;
   }
 }

@@ -5,7 +5,7 @@ import type { Control } from "../../../control/control";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { type Draft, definitionOf } from "./definition";
 import type { Face, Faces } from "./faces";
-import type { Finding } from "./findings";
+import { type Finding, findingsOf } from "./findings";
 
 /** How long nothing must change before the draft is checked, ms. */
 const PAUSE_MS = 250;
@@ -36,9 +36,10 @@ export function useFindings(control: Control, draft: Draft): { findings: Finding
     const asked = new AbortController();
     const soon = setTimeout(() => {
       control.look("check_definition", JSON.parse(definition) as Record<string, unknown>, asked.signal).then(
-        (found) => {
+        (answered) => {
+          const found = findingsOf(answered);
           // What is found again is the same object: nothing is drawn anew for it.
-          setFindings((before) => (JSON.stringify(before) === JSON.stringify(found) ? before : (found as Finding[])));
+          setFindings((before) => (JSON.stringify(before) === JSON.stringify(found) ? before : found));
           setUnanswered([]);
         },
         (why) => {

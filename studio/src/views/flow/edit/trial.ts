@@ -62,7 +62,7 @@ export async function begin(control: Control, draft: Draft & { kind: "graph" }, 
 /** Halts a trial and takes it out of the system; its SVVs stay. */
 export async function end(control: Control, trial: Trial): Promise<void> {
   const state = await control.look("state", { instance: trial.instance });
-  if (state === "running" || state === "suspended") await control.order("halt", { instance: trial.instance });
+  if (state === "running" || state === "suspended") await control.stop("halt", { instance: trial.instance });
   if (state !== "deleted") await control.order("delete", { instance: trial.instance });
 }
 

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+import { type Refusal, refusalsOf } from "./refusals";
+import type { Alarms } from "./shapes";
+import { Watched } from "./watched";
+
+/** How often it is looked which alarms are raised, ms. */
+const LOOK_MS = 1000;
+
+/** The alarms of the system, for all views: looked at once a second. */
+export class Alarming {
+  readonly latest = new Watched<Alarms | null>(null);
+  /** Why they are not known. */
+  readonly trouble = new Watched<Refusal[]>([]);
+  readonly #ask: () => Promise<Alarms>;
+  #said = "";
+  #again: ReturnType<typeof setTimeout> | undefined;
+  #over = false;
+
+  constructor(ask: () => Promise<Alarms>) {
+    this.#ask = ask;
+  }
+
+  /** Looks now. */
+  async look(): Promise<void> {
+    try {
+      const found = await this.#ask();
+      const said = JSON.stringify(found);
+      if (said !== this.#said) this.latest.set(found);
+      this.#said = said;
+      this.trouble.set([]);
+    } catch (why) {
+      this.trouble.set(refusalsOf(why));
+    }
+  }
+
+  follow(): void {
+    this.#over = false;
+    clearTimeout(this.#again);
+    void this.look().then(() => {
+      if (!this.#over) this.#again = setTimeout(() => this.follow(), LOOK_MS);
+    });
+  }
+
+  stop(): void {
+    this.#over = true;
+    clearTimeout(this.#again);
+  }
+}

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers with units as the package reads them (crates/model/src/quantity.rs): "20 ms", "90 deg", "0.5 rad/s", "30 %". What cannot be
+// read is refused with a sentence; nothing is taken for something else.
+
+/** What was read, or why it was not. */
+export type Read<T> = { value: T; wrong?: undefined } | { value?: undefined; wrong: string };
+
+/** Exponents of m, kg, s, A, K, rad, counts, pixels. */
+type Dimension = readonly [number, number, number, number, number, number, number, number];
+
+interface Unit {
+  multiply: number;
+  divide: number;
+  dimension: Dimension;
+}
+
+const NONE: Dimension = [0, 0, 0, 0, 0, 0, 0, 0];
+const TIME: Dimension = [0, 0, 1, 0, 0, 0, 0, 0];
+const ANGLE: Dimension = [0, 0, 0, 0, 0, 1, 0, 0];
+
+/** Symbol: factor, divisor, dimension, whether it takes prefixes. */
+const SYMBOLS: Record<string, readonly [number, number, Dimension, boolean]> = {
+  m: [1, 1, [1, 0, 0, 0, 0, 0, 0, 0], true],
+  g: [1, 1000, [0, 1, 0, 0, 0, 0, 0, 0], true],
+  s: [1, 1, TIME, true],
+  A: [1, 1, [0, 0, 0, 1, 0, 0, 0, 0], true],
+  K: [1, 1, [0, 0, 0, 0, 1, 0, 0, 0], true],
+  rad: [1, 1, ANGLE, true],
+  deg: [Math.PI, 180, ANGLE, false],
+  "°": [Math.PI, 180, ANGLE, false],
+  rev: [2 * Math.PI, 1, ANGLE, false],
+  rpm: [2 * Math.PI, 60, [0, 0, -1, 0, 0, 1, 0, 0], false],
+  Hz: [1, 1, [0, 0, -1, 0, 0, 0, 0, 0], true],
+  N: [1, 1, [1, 1, -2, 0, 0, 0, 0, 0], true],
+  J: [1, 1, [2, 1, -2, 0, 0, 0, 0, 0], true],
+  W: [1, 1, [2, 1, -3, 0, 0, 0, 0, 0], true],
+  Pa: [1, 1, [-1, 1, -2, 0, 0, 0, 0, 0], true],
+  bar: [100_000, 1, [-1, 1, -2, 0, 0, 0, 0, 0], true],
+  V: [1, 1, [2, 1, -3, -1, 0, 0, 0, 0], true],
+  Ohm: [1, 1, [2, 1, -3, -2, 0, 0, 0, 0], true],
+  Ω: [1, 1, [2, 1, -3, -2, 0, 0, 0, 0], true],
+  min: [60, 1, TIME, false],
+  h: [3600, 1, TIME, false],
+  C: [1, 1, [0, 0, 1, 1, 0, 0, 0, 0], true],
+  F: [1, 1, [-2, -1, 4, 2, 0, 0, 0, 0], true],
+  H: [1, 1, [2, 1, -2, -2, 0, 0, 0, 0], true],
+  T: [1, 1, [0, 1, -2, -1, 0, 0, 0, 0], true],
+  Wb: [1, 1, [2, 1, -2, -1, 0, 0, 0, 0], true],
+  l: [1, 1000, [3, 0, 0, 0, 0, 0, 0, 0], true],
+  L: [1, 1000, [3, 0, 0, 0, 0, 0, 0, 0], true],
+  counts: [1, 1, [0, 0, 0, 0, 0, 0, 1, 0], false],
+  count: [1, 1, [0, 0, 0, 0, 0, 0, 1, 0], false],
+  px: [1, 1, [0, 0, 0, 0, 0, 0, 0, 1], false],
+  "%": [1, 100, NONE, false],
+  "1": [1, 1, NONE, false],
+};
+
+const PREFIXES: Record<string, readonly [number, number]> = {
+  n: [1, 1e9],
+  u: [1, 1e6],
+  µ: [1, 1e6],
+  μ: [1, 1e6],
+  m: [1, 1e3],
+  c: [1, 1e2],
+  d: [1, 1e1],
+  k: [1e3, 1],
+  M: [1e6, 1],
+  G: [1e9, 1],
+};
+
+const NUMBER = /^([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$/s;
+const COMMA = /^\s*[+-]?\d+,\d+/;
+
+/** A sentence for a number whose decimals follow a comma; null: there is none. Lists in brackets have commas of their own. */
+export function commaIn(text: string): string | null {
+  const found = COMMA.exec(text);
+  return found ? `'${text.trim()}' has a decimal comma: write ${found[0].trim().replace(",", ".")}` : null;
+}
+
+/** The number that a text means in a unit; one without a unit is taken as it is. Of a choice, `rad|m`, the first that fits counts. */
+export function numberIn(text: string, target: string): Read<number> {
+  const read = split(text);
+  if (read.wrong !== undefined) return read;
+  const [number, symbol] = read.value;
+  if (symbol === "" || symbol === target) return { value: number };
+  const given = unitOf(symbol);
+  if (!given) return { wrong: `'${text.trim()}' has the unit '${symbol}', which is not known` };
+  const wanted: Unit | undefined =
+    target === ""
+      ? { multiply: 1, divide: 1, dimension: given.dimension }
+      : target
+          .split("|")
+          .map(unitOf)
+          .find((unit) => unit !== null && isSame(unit.dimension, given.dimension)) || undefined;
+  if (!wanted) return { wrong: `'${text.trim()}' is no quantity in ${target}: the dimensions differ` };
+  return { value: (number * given.multiply * wanted.divide) / (given.divide * wanted.multiply) };
+}
+
+/** Whole nanoseconds of "20 ms", "1.5 s", "2 min", or of the period of a rate, "1 kHz". `bare`: what a number without a unit counts. */
+export function durationNs(text: string, bare: "s" | null = null): Read<number> {
+  const read = split(text);
+  if (read.wrong !== undefined) return read;
+  const [number, symbol] = read.value;
+  if (symbol === "") {
+    if (bare === null) return { wrong: `'${text.trim()}' has no unit: write for example '20 ms'` };
+    return inRange(number * 1e9, text);
+  }
+  const time = numberIn(text, "ns");
+  if (time.wrong === undefined) return inRange(time.value, text);
+  const rate = numberIn(text, "Hz");
+  if (rate.wrong === undefined && rate.value > 0) return inRange(1e9 / rate.value, text);
+  return { wrong: `'${text.trim()}' is not a time: write for example '20 ms'` };
+}
+
+function inRange(ns: number, text: string): Read<number> {
+  return Math.abs(ns) < 2 ** 63 ? { value: Math.round(ns) } : { wrong: `'${text.trim()}' is out of range` };
+}
+
+function split(text: string): Read<[number, string]> {
+  const comma = commaIn(text);
+  if (comma !== null) return { wrong: comma };
+  const found = NUMBER.exec(text.trim());
+  const number = Number(found?.[1]);
+  if (!found || !Number.isFinite(number))
+    return { wrong: `'${text.trim()}' is not a number with a unit: write for example 20 ms or 90 deg` };
+  return { value: [number, found[2] ?? ""] };
+}
+
+function isSame(one: Dimension, other: Dimension): boolean {
+  return one.every((exponent, at) => exponent === other[at]);
+}
+
+/** `kg.m^2/s`, `N*m`, `m/s2`, `1/s`; everything behind a slash divides. Null: not known. */
+function unitOf(text: string): Unit | null {
+  let [multiply, divide] = [1, 1];
+  const dimension = [0, 0, 0, 0, 0, 0, 0, 0];
+  for (const [at, part] of text.split("/").entries()) {
+    for (const word of part.split(/[.*· ]/).filter(Boolean)) {
+      const found = /^(.*?)(?:(²)|\^?(-?\d+))?$/s.exec(word);
+      const symbol = word === "1" ? "1" : (found?.[1] ?? "");
+      const written = word === "1" ? 1 : found?.[2] ? 2 : Number(found?.[3] ?? 1);
+      const unit = symbolOf(symbol);
+      if (!unit || Math.abs(written) > 9) return null;
+      const exponent = at === 0 ? written : -written;
+      for (let times = 0; times < Math.abs(exponent); times += 1) {
+        multiply *= exponent > 0 ? unit.multiply : unit.divide;
+        divide *= exponent > 0 ? unit.divide : unit.multiply;
+      }
+      for (const [index, one] of unit.dimension.entries()) dimension[index] = (dimension[index] ?? 0) + one * exponent;
+    }
+  }
+  return { multiply, divide, dimension: dimension as unknown as Dimension };
+}
+
+function symbolOf(symbol: string): Unit | null {
+  const known = Object.hasOwn(SYMBOLS, symbol) ? SYMBOLS[symbol] : undefined;
+  if (known) return { multiply: known[0], divide: known[1], dimension: known[2] };
+  for (const [prefix, [up, down]] of Object.entries(PREFIXES)) {
+    const rest = symbol.slice(prefix.length);
+    const of = symbol.startsWith(prefix) && Object.hasOwn(SYMBOLS, rest) ? SYMBOLS[rest] : undefined;
+    if (of?.[3]) return { multiply: of[0] * up, divide: of[1] * down, dimension: of[2] };
+  }
+  return null;
+}

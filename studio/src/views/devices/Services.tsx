@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useId, useState } from "react";
+import type { DriverOption, DriverService } from "../../control/shapes";
+import { Refusals } from "../../design/parts";
+import { useAction, useControl } from "../../shell/context";
+import { answerText, argumentsOfService } from "./services";
+
+/** What the driver of a device does off the cycle: each service as a form with its arguments by kind and unit. */
+export function Services(props: { device: string; of: DriverService[] }) {
+  if (props.of.length === 0) return null;
+  return (
+    <details>
+      <summary>
+        {props.of.length === 1 ? "1 service" : `${props.of.length} services`}: {props.of.map((service) => service.name).join(", ")}
+      </summary>
+      <ul className="services">
+        {props.of.map((service) => (
+          <li key={service.name}>
+            <Service device={props.device} of={service} />
+          </li>
+        ))}
+      </ul>
+    </details>
+  );
+}
+
+function Service(props: { device: string; of: DriverService }) {
+  const { device, of } = props;
+  const control = useControl();
+  const action = useAction();
+  const [texts, setTexts] = useState<Record<string, string>>({});
+  const [wrong, setWrong] = useState<Record<string, string>>({});
+  const [answer, setAnswer] = useState<string | null>(null);
+  const ask = () => {
+    const { given, wrong: found } = argumentsOfService(of, texts);
+    setWrong(found);
+    setAnswer(null);
+    if (Object.keys(found).length > 0) return;
+    void action.run(async () =>
+      setAnswer(answerText(await control.order("device_service", { device, service: of.name, arguments: given }))),
+    );
+  };
+  return (
+    <form
+      className="service"
+      aria-label={`Service ${of.name} of ${device}`}
+      noValidate
+      onSubmit={(event) => {
+        event.preventDefault();
+        ask();
+      }}
+    >
+      <p>
+        <strong>{of.name}</strong> <span className="quiet">{of.doc}</span>
+      </p>
+      {of.arguments.map((option) => (
+        <Argument
+          key={option.name}
+          of={option}
+          text={texts[option.name] ?? ""}
+          write={(text) => setTexts({ ...texts, [option.name]: text })}
+          wrong={wrong[option.name]}
+        />
+      ))}
+      <div className="row">
+        <button
+          type="submit"
+          disabled={action.busy || !control.may("operate")}
+          title={control.may("operate") ? undefined : "needs the role 'operate'"}
+        >
+          {action.busy ? "Asked…" : "Ask"}
+        </button>
+        {answer !== null && (
+          <output className="figures answer" aria-label={`Answer of ${of.name}`}>
+            {answer}
+          </output>
+        )}
+      </div>
+      <Refusals of={action.refusals} />
+    </form>
+  );
+}
+
+function Argument(props: { of: DriverOption; text: string; write: (text: string) => void; wrong: string | undefined }) {
+  const { of, text, write, wrong } = props;
+  const id = useId();
+  return (
+    <div>
+      <div className="row">
+        <label htmlFor={id}>{of.name}</label>
+        {of.kind === "bool" ? (
+          <select id={id} value={text} aria-invalid={wrong !== undefined} onChange={(event) => write(event.target.value)}>
+            <option value="">{of.default === null ? "choose" : `default: ${of.default}`}</option>
+            <option>true</option>
+            <option>false</option>
+          </select>
+        ) : (
+          <input
+            id={id}
+            size={of.kind === "text" ? 20 : 10}
+            value={text}
+            placeholder={of.default ?? ""}
+            aria-invalid={wrong !== undefined}
+            onChange={(event) => write(event.target.value)}
+          />
+        )}
+        <span className="quiet small">{[of.kind, of.unit, of.doc].filter(Boolean).join(" · ")}</span>
+      </div>
+      {wrong && (
+        <p className="wrong" role="alert">
+          {wrong}
+        </p>
+      )}
+    </div>
+  );
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Services of drivers: from what a person writes into a form to the arguments of `device_service`.
+import type { DriverOption, DriverService, Value } from "../../control/shapes";
+import { valueText } from "../../design/numbers";
+import { numberIn, type Read } from "../../design/quantities";
+
+/** What was written for one argument; nothing where it is empty and has a default. A number may have a unit, and is sent in that of the argument. */
+export function argumentFrom(text: string, of: DriverOption): Read<unknown> {
+  const written = text.trim();
+  if (written === "") return of.default === null ? { wrong: "a value is needed" } : { value: undefined };
+  switch (of.kind) {
+    case "number":
+      return numberIn(written, of.unit);
+    case "whole": {
+      const hexadecimal = /^0x[0-9a-f]+$/i.test(written);
+      const read = hexadecimal ? { value: Number(written) } : numberIn(written, of.unit);
+      if (read.wrong !== undefined || Number.isSafeInteger(read.value)) return read;
+      return { wrong: `'${written}' is no whole number` };
+    }
+    case "bool":
+      return written === "true" || written === "false" ? { value: written === "true" } : { wrong: "choose true or false" };
+    case "list":
+    case "table":
+      return parsed(written, of.kind);
+    default:
+      return { value: text };
+  }
+}
+
+function parsed(written: string, kind: "list" | "table"): Read<unknown> {
+  try {
+    const value: unknown = JSON.parse(written);
+    if (kind === "list" ? Array.isArray(value) : typeof value === "object" && value !== null && !Array.isArray(value)) return { value };
+  } catch {
+    // Said below, with an example.
+  }
+  return { wrong: kind === "list" ? `'${written}' is no list: write [1, 2]` : `'${written}' is no table: write {"name": 1}` };
+}
+
+/** All arguments of a service; those that are empty are left out. Or why not, by the argument that it is about. */
+export function argumentsOfService(
+  service: DriverService,
+  texts: Record<string, string>,
+): { given: Record<string, unknown>; wrong: Record<string, string> } {
+  const given: Record<string, unknown> = {};
+  const wrong: Record<string, string> = {};
+  for (const option of service.arguments) {
+    const read = argumentFrom(texts[option.name] ?? "", option);
+    if (read.wrong !== undefined) wrong[option.name] = read.wrong;
+    else if (read.value !== undefined) given[option.name] = read.value;
+  }
+  return { given, wrong };
+}
+
+/** What a service has answered, in words: a list of tables as they are, one a line. */
+export function answerText(answer: Value | null): string {
+  if (answer === null) return "done";
+  if (Array.isArray(answer)) return answer.length === 0 ? "nothing" : answer.map((one) => valueText(one)).join("\n");
+  return valueText(answer);
+}

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// A daemon that is killed and started again under a page that is open: nothing of the earlier run counts as present.
+import { type ChildProcess, execFileSync, spawn } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { createServer } from "node:net";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import type { Browser } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { BUILT, browse, goTo, type Opened, open, PYTHON, SURROUNDINGS, shoot } from "./running";
+
+let folder: string;
+let port: number;
+let token: string;
+let daemon: ChildProcess | undefined;
+let browser: Browser;
+let studio: Opened;
+
+/** Starts the daemon; resolves when it listens. */
+function start(): Promise<ChildProcess> {
+  const program = join(import.meta.dirname, "restarted.py");
+  const address = ["--listen", `127.0.0.1:${port}`, "--tokens", join(folder, "tokens.json"), "--socket", join(folder, "cell.sock")];
+  const options = ["--audit", join(folder, "audit.jsonl"), "--page", BUILT];
+  const process_ = spawn(PYTHON, ["-m", "opengpac", "rts", ...address, ...options, program], { env: SURROUNDINGS });
+  let text = "";
+  return new Promise((listens, failed) => {
+    const hear = (chunk: Buffer) => {
+      text += chunk.toString();
+      if (text.includes(`127.0.0.1:${port}`)) listens(process_);
+    };
+    process_.stdout.on("data", hear);
+    process_.stderr.on("data", hear);
+    process_.once("exit", (code) => failed(new Error(`opengpac rts ended with ${code}:\n${text}`)));
+  });
+}
+
+function killed(process_: ChildProcess | undefined): Promise<void> {
+  return new Promise((gone) => {
+    if (!process_ || process_.exitCode !== null || process_.signalCode !== null) return gone();
+    process_.once("exit", () => gone());
+    process_.kill("SIGKILL");
+  });
+}
+
+beforeAll(async () => {
+  folder = mkdtempSync(join(tmpdir(), "studio-"));
+  port = await new Promise<number>((found) => {
+    const server = createServer();
+    server.listen(0, "127.0.0.1", () => {
+      const address = server.address();
+      server.close(() => found(typeof address === "object" && address ? address.port : 0));
+    });
+  });
+  const made = ["token", "new", "--tokens", join(folder, "tokens.json"), "--role", "configure", "--name", "page"];
+  token = /gpac_\S+/.exec(execFileSync(PYTHON, ["-m", "opengpac", ...made], { env: SURROUNDINGS }).toString())?.[0] ?? "";
+  [daemon, browser] = await Promise.all([start(), browse(false)]);
+  studio = await open(browser, `http://127.0.0.1:${port}/#token=${token}`);
+});
+
+afterAll(async () => {
+  await browser?.close();
+  await killed(daemon);
+  rmSync(folder, { recursive: true, force: true });
+});
+
+test("what the log has of the earlier run says so, and the new run's entries come", async () => {
+  const { page } = studio;
+  await goTo(page, "Log");
+  await page.locator(".line").filter({ hasText: "command list 'on'" }).first().waitFor();
+  await page.locator(".line").nth(6).waitFor();
+  await killed(daemon);
+  await page.getByText("The system is not heard.").waitFor();
+  daemon = await start();
+  await page.getByText("The system was started again.").waitFor();
+  await page.locator(".line:not(.earlier)").filter({ hasText: "command list 'on'" }).first().waitFor();
+  await page.locator(".lines").evaluate((lines) => {
+    lines.scrollTop = 0;
+  });
+  const earlier = page.locator(".line.earlier");
+  await earlier.first().waitFor();
+  expect(await earlier.first().textContent()).toContain("earlier run");
+  // All lines of the earlier run stand before those of the present one.
+  const kinds = await page.locator(".line").evaluateAll((lines) => {
+    const sorted = lines.sort(
+      (one, other) => Number.parseFloat((one as HTMLElement).style.top) - Number.parseFloat((other as HTMLElement).style.top),
+    );
+    return sorted.map((line) => (line.classList.contains("earlier") ? "e" : "p")).join("");
+  });
+  expect(kinds).toMatch(/^e+p*$/);
+  await shoot(page, "log-restarted");
+});
+
+test("the history of an instance is of the present run alone", async () => {
+  const { page, errors } = studio;
+  await goTo(page, "Verbs");
+  await page.locator(".history tbody tr").first().waitFor();
+  const seconds = async (selector: string) =>
+    (await page.locator(selector).allTextContents()).map((text) => Number.parseFloat(text)).filter((time) => !Number.isNaN(time));
+  const times = await seconds(".history tbody td.number");
+  const [now] = await seconds(".bar .clock .figures");
+  expect(times.length).toBeGreaterThan(0);
+  expect(Math.max(...times)).toBeLessThanOrEqual((now ?? 0) + 1);
+  expect([...times].sort((a, b) => b - a)).toEqual(times);
+  // What failed while nobody answered is no error of the page.
+  expect(errors.filter((error) => !/ERR_CONNECTION|WebSocket|Failed to load resource/.test(error))).toEqual([]);
+});

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// What nobody may be deceived in: where the emergency stop stands, who commands, what is of now, what was typed, what a button does.
+import { join } from "node:path";
+import type { Browser, Page, WebSocketRoute } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { Commander } from "./commander";
+import { axeFindings, browse, goTo, type Opened, open, PATIENCE_MS, type Running, run, shoot } from "./running";
+
+const JOINTS = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"];
+const WIDTHS = [360, 390, 800, 1000, 1280, 1440, 1920];
+
+let running: Running;
+let browser: Browser;
+let studio: Opened;
+
+beforeAll(async () => {
+  [running, browser] = await Promise.all([run(join(import.meta.dirname, "program.py"), "--role", "configure"), browse()]);
+  studio = await open(browser, running.url);
+});
+
+afterAll(async () => {
+  await browser?.close();
+  await running?.stop();
+});
+
+/** Starts the verb of the arm that moves the joint, far and slow. */
+async function startMove(page: Page, limit: string): Promise<void> {
+  await goTo(page, "Verbs");
+  await page
+    .locator(".verb-list")
+    .getByRole("link", { name: /^move_absolute/ })
+    .click();
+  const form = page.locator("form.start");
+  for (const joint of JOINTS) await form.getByRole("checkbox", { name: joint }).setChecked(joint === "wrist_3");
+  await form.getByRole("group", { name: "goal" }).getByLabel("wrist_3").fill("170 deg");
+  await form.getByRole("group", { name: "speed" }).getByLabel("wrist_3").fill("0.05");
+  await form.getByLabel("Time limit").fill(limit);
+  await form.getByRole("button", { name: "Start" }).click();
+}
+
+test("while no session commands, what a program has started is told", async () => {
+  const said = studio.page.locator(".holder");
+  await said.getByText("a program: sway#1 and 1 more").waitFor();
+  expect(await said.getAttribute("title")).toContain("sway#2");
+});
+
+test("a driver's counters and services are seen, and a service is asked for by its form", async () => {
+  const { page, errors } = studio;
+  await goTo(page, "Devices");
+  const panel = page.locator("section").filter({ has: page.getByRole("heading", { name: "Physical device drives" }) });
+  await panel.getByText("safe state:").waitFor();
+  await expect.poll(() => panel.locator("[data-counter]").first().textContent()).toMatch(/\d/);
+  await panel.getByText(/services:/).click();
+  const place = panel.getByRole("form", { name: "Service place of drives" });
+  await place.getByRole("button", { name: "Ask" }).click();
+  await place.getByText("a value is needed").waitFor();
+  await place.getByLabel("part").fill("x");
+  await place.getByLabel("position").fill("0,5");
+  await place.getByRole("button", { name: "Ask" }).click();
+  await place.getByText("write 0.5").waitFor();
+  await place.getByLabel("position").fill("0.5");
+  await place.getByRole("button", { name: "Ask" }).click();
+  await place.getByText("done", { exact: true }).waitFor();
+  await panel.getByText(/channels/).click();
+  await expect.poll(() => panel.locator('[data-live="drives.x.position"]').textContent()).toBe("0.5000");
+  await shoot(page, "devices-services");
+  expect(await axeFindings(page)).toEqual([]);
+  expect(errors).toEqual([]);
+});
+
+test("the right mouse button moves no joint", async () => {
+  const { page } = studio;
+  await goTo(page, "Devices");
+  const asked: string[] = [];
+  const hear = (request: { url: () => string }) => asked.push(request.url());
+  page.on("request", hear);
+  const forward = page.getByRole("button", { name: "Jog wrist_3 forward while held" });
+  await forward.click({ button: "right" });
+  await forward.click({ button: "middle" });
+  // What a press does comes before what follows it.
+  await page.getByRole("button", { name: "Front" }).click();
+  await page.evaluate(() => fetch("/v1/version"));
+  page.off("request", hear);
+  expect(asked.filter((url) => url.includes("/v1/call/create"))).toEqual([]);
+});
+
+test("a time limit is read as the package reads it, or refused with a sentence; nothing starts without it", async () => {
+  const { page } = studio;
+  await startMove(page, "1,5 s");
+  await page.locator("form.start").getByText("'1,5 s' has a decimal comma: write 1.5").waitFor();
+  await page.locator("form.start").getByLabel("Time limit").fill("soon");
+  await page.locator("form.start").getByRole("button", { name: "Start" }).click();
+  await page.locator("form.start").getByText("'soon' is not a number with a unit").waitFor();
+  const started = page.waitForRequest((request) => request.url().endsWith("/v1/call/start"));
+  await startMove(page, "2.5 min");
+  expect((await started).postDataJSON().limits).toEqual({ time_limit_ns: 150_000_000_000 });
+});
+
+test("who has lost command can still halt what he has started", async () => {
+  const { page } = studio;
+  const instance = page.locator(".instances li").filter({ hasText: "running" });
+  await instance.waitFor();
+  const other = await Commander.open(running.url, true);
+  await page.locator(".holder").getByText("commander", { exact: true }).waitFor();
+  const name = (await instance.getByRole("link").textContent()) ?? "";
+  await instance.getByRole("button", { name: "Halt" }).click();
+  await page.locator(".instances li").filter({ hasText: name }).getByText("ended").waitFor();
+  expect(await other.holder()).toBe("commander");
+  await other.close();
+});
+
+test("an alarm is seen in every view, and acknowledged where it is seen", async () => {
+  const { page } = studio;
+  const other = await Commander.open(running.url, true);
+  await other.call("define_alarm", { code: "E7", text: "oil is low", remedy: "refill it", severity: "high" });
+  await other.call("raise_alarm", { code: "E7", source: "press", text: "oil is low" });
+  for (const view of ["Log", "Scope", "Devices"]) {
+    await goTo(page, view);
+    await page.getByRole("status", { name: "Alarms" }).getByText("press: oil is low").waitFor();
+  }
+  await other.close();
+  await page.getByRole("button", { name: "Acknowledge", exact: true }).click();
+  await page.getByRole("button", { name: "Acknowledge", exact: true }).waitFor({ state: "detached" });
+});
+
+test("the emergency stop stands at one place in every state and width, and says what became of a press", async () => {
+  const { page, context } = await open(browser, running.url);
+  const places = new Map<string, string>();
+  const measure = async (state: string) => {
+    for (const width of WIDTHS) {
+      await page.setViewportSize({ width, height: 900 });
+      const box = await page.getByRole("button", { name: "Emergency stop" }).boundingBox();
+      places.set(`${state} at ${width}`, JSON.stringify(box));
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+      expect(wide, `${state}: wider than ${width} pixels`).toBeLessThanOrEqual(0);
+    }
+  };
+  await page.getByRole("status", { name: "Alarms" }).waitFor();
+  await measure("with an alarm");
+  await page.route("**/v1/call/emergency_stop", (route) => route.abort());
+  await page.getByRole("button", { name: "Emergency stop" }).click();
+  const failed = page.getByText("The emergency stop was not taken.");
+  await failed.waitFor();
+  await measure("a press failed");
+  await page.unroute("**/v1/call/emergency_stop");
+  await page.getByRole("button", { name: "Emergency stop" }).click();
+  await page.locator(".stopped").getByText("pressed in the studio").waitFor();
+  await failed.waitFor({ state: "detached" });
+  await measure("latched");
+  for (const width of [1440, 800, 390]) {
+    await page.setViewportSize({ width, height: 900 });
+    await shoot(page, `latched-${width}`);
+    expect(await axeFindings(page), `${width}`).toEqual([]);
+  }
+  expect([...new Set(places.values())], JSON.stringify([...places])).toHaveLength(1);
+  await context.close();
+});
+
+test("values of a device that is disabled are grey, and say how old they are", async () => {
+  const { page } = studio;
+  await goTo(page, "Devices");
+  const row = page.locator("table.family tr").filter({ has: page.getByRole("link", { name: "wrist_3" }) });
+  await row.getByText("disabled").waitFor();
+  await row.getByText(/(s|min) old$/).waitFor();
+  expect(await row.getAttribute("class")).toContain("old");
+  await shoot(page, "devices-disabled");
+  await page.getByRole("button", { name: "Reset" }).click();
+  await page.locator(".stopped").waitFor({ state: "detached" });
+  await page.getByRole("button", { name: "Enable all" }).first().click();
+  await row.getByText("standstill").waitFor();
+  await row.getByText(/old$/).waitFor({ state: "detached" });
+});
+
+test("a page that is not heard says so over its whole width, and shows nothing as of now", async () => {
+  const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
+  context.setDefaultTimeout(PATIENCE_MS);
+  const page = await context.newPage();
+  let sockets: WebSocketRoute[] = [];
+  let isCut = false;
+  await page.routeWebSocket(/\/v1\/stream/, (socket) => {
+    if (isCut) return void socket.close();
+    socket.connectToServer();
+    sockets.push(socket);
+  });
+  await page.goto(running.url);
+  await page.getByText("live", { exact: true }).waitFor();
+  await goTo(page, "Devices");
+  const before = await page.getByRole("button", { name: "Emergency stop" }).boundingBox();
+  isCut = true;
+  for (const socket of sockets) await socket.close();
+  sockets = [];
+  await page.getByText("The system is not heard.").waitFor();
+  await page.locator('.shell[data-heard="no"]').waitFor();
+  expect(await page.getByRole("button", { name: "Emergency stop" }).boundingBox()).toEqual(before);
+  await shoot(page, "not-heard");
+  expect(await axeFindings(page)).toEqual([]);
+  isCut = false;
+  await page.getByText("live", { exact: true }).waitFor();
+  await page.getByText("The system is not heard.").waitFor({ state: "detached" });
+  await context.close();
+});
+
+test("no machine is drawn in a pose that nobody has told", async () => {
+  const context = await browser.newContext({ viewport: { width: 1440, height: 900 } });
+  context.setDefaultTimeout(PATIENCE_MS);
+  const page = await context.newPage();
+  // The stream is held back: the shape is known, the joints are not.
+  let let_through: () => void = () => undefined;
+  const held = new Promise<void>((go) => {
+    let_through = go;
+  });
+  await page.routeWebSocket(/\/v1\/stream/, (socket) => {
+    const server = socket.connectToServer();
+    server.onMessage(async (message) => {
+      if (String(message).includes('"svvs"')) await held;
+      socket.send(message);
+    });
+  });
+  await page.goto(`${new URL("/", running.url).href}#/devices&${new URL(running.url).hash.slice(1)}`);
+  await page.locator('.stage[data-placed="no"] canvas').waitFor();
+  await page.getByText("Waiting to hear where it stands").waitFor();
+  let_through();
+  await page.locator('.stage[data-placed="yes"] canvas').waitFor();
+  await context.close();
+});

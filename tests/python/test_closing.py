@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The last words of `make test` name what failed, and say why."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+CARGO = """
+running 2 tests
+gate::opens --- FAILED
+.
+failures:
+
+---- gate::opens stdout ----
+
+thread 'gate::opens' panicked at tests/gate.rs:7:9:
+it stays shut
+
+
+failures:
+    gate::opens
+
+test result: FAILED. 1 passed; 1 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.01s
+
+running 3 tests
+...
+test result: ok. 3 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.01s
+"""
+
+PYTEST = """
+=================================== FAILURES ===================================
+_______________________________ test_it_opens[2] _______________________________
+[gw1] linux -- Python 3.11.7
+
+    def test_it_opens(n):
+>       assert n == 1
+E       assert 2 == 1
+_________________________________ test_it_shuts ________________________________
+E       OSError: broken
+=========================== short test summary info ============================
+FAILED tests/test_gate.py::test_it_opens[2] - assert 2 == 1
+FAILED tests/test_gate.py::test_it_shuts - OSError: broken
+========================= 2 failed, 40 passed in 3.21s =========================
+"""
+
+
+@pytest.fixture(scope="module")
+def program() -> ModuleType:
+    """`tests/closing.py`, which is a program."""
+    spec = importlib.util.spec_from_file_location("closing", Path(__file__).parent.parent / "closing.py")
+    assert spec is not None and spec.loader is not None
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    return made
+
+
+def test_what_cargo_ran_is_counted_and_what_failed_is_told(program: ModuleType) -> None:
+    said = [*program.closing(CARGO)]
+    assert said[0] == "---- gate::opens" and "it stays shut" in said
+    assert said[-1] == "4 passed; 1 failed"
+
+
+def test_what_pytest_ran_is_counted_and_what_failed_is_told(program: ModuleType) -> None:
+    said = [*program.closing(f"\x1b[31m{PYTEST}\x1b[0m")]
+    assert said[0] == "---- test_it_opens[2]" and "E       assert 2 == 1" in said
+    assert "---- test_it_shuts" in said and "E       OSError: broken" in said
+    assert said[-3:] == [
+        "FAILED tests/test_gate.py::test_it_opens[2] - assert 2 == 1",
+        "FAILED tests/test_gate.py::test_it_shuts - OSError: broken",
+        "2 failed, 40 passed in 3.21s",
+    ]
+
+
+def test_of_a_long_output_its_end_is_shown(program: ModuleType) -> None:
+    text = "---- long stdout ----\n" + "\n".join(map(str, range(1000))) + "\n\nfailures:\n"
+    assert [*program.closing(text)] == ["---- long", *map(str, range(1000 - program.LINES_MAX, 1000))]
