@@ -2,8 +2,8 @@
 //! Answers the frames of a local socket with an emulated bus: in a thread, or as a process of its own.
 use super::bus::Bus;
 use super::said::DriveOptions;
-use crate::frame::{self, Came, FRAME_LEN};
-use crate::link::{LOCAL, Socket};
+use crate::frame::{self, Came};
+use crate::link::{LOCAL, Socket, hears, wishes};
 use serde::Deserialize;
 use serde_json::{Value, json};
 use std::io::{self, BufRead, Write};
@@ -63,10 +63,15 @@ pub fn serve(interface: &str, bus: Bus) -> io::Result<Server> {
 /// Who is on the line.
 struct Line {
     socket: OwnedFd,
-    ends: Vec<Address>,
+    ends: Vec<End>,
     /// The time of the controller, and when it was told.
     told: Option<(i64, Instant)>,
     gone_on: Instant,
+}
+
+struct End {
+    at: Address,
+    heard: Vec<(u16, u16)>,
 }
 
 #[derive(Clone, Copy)]
@@ -87,7 +92,7 @@ impl Line {
     }
 
     fn answer(mut self, bus: &Mutex<Bus>, stop: &AtomicBool) {
-        let mut bytes = [0; FRAME_LEN + 1];
+        let mut bytes = [0; 64];
         while !stop.load(Ordering::Relaxed) {
             let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
             // SAFETY: one entry, ours for the call.
@@ -107,8 +112,9 @@ impl Line {
 
     /// Does what a datagram asks for: a frame, or a time up to which all is to be answered.
     fn heed(&mut self, bus: &mut Bus, bytes: &[u8], from: &Address) {
-        if !self.ends.contains(from) {
-            self.ends.push(*from);
+        if let Some(heard) = wishes(bytes) {
+            self.ends.push(End { at: *from, heard });
+            return;
         }
         match (<[u8; 8]>::try_from(bytes), frame::read(bytes)) {
             (Ok(time), _) => {
@@ -134,7 +140,9 @@ impl Line {
             let ends = std::mem::take(&mut self.ends);
             let put = |end: &Address| if asker == Some(end) { self.put_surely(&bytes, end) } else { self.put(&bytes, end) };
             let is_there = |put: &io::Result<()>| put.as_ref().err().is_none_or(|error| error.kind() == io::ErrorKind::WouldBlock);
-            let there: Vec<Address> = ends.into_iter().filter(|end| is_there(&put(end))).collect();
+            let is_for = |end: &End| !matches!(frame::read(&bytes), Came::Frame(frame) if !hears(&end.heard, frame.id));
+            // One that does not hear it is not asked whether it is there; the next that it hears tells.
+            let there: Vec<End> = ends.into_iter().filter(|end| !is_for(end) || is_there(&put(&end.at))).collect();
             self.ends = there;
         }
     }

@@ -8,6 +8,11 @@ use std::time::Duration;
 /// What begins the name of a local socket.
 pub const LOCAL: &str = "local:";
 
+/// Whether an end hears an identifier: each pair is one with the bits that count of it; none: it hears all.
+pub fn hears(heard: &[(u16, u16)], id: u16) -> bool {
+    heard.is_empty() || heard.iter().any(|(of, mask)| id & mask == of & mask)
+}
+
 /// One end of a bus.
 pub trait Link: Send {
     /// Sends a frame. It never waits and never allocates.

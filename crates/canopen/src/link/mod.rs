@@ -5,8 +5,8 @@ mod end;
 mod socket;
 mod within;
 
-pub use end::{LOCAL, Link};
-pub use socket::Socket;
+pub use end::{LOCAL, Link, hears};
+pub use socket::{Socket, wishes};
 pub use within::{Shared, publish};
 
 use crate::emulator::{Bus, DriveOptions};

@@ -40,8 +40,7 @@ impl Socket {
                 let (to, len) = local_address(local);
                 // SAFETY: the address is of that length, and the descriptor is ours.
                 check(unsafe { libc::connect(end.socket.as_raw_fd(), (&raw const to).cast(), len) })?;
-                // The bus learns that this end is there.
-                end.put(&0i64.to_ne_bytes()[..1])?;
+                end.put(&wish(heard))?;
                 Ok(end)
             }
         }
@@ -214,6 +213,19 @@ impl Link for Socket {
 
 fn check(returned: i32) -> io::Result<i32> {
     if returned < 0 { Err(io::Error::last_os_error()) } else { Ok(returned) }
+}
+
+/// What tells an emulated bus that an end is there, and what it hears: never as long as a frame or a time.
+fn wish(heard: &[(u16, u16)]) -> Vec<u8> {
+    let pairs = heard.iter().flat_map(|(id, mask)| [id.to_ne_bytes(), mask.to_ne_bytes()].concat());
+    [0].into_iter().chain(pairs).collect()
+}
+
+/// What an end that is new hears; none: this is no such message.
+pub fn wishes(bytes: &[u8]) -> Option<Vec<(u16, u16)>> {
+    let (pairs, rest) = bytes.get(1..)?.as_chunks::<4>();
+    let heard = pairs.iter().map(|[a, b, c, d]| (u16::from_ne_bytes([*a, *b]), u16::from_ne_bytes([*c, *d])));
+    (bytes[0] == 0 && rest.is_empty()).then(|| heard.collect())
 }
 
 /// A name that no file has; it is gone with its socket.

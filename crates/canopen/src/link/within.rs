@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An end of an emulated bus of this process: what is sent is answered in the same call, and time is the exchange's.
-use super::end::Link;
+use super::end::{Link, hears};
 use crate::emulator::Bus;
 use crate::frame::{self, Came, FRAME_LEN, Frame};
 use std::collections::VecDeque;
@@ -85,7 +85,7 @@ impl Inner {
 impl End {
     fn hears(&self, bytes: &[u8; FRAME_LEN]) -> bool {
         match frame::read(bytes) {
-            Came::Frame(frame) => self.heard.is_empty() || self.heard.iter().any(|(id, mask)| frame.id & mask == id & mask),
+            Came::Frame(frame) => hears(&self.heard, frame.id),
             Came::Report { .. } | Came::Strange => true,
         }
     }
