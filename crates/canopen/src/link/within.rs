@@ -6,7 +6,9 @@ use crate::frame::{self, Came, FRAME_LEN, Frame};
 use std::collections::VecDeque;
 use std::io;
 use std::os::fd::OwnedFd;
-use std::os::unix::net::UnixDatagram;
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::net::{SocketAddr, UnixDatagram};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
@@ -20,8 +22,8 @@ pub struct Shared {
 
 struct Inner {
     bus: Bus,
-    /// Through which others send frames: their end and ours.
-    outside: Option<(UnixDatagram, UnixDatagram)>,
+    /// Through which others send frames: it is its own other end, so that a duplicate can be written to when this process is gone.
+    outside: Option<UnixDatagram>,
     now_ns: Option<i64>,
     ends: Vec<(u64, End)>,
     next: u64,
@@ -54,7 +56,7 @@ impl Inner {
     /// What was sent from outside.
     fn admit(&mut self) {
         let mut bytes = [0; FRAME_LEN];
-        while let Some(len) = self.outside.as_ref().and_then(|(_, ours)| ours.recv(&mut bytes).ok()) {
+        while let Some(len) = self.outside.as_ref().and_then(|outside| outside.recv(&mut bytes).ok()) {
             if let Came::Frame(frame) = frame::read(&bytes[..len]) {
                 self.bus.take(&frame);
             }
@@ -63,12 +65,16 @@ impl Inner {
 
     fn way_in(&mut self) -> io::Result<OwnedFd> {
         if self.outside.is_none() {
-            let (theirs, ours) = UnixDatagram::pair()?;
-            ours.set_nonblocking(true)?;
-            self.outside = Some((theirs, ours));
+            static NEXT: AtomicU64 = AtomicU64::new(0);
+            let name = format!("opengpac-canopen-within-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+            let own = SocketAddr::from_abstract_name(name)?;
+            let outside = UnixDatagram::bind_addr(&own)?;
+            outside.connect_addr(&own)?;
+            outside.set_nonblocking(true)?;
+            self.outside = Some(outside);
         }
-        let (theirs, _) = self.outside.as_ref().ok_or(io::ErrorKind::NotConnected)?;
-        Ok(theirs.try_clone()?.into())
+        let outside = self.outside.as_ref().ok_or(io::ErrorKind::NotConnected)?;
+        Ok(outside.try_clone()?.into())
     }
 
     fn deliver(&mut self) {
