@@ -23,6 +23,11 @@ def two_counters(rig: Rig, commands: list[gpac.Command], **changes: object) -> g
     return gpac.Verb("two", **definition)  # type: ignore[arg-type]
 
 
+def counted(rig: Rig, counter: gpac.SVV, limit: int) -> bool:
+    """Whether a counter came to its limit and was stopped then: in real time it counts on until the supervisor has answered."""
+    return counter.value == limit if rig.cell.virtual else counter.value >= limit
+
+
 def test_r058_a_process_is_a_set_of_block_instances(rig: Rig) -> None:
     a, b = rig.svvs("a", "b")
     two_counters(rig, [activate("a", every="1 ms"), activate("b", every="1 ms")]).on(rig.fast).asynch(a, b)
@@ -140,8 +145,8 @@ def test_r064_a_process_installs_executes_and_waits(rig: Rig) -> None:
         [install("a", "b"), execute("a"), activate("b", every="1 ms"), wait("b.enough"), deactivate("b")],
         input_parameters={"limit": "b.enough"},
     )
-    report = verb.on(rig.fast)(a, b, limit=5, time_limit="1 s")
-    assert report.condition == "completed" and (a.value, b.value) == (0, 5)
+    report = verb.on(rig.fast)(a, b, limit=5, time_limit="60 s")
+    assert report.condition == "completed" and a.value == 0 and counted(rig, b, 5)
 
 
 def test_r065_install_gives_fresh_state(rig: Rig) -> None:
@@ -183,21 +188,23 @@ def test_r068_wait_ends_on_a_condition_or_when_nothing_is_active(rig: Rig) -> No
         [activate("a", every="1 ms"), wait("a.enough"), deactivate("a"), wait(), execute("b")],
         input_parameters={"limit": "a.enough"},
     )
-    report = verb.on(rig.fast)(a, b, limit=3, time_limit="1 s")
-    assert report.condition == "completed" and (a.value, b.value) == (3, 0)
+    report = verb.on(rig.fast)(a, b, limit=3, time_limit="60 s")
+    assert report.condition == "completed" and b.value == 0 and counted(rig, a, 3)
 
 
 def test_r068_wait_for_a_time(rig: Rig) -> None:
     a, b = rig.svvs("a", "b")
     report = two_counters(rig, [activate("a", every="1 ms"), wait("10 ms"), deactivate("a")]).on(rig.fast)(a, b)
-    assert report.condition == "completed" and 9 <= a.value <= 10
+    assert report.condition == "completed" and report.time >= 0.01
+    assert 9 <= a.value <= 10 or not rig.cell.virtual
 
 
 def test_r069_a_time_limit_is_a_condition(rig: Rig) -> None:
     (a,) = rig.svvs("a")
     with pytest.raises(gpac.Terminated) as caught:
         rig.counting().on(rig.fast)(a, time_limit="20 ms")
-    assert caught.value.condition == "time_limit" and 0.019 <= caught.value.time <= 0.021
+    assert caught.value.condition == "time_limit" and caught.value.time >= 0.019
+    assert caught.value.time <= 0.021 or not rig.cell.virtual
 
 
 def test_r070_commands_take_block_instances(rig: Rig) -> None:

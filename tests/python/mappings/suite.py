@@ -25,9 +25,6 @@ VIRTUAL_ONLY: dict[str, str] = {}
 _COUNTS = "counts firings until the supervisor has answered"
 _FAILS_BY_TIME = "its device fails at a time that is sooner than a busy machine has enabled it there"
 _ELSEWHERE = {
-    "test_r064_a_process_installs_executes_and_waits": _COUNTS,
-    "test_r068_wait_ends_on_a_condition_or_when_nothing_is_active": _COUNTS,
-    "test_r068_wait_for_a_time": _COUNTS,
     "test_r117_a_device_whose_verb_ends_is_lost_to_its_users": _FAILS_BY_TIME,
     "test_r118_parts_stay_where_they_were_placed": _COUNTS,
     "test_r118_redefining_a_part_leaves_the_composed_verb_as_it_was": _COUNTS,

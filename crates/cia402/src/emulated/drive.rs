@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An emulated drive: the state machine and modes of CiA 402, and a motor that follows.
+use super::homing::{Limits, Search};
 use super::objects::{Access, Handle, Objects};
 use crate::{self as cia402, DriveState, Mode};
 
@@ -23,8 +24,10 @@ pub struct Drive {
     position: f64,
     velocity: f64,
     had_reset: bool,
-    was_homing: bool,
-    homed: bool,
+    search: Search,
+    limits: Limits,
+    /// What is added to a place of the machine to make it a position, counts.
+    origin: f64,
 }
 
 struct Handles {
@@ -40,7 +43,6 @@ struct Handles {
     velocity: Handle,
     torque: Handle,
     window: Handle,
-    home_offset: Handle,
 }
 
 impl Drive {
@@ -61,14 +63,17 @@ impl Drive {
             velocity: word(0x606C, Measured, 4, 0),
             torque: word(0x6077, Measured, 2, 0),
             window: word(0x6065, Written, 4, 20_000),
-            home_offset: word(0x607C, Written, 4, 0),
         };
-        word(0x6098, Written, 1, 35);
         objects.add(0x60C2, 0, Access::Constant, &[2]);
         objects.add(0x60C2, 1, Access::Written, &[1]);
         objects.add(0x60C2, 2, Access::Written, &[0xFD]);
         let position = f64::from(position);
-        Drive { at, state: DriveState::SwitchOnDisabled, position, velocity: 0.0, had_reset: false, was_homing: false, homed: false }
+        Drive { at, state: DriveState::SwitchOnDisabled, position, velocity: 0.0, had_reset: false, search: Search::new(objects), limits: None, origin: 0.0 }
+    }
+
+    /// The switches at the ends of its machine, counts of the position at which it was made.
+    pub fn set_limits(&mut self, limits: Limits) {
+        self.limits = limits;
     }
 
     /// Goes on by a time, with the commands that are in the objects, and stores what it measures.
@@ -77,7 +82,9 @@ impl Drive {
         self.change_state(control, objects);
         let mode = Mode::of(objects.number(self.at.mode) as i8);
         let target = objects.number(self.at.target_position) as f64;
-        self.homed &= mode == Some(Mode::Homing);
+        if mode != Some(Mode::Homing) {
+            self.search.leave();
+        }
         if self.state == DriveState::OperationEnabled {
             self.move_by_mode(mode, target, objects, control, span_s);
         } else {
@@ -88,9 +95,11 @@ impl Drive {
                 self.state = DriveState::SwitchOnDisabled;
             }
         }
-        let follows = self.state == DriveState::OperationEnabled && mode != Some(Mode::Homing) || self.homed;
+        let is_home = self.search.is_home();
+        let follows = self.state == DriveState::OperationEnabled && mode != Some(Mode::Homing) || is_home;
         // Remote always; voltage is there but under a fault.
-        let status = self.state.status() | 1 << 9 | u16::from(follows) << 12 | u16::from(self.homed) << 10;
+        let homing = u16::from(is_home) << 10 | u16::from(self.search.has_failed()) << 13;
+        let status = self.state.status() | 1 << 9 | u16::from(follows) << 12 | homing;
         let at = &self.at;
         let mode_shown = objects.number(at.mode);
         let torque = if mode == Some(Mode::Torque) && self.state == DriveState::OperationEnabled { objects.number(at.target_torque) } else { 0 };
@@ -120,13 +129,12 @@ impl Drive {
                 self.velocity += (torque * ACCELERATION - FRICTION * self.velocity) * span_s;
             }
             Some(Mode::Homing) => {
-                let starts = control & 0x10 != 0;
-                if starts && !self.was_homing {
-                    self.position = objects.number(self.at.home_offset) as f64;
-                    self.homed = true;
+                let moved = self.search.step(objects, control & 0x10 != 0, self.position - self.origin, self.limits, span_s);
+                self.velocity = moved.velocity;
+                if let Some(position) = moved.position {
+                    let place = self.position + self.velocity * span_s - self.origin;
+                    (self.position, self.velocity, self.origin) = (position, 0.0, position - place);
                 }
-                self.was_homing = starts;
-                self.velocity = 0.0;
             }
             None => self.velocity = 0.0,
         }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An axis: what a drive by CiA 402 is told in each cycle, and what its answers say.
+use super::homing::Scale;
 use super::options::{AxisOptions, Commanded, PdosFrom, Unit};
-use crate::cia402::{self, DriveState, error_name};
 use crate::coe::Entry;
 use crate::main_device::{Field, Mapping, Pdos, Sync0};
+use cia402::{DriveState, Homing, HomingStep, Mode, error_name};
 use device::{Channel, Layout, Number, Slot, Type};
 
 /// An axis, and what it is doing.
@@ -29,6 +30,20 @@ pub(super) struct Axis {
     /// It is stopped until nobody engages it any more.
     is_stopped: bool,
     resets: bool,
+    status: u16,
+    mode_shown: i8,
+    homing: Option<Homing>,
+    homed: Homed,
+}
+
+/// How an axis has come home, as its channel shows it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Homed {
+    #[default]
+    No = 0,
+    GoingOn = 1,
+    Yes = 2,
+    Failed = 3,
 }
 
 struct Slots {
@@ -38,6 +53,7 @@ struct Slots {
     bias: Option<Slot>,
     status: Slot,
     error: Slot,
+    homing: Slot,
     command: Slot,
 }
 
@@ -52,6 +68,7 @@ struct Fields {
     velocity: Option<usize>,
     torque: Option<usize>,
     error: Option<usize>,
+    mode_shown: Option<usize>,
 }
 
 /// Synchronised by SYNC0: a type of synchronisation.
@@ -59,7 +76,7 @@ const DC_SYNC0: u16 = 2;
 /// No axis is faster, in whatever it is counted: what is multiplied by a time stays a number.
 const SPEED_MAX: f64 = 1e15;
 const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];
-const INPUTS: [u32; 5] = [0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010, 0x603F_0010];
+const INPUTS: [u32; 6] = [0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010, 0x603F_0010, 0x6061_0008];
 
 impl Axis {
     pub fn new(options: &AxisOptions, index: usize, layout: &mut Layout) -> Axis {
@@ -81,7 +98,16 @@ impl Axis {
             is_wanted: false,
             is_stopped: false,
             resets: false,
+            status: 0,
+            mode_shown: 0,
+            homing: None,
+            homed: Homed::No,
         }
+    }
+
+    /// What its positions are in counts.
+    pub fn scale(&self) -> Scale {
+        Scale { counts: self.counts, offset: self.offset }
     }
 
     /// Which objects its drive is to exchange.
@@ -138,6 +164,7 @@ impl Axis {
             velocity: input(0x606C, 32),
             torque: input(0x6077, 16),
             error: input(0x603F, 16),
+            mode_shown: input(0x6061, 8),
         };
         Ok(())
     }
@@ -157,11 +184,14 @@ impl Axis {
         }
         slots.status.of_mut(readings).copy_from_slice(&process[fields.status..fields.status + 2]);
         slots.error.of_mut(readings).copy_from_slice(&self.error.to_ne_bytes());
+        slots.homing.of_mut(readings)[0] = self.homed as u8;
     }
 
     /// Takes what its drive answered.
     pub fn look(&mut self, process: &[u8]) {
-        self.state = DriveState::of(i16_at(process, self.fields.status) as u16);
+        self.status = i16_at(process, self.fields.status) as u16;
+        self.state = DriveState::of(self.status);
+        self.mode_shown = self.fields.mode_shown.map_or(0, |at| process[at] as i8);
         self.position = f64::from(i32_at(process, self.fields.position));
         self.error = self.fields.error.map_or(0, |at| i16_at(process, at) as u16);
     }
@@ -181,13 +211,40 @@ impl Axis {
         self.resets = true;
     }
 
+    /// Begins to look for its home. Nobody has it engaged.
+    pub fn home(&mut self) {
+        self.is_wanted = false;
+        (self.homing, self.homed) = (Some(Homing::default()), Homed::GoingOn);
+    }
+
+    /// Whether its drive exchanges what homing needs.
+    pub fn can_home(&self) -> bool {
+        self.fields.mode.is_some() && self.fields.mode_shown.is_some()
+    }
+
+    pub fn homed(&self) -> Homed {
+        self.homed
+    }
+
+    /// Ends a search for its home.
+    pub fn leave_homing(&mut self) {
+        if self.homing.take().is_some() {
+            self.homed = Homed::Failed;
+        }
+    }
+
     /// Comes to rest, until nobody engages it any more.
     pub fn stop(&mut self) {
+        self.leave_homing();
         (self.is_wanted, self.is_stopped) = (false, true);
     }
 
     /// Tells its drive what to do until the next cycle, which comes after `span_s`.
     pub fn write(&mut self, commands: &[u8], is_engaged: bool, span_s: f64, process: &mut [u8]) {
+        if is_engaged && self.homing.is_some() {
+            // Whoever engages it expects that it follows.
+            self.stop();
+        }
         self.is_stopped &= is_engaged;
         let is_torque = self.commanded == Commanded::Torque;
         self.is_wanted = !self.is_stopped && (is_engaged || self.is_wanted && !is_torque);
@@ -210,7 +267,7 @@ impl Axis {
         let fields = &self.fields;
         put(process, fields.control, &control.to_le_bytes());
         if let Some(mode) = fields.mode {
-            process[mode] = self.commanded.mode() as u8;
+            process[mode] = if self.homing.is_some() { Mode::Homing } else { self.commanded.mode() } as u8;
         }
         match self.commanded {
             Commanded::Torque => put(process, fields.target, &(target.round() as i16).to_le_bytes()),
@@ -221,6 +278,14 @@ impl Axis {
     fn control(&mut self) -> u16 {
         if std::mem::take(&mut self.resets) && self.is_faulty() {
             return cia402::RESET;
+        }
+        if let Some(homing) = &mut self.homing {
+            match homing.step(self.status, self.mode_shown) {
+                HomingStep::Tell(control) => return control,
+                HomingStep::Attained => self.homed = Homed::Yes,
+                HomingStep::Failed => self.homed = Homed::Failed,
+            }
+            self.homing = None;
         }
         match (self.is_stopped, self.is_wanted) {
             (true, _) if self.state == DriveState::OperationEnabled || self.state == DriveState::QuickStopActive => cia402::QUICK_STOP,
@@ -262,13 +327,14 @@ impl Slots {
         let bias = (options.mode == Commanded::Torque).then(|| read("bias", Type::DOUBLE, force, "effort that holds it: not known, 0"));
         let status = read("status", Type::of(Number::Uint16), "", "status word of the drive");
         let error = read("error", Type::of(Number::Uint16), "", "error code of the drive; 0 where it has none");
+        let homing = read("homing", Type::of(Number::Uint8), "", "0 not yet, 1 on the way home, 2 home, 3 home was not found");
         let write = |what: &str, unit: &str, doc: &str| Channel::write(format!("{name}.{what}"), Type::DOUBLE).unit(unit).doc(doc);
         let command = match options.mode {
             Commanded::Position => write("goal", unit, "where it is to be; NaN: it stays").safe(f64::NAN.to_ne_bytes().to_vec()),
             Commanded::Velocity => write("rate", speed, "how fast it is to move"),
             Commanded::Torque => write("effort", force, "torque that it is to make"),
         };
-        Slots { position, velocity, torque, bias, status, error, command: layout.add(command) }
+        Slots { position, velocity, torque, bias, status, error, homing, command: layout.add(command) }
     }
 }
 

@@ -4,6 +4,7 @@ mod axis;
 mod counters;
 mod declaration;
 mod device;
+mod homing;
 mod options;
 mod services;
 

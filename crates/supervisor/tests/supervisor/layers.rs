@@ -37,7 +37,10 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("bindings", &["opengpac", "canopen", "ethercat", "device", "model", "guard", "drivers", "supervisor", "api", "places", "control", "recorder", "replay"]),
     ("c-package", &["api"]),
     ("simulator", &["opengpac", "device", "model", "interconnect", "kernel", "runtime", "guard", "drivers", "api", "supervisor", "control"]),
-    ("fuzz-targets", &["opengpac", "model", "mcap", "interconnect", "kernel", "runtime", "modules", "library", "rtp", "control", "api", "supervisor"]),
+    (
+        "fuzz-targets",
+        &["ethercat", "opengpac", "model", "mcap", "interconnect", "kernel", "runtime", "modules", "library", "rtp", "control", "api", "supervisor"],
+    ),
 ];
 
 /// What some crates must not know of the world.
