@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An emulated drive, which an emulated bus puts on its line.
+mod brake;
 mod drive;
 mod homing;
 mod objects;

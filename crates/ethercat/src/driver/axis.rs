@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An axis: what a drive by CiA 402 is told in each cycle, and what its answers say.
+use super::brake::Brake;
 use super::homing::Scale;
 use super::options::{AxisOptions, Commanded, PdosFrom, Unit};
 use crate::coe::Entry;
@@ -34,6 +35,7 @@ pub(super) struct Axis {
     mode_shown: i8,
     homing: Option<Homing>,
     homed: Homed,
+    brake: Option<Brake>,
 }
 
 /// How an axis has come home, as its channel shows it.
@@ -69,10 +71,13 @@ struct Fields {
     torque: Option<usize>,
     error: Option<usize>,
     mode_shown: Option<usize>,
+    brake: Option<usize>,
 }
 
 /// Synchronised by SYNC0: a type of synchronisation.
 const DC_SYNC0: u16 = 2;
+/// An option of the quick stop: down the ramp, and then the motor holds.
+const STAYS_IN_QUICK_STOP: i16 = 6;
 /// No axis is faster, in whatever it is counted: what is multiplied by a time stays a number.
 const SPEED_MAX: f64 = 1e15;
 const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];
@@ -102,6 +107,7 @@ impl Axis {
             mode_shown: 0,
             homing: None,
             homed: Homed::No,
+            brake: options.brake.map(Brake::new),
         }
     }
 
@@ -113,7 +119,10 @@ impl Axis {
     /// Which objects its drive is to exchange.
     pub fn pdos(&self) -> Pdos {
         match self.pdos {
-            PdosFrom::Written => Pdos::Written(OUTPUTS.to_vec(), INPUTS.to_vec()),
+            PdosFrom::Written => {
+                let brake = self.brake.map(|brake| u32::from(brake.object().index) << 16 | u32::from(brake.object().sub) << 8 | 32);
+                Pdos::Written(OUTPUTS.into_iter().chain(brake).collect(), INPUTS.to_vec())
+            }
             PdosFrom::Device => Pdos::Device,
         }
     }
@@ -121,6 +130,10 @@ impl Axis {
     /// What is written to its drive in PREOP: entry, value, and whether it may be missing.
     pub fn settings(&self, sync0: Option<Sync0>) -> Vec<(Entry, Vec<u8>, bool)> {
         let mut settings = vec![(Entry { index: 0x6060, sub: 0 }, vec![self.commanded.mode() as u8], false)];
+        if let Some(brake) = self.brake {
+            settings.extend(brake.settings());
+            settings.push((Entry { index: 0x605A, sub: 0 }, STAYS_IN_QUICK_STOP.to_le_bytes().to_vec(), true));
+        }
         if let Some(sync0) = sync0 {
             // Outputs are taken and inputs given with SYNC0; and how often targets come, as a number and a power of ten.
             let (count, power) = if sync0.cycle_ns % 1_000_000 == 0 { (sync0.cycle_ns / 1_000_000, -3i8) } else { (sync0.cycle_ns / 10_000, -5) };
@@ -141,12 +154,13 @@ impl Axis {
     /// For people: one that it needs is not exchanged.
     pub fn map(&mut self, mapping: &Mapping, outputs_at: usize, inputs_at: usize) -> Result<(), String> {
         let name = self.name.clone();
-        let find = |fields: &[Field], start: usize, index: u16, bits: usize| {
-            let field = fields.iter().find(|field| field.of == Entry { index, sub: 0 } && field.bits == bits && field.at % 8 == 0);
+        let find = |fields: &[Field], start: usize, entry: Entry, bits: usize| {
+            let field = fields.iter().find(|field| field.of == entry && field.bits == bits && field.at % 8 == 0);
             field.map(|field| start + field.at / 8)
         };
-        let output = |index, bits| find(&mapping.outputs, outputs_at, index, bits);
-        let input = |index, bits| find(&mapping.inputs, inputs_at, index, bits);
+        let output = |index, bits| find(&mapping.outputs, outputs_at, Entry { index, sub: 0 }, bits);
+        let input = |index, bits| find(&mapping.inputs, inputs_at, Entry { index, sub: 0 }, bits);
+        let brake = self.brake.map(|brake| (find(&mapping.outputs, outputs_at, brake.object(), 32), brake.object().index));
         let needed = |at: Option<usize>, index: u16| {
             at.ok_or_else(|| format!("axis '{name}': its drive does not exchange object {index:#06x}; let the driver write the PDOs"))
         };
@@ -165,6 +179,7 @@ impl Axis {
             torque: input(0x6077, 16),
             error: input(0x603F, 16),
             mode_shown: input(0x6061, 8),
+            brake: brake.map(|(at, index)| needed(at, index)).transpose()?,
         };
         Ok(())
     }
@@ -236,6 +251,9 @@ impl Axis {
     /// Comes to rest, until nobody engages it any more.
     pub fn stop(&mut self) {
         self.leave_homing();
+        if let Some(brake) = &mut self.brake {
+            brake.tell(false, 0.0);
+        }
         (self.is_wanted, self.is_stopped) = (false, true);
     }
 
@@ -249,7 +267,12 @@ impl Axis {
         let is_torque = self.commanded == Commanded::Torque;
         self.is_wanted = !self.is_stopped && (is_engaged || self.is_wanted && !is_torque);
         let command = self.slots.command.double(commands, 0);
-        let is_moving = is_engaged && command.is_finite() && self.state == DriveState::OperationEnabled && self.is_wanted;
+        let is_held = self.state == DriveState::OperationEnabled && (self.is_wanted || self.homing.is_some());
+        if let Some(brake) = &mut self.brake {
+            brake.tell(is_held, span_s);
+        }
+        let is_open = self.brake.is_none_or(|brake| brake.is_open());
+        let is_moving = is_engaged && command.is_finite() && is_held && is_open;
         let target = self.target(is_moving.then_some(command), span_s);
         let control = self.control();
         self.tell(control, target, process);
@@ -269,6 +292,9 @@ impl Axis {
         if let Some(mode) = fields.mode {
             process[mode] = if self.homing.is_some() { Mode::Homing } else { self.commanded.mode() } as u8;
         }
+        if let (Some(at), Some(brake)) = (fields.brake, &self.brake) {
+            put(process, at, &brake.word().to_le_bytes());
+        }
         match self.commanded {
             Commanded::Torque => put(process, fields.target, &(target.round() as i16).to_le_bytes()),
             Commanded::Position | Commanded::Velocity => put(process, fields.target, &(target.round() as i32).to_le_bytes()),
@@ -279,6 +305,10 @@ impl Axis {
         if std::mem::take(&mut self.resets) && self.is_faulty() {
             return cia402::RESET;
         }
+        let (is_open, is_closed) = self.brake.map_or((true, true), |brake| (brake.is_open(), brake.is_closed()));
+        if self.homing.is_some() && self.state == DriveState::OperationEnabled && !is_open {
+            return cia402::ENABLE;
+        }
         if let Some(homing) = &mut self.homing {
             match homing.step(self.status, self.mode_shown) {
                 HomingStep::Tell(control) => return control,
@@ -288,11 +318,18 @@ impl Axis {
             self.homing = None;
         }
         match (self.is_stopped, self.is_wanted) {
-            (true, _) if self.state == DriveState::OperationEnabled || self.state == DriveState::QuickStopActive => cia402::QUICK_STOP,
+            (true, _) if self.is_powered() && (self.brake.is_none() || !is_closed) => cia402::QUICK_STOP,
+            // The motor holds the axis until its brake has closed.
+            (false, _) if self.state == DriveState::QuickStopActive && !is_closed => cia402::QUICK_STOP,
+            (false, false) if self.state == DriveState::OperationEnabled && !is_closed => cia402::ENABLE,
             (true, _) => cia402::DISABLE_VOLTAGE,
             (false, true) => self.state.towards_operation(),
             (false, false) => cia402::DISABLE_VOLTAGE,
         }
+    }
+
+    fn is_powered(&self) -> bool {
+        matches!(self.state, DriveState::OperationEnabled | DriveState::QuickStopActive)
     }
 
     /// What its drive is told, in its own units: never further than its greatest speed leads in the time.

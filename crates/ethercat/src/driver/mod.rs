@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver `ethercat`: drives of a segment as axes.
 mod axis;
+mod brake;
 mod counters;
 mod declaration;
 mod device;

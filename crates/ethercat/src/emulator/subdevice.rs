@@ -67,6 +67,7 @@ impl Subdevice {
         identify(&mut objects, &options.name, serial);
         let mut drive = Drive::new(&mut objects, options.position);
         drive.set_limits(options.limits);
+        drive.set_load(options.falls);
         map(&mut objects);
         Subdevice {
             options: options.clone(),
