@@ -94,6 +94,10 @@ def run_ethercat_segment() -> str | None:
     """An emulated segment of EtherCAT: returns when its input ends, or with the reason why it could not answer.
     `processes.command("run_ethercat_segment")` starts it; `gpac.drivers.fake.ethercat` talks to it."""
 
+def run_canopen_bus() -> str | None:
+    """An emulated bus of CANopen: returns when its input ends, or with the reason why it could not answer.
+    `processes.command("run_canopen_bus")` starts it; `gpac.drivers.fake.canopen` talks to it."""
+
 def try_driver(kind: str, options_json: str) -> str | None:
     """Tries the files that the options of a driver name, in a process of its own; what is wrong with them, None where nothing is."""
 

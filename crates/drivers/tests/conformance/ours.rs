@@ -92,6 +92,12 @@ fn text() {
 }
 
 #[test]
+fn canopen() {
+    let axes = json!([{ "name": "x", "node": 5, "counts": 1000, "speed_max": 5 }, { "name": "y", "node": 6, "counts": 1000, "mode": "velocity" }]);
+    passes("canopen", &json!({ "interface": "emulated", "axes": axes }));
+}
+
+#[test]
 fn ethercat() {
     use ethercat::emulator::{DriveOptions, Segment, serve};
     let interface = format!("local:conformance-{}", std::process::id());
