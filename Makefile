@@ -69,7 +69,7 @@ $(VENV)/ready: $(VENV)/builds
 	touch $@
 
 $(VENV)/tests: $(VENV)/ready Makefile
-	$(PIP) pytest pytest-xdist hypothesis scipy ipython ipykernel nbclient mcap openapi-spec-validator==0.7.1 pysoem==1.1.13 ur_rtde==1.6.5 pymodbus==3.16.1 pyserial==3.5 rustypot==1.13.1 feetech-servo-sdk==1.0.0 dynamixel-sdk==4.1.0 pyright ruff
+	$(PIP) pytest pytest-xdist hypothesis scipy ipython ipykernel nbclient mcap openapi-spec-validator==0.7.1 pysoem==1.1.13 ur_rtde==1.6.5 pymodbus==3.16.1 canopen==2.4.1 python-can==4.6.1 pyserial==3.5 rustypot==1.13.1 feetech-servo-sdk==1.0.0 dynamixel-sdk==4.1.0 pyright ruff
 	touch $@
 
 $(RELEASE): $(RUST) pyproject.toml $(VENV)/builds
@@ -181,6 +181,7 @@ faults: setup-hosts $(VENV)/tests
 	OPENGPAC_UR_SEEDS=100 $(BIN)/python -m pytest -q tests/python/drivers/test_ur.py -k no_order_of_events
 	$(BIN)/python tests/faults/ur_peer.py
 	$(BIN)/python tests/faults/ur_kills.py
+	$(BIN)/python tests/faults/driver_kills.py
 	$(BIN)/python tests/faults/peers.py
 	$(BIN)/python tests/faults/shift.py
 	$(BIN)/python tests/faults/sixteen.py

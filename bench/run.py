@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import lines
 import open_bars
-from rows import hal, hosts, jitter, kernel, planned, processes, recording, remote, verbs, virtual_clock
+from rows import ethercat, hal, hosts, jitter, kernel, planned, processes, recording, remote, verbs, virtual_clock
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,7 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
     "recording": lambda options: recording.measure(options.rounds, options.quick),
     "remote": lambda options: remote.measure(options.rounds, options.quick),
     "hosts": lambda options: hosts.measure(options.rounds),
+    "ethercat": lambda options: ethercat.measure(options.rounds, options.quick),
     "virtual": lambda options: virtual_clock.measure(options.rounds),
 }
 

@@ -28,9 +28,14 @@ def load_drivers(file: str) -> str:
 def check_driver(kind: str, options_json: str) -> str | None:
     """Checks options against the declaration of a driver; what is wrong with them, None where nothing is."""
 
-def check_conformance(kind: str, options_json: str, command: list[str], exchanges: int, counting: str | None = None) -> str:
+def check_conformance(
+    kind: str, options_json: str, command: list[str], exchanges: int, counting: str | None = None, sanitizer: str | None = None
+) -> str:
     """Checks a driver: {"driver", "passed", "checks": [{"check", "sentence", "verdict", "why"}], "text"}. `command` is a process that
     calls `run_driver_check`, `counting` a shared object of `counting_text()`."""
+
+def sanitizer_in(folder: str) -> str | None:
+    """The real-time sanitizer for that process, made in a folder from that of Rust or clang; None: no compiler here has it."""
 
 def counting_text() -> str:
     """The source in C of what counts allocations in the process that a driver is checked in."""
@@ -88,6 +93,10 @@ def run_plant() -> str | None:
 def run_ethercat_segment() -> str | None:
     """An emulated segment of EtherCAT: returns when its input ends, or with the reason why it could not answer.
     `processes.command("run_ethercat_segment")` starts it; `gpac.drivers.fake.ethercat` talks to it."""
+
+def run_canopen_bus() -> str | None:
+    """An emulated bus of CANopen: returns when its input ends, or with the reason why it could not answer.
+    `processes.command("run_canopen_bus")` starts it; `gpac.drivers.fake.canopen` talks to it."""
 
 def try_driver(kind: str, options_json: str) -> str | None:
     """Tries the files that the options of a driver name, in a process of its own; what is wrong with them, None where nothing is."""

@@ -104,7 +104,7 @@ def _parser() -> argparse.ArgumentParser:
     block.set_defaults(run=_new_block)
     machine = new.add_parser("driver", help="a driver of a machine")
     machine.add_argument("name")
-    machine.add_argument("--in", dest="language", choices=["c"], default="c", help="the language (c)")
+    machine.add_argument("--in", dest="language", choices=["c", "rust"], default="c", help="the language (c)")
     machine.set_defaults(run=_new_driver)
     conformance.add_to(commands)
     blocks = commands.add_parser("blocks", help="the component data base")
@@ -215,23 +215,43 @@ def _new_block(given: argparse.Namespace) -> int:
 
 
 def _new_driver(given: argparse.Namespace) -> int:
+    if given.language == "rust":
+        return _new_crate(given.name)
     file = _begun(given.name, "a driver", beginning.C)
     if file is not None:
         print(f"{file}: edit it, then opengpac driver check {file}, and gpac.drivers.load('{file}') in a program")
     return 0 if file else 1
 
 
+def _new_crate(name: str) -> int:
+    folder = _free(name, "a driver", Path(name))
+    if folder is None:
+        return 1
+    for file, text in beginning.crate(name).items():
+        (folder / file).parent.mkdir(parents=True, exist_ok=True)
+        (folder / file).write_text(text)
+    library = folder / "target" / "release" / f"lib{name}.so"
+    print(f"{folder}/src/lib.rs: edit it, cargo build --release in {folder}, then opengpac driver check {library}, and load it")
+    return 0
+
+
 def _begun(name: str, what: str, text: str) -> Path | None:
     """A new file of that name in C; None where it was refused."""
+    file = _free(name, what, Path(f"{name}.c"))
+    if file is not None:
+        file.write_text(text.format(name=name))
+    return file
+
+
+def _free(name: str, what: str, path: Path) -> Path | None:
+    """The path, where the name is one and nothing is there; None where it was refused."""
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
         print(f"'{name}' is not a name of {what}: lower-case letters, digits and _", file=sys.stderr)
         return None
-    file = Path(f"{name}.c")
-    if file.exists():
-        print(f"there is a file '{file}' already", file=sys.stderr)
+    if path.exists():
+        print(f"there is a file '{path}' already", file=sys.stderr)
         return None
-    file.write_text(text.format(name=name))
-    return file
+    return path
 
 
 def _blocks(given: argparse.Namespace) -> int:

@@ -77,6 +77,11 @@ test("a graph is drawn, a wire refused and mended, installed, and its output see
   await page.getByText("drawn.output").locator("visible=true").first().waitFor();
   await page.waitForFunction(() => /received\s*[1-9]/i.test(document.body.textContent ?? ""));
   await shoot(page, "drawn-in-the-scope");
+  // The trial is found again where it was left.
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await page.getByRole("button", { name: "Halt and remove drawn" }).click();
+  await page.getByRole("button", { name: "Install and start" }).waitFor();
   expect(errors).toEqual([]);
 });
 
@@ -103,6 +108,28 @@ test("Ctrl+Z takes back one change of the draft, wherever the focus is, and brin
   await page.getByLabel("Graph", { exact: true }).waitFor();
   expect(await page.getByLabel("Graph", { exact: true }).inputValue()).toBe("mine");
   await page.keyboard.press("Control+z");
+  expect(await page.getByLabel("Graph", { exact: true }).inputValue()).toBe("drawn");
+  expect(errors).toEqual([]);
+});
+
+test("a wire is drawn by the keyboard, to what the system says fits", { timeout: TIME }, async () => {
+  const { page, errors } = opened;
+  await goTo(page, "Data flow");
+  await page.getByRole("button", { name: "Edit", exact: true }).click();
+  await page.getByRole("button", { name: "New graph" }).click();
+  for (const component of ["signal_generator", "gain", "logic_not"])
+    await page.locator(`[data-component="library.${component}"]`).press("Enter");
+  await chosen(page, "signal_generator");
+  const wire = page.getByLabel("Wire signal_generator.y to");
+  await wire.focus();
+  await wire.locator("option", { hasText: "gain.u" }).waitFor({ state: "attached" });
+  expect(await wire.locator("option").allTextContents()).not.toContain("logic_not.u");
+  await wire.selectOption("gain.u");
+  await chosen(page, "gain");
+  await page.getByRole("button", { name: "Unwire gain.u" }).waitFor();
+  // Back to the draft that was there before.
+  await page.locator("h1").click();
+  for (let step = 0; step < 5; step += 1) await page.keyboard.press("Control+z");
   expect(await page.getByLabel("Graph", { exact: true }).inputValue()).toBe("drawn");
   expect(errors).toEqual([]);
 });

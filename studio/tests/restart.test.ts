@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A daemon that is killed and started again under a page that is open: nothing of the earlier run counts as present.
 import { type ChildProcess, execFileSync, spawn } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+import { mkdtempSync, rmSync, statSync } from "node:fs";
 import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
-import { BUILT, browse, goTo, type Opened, open, PYTHON, SURROUNDINGS, shoot } from "./running";
+import { axeFindings, BUILT, browse, goTo, type Opened, open, PYTHON, SURROUNDINGS, shoot } from "./running";
 
 let folder: string;
 let port: number;
@@ -20,7 +20,7 @@ let studio: Opened;
 function start(): Promise<ChildProcess> {
   const program = join(import.meta.dirname, "restarted.py");
   const address = ["--listen", `127.0.0.1:${port}`, "--tokens", join(folder, "tokens.json"), "--socket", join(folder, "cell.sock")];
-  const options = ["--audit", join(folder, "audit.jsonl"), "--page", BUILT];
+  const options = ["--audit", join(folder, "audit.jsonl"), "--page", BUILT, "--records", folder];
   const process_ = spawn(PYTHON, ["-m", "opengpac", "rts", ...address, ...options, program], { env: SURROUNDINGS });
   let text = "";
   return new Promise((listens, failed) => {
@@ -61,6 +61,30 @@ afterAll(async () => {
   await browser?.close();
   await killed(daemon);
   rmSync(folder, { recursive: true, force: true });
+});
+
+test("a recording is begun from the page, seen to grow, and stopped", async () => {
+  const { page, errors } = studio;
+  await goTo(page, "Recordings");
+  await page.getByLabel("File").fill("run.mcap");
+  await page.getByRole("button", { name: "Record", exact: true }).click();
+  const row = page.locator("tr").filter({ has: page.getByRole("rowheader", { name: "run.mcap" }) });
+  await row.getByText("records", { exact: true }).waitFor();
+  await row.getByRole("button", { name: "Stop" }).click();
+  await row.getByText("complete").waitFor();
+  expect(await row.locator("td.number").first().textContent()).toMatch(/[1-9].* (B|KiB|MiB)$/);
+  expect(statSync(join(folder, "run.mcap")).size).toBeGreaterThan(0);
+  // A name with a folder in it is refused: the words of the system stand beside the button.
+  await page.getByLabel("File").fill("no/such.mcap");
+  await page.getByRole("button", { name: "Record", exact: true }).click();
+  await page.getByText("a recording cannot be named").waitFor();
+  expect(await axeFindings(page)).toEqual([]);
+  for (const width of [1440, 800, 390]) {
+    await page.setViewportSize({ width, height: 900 });
+    await shoot(page, `recordings-${width}`);
+  }
+  await page.setViewportSize({ width: 1440, height: 900 });
+  expect(errors).toEqual([]);
 });
 
 test("what the log has of the earlier run says so, and the new run's entries come", async () => {

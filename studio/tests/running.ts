@@ -81,6 +81,7 @@ export const LOOKS: Look[] = [
   { width: 1440, height: 900, scheme: "dark" },
   { width: 800, height: 1000, scheme: "light" },
   { width: 800, height: 1000, scheme: "dark" },
+  { width: 390, height: 844, scheme: "light" },
 ];
 
 export async function open(browser: Browser, url: string, look: Look = LOOKS[0] as Look): Promise<Opened> {

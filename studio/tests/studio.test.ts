@@ -115,6 +115,9 @@ test("two that need the same joint: the second is refused, and the holder is nam
     .getByRole("link", { name: /^move_absolute/ })
     .click();
   const form = page.locator("form.start");
+  // What was written before is still there.
+  expect(await form.getByRole("group", { name: "speed" }).getByLabel("wrist_3").inputValue()).toBe("0.2");
+  await form.getByRole("button", { name: "Clear" }).click();
   await choose(page, ["shoulder_pan", "wrist_3"]);
   await form.getByRole("group", { name: "goal" }).getByLabel("shoulder_pan").fill("0");
   await form.getByRole("group", { name: "goal" }).getByLabel("wrist_3").fill("0");

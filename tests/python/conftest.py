@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import opengpac as gpac
+import user_mode_linux
 from mappings.mapping import MAPPINGS
 from opengpac import _native
 from rig import Rig
@@ -53,3 +54,10 @@ def memory_rig(built: dict[str, str]) -> Iterator[Rig]:
     """A small system on the memory interconnect only, where a test is not about connections."""
     with gpac.System("cell", clock="virtual", seed=1) as made:
         yield Rig(made, built)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Says what could not be tried on this machine, where nobody overlooks it."""
+    if missing := user_mode_linux.missing():
+        terminalreporter.section("not tried")
+        terminalreporter.line(f"CANopen beside the package canopen, on a virtual bus: {missing}")

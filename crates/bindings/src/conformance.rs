@@ -13,7 +13,7 @@ const CHECK: Duration = Duration::from_secs(120);
 
 /// Checks a driver: its report as JSON.
 #[pyfunction]
-#[pyo3(signature = (kind, options_json, command, exchanges, counting=None))]
+#[pyo3(signature = (kind, options_json, command, exchanges, counting=None, sanitizer=None))]
 pub fn check_conformance(
     py: Python<'_>,
     kind: &str,
@@ -21,9 +21,10 @@ pub fn check_conformance(
     command: Vec<OsString>,
     exchanges: u64,
     counting: Option<PathBuf>,
+    sanitizer: Option<PathBuf>,
 ) -> PyResult<String> {
     let options: Value = from_json(options_json)?;
-    let settings = Settings { command, exchanges, counting, limit: CHECK };
+    let settings = Settings { command, exchanges, counting, sanitizer, limit: CHECK };
     to_json(&py.detach(|| drivers::check_conformance(kind, &options, &settings)).json())
 }
 
@@ -31,6 +32,12 @@ pub fn check_conformance(
 #[pyfunction]
 pub fn counting_text() -> &'static str {
     Settings::COUNTING
+}
+
+/// The real-time sanitizer for that process, made in a folder; None: no compiler here has it.
+#[pyfunction]
+pub fn sanitizer_in(py: Python<'_>, folder: PathBuf) -> Option<PathBuf> {
+    py.detach(|| drivers::sanitizer_in(&folder))
 }
 
 /// The life of a process that a driver is checked in.

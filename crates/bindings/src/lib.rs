@@ -124,6 +124,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(processes::join_system, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_plant, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_ethercat_segment, m)?)?;
+    m.add_function(wrap_pyfunction!(processes::run_canopen_bus, m)?)?;
     m.add_function(wrap_pyfunction!(processes::plant_state, m)?)?;
     m.add_function(wrap_pyfunction!(processes::try_driver, m)?)?;
     m.add_function(wrap_pyfunction!(drivers_of::drivers_json, m)?)?;
@@ -132,6 +133,7 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(conformance::check_conformance, m)?)?;
     m.add_function(wrap_pyfunction!(conformance::counting_text, m)?)?;
     m.add_function(wrap_pyfunction!(conformance::run_driver_check, m)?)?;
+    m.add_function(wrap_pyfunction!(conformance::sanitizer_in, m)?)?;
     m.add_function(wrap_pyfunction!(drivers_in_files::load_drivers, m)?)?;
     m.add_function(wrap_pyfunction!(drivers_in_files::check_driver, m)?)?;
     m.add_function(wrap_pyfunction!(drivers_in_files::run_driver_trial, m)?)?;

@@ -22,6 +22,12 @@ pub fn run_ethercat_segment(py: Python<'_>) -> Option<String> {
     py.detach(ethercat::emulator::run).err()
 }
 
+/// An emulated bus of CANopen: answers until its input ends.
+#[pyfunction]
+pub fn run_canopen_bus(py: Python<'_>) -> Option<String> {
+    py.detach(canopen::emulator::run).err()
+}
+
 #[pyfunction]
 pub fn plant_state(py: Python<'_>, name: &str) -> PyResult<Option<String>> {
     match py.detach(|| drivers::process_state(name)) {

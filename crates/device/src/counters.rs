@@ -12,7 +12,47 @@ pub struct CounterWord {
     pub doc: &'static str,
 }
 
-/// The counters of one open device: the driver counts, anyone reads, nobody waits.
+/// Declares the counters of a driver: an enum, and `WORDS`, what each variant counts. A variant is an index of [`Counters`], so that none can
+/// name another one's word.
+///
+/// ```
+/// device::counters! {
+///     /// What is counted.
+///     pub enum Count {
+///         Lost: "frames_lost", "", "frames without an answer";
+///         Age: "age", "ns", "of the newest answer";
+///     }
+/// }
+/// let counters = device::Counters::new(Count::WORDS);
+/// counters.add(Count::Lost, 2);
+/// counters.set(Count::Age, 7);
+/// assert_eq!(counters.all().map(|(word, value)| (word.name, value)).collect::<Vec<_>>(), [("frames_lost", 2), ("age", 7)]);
+/// ```
+#[macro_export]
+macro_rules! counters {
+    ($(#[$about:meta])* $seen:vis enum $Count:ident { $($Variant:ident: $name:literal, $unit:literal, $doc:literal;)+ }) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(usize)]
+        $seen enum $Count {
+            $(#[doc = $doc] $Variant,)+
+        }
+
+        impl $Count {
+            /// What each counts, in the order of the variants.
+            $seen const WORDS: &'static [$crate::CounterWord] = &[$($crate::CounterWord { name: $name, unit: $unit, doc: $doc }),+];
+        }
+
+        impl From<$Count> for usize {
+            fn from(of: $Count) -> usize {
+                of as usize
+            }
+        }
+    };
+}
+
+/// The counters of one open device: the driver counts, anyone reads, nobody waits. An index is a variant of what [`counters!`](crate::counters)
+/// declares, or a number where words come from elsewhere.
 #[derive(Debug)]
 pub struct Counters {
     words: &'static [CounterWord],
@@ -32,20 +72,20 @@ impl Counters {
 
     /// Counts `more`. Real-time safe.
     #[inline]
-    pub fn add(&self, index: usize, more: u64) {
-        self.values[index].fetch_add(more, Ordering::Relaxed);
+    pub fn add(&self, index: impl Into<usize>, more: u64) {
+        self.values[index.into()].fetch_add(more, Ordering::Relaxed);
     }
 
     /// Stores a value, as the age of the newest answer. Real-time safe.
     #[inline]
-    pub fn set(&self, index: usize, value: u64) {
-        self.values[index].store(value, Ordering::Relaxed);
+    pub fn set(&self, index: impl Into<usize>, value: u64) {
+        self.values[index.into()].store(value, Ordering::Relaxed);
     }
 
     /// The value of one.
     #[inline]
-    pub fn get(&self, index: usize) -> u64 {
-        self.values[index].load(Ordering::Relaxed)
+    pub fn get(&self, index: impl Into<usize>) -> u64 {
+        self.values[index.into()].load(Ordering::Relaxed)
     }
 
     /// Where one is counted, for code of another language. It is there as long as these counters.
@@ -65,15 +105,17 @@ mod tests {
 
     #[test]
     fn each_counts_for_itself() {
-        const WORDS: [CounterWord; 2] = [
-            CounterWord { name: "frames_lost", unit: "", doc: "frames without an answer" },
-            CounterWord { name: "age", unit: "ns", doc: "of the newest answer" },
-        ];
-        let counters = Counters::new(&WORDS);
-        counters.add(0, 2);
-        counters.add(0, 1);
-        counters.set(1, 7);
+        crate::counters! {
+            enum Count {
+                Lost: "frames_lost", "", "frames without an answer";
+                Age: "age", "ns", "of the newest answer";
+            }
+        }
+        let counters = Counters::new(Count::WORDS);
+        counters.add(Count::Lost, 2);
+        counters.add(0_usize, 1);
+        counters.set(Count::Age, 7);
         assert_eq!(counters.all().map(|(word, value)| (word.name, value)).collect::<Vec<_>>(), [("frames_lost", 3), ("age", 7)]);
-        assert_eq!(counters.get(0), 3);
+        assert_eq!(counters.get(Count::Lost), 3);
     }
 }

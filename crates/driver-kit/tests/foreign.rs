@@ -133,7 +133,7 @@ fn the_example_moves_counts_and_answers() {
     let services = driver.services().expect("it declares one");
     assert_eq!(services.call("place", &json!({})).map_err(|why| why.message), Ok(json!(1.0)));
     assert!(services.call("plcae", &json!({})).is_err_and(|why| why.message.contains("did you mean 'place'?")));
-    assert_eq!(driver.counters().expect("it declares one").get(0), 2);
+    assert_eq!(driver.counters().expect("it declares one").get(0_usize), 2);
     let lost = driver.write(5, &f64::NAN.to_ne_bytes(), &[true]).expect_err("it is no number");
     assert_eq!(lost.message, "at 5 ns its effort is not a number");
     driver.safe_state();

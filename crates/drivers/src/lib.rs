@@ -10,6 +10,7 @@
 //! | `mujoco` | a robot arm simulated by MuJoCo, from any MJCF file |
 //! | `loopback` | parts that follow their effort, `x' = u`, for tests; it can fail on purpose |
 //! | `ethercat` | drives by CiA 402 on EtherCAT, an axis each; its crate is `ethercat` |
+//! | `canopen` | drives by CiA 402 on CANopen, an axis each; its crate is `canopen` |
 //! | `plant_process` | any of the others in a process of its own, at its own pace, which outlives the one that commands it |
 //! | `feetech`, `dynamixel` | servos on a serial bus, each a joint that takes goals |
 //! | `python` | a driver written in Python, in a process of its own |
@@ -30,7 +31,7 @@ mod text;
 mod ur;
 
 use device::{Declaration, DriverError, Found, Geometry, Manual, Opened};
-pub use driver_kit::conformance::{Report, Settings};
+pub use driver_kit::conformance::{Report, Settings, sanitizer_in};
 use serde_json::Value;
 use std::path::Path;
 use std::sync::Once;
@@ -42,6 +43,7 @@ pub use plant_process::{PlantState, clean as clean_processes, state as process_s
 static ALL: &[&Declaration] = &[
     &mujoco::DRIVER,
     &ethercat::DRIVER,
+    &canopen::DRIVER,
     &loopback::DRIVER,
     &plant_process::DRIVER,
     &plant_process::PYTHON,

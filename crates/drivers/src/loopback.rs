@@ -13,12 +13,12 @@ use device::{
 };
 use serde::Deserialize;
 use serde_json::json;
-use services::{COUNTERS, Placed, READINGS, SERVICES};
+use services::{Count, Placed, SERVICES};
 use std::sync::Arc;
 
 pub(crate) static DRIVER: Declaration = Declaration {
     services: &SERVICES,
-    counters: &COUNTERS,
+    counters: Count::WORDS,
     ..Declaration::new("loopback", "parts that follow their effort exactly, x' = u, for tests", &OPTIONS, open)
 };
 
@@ -111,7 +111,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
         time_ns: 0,
         velocity: vec![0.0; count],
         placed: Placed::new(&options.parts),
-        counters: Arc::new(Counters::new(&COUNTERS)),
+        counters: Arc::new(Counters::new(Count::WORDS)),
         goal: vec![None; count],
         position,
     };
@@ -157,7 +157,7 @@ impl Driver for Loopback {
         }
         let span_s = (release_ns - self.time_ns) as f64 * 1e-9;
         self.time_ns = release_ns;
-        self.counters.add(READINGS, 1);
+        self.counters.add(Count::Readings, 1);
         for (i, slots) in self.slots.iter().enumerate() {
             let (position, velocity) = (&mut self.position[i], &mut self.velocity[i]);
             if let Some(goal) = self.goal[i] {

@@ -24,10 +24,9 @@ mod services;
 mod turn;
 mod value;
 
-use crate::serial::{Parity, Settings};
 use crate::stream::Address;
 use device::{Class, Declaration, DriverError, Given, Kind, Life, Opened, OptionWord, SafeBy, SafeState};
-use link::Link;
+use link::{Link, address_of};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::time::Duration;
@@ -41,7 +40,7 @@ pub(crate) static DRIVER: Declaration = Declaration {
         within_ns: 1_000_000_000,
     },
     services: &services::SERVICES,
-    counters: &link::COUNTERS,
+    counters: link::Count::WORDS,
     rights: &["serial line: member of the group that owns it, dialout on Debian"],
     scan: Some(scan::scan),
     ..Declaration::new("modbus", "a Modbus device over TCP or a serial line: registers and coils as channels", &OPTIONS, open)
@@ -85,11 +84,6 @@ fn half_a_second() -> u64 {
 
 fn twice() -> u32 {
     2
-}
-
-/// Where the standard leaves it open: port 502; 19,200 baud, even parity.
-fn address_of(text: &str) -> Result<Address, String> {
-    Address::parse(text, "rtu", Settings { baud: 19_200, parity: Parity::Even, stop_bits: 1 }, Some(502))
 }
 
 fn open(given: &Given<'_>) -> Result<Opened, DriverError> {

@@ -18,12 +18,12 @@ use crate::stream::Address;
 use device::{Channel, Class, Declaration, DriverError, Given, Kind, Layout, Life, Opened, OptionWord, SafeBy, SafeState, Type};
 use fields::Field;
 use frame::{Checksum, FRAME_MAX, Framing, Sum, Written};
-use pattern::Pattern;
+use pattern::{Order, Pattern};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::time::Duration;
-use talker::{COUNTERS, SERVICES, Talker};
+use talker::{Count, SERVICES, Talker};
 
 pub(crate) static DRIVER: Declaration = Declaration {
     class: Class::Worker,
@@ -34,7 +34,7 @@ pub(crate) static DRIVER: Declaration = Declaration {
         within_ns: 1_000_000_000,
     },
     services: &SERVICES,
-    counters: &COUNTERS,
+    counters: Count::WORDS,
     rights: &["serial line: member of the group that owns it, dialout on Debian"],
     ..Declaration::new("text", "a device that speaks in lines of text, over TCP or a serial line: scanner, scale, printer", &OPTIONS, open)
 };
@@ -148,12 +148,6 @@ struct Made {
     /// How many of the channels are written.
     written: usize,
     indices: BTreeMap<String, usize>,
-}
-
-/// A text that is sent, and the indices of its values among the write channels.
-pub(in crate::text) struct Order {
-    pub pattern: Pattern,
-    pub indices: Vec<usize>,
 }
 
 impl Made {

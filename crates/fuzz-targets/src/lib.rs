@@ -3,6 +3,7 @@
 //! what it would say differently. `fuzz/` drives them with libFuzzer; the tests here replay the corpus and change it at random.
 mod control;
 mod definitions;
+mod ethercat;
 mod exchange;
 mod journal;
 mod packets;
@@ -27,6 +28,7 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("journal", journal::journal),
     ("recordings", recordings::recordings),
     ("control", control::control),
+    ("ethercat", ethercat::ethercat),
 ];
 
 /// The type parser: a declaration, and after each further line break `name declaration` of a type that it may use. What was read

@@ -119,3 +119,8 @@ fn every_target_is_tested_and_has_a_corpus() {
         assert!(!corpus(name).is_empty(), "{name}");
     }
 }
+
+#[test]
+fn ethercat_holds() {
+    hold("ethercat", CHANGED);
+}

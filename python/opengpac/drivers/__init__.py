@@ -2,6 +2,7 @@
 """Drivers of physical devices: what `rtp.physical_device(name, driver, exchange=source)` opens."""
 
 from . import fake as fake
+from .canopen import canopen
 from .catalog import Found, Manual, Manuals, list, scan, show
 from .driver import UNLIMITED as UNLIMITED
 from .driver import Driver
@@ -20,6 +21,7 @@ __all__ = [
     "Found",
     "Manual",
     "Manuals",
+    "canopen",
     "dynamixel",
     "ethercat",
     "fake",

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac new driver`: a file that is a driver already, to be changed."""
+"""`opengpac new driver`: a file, or a crate, that is a driver already, to be changed."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 C = """// SPDX-License-Identifier: Apache-2.0
 #include <opengpac_driver.h>
@@ -59,3 +61,22 @@ const char *{name}_write(struct {name} *self, int64_t release_ns, const uint8_t 
 void {name}_safe_state(struct {name} *self) {{ self->speed = 0.0; }}
 """
 """A driver in C: `C.format(name="axis")`."""
+
+_MANIFEST = """[package]
+name = "{name}"
+version = "0.1.0"
+edition = "2024"
+publish = false
+
+[lib]
+crate-type = ["cdylib"]
+
+[workspace]
+"""
+
+
+def crate(name: str) -> dict[str, str]:
+    """The files of a crate that is a driver in Rust, by their paths. It needs no other crate: two of them are the interface."""
+    sources = {path.name: path.read_text() for path in sorted((Path(__file__).parent / "rust").glob("*.rs"))}
+    texts = {f"src/{file}": text.replace("{name}", name) if file == "lib.rs" else text for file, text in sources.items()}
+    return {"Cargo.toml": _MANIFEST.format(name=name), **texts}

@@ -47,7 +47,9 @@ def check(driver: Driver, *, exchanges: int = 1_000_000) -> dict[str, Any]:
         counting = _counting(Path(folder))
         command = processes.command("run_driver_check")
         with refusals:
-            return json.loads(_native.check_conformance(driver.kind, json.dumps(dict(driver.options)), command, exchanges, counting))
+            sanitizer = _native.sanitizer_in(folder)
+            options = json.dumps(dict(driver.options))
+            return json.loads(_native.check_conformance(driver.kind, options, command, exchanges, counting, sanitizer))
 
 
 def shown(report: Mapping[str, Any], verbose: bool) -> str:

@@ -27,9 +27,11 @@ def ethercat(
     Each axis is a name with its options. `counts`: how many counts of its encoder are one unit of position, negative to turn it round.
     `at`: its place on the line (else its place here). `mode`: `position` (default), `velocity` or `torque`. `unit`: `rad` (default) or
     `m`. `offset`: counts at position 0. `speed_max`, `range`: its limits. `rated_torque`: N.m or N, needed in mode `torque`. `pdos`:
-    `device` where the drive's own process data are to be used, `written` (default) where the driver writes them.
+    `device` where the drive's own process data are to be used, `written` (default) where the driver writes them. `brake`: the output of
+    a brake that the drive does not serve by itself, `{}` or `{'bit': 1, 'released_by_one': True}`.
 
-    Channels of an axis: `position`, `velocity`, `torque`, `status`, `error` (read), and `goal`, `rate` or `effort` (written), by its mode.
+    Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing` (read), and `goal`, `rate` or `effort` (written),
+    by its mode.
     An axis is switched on by CiA 402 when its written channel is engaged, and never leaps: its target begins where it is and changes by
     `speed_max` at most. `timeout` (100 ms) is the watchdog of the drives. `lost_after` (3) cycles without an answer mean that the device
     is lost. `sync0`, the period of the source, sets the distributed clocks of the drives to the time of this host and has them take

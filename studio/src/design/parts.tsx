@@ -31,19 +31,21 @@ export function Tag(props: { tone?: Tone; children: ReactNode; title?: string })
 export function Refusals(props: { of: Refusal[]; id?: string }) {
   if (props.of.length === 0) return null;
   return (
-    <ul className="refusals" role="alert" id={props.id}>
-      {props.of.map((refusal) => (
-        <li key={`${refusal.class}: ${refusal.message}`}>
-          <span className="name">{refusal.class}</span>: {refusal.message}
-          {refusal.remedy && <div className="quiet">{refusal.remedy}</div>}
-          {refusal.place && (
-            <div className="quiet small">
-              at {refusal.place.file}:{refusal.place.line}
-            </div>
-          )}
-        </li>
-      ))}
-    </ul>
+    <div className="refusals" role="alert" id={props.id}>
+      <ul>
+        {props.of.map((refusal) => (
+          <li key={`${refusal.class}: ${refusal.message}`}>
+            <span className="name">{refusal.class}</span>: {refusal.message}
+            {refusal.remedy && <div className="quiet">{refusal.remedy}</div>}
+            {refusal.place && (
+              <div className="quiet small">
+                at {refusal.place.file}:{refusal.place.line}
+              </div>
+            )}
+          </li>
+        ))}
+      </ul>
+    </div>
   );
 }
 

@@ -32,4 +32,10 @@ export const views: View[] = [
   },
   { name: "scope", title: "Scope", about: "any value at its full rate", part: lazy(() => import("../views/scope")) },
   { name: "log", title: "Log", about: "conditions, faults, transitions, reports, commands", part: lazy(() => import("../views/log")) },
+  {
+    name: "recordings",
+    title: "Recordings",
+    about: "record every value into a file",
+    part: lazy(() => import("../views/recordings")),
+  },
 ];

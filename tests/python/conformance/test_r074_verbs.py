@@ -13,6 +13,9 @@ from opengpac import activate, execute, install, on, wait
 from opengpac import library as lib
 from rig import Rig
 
+LONG = 20_000
+"""Of a history whose first values are looked at: a busy machine makes the programming system look late."""
+
 
 def two_lists(rig: Rig, name: str = "two_lists", **changes: Any) -> gpac.Verb:
     """Counts in list `first` until `first.enough`, then in list `second`."""
@@ -180,7 +183,7 @@ def test_r088_a_transition_aborts_one_list_and_starts_another(rig: Rig) -> None:
 def test_r088_what_the_next_list_writes_is_seen_wherever_it_is(rig: Rig, elsewhere: bool) -> None:
     """A guarded move: one SVV goes on until it touches, and from then on back, on another source. Without the condition it goes on."""
     back = rig.cell.processor("rtp1").timer("back", period="1 ms", priority=70) if elsewhere else rig.fast
-    z, seen = rig.svvs("z", "seen", history=200)
+    z, seen = rig.svvs("z", "seen", history=LONG)
     verb = gpac.Verb(
         "guarded",
         blocks={"go": rig.block("count.count"), "retreat": rig.block("pair.pair")},
@@ -242,7 +245,7 @@ def test_r090_a_condition_leads_to_other_lists_from_other_lists(rig: Rig) -> Non
 
 def test_r091_a_list_may_lead_to_itself(rig: Rig) -> None:
     """It is aborted and commences anew, again and again; without the transition it is carried out once."""
-    (y,) = rig.svvs("y", history=100)
+    (y,) = rig.svvs("y", history=LONG)
     lists = {"again": [install("count"), activate("count", every="1 ms")]}
     leads_on: dict[str, Any] = {"conditions": {"enough": on("count.enough")}, "transitions": {("again", "enough"): "again"}}
     restarting = rig.counting("restarting", command_lists=lists, **leads_on).on(rig.fast)
@@ -256,7 +259,7 @@ def test_r091_a_list_may_lead_to_itself(rig: Rig) -> None:
 
 
 def test_r091_lists_may_lead_to_each_other_in_a_cycle(rig: Rig) -> None:
-    a, b = rig.svvs("a", "b", history=100)
+    a, b = rig.svvs("a", "b", history=LONG)
     verb = two_lists(
         rig,
         "cycle",

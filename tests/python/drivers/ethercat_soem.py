@@ -59,7 +59,7 @@ def ours(segment: fake.EtherCatSegment) -> dict[str, Any]:
     with gpac.System("cell", progress=False) as cell:
         rtp = cell.processor("rtp0")
         fast = rtp.timer("fast", period="1 ms", priority=80)
-        axes = {name: {"counts": 1000} for name in ("a", "b", "c")}
+        axes = {name: {"counts": 1000, "pdos": "device"} for name in ("a", "b", "c")}
         driver = gpac.drivers.ethercat("ec0", axes, sync0="1 ms", timeout="6.5 s", lost_after=30_000)
         line = rtp.physical_device("line", driver, exchange=fast)
         while line.counters["cycles"] < 200:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -28,6 +29,23 @@ def test_a_driver_that_is_begun_passes(capsys: pytest.CaptureFixture[str]) -> No
     capsys.readouterr()
     assert main(["driver", "check", "axis.c", "gain=2", "--exchanges", "5000"]) == 0
     assert ", 0 failed, " in capsys.readouterr().out
+
+
+def test_a_driver_in_rust_that_is_begun_is_built_and_passes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["new", "driver", "axis", "--in", "rust"]) == 0
+    assert main(["new", "driver", "axis", "--in", "rust"]) == 1, "it is not overwritten"
+    assert len(Path("axis/src/lib.rs").read_text().splitlines()) <= 60
+    built = subprocess.run(["cargo", "build", "--release", "--quiet", "--offline"], cwd="axis", capture_output=True, text=True, check=False)
+    assert (built.returncode, built.stderr) == (0, "")
+    capsys.readouterr()
+    assert main(["driver", "check", "axis/target/release/libaxis.so", "gain=2", "--exchanges", "5000"]) == 0
+    assert ", 0 failed, " in capsys.readouterr().out
+
+
+def test_the_interface_in_rust_is_the_one_of_this_system() -> None:
+    root = EXAMPLES.parents[1]
+    interface = (root / "crates" / "driver-kit" / "src" / "foreign" / "abi.rs").read_text()
+    assert (root / "python" / "opengpac" / "drivers" / "rust" / "abi.rs").read_text() == interface
 
 
 def test_a_failed_check_is_shown_with_its_cause(capsys: pytest.CaptureFixture[str]) -> None:

@@ -169,3 +169,17 @@ def test_what_is_wrong_in_a_declaration_is_named(virtual: gpac.System) -> None:
         rtp.physical_device("plc", gpac.drivers.modbus("tcp/127.0.0.1", channels={"x": {}}), exchange=slow)
     with pytest.raises(gpac.CallError, match="channel 'x' is 3; give a dictionary"):
         gpac.drivers.modbus("tcp/127.0.0.1", channels={"x": 3})  # type: ignore[dict-item]
+
+
+def test_the_search_finds_units_on_a_line_and_devices_at_addresses() -> None:
+    with gpac.drivers.fake.modbus(units=[3, 17], serial=True) as line:
+        found = [gpac.drivers.scan("modbus", address=line.address, unit=unit, answer_ns=30_000_000_000) for unit in (3, 17)]
+        assert [one[0]["options"] for one in found] == [{"address": line.address, "unit": unit} for unit in (3, 17)]
+        assert "OpenGPAC fake 1" in found[0][0]["what"]
+        line.silent.add(17)
+        assert gpac.drivers.scan("modbus", address=line.address, unit=17, answer_ns=1_000_000) == []
+    with gpac.drivers.fake.modbus() as one, gpac.drivers.fake.modbus() as other:
+        found = gpac.drivers.scan("modbus", address=f"{one.address}, {other.address}", answer_ns=30_000_000_000)
+        assert [one["options"]["address"] for one in found] == [one.address, other.address]
+    with pytest.raises(gpac.Error, match="say where to look"):
+        gpac.drivers.scan("modbus")

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An emulated drive: the state machine and modes of CiA 402, and a motor that follows.
+use super::brake::Brake;
+use super::homing::{Limits, Search};
 use super::objects::{Access, Handle, Objects};
 use crate::{self as cia402, DriveState, Mode};
 
@@ -9,6 +11,11 @@ pub const PRODUCT: u32 = 0x0000_0402;
 /// Faults, as 0x603F says them.
 const FOLLOWING_ERROR: u16 = 0x8611;
 const COMMUNICATION: u16 = 0x8130;
+const BLOCKED: u16 = 0x7121;
+/// Counts by which an axis moves though its brake is closed.
+const SLACK: f64 = 2.0;
+/// From this option of the quick stop on, a drive stays in it.
+const STAYS: i64 = 5;
 /// What full torque does, counts/s² for a thousandth of the rated torque; friction takes velocity away, 1/s.
 const ACCELERATION: f64 = 100.0;
 const FRICTION: f64 = 2.0;
@@ -23,8 +30,11 @@ pub struct Drive {
     position: f64,
     velocity: f64,
     had_reset: bool,
-    was_homing: bool,
-    homed: bool,
+    search: Search,
+    brake: Brake,
+    limits: Limits,
+    /// What is added to a place of the machine to make it a position, counts.
+    origin: f64,
 }
 
 struct Handles {
@@ -40,7 +50,7 @@ struct Handles {
     velocity: Handle,
     torque: Handle,
     window: Handle,
-    home_offset: Handle,
+    quick_stop: Handle,
 }
 
 impl Drive {
@@ -61,14 +71,33 @@ impl Drive {
             velocity: word(0x606C, Measured, 4, 0),
             torque: word(0x6077, Measured, 2, 0),
             window: word(0x6065, Written, 4, 20_000),
-            home_offset: word(0x607C, Written, 4, 0),
+            quick_stop: word(0x605A, Written, 2, 2),
         };
-        word(0x6098, Written, 1, 35);
         objects.add(0x60C2, 0, Access::Constant, &[2]);
         objects.add(0x60C2, 1, Access::Written, &[1]);
         objects.add(0x60C2, 2, Access::Written, &[0xFD]);
         let position = f64::from(position);
-        Drive { at, state: DriveState::SwitchOnDisabled, position, velocity: 0.0, had_reset: false, was_homing: false, homed: false }
+        Drive {
+            at,
+            state: DriveState::SwitchOnDisabled,
+            position,
+            velocity: 0.0,
+            had_reset: false,
+            search: Search::new(objects),
+            brake: Brake::new(objects),
+            limits: None,
+            origin: 0.0,
+        }
+    }
+
+    /// The switches at the ends of its machine, counts of the position at which it was made.
+    pub fn set_limits(&mut self, limits: Limits) {
+        self.limits = limits;
+    }
+
+    /// A brake, and a load that falls so fast where neither it nor the motor holds it, counts/s.
+    pub fn set_load(&mut self, falls: Option<f64>) {
+        self.brake.set_load(falls);
     }
 
     /// Goes on by a time, with the commands that are in the objects, and stores what it measures.
@@ -77,20 +106,35 @@ impl Drive {
         self.change_state(control, objects);
         let mode = Mode::of(objects.number(self.at.mode) as i8);
         let target = objects.number(self.at.target_position) as f64;
-        self.homed &= mode == Some(Mode::Homing);
+        if mode != Some(Mode::Homing) {
+            self.search.leave();
+        }
+        let is_powered = matches!(self.state, DriveState::OperationEnabled | DriveState::QuickStopActive);
+        let is_held = self.brake.is_closed(objects, is_powered);
+        let place = self.position - self.origin;
         if self.state == DriveState::OperationEnabled {
             self.move_by_mode(mode, target, objects, control, span_s);
         } else {
             let slower = (self.velocity.abs() - STOPPING * span_s).max(0.0);
             self.velocity = slower.copysign(self.velocity);
             self.position += self.velocity * span_s;
-            if self.state == DriveState::QuickStopActive && self.velocity == 0.0 {
+            if self.state == DriveState::QuickStopActive && self.velocity == 0.0 && objects.number(self.at.quick_stop) < STAYS {
                 self.state = DriveState::SwitchOnDisabled;
             }
         }
-        let follows = self.state == DriveState::OperationEnabled && mode != Some(Mode::Homing) || self.homed;
+        if is_held {
+            if is_powered && (self.position - self.origin - place).abs() > SLACK {
+                self.fail(BLOCKED, objects);
+            }
+            (self.position, self.velocity) = (place + self.origin, 0.0);
+        } else if !is_powered {
+            self.position -= self.brake.fall(span_s);
+        }
+        let is_home = self.search.is_home();
+        let follows = self.state == DriveState::OperationEnabled && mode != Some(Mode::Homing) || is_home;
         // Remote always; voltage is there but under a fault.
-        let status = self.state.status() | 1 << 9 | u16::from(follows) << 12 | u16::from(self.homed) << 10;
+        let homing = u16::from(is_home) << 10 | u16::from(self.search.has_failed()) << 13;
+        let status = self.state.status() | 1 << 9 | u16::from(follows) << 12 | homing;
         let at = &self.at;
         let mode_shown = objects.number(at.mode);
         let torque = if mode == Some(Mode::Torque) && self.state == DriveState::OperationEnabled { objects.number(at.target_torque) } else { 0 };
@@ -120,13 +164,12 @@ impl Drive {
                 self.velocity += (torque * ACCELERATION - FRICTION * self.velocity) * span_s;
             }
             Some(Mode::Homing) => {
-                let starts = control & 0x10 != 0;
-                if starts && !self.was_homing {
-                    self.position = objects.number(self.at.home_offset) as f64;
-                    self.homed = true;
+                let moved = self.search.step(objects, control & 0x10 != 0, self.position - self.origin, self.limits, span_s);
+                self.velocity = moved.velocity;
+                if let Some(position) = moved.position {
+                    let place = self.position + self.velocity * span_s - self.origin;
+                    (self.position, self.velocity, self.origin) = (position, 0.0, position - place);
                 }
-                self.was_homing = starts;
-                self.velocity = 0.0;
             }
             None => self.velocity = 0.0,
         }

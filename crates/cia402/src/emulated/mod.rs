@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An emulated drive, which an emulated bus puts on its line.
+mod brake;
 mod drive;
+mod homing;
 mod objects;
 
 pub use drive::{Drive, PRODUCT, VENDOR};
+pub use homing::Limits;
 pub use objects::{Access, Handle, Mapped, Objects};

@@ -101,7 +101,7 @@ impl Objects {
             std::cmp::Ordering::Less => return Err(TOO_SHORT),
             std::cmp::Ordering::Equal => {}
         }
-        let is_mapping = (0x1600..0x1B00).contains(&of.index) && of.sub > 0;
+        let is_mapping = matches!(of.index >> 8, 0x16 | 0x17 | 0x1A | 0x1B) && of.sub > 0;
         if is_mapping {
             self.mapped(u32::from_le_bytes([value[0], value[1], value[2], value[3]])).ok_or(NOT_MAPPABLE)?;
         }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of channels: where they lie, and what they carry when nobody commands them.
+use super::check::{Check, Passed, Tried, holds, none_of};
 use super::declaration::wrong_line;
-use super::{Check, Passed, Subject, Tried, holds, none_of};
+use super::subject::Subject;
 use device::{Channel, Direction, Slot, Type};
 
 pub(super) const CHECKS: &[Check] = &[

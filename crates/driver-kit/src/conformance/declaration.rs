@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of the declaration: what a manual says before a driver is made.
-use super::{Check, Passed, Subject, Tried, holds, none_of};
+use super::check::{Check, Passed, Tried, holds, none_of};
+use super::subject::Subject;
 use device::{Class, Kind, OptionWord, SafeBy};
 
 pub(super) const CHECKS: &[Check] = &[

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of the exchange: what is read and written, odd times and odd numbers, what it costs.
+use super::check::{Check, Passed, Tried, holds};
 use super::measures::{allocated, allocations, resident, waits};
 use super::rig::{PERIOD_NS, Rig};
-use super::{Check, Passed, Subject, Tried, holds};
+use super::subject::Subject;
 use device::{Class, Direction};
 use std::time::{Duration, Instant};
 
@@ -29,7 +30,7 @@ pub(super) const CHECKS: &[Check] = &[
 /// Rad or m in one firing: more is a leap, whatever the part.
 const LEAP: f64 = 0.01;
 /// Firings before anything is measured.
-const WARM: usize = 50;
+pub(super) const WARM: usize = 50;
 /// Firings that are measured.
 const MEASURED: usize = 500;
 /// The long check ends then, however many exchanges it has made.
@@ -216,7 +217,7 @@ fn all_bytes(subject: &Subject) -> Tried {
 }
 
 /// Firings with every channel engaged and let go of, as they come in a program.
-fn mixed(rig: &mut Rig, joints: &[super::rig::Joint], count: usize) -> Result<(), String> {
+pub(super) fn mixed(rig: &mut Rig, joints: &[super::rig::Joint], count: usize) -> Result<(), String> {
     for k in 0..count {
         if k % 3 == 0 {
             rig.let_go()

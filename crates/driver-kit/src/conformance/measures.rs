@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What this process has: descriptors, threads, memory; how often its thread waited or allocated.
+use std::ffi::CStr;
 use std::time::{Duration, Instant};
 
 pub(crate) fn descriptors() -> usize {
@@ -51,4 +52,36 @@ pub(crate) fn allocations() -> Option<u64> {
     }
     // SAFETY: the function of `counting.c`.
     Some(unsafe { std::mem::transmute::<*mut libc::c_void, Counter>(found)() })
+}
+
+/// The real-time sanitizer, where this process was started with it.
+#[derive(Clone, Copy)]
+pub(crate) struct Sanitizer {
+    enter: unsafe extern "C" fn(),
+    exit: unsafe extern "C" fn(),
+}
+
+impl Sanitizer {
+    pub(crate) fn find() -> Option<Sanitizer> {
+        let find = |name: &CStr| {
+            // SAFETY: looks a name up.
+            let found = unsafe { libc::dlsym(libc::RTLD_DEFAULT, name.as_ptr()) };
+            // SAFETY: these functions of the sanitizer take nothing and give nothing.
+            (!found.is_null()).then(|| unsafe { std::mem::transmute::<*mut libc::c_void, unsafe extern "C" fn()>(found) })
+        };
+        let begin = find(c"__rtsan_ensure_initialized")?;
+        // SAFETY: as above.
+        unsafe { begin() };
+        Some(Sanitizer { enter: find(c"__rtsan_realtime_enter")?, exit: find(c"__rtsan_realtime_exit")? })
+    }
+
+    /// Ends the process where what is called makes a call that may block.
+    pub(crate) fn watch<T>(self, call: impl FnOnce() -> T) -> T {
+        // SAFETY: see `find`; both are called on this thread.
+        unsafe { (self.enter)() };
+        let made = call();
+        // SAFETY: as above.
+        unsafe { (self.exit)() };
+        made
+    }
 }

@@ -13,59 +13,35 @@
 //! | `exchange` | readings and commands, odd times and odd numbers, allocation, memory |
 //! | `rest` | the safe state |
 //! | `services` | services, counters, search |
-//! | `phases` | kill -9 in each phase |
+//! | `sanitized`, `sanitizing` | the exchange under the real-time sanitizer, in a process that has it; `runtime` is that |
+//! | `kills` | kill -9 in each phase |
+//!
+//! `watch` asks and `serve` answers, in the process of the driver; `phases` is a life up to the phase in which that process is killed.
+mod all;
 mod channels;
+mod check;
 mod declaration;
 mod exchange;
+mod kills;
 mod life;
 mod measures;
 mod options;
+mod orders;
 mod phases;
 mod report;
 mod rest;
 mod rig;
+mod runtime;
+mod sanitized;
+mod sanitizing;
 mod serve;
 mod services;
+mod settings;
 mod subject;
 mod watch;
 
 pub use report::{Outcome, Report, Verdict};
+pub use runtime::sanitizer_in;
 pub use serve::serve;
-pub use watch::{Settings, check};
-
-use subject::Subject;
-
-/// A check: its name, the sentence that holds where it passes, and how it is tried.
-pub(crate) struct Check {
-    pub(crate) name: &'static str,
-    pub(crate) sentence: &'static str,
-    pub(crate) run: fn(&Subject) -> Tried,
-}
-
-/// What a check found: it passed, or it does not apply, or the cause of its failure.
-pub(crate) type Tried = Result<Passed, String>;
-
-/// How a check passed.
-pub(crate) enum Passed {
-    Yes,
-    /// It says nothing about this driver: why.
-    NotApplicable(&'static str),
-}
-
-/// Those that run in the process of the driver, in their order.
-pub(crate) fn checks() -> Vec<&'static Check> {
-    [declaration::CHECKS, options::CHECKS, channels::CHECKS, life::CHECKS, services::CHECKS, exchange::CHECKS, rest::CHECKS]
-        .iter()
-        .flat_map(|checks| checks.iter())
-        .collect()
-}
-
-/// Passes where the condition holds; else the cause.
-pub(crate) fn holds(condition: bool, cause: impl FnOnce() -> String) -> Tried {
-    if condition { Ok(Passed::Yes) } else { Err(cause()) }
-}
-
-/// Passes where nothing was found wrong.
-pub(crate) fn none_of(mut wrong: impl Iterator<Item = String>) -> Tried {
-    wrong.next().map_or(Ok(Passed::Yes), Err)
-}
+pub use settings::Settings;
+pub use watch::check;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of options: what is wrong is refused, and named.
-use super::subject::of_another_kind;
-use super::{Check, Passed, Subject, Tried, holds};
+use super::check::{Check, Passed, Tried, holds};
+use super::subject::{Subject, of_another_kind};
 use device::{DriverError, Kind};
 use serde_json::{Value, json};
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of the safe state: it comes about as declared, and the driver goes on behind it.
+use super::check::{Check, Passed, Tried, holds};
 use super::rig::{PERIOD_NS, Rig};
-use super::{Check, Passed, Subject, Tried, holds};
+use super::subject::Subject;
 use device::{SafeBy, SafeHandle};
 use std::fs::File;
 use std::os::unix::fs::FileExt;

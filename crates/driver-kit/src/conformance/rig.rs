@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A driver with its buffers, served as a source serves it. Behind each buffer lie bytes that are nobody's.
+use super::measures::Sanitizer;
 use device::{Channel, Direction, Driver, Opened, Slot};
 use serde_json::Value;
 use std::time::Instant;
@@ -33,6 +34,7 @@ pub(crate) struct Rig {
     commands_len: usize,
     begun: Instant,
     begun_ns: i64,
+    sanitizer: Option<Sanitizer>,
     /// Its machine moves at its own pace, so that it is exchanged by the clock on the wall.
     has_own_pace: bool,
 }
@@ -40,6 +42,13 @@ pub(crate) struct Rig {
 /// Bytes of the readings or of the commands.
 pub(crate) fn len(channels: &[Channel], direction: Direction) -> usize {
     channels.iter().filter(|channel| channel.direction == direction).map(|channel| channel.offset + channel.len).max().unwrap_or(0)
+}
+
+fn watched<T>(by: Option<Sanitizer>, call: impl FnOnce() -> T) -> T {
+    match by {
+        Some(sanitizer) => sanitizer.watch(call),
+        None => call(),
+    }
 }
 
 impl Rig {
@@ -57,6 +66,7 @@ impl Rig {
             commands_len,
             begun: Instant::now(),
             begun_ns: 1_000_000_000,
+            sanitizer: None,
             has_own_pace: false,
         };
         rig.readings[..readings_len].fill(0);
@@ -67,6 +77,11 @@ impl Rig {
     /// It moves at its own pace.
     pub(crate) fn at_own_pace(self) -> Rig {
         Rig { has_own_pace: true, ..self }
+    }
+
+    /// Its exchanges are watched by the real-time sanitizer.
+    pub(crate) fn under(self, sanitizer: Sanitizer) -> Rig {
+        Rig { sanitizer: Some(sanitizer), ..self }
     }
 
     /// To the next release.
@@ -90,11 +105,14 @@ impl Rig {
     }
 
     pub(crate) fn read(&mut self) -> Result<(), String> {
-        self.driver.read(self.release_ns, &mut self.readings[..self.readings_len]).map_err(|why| why.message)
+        let (driver, readings) = (&mut self.driver, &mut self.readings[..self.readings_len]);
+        let read = || driver.read(self.release_ns, readings);
+        watched(self.sanitizer, read).map_err(|why| why.message)
     }
 
     pub(crate) fn write(&mut self) -> Result<(), String> {
-        self.driver.write(self.release_ns, &self.commands[..self.commands_len], &self.engaged).map_err(|why| why.message)
+        let write = || self.driver.write(self.release_ns, &self.commands[..self.commands_len], &self.engaged);
+        watched(self.sanitizer, write).map_err(|why| why.message)
     }
 
     /// One firing: a reading, a command, and the next release.

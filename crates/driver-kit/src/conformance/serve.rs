@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The process that a driver is checked in: it does what its first frame says, and tells each check as it begins and ends.
+use super::all::checks;
+use super::check::{Passed, Tried};
+use super::orders::LINK;
 use super::phases::{self, Phase};
-use super::{Check, Passed, Subject, Verdict, checks};
+use super::report::Verdict;
+use super::sanitized;
+use super::subject::Subject;
 use device::DriverError;
 use interconnect::Link;
 use process_kit::{UnixLink, inherited};
@@ -9,8 +14,6 @@ use serde_json::{Value, json};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-/// The name of the descriptor of its link.
-pub(super) const LINK: &str = "link";
 /// How long who started it may take to say what to do.
 const ORDER: Duration = Duration::from_secs(60);
 
@@ -31,14 +34,13 @@ pub fn serve() -> Result<(), String> {
     if let Some(phase) = order["phase"].as_str().and_then(Phase::of) {
         return phases::live(&subject, phase, &link);
     }
+    if order["sanitized"].as_bool() == Some(true) {
+        return tell(told(tried(sanitized::exchange, &subject)));
+    }
     let from = usize::try_from(order["from"].as_u64().unwrap_or(0)).unwrap_or(usize::MAX);
     for check in checks().into_iter().skip(from) {
         tell(json!({ "begins": check.name }))?;
-        tell(match tried(check, &subject) {
-            Verdict::Passed => json!({ "passed": "" }),
-            Verdict::Failed(cause) => json!({ "failed": cause }),
-            Verdict::NotApplicable(why) => json!({ "not_applicable": why }),
-        })?;
+        tell(told(tried(check.run, &subject)))?;
     }
     Ok(())
 }
@@ -49,8 +51,16 @@ fn subject(order: &Value) -> Result<Subject, DriverError> {
     Ok(Subject { of, kind, options: order["options"].clone(), exchanges: order["exchanges"].as_u64().unwrap_or(0) })
 }
 
-fn tried(check: &Check, subject: &Subject) -> Verdict {
-    match catch_unwind(AssertUnwindSafe(|| (check.run)(subject))) {
+fn told(verdict: Verdict) -> Value {
+    match verdict {
+        Verdict::Passed => json!({ "passed": "" }),
+        Verdict::Failed(cause) => json!({ "failed": cause }),
+        Verdict::NotApplicable(why) => json!({ "not_applicable": why }),
+    }
+}
+
+fn tried(run: fn(&Subject) -> Tried, subject: &Subject) -> Verdict {
+    match catch_unwind(AssertUnwindSafe(|| run(subject))) {
         Ok(Ok(Passed::Yes)) => Verdict::Passed,
         Ok(Ok(Passed::NotApplicable(why))) => Verdict::NotApplicable(why.to_owned()),
         Ok(Err(cause)) => Verdict::Failed(cause),

@@ -30,8 +30,8 @@ impl Subject {
     pub(crate) fn rig(&self) -> Result<Rig, String> {
         let options = if self.of.class == Class::Worker { self.and(IN_PLACE, true.into()) } else { self.options.clone() };
         let rig = Rig::new(self.with(&options).map_err(|why| format!("it cannot be made: {why}"))?);
-        // Another driver stands for it where time is virtual: it has a time of its own.
-        Ok(if self.of.in_virtual_time.is_some() { rig.at_own_pace() } else { rig })
+        // Another driver, or the same with other options, stands for it where time is virtual: it has a time of its own.
+        Ok(if device::in_virtual_time(&self.kind, &options) == (self.kind.clone(), options) { rig } else { rig.at_own_pace() })
     }
 
     /// The same, opened.

@@ -1,32 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The side that asks: it starts the process of the checks, and another one where that ends or does not come back.
-use super::serve::LINK;
-use super::{Outcome, Report, Verdict, checks, phases};
+use super::all::checks;
+use super::kills;
+use super::orders::LINK;
+use super::report::{Outcome, Report, Verdict};
+use super::sanitizing;
+use super::settings::Settings;
 use interconnect::Link;
 use process_kit::{Child, Launch, UnixLink};
 use serde_json::{Value, json};
-use std::ffi::OsString;
-use std::path::PathBuf;
 use std::time::Duration;
-
-/// How a driver is checked.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// The command line of a process that calls [`serve`](super::serve).
-    pub command: Vec<OsString>,
-    /// How many exchanges the check of memory makes, at most.
-    pub exchanges: u64,
-    /// A shared object made of [`COUNTING`](super::Settings::COUNTING), which counts allocations; without one the check of them sees only what
-    /// is not given back.
-    pub counting: Option<PathBuf>,
-    /// How long a check may take.
-    pub limit: Duration,
-}
-
-impl Settings {
-    /// The source in C of what counts allocations.
-    pub const COUNTING: &'static str = include_str!("counting.c");
-}
 
 /// What came of a process of checks.
 enum Ran {
@@ -52,7 +35,8 @@ pub fn check(kind: &str, options: &Value, settings: &Settings) -> Report {
             }
         }
     }
-    report.outcomes.extend(phases::outcomes(kind, options, settings));
+    report.outcomes.push(sanitizing::outcome(kind, options, settings));
+    report.outcomes.extend(kills::outcomes(kind, options, settings));
     report
 }
 

@@ -29,7 +29,18 @@ pub(super) struct Host<'a> {
     pub(super) read: u32,
 }
 
+/// What was given over what holds where nothing is given.
+pub(super) fn filled(defaults: &Map<String, Value>, given: &Value) -> Map<String, Value> {
+    let given = given.as_object().into_iter().flatten();
+    defaults.iter().chain(given).map(|(name, value)| (name.clone(), value.clone())).collect()
+}
+
 impl Host<'_> {
+    /// One that has what was given, over what holds where nothing is given.
+    pub(super) fn of(defaults: &Map<String, Value>, given: &Value) -> Self {
+        Host { given: filled(defaults, given), ..Host::default() }
+    }
+
     /// Calls, and gives what went wrong: its own cause, or a question that has no answer.
     pub(super) fn call(&mut self, call: impl FnOnce(*mut AbiHost) -> abi::Cause) -> Result<(), String> {
         let mut host = AbiHost {

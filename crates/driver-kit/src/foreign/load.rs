@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Loading a file of drivers. It is never unloaded: a driver stays known for the life of its process, and what it declares with it.
 use super::abi::{self, ABI, Driver, Module, SYMBOL};
-use super::services::Foreign;
+use super::declared::Foreign;
 use super::words;
 use device::{Declaration, DriverError};
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};

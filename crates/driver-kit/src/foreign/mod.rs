@@ -7,12 +7,16 @@
 //! | `load` | a file: its version and sizes are checked before anything of it is believed |
 //! | `words` | its declarations, as every driver has one |
 //! | `host` | what a driver may ask for while it is called |
+//! | `instance` | the memory of one driver |
 //! | `driver` | a driver that calls it |
-//! | `services` | its services and its search for devices |
+//! | `services` | its services |
+//! | `declared` | its declaration, which makes drivers and looks for devices |
 #[doc(hidden)]
 pub mod abi;
+mod declared;
 mod driver;
 mod host;
+mod instance;
 mod load;
 mod services;
 mod words;

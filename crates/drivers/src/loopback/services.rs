@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What loopback parts do off the cycle. The source never waits for it: what a service leaves is taken at the next reading.
-use device::{CounterWord, DeviceError, Kind, OptionWord, ServiceWord, Services};
+use device::{DeviceError, Kind, OptionWord, ServiceWord, Services};
 use serde_json::Value;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -18,10 +18,12 @@ const PLACE: [OptionWord; 2] = [
 
 const HOLD: [OptionWord; 1] = [OptionWord::needed("seconds", Kind::Number, "how long, at most 60").unit("s")];
 
-/// Index of the counter of readings.
-pub(super) const READINGS: usize = 0;
-
-pub(super) const COUNTERS: [CounterWord; 1] = [CounterWord { name: "readings", unit: "", doc: "how often it was read" }];
+device::counters! {
+    /// What is counted.
+    pub(super) enum Count {
+        Readings: "readings", "", "how often it was read";
+    }
+}
 
 /// Bits of a NaN that no service leaves: the part stays where it is.
 const STAYS: u64 = u64::MAX;

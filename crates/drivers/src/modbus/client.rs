@@ -61,7 +61,7 @@ impl Client {
                 None => (output.place.form.write(&output.place.safe).map_or([0; 8], |(wire, _)| wire), false),
             };
             if !fits {
-                self.counters.add(Count::Limited as usize, 1);
+                self.counters.add(Count::Limited, 1);
             }
             output.is_due = output.taken != Some(wire) || engaged && output.place.write == Write::Each;
             output.wire = wire;

@@ -11,34 +11,30 @@
 use super::frame::{self, FRAME_MAX, framed, unframed};
 use super::pdu::{Exception, NoAnswer, PDU_MAX, Request};
 use super::turn::Turns;
+use crate::serial::{Parity, Settings};
 use crate::stream::{Address, Stream};
-use device::{CounterWord, Counters, DeviceError};
+use device::{Counters, DeviceError};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
-/// What is counted, in the order of [`COUNTERS`].
-#[derive(Clone, Copy)]
-#[repr(usize)]
-pub(super) enum Count {
-    Requests,
-    Timeouts,
-    Exceptions,
-    Damaged,
-    Late,
-    Reconnects,
-    Limited,
+device::counters! {
+    /// What is counted.
+    pub(super) enum Count {
+        Requests: "requests", "", "requests sent, repeated ones included";
+        Timeouts: "timeouts", "", "requests without an answer in time";
+        Exceptions: "exceptions", "", "requests that the device refused";
+        Damaged: "damaged", "", "answers that were damaged, cut off or to something else";
+        Late: "late", "", "answers to an earlier request, dropped";
+        Reconnects: "reconnects", "", "connections or lines that were opened again";
+        Limited: "limited", "", "values that their register cannot hold, written as the nearest that it can";
+    }
 }
 
-pub(super) static COUNTERS: [CounterWord; 7] = [
-    CounterWord { name: "requests", unit: "", doc: "requests sent, repeated ones included" },
-    CounterWord { name: "timeouts", unit: "", doc: "requests without an answer in time" },
-    CounterWord { name: "exceptions", unit: "", doc: "requests that the device refused" },
-    CounterWord { name: "damaged", unit: "", doc: "answers that were damaged, cut off or to something else" },
-    CounterWord { name: "late", unit: "", doc: "answers to an earlier request, dropped" },
-    CounterWord { name: "reconnects", unit: "", doc: "connections or lines that were opened again" },
-    CounterWord { name: "limited", unit: "", doc: "values that their register cannot hold, written as the nearest that it can" },
-];
+/// An address; where the standard leaves it open: port 502; 19,200 baud, even parity.
+pub(super) fn address_of(text: &str) -> Result<Address, String> {
+    Address::parse(text, "rtu", Settings { baud: 19_200, parity: Parity::Even, stop_bits: 1 }, Some(502))
+}
 
 /// Why there is no answer.
 #[derive(Debug)]
@@ -118,7 +114,7 @@ impl Link {
                 line
             }
         };
-        Ok(Link { line, place: address.to_string(), unit, answer, retries, counters: Arc::new(Counters::new(&COUNTERS)) })
+        Ok(Link { line, place: address.to_string(), unit, answer, retries, counters: Arc::new(Counters::new(Count::WORDS)) })
     }
 
     /// The same, which keeps no line open.
@@ -142,7 +138,7 @@ impl Link {
     }
 
     pub(super) fn count(&self, what: Count) {
-        self.counters.add(what as usize, 1);
+        self.counters.add(what, 1);
     }
 
     /// The answer to a request, which is sent again as often as declared.

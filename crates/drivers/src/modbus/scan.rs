@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Looks for Modbus devices: units on a serial line, or devices at a list of TCP addresses.
-use super::link::{Fault, Link};
+use super::link::{Fault, Link, address_of};
 use super::pdu::{Exception, Request};
-use super::{address_of, services};
+use super::services;
 use crate::stream::Address;
 use device::{DriverError, Found, Given};
 use serde_json::json;

@@ -13,7 +13,7 @@ use super::map::{self, End, Place, Write};
 use device::{Channel, Class, Counters, Declaration, DeviceError, Driver, DriverError, Given, Kind, Life, Opened, OptionWord, SafeBy, SafeState};
 use serde::Deserialize;
 use serde_json::{Map, Value, json};
-use serve::{COUNTERS, Count, Shared, serve};
+use serve::{Count, Shared, serve};
 use std::net::{IpAddr, SocketAddr, TcpListener, ToSocketAddrs};
 use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -25,7 +25,7 @@ pub(crate) static DRIVER: Declaration = Declaration {
     class: Class::Worker,
     life: Life::IN_PLACE,
     safe_state: SafeState { doc: "clients read the safe value of each channel", by: &[SafeBy::Driver], within_ns: 1_000_000_000 },
-    counters: &COUNTERS,
+    counters: Count::WORDS,
     rights: &["ports below 1024: cap_net_bind_service"],
     ..Declaration::new("modbus_server", "channels of this machine offered by Modbus over TCP: who asks reads and writes them", &OPTIONS, open)
 };
@@ -90,7 +90,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     }
     let (channels, places) = map::places(&options.channels, End::Server).map_err(|why| given.wrong("channels", why))?;
     let tables = Mutex::new(Tables::new(&places));
-    let shared = Arc::new(Shared { tables, counters: Arc::new(Counters::new(&COUNTERS)), asked: AtomicU64::new(0) });
+    let shared = Arc::new(Shared { tables, counters: Arc::new(Counters::new(Count::WORDS)), asked: AtomicU64::new(0) });
     let server = Server { channels, places, address, clients: options.clients, shared, silent_ns: options.silent_ns, asked: (0, 0), running: None };
     Ok((Box::new(server), json!({ "parts": [] })))
 }

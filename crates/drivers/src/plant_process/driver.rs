@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver of a plant that runs in a process of its own.
+use super::asking::{ask_with, ask_within};
 use super::region::{Region, Shape, Shared};
-use super::words::{Answer, Ask};
-use super::{age_of, ask_with, ask_within};
+use super::words::{Answer, Ask, age_of};
 use device::{Channel, DeviceError, Driver, SafeHandle, Slot};
 use interconnect::{TripleReader, TripleWriter};
 use process_kit::{Child, UnixLink, connect, now_ns};

@@ -10,37 +10,34 @@
 //! its next step on, until a driver opens it anew.
 //!
 //! Time runs as it does on the wall; under the virtual clock the driver runs in place.
+mod asking;
 mod driver;
 mod python;
 mod region;
 mod serve;
+mod starting;
 mod words;
 
 pub(crate) use python::DRIVER as PYTHON;
 pub(crate) use serve::run;
 pub use words::PlantState;
 
-use device::{Channel, Declaration, DriverError, Found, Geometry, Given, Kind, Opened, OptionWord, SafeBy, SafeState, Slot};
-use process_kit::{Child, Launch, UnixLink, connect, is_abandoned, run_folder};
+use asking::{SOCKET, ask, place};
+use device::{Declaration, DriverError, Found, Geometry, Given, Kind, Opened, OptionWord, SafeBy, SafeState};
+use process_kit::{connect, is_abandoned, run_folder};
 use serde::Deserialize;
 use serde_json::Value;
+use starting::opened;
 use std::ffi::OsString;
-use std::os::fd::OwnedFd;
 use std::path::PathBuf;
 use std::time::Duration;
 use words::{Answer, Ask, Described, Made};
 
-/// How long a plant may take to make, load and describe itself.
-const ANSWER: Duration = Duration::from_secs(30);
 const LINGER_NS: i64 = 10_000_000_000;
 const SILENT_NS: i64 = 500_000_000;
 const NAME_MAX: usize = 40;
-/// How the socket of a plant begins that others find by its name.
-const SOCKET: &str = "plant-";
 /// For how long nobody judges whether anybody listens there.
 const NEW: Duration = Duration::from_secs(1);
-/// The name of the descriptor of the first link.
-const LINK: &str = "link";
 
 pub(crate) static DRIVER: Declaration = Declaration {
     geometry: Some(geometry),
@@ -115,51 +112,6 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     opened(given, KIND, made, options.command.map_or_else(beside, |words| Ok(words.into_iter().map(OsString::from).collect()))?, bounds, path)
 }
 
-/// The process that was made so, found or started with this command.
-fn opened(
-    given: &Given<'_>,
-    kind: &'static str,
-    made: Made,
-    command: Vec<OsString>,
-    bounds: (i64, Option<i64>),
-    path: Option<PathBuf>,
-) -> Result<Opened, DriverError> {
-    let lost = |problem: String| DriverError::Process { kind: kind.into(), problem };
-    let (link, child) = match path.as_deref().and_then(|path| connect(path).ok()) {
-        Some(link) => (link, None),
-        None => start(command).map_err(lost)?,
-    };
-    let answer = ask(&link, if child.is_some() { Ask::Make(made.clone()) } else { Ask::Describe });
-    let described = match answer {
-        Ok(Answer::Described(described)) => *described,
-        Ok(Answer::Refused(problem)) => return Err(lost(problem)),
-        Ok(_) => return Err(lost("what answers is no plant".to_owned())),
-        Err(problem) => {
-            let how = child.as_ref().and_then(|child| child.wait(Duration::from_secs(1))).map_or(problem, |status| format!("its process {status}"));
-            return Err(lost(how));
-        }
-    };
-    if described.made != made {
-        let name = made.name.unwrap_or_default();
-        let problem = format!("the plant '{name}' that runs already was made with other options; close it, or give this one another name");
-        return Err(given.wrong("name", problem));
-    }
-    let Described { channels, mut about, .. } = described;
-    // What the driver there declares of itself is not served from here.
-    for word in ["class", "safe_state", "services", "counters"] {
-        about.as_object_mut().and_then(|about| about.remove(word));
-    }
-    let channels = channels.into_iter().map(Into::into).collect();
-    let driver = driver::PlantProcess::new(link, child, (channels, &about), bounds, path);
-    Ok((Box::new(driver), about))
-}
-
-/// Where the channel lies that says how old readings are, of a process whose driver names it.
-fn age_of(channels: &[Channel], about: &Value) -> Option<Slot> {
-    let of = channels.iter().find(|channel| Some(channel.name.as_str()) == about["age"].as_str())?;
-    Some(Slot { offset: of.offset, len: of.len }).filter(|slot| slot.len == size_of::<f64>())
-}
-
 /// Plants that run, those of a name.
 fn scan(_: &Given<'_>) -> Result<Vec<Found>, DriverError> {
     clean();
@@ -216,11 +168,6 @@ fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverError> {
     Ok(())
 }
 
-/// Where the plant of that name listens.
-fn place(name: &str) -> std::io::Result<PathBuf> {
-    Ok(run_folder()?.join(format!("{SOCKET}{name}")))
-}
-
 /// Removes the sockets of plants that were killed, and could not: of this user.
 pub fn clean() {
     let Ok(folder) = run_folder() else { return };
@@ -240,30 +187,6 @@ fn beside() -> Result<Vec<OsString>, DriverError> {
     Ok(vec![beside.map_err(|error| lost(format!("this program has no folder: {error}")))?.into_os_string()])
 }
 
-fn start(command: Vec<OsString>) -> Result<(UnixLink, Option<Child>), String> {
-    let (link, theirs) = UnixLink::pair().map_err(|error| format!("no link to its process can be made: {error}"))?;
-    let child = Launch::new(command).descriptor(LINK, theirs).start().map_err(|error| error.to_string())?;
-    Ok((link, Some(child)))
-}
-
 fn lost(problem: String) -> DriverError {
     DriverError::Process { kind: KIND.into(), problem }
-}
-
-/// Asks a plant; its answer, or in words why there is none.
-fn ask(link: &UnixLink, ask: Ask) -> Result<Answer, String> {
-    ask_with(link, ask).map(|(answer, _)| answer)
-}
-
-fn ask_with(link: &UnixLink, ask: Ask) -> Result<(Answer, Vec<OwnedFd>), String> {
-    ask_within(link, ask, ANSWER)
-}
-
-fn ask_within(link: &UnixLink, ask: Ask, limit: Duration) -> Result<(Answer, Vec<OwnedFd>), String> {
-    let gone = |_| "its process is gone".to_owned();
-    let frame = serde_json::to_vec(&ask).expect("an ask has no map with keys that are no texts");
-    link.send_with(&frame, &[], Some(limit)).map_err(gone)?;
-    let (frame, descriptors) = link.receive_with(limit).map_err(gone)?.ok_or_else(|| format!("its process does not answer for {} s", limit.as_secs()))?;
-    let answer = serde_json::from_slice(&frame).map_err(|_| "its process answers what no plant does".to_owned())?;
-    Ok((answer, descriptors))
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a driver and its plant process say to each other while nothing is in real time: one JSON text a frame.
-use device::{Channel, Direction};
+use device::{Channel, Direction, Slot};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -94,4 +94,10 @@ impl From<ChannelText> for Channel {
         let ChannelText { name, write, type_text, unit, doc, offset, len, safe, slew_max } = of;
         Channel { name, direction: if write { Direction::Write } else { Direction::Read }, type_text, unit, doc, offset, len, safe, slew_max }
     }
+}
+
+/// Where the channel lies that says how old readings are, of a process whose driver names it.
+pub(super) fn age_of(channels: &[Channel], about: &Value) -> Option<Slot> {
+    let of = channels.iter().find(|channel| Some(channel.name.as_str()) == about["age"].as_str())?;
+    Some(Slot { offset: of.offset, len: of.len }).filter(|slot| slot.len == size_of::<f64>())
 }

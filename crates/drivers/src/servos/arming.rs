@@ -2,7 +2,8 @@
 //! How a servo is met, gets its torque and loses it, and what is done for services meanwhile.
 use super::calibration::{Calibration, Entry};
 use super::driver::Servos;
-use super::frame::{Ask, BROADCAST, Frame, Protocol};
+use super::frame::{Ask, BROADCAST, Frame};
+use super::protocol::Protocol;
 use super::registers::{Model, Register};
 use device::DeviceError;
 use serde_json::{Value, json};

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One request at a time on a line on which everyone speaks in turn: what is asked, who answers, how long that may last, what is asked again.
-use super::frame::{Answer, Ask, FRAME_MAX, Frame, Protocol, Taken};
+use super::frame::{Answer, Ask, FRAME_MAX, Frame, Taken};
+use super::protocol::Protocol;
 use super::registers::{Register, whole};
 use crate::serial::{SerialLine, Settings};
-use device::{CounterWord, Counters};
+use device::Counters;
 use std::io::{Error, ErrorKind, Result};
 use std::os::fd::{AsFd, OwnedFd};
 use std::sync::Arc;
@@ -14,25 +15,19 @@ pub(super) const SERVOS_MAX: usize = 64;
 /// How long a servo waits before it answers, at most: its register for that ends at 0.5 ms.
 const RETURN_DELAY: Duration = Duration::from_millis(1);
 
-pub(super) const EXCHANGES: usize = 0;
-pub(super) const TIMEOUTS: usize = 1;
-pub(super) const RETRIES: usize = 2;
-pub(super) const FRAMES_BAD: usize = 3;
-pub(super) const FRAMES_STRANGE: usize = 4;
-pub(super) const GOALS_LIMITED: usize = 5;
-pub(super) const ALERTS: usize = 6;
-pub(super) const HOST_TIME: usize = 7;
-
-pub(super) const COUNTERS: [CounterWord; 8] = [
-    CounterWord { name: "exchanges", unit: "", doc: "exchanges in which every servo answered" },
-    CounterWord { name: "timeouts", unit: "", doc: "answers that did not come in time" },
-    CounterWord { name: "retries", unit: "", doc: "requests that were made again" },
-    CounterWord { name: "frames_bad", unit: "", doc: "frames with a wrong checksum or length, dropped" },
-    CounterWord { name: "frames_strange", unit: "", doc: "answers that nobody had asked for, dropped" },
-    CounterWord { name: "goals_limited", unit: "", doc: "goals that the range or the greatest speed held back" },
-    CounterWord { name: "alerts", unit: "", doc: "readings in which a servo told of an error, a low voltage among them" },
-    CounterWord { name: "host_time", unit: "ns", doc: "processor time of this host for the latest exchange" },
-];
+device::counters! {
+    /// What is counted.
+    pub(super) enum Count {
+        Exchanges: "exchanges", "", "exchanges in which every servo answered";
+        Timeouts: "timeouts", "", "answers that did not come in time";
+        Retries: "retries", "", "requests that were made again";
+        FramesBad: "frames_bad", "", "frames with a wrong checksum or length, dropped";
+        FramesStrange: "frames_strange", "", "answers that nobody had asked for, dropped";
+        GoalsLimited: "goals_limited", "", "goals that the range or the greatest speed held back";
+        Alerts: "alerts", "", "readings in which a servo told of an error, a low voltage among them";
+        HostTime: "host_time", "ns", "processor time of this host for the latest exchange";
+    }
+}
 
 /// How a line is to be used.
 #[derive(Clone, Copy, Debug)]
@@ -153,7 +148,7 @@ impl Bus {
             if count == 0 {
                 return Ok(());
             }
-            self.counters.add(RETRIES, u64::from(round > 0));
+            self.counters.add(Count::Retries, u64::from(round > 0));
             let ask = Ask::SyncRead { address: register.address, len: register.len, ids: &missing[..count] };
             self.once(super::frame::BROADCAST, ask, ids, done, usize::from(register.len), take)?;
         }
@@ -164,7 +159,7 @@ impl Bus {
     fn one(&mut self, id: u8, ask: Ask<'_>, len: usize) -> Result<Option<Answered>> {
         let mut answered = None;
         for round in 0..=self.timing.retries {
-            self.counters.add(RETRIES, u64::from(round > 0));
+            self.counters.add(Count::Retries, u64::from(round > 0));
             let take = &mut |_: usize, answer: Answer<'_>| answered = Some(Answered { error: answer.error, value: whole(answer.bytes) });
             self.once(id, ask, &[id], &mut [false], len, take)?;
             if answered.is_some() {
@@ -184,7 +179,7 @@ impl Bus {
         while missing > 0 {
             missing -= self.answers(ids, done, len, take);
             if missing > 0 && !self.receive(until)? {
-                self.counters.add(TIMEOUTS, missing as u64);
+                self.counters.add(Count::Timeouts, missing as u64);
                 return Ok(());
             }
         }
@@ -211,7 +206,7 @@ impl Bus {
     fn receive(&mut self, until: Instant) -> Result<bool> {
         if self.len == self.came.len() {
             // Nobody was asked for so much: it is noise.
-            self.counters.add(FRAMES_BAD, 1);
+            self.counters.add(Count::FramesBad, 1);
             self.len = 0;
         }
         let count = self.line.read(&mut self.came[self.len..], until)?;
@@ -224,12 +219,12 @@ impl Bus {
         let sent = self.frame.bytes().len();
         while self.len < sent {
             if !self.receive(until)? {
-                self.counters.add(TIMEOUTS, 1);
+                self.counters.add(Count::Timeouts, 1);
                 return Ok(false);
             }
         }
         let is_own = &self.came[..sent] == self.frame.bytes();
-        self.counters.add(FRAMES_BAD, u64::from(!is_own));
+        self.counters.add(Count::FramesBad, u64::from(!is_own));
         self.leave_out(sent);
         Ok(is_own)
     }
@@ -247,7 +242,7 @@ impl Bus {
                 Taken::Part => break,
                 Taken::Skip(count) => count,
                 Taken::Bad(count) => {
-                    self.counters.add(FRAMES_BAD, 1);
+                    self.counters.add(Count::FramesBad, 1);
                     count
                 }
                 Taken::Frame(count, answer) => {
@@ -258,7 +253,7 @@ impl Bus {
                             taken += 1;
                             take(index, answer);
                         }
-                        _ => self.counters.add(FRAMES_STRANGE, 1),
+                        _ => self.counters.add(Count::FramesStrange, 1),
                     }
                     count
                 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The exchange with the servos of a bus: all are read by one request, and all goals go out in one frame.
 use super::bus::Timing;
-use super::bus::{ALERTS, Answered, Bus, COUNTERS, EXCHANGES, GOALS_LIMITED, HOST_TIME};
-use super::frame::{Frame, Protocol};
+use super::bus::{Answered, Bus, Count};
+use super::frame::Frame;
 use super::options::{Wanted, Wired};
+use super::protocol::Protocol;
 use super::registers::{Effort, Map, Present, Register};
 use super::services::Desk;
 use device::{Channel, Command, Counters, DeviceError, Driver, Layout, Opened, Part, SafeHandle, Services, Servo, Slot, Type, UNLIMITED};
@@ -80,7 +81,7 @@ impl Servos {
             joints,
             bus: None,
             desk: Arc::default(),
-            counters: Arc::new(Counters::new(&COUNTERS)),
+            counters: Arc::new(Counters::new(Count::WORDS)),
             written_ns: None,
             write_ns: 0,
         };
@@ -118,7 +119,7 @@ impl Servos {
         if let Some((index, error)) = refused {
             return Err(self.wrong(index, &format!("refuses to be read: error {error}")));
         }
-        self.counters.add(EXCHANGES, 1);
+        self.counters.add(Count::Exchanges, 1);
         (0..self.joints.len()).try_for_each(|joint| self.heed(joint))
     }
 
@@ -127,7 +128,7 @@ impl Servos {
         if self.joints[joint].error == 0 {
             return Ok(());
         }
-        self.counters.add(ALERTS, 1);
+        self.counters.add(Count::Alerts, 1);
         if self.protocol == Protocol::Dynamixel {
             // Its answer says only that there is something.
             let error = self.ask(joint, self.map.error)?.value;
@@ -188,7 +189,7 @@ impl Servos {
             let wanted = if commanded.is_finite() { commanded.clamp(joint.wired.min, joint.wired.max) } else { joint.goal };
             joint.goal = wanted.clamp(joint.goal - step, joint.goal + step);
             let is_limited = commanded.is_finite() && (joint.goal - commanded).abs() > NEAR;
-            self.counters.add(GOALS_LIMITED, u64::from(is_limited));
+            self.counters.add(Count::GoalsLimited, u64::from(is_limited));
             self.rows.push(joint.wired.id);
             self.rows.extend_from_slice(&self.protocol.goal(joint.wired.counts(joint.goal))[..usize::from(self.map.goal.len)]);
         }
@@ -217,7 +218,7 @@ impl Driver for Servos {
         self.exchange()?;
         self.record();
         self.show(readings);
-        self.counters.set(HOST_TIME, processor_ns().saturating_sub(began_ns) + std::mem::take(&mut self.write_ns));
+        self.counters.set(Count::HostTime, processor_ns().saturating_sub(began_ns) + std::mem::take(&mut self.write_ns));
         Ok(())
     }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the two protocols of serial servos have in common: a host asks, a servo answers, and each frame says where it ends.
-use super::{dynamixel2, sts};
 
 /// The longest frame of either protocol that is sent or taken.
 pub(super) const FRAME_MAX: usize = 512;
@@ -8,15 +7,6 @@ pub(super) const FRAME_MAX: usize = 512;
 pub(super) const BROADCAST: u8 = 0xfe;
 /// The greatest id of a servo.
 pub(super) const ID_MAX: u8 = 0xfc;
-
-/// A protocol.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Protocol {
-    /// Feetech STS: a sum over each frame; numbers with a sign bit.
-    Sts,
-    /// Dynamixel 2.0: a CRC over each frame, in which headers are stuffed; numbers in two's complement.
-    Dynamixel,
-}
 
 /// What is asked for. Addresses are those of a servo's registers.
 #[derive(Clone, Copy, Debug)]
@@ -87,43 +77,20 @@ impl Frame {
         self.len = 0;
     }
 
-    /// Appends bytes; what does not fit is left out, which [`Protocol::write`] tells.
+    /// Appends bytes; what does not fit is left out, which [`Frame::is_whole`] tells.
     pub(super) fn push(&mut self, bytes: &[u8]) {
         let end = (self.len + bytes.len()).min(FRAME_MAX);
         self.bytes[self.len..end].copy_from_slice(&bytes[..end - self.len]);
         self.len = end;
     }
 
+    /// Whether everything that was appended fits.
+    pub(super) fn is_whole(&self) -> bool {
+        self.len < FRAME_MAX
+    }
+
     /// Stores one byte that was appended before.
     pub(super) fn set(&mut self, at: usize, byte: u8) {
         self.bytes[at] = byte;
-    }
-}
-
-impl Protocol {
-    /// Writes a frame. False where it does not fit, or the protocol has no such request.
-    pub(super) fn write(self, frame: &mut Frame, id: u8, ask: Ask<'_>) -> bool {
-        frame.clear();
-        let known = match self {
-            Protocol::Sts => sts::write(frame, id, ask),
-            Protocol::Dynamixel => dynamixel2::write(frame, id, ask),
-        };
-        known && frame.len < FRAME_MAX
-    }
-
-    /// What a buffer begins with. `scratch` takes what was stuffed.
-    pub(super) fn take<'a>(self, bytes: &'a [u8], scratch: &'a mut [u8; FRAME_MAX]) -> Taken<'a> {
-        match self {
-            Protocol::Sts => sts::take(bytes),
-            Protocol::Dynamixel => dynamixel2::take(bytes, scratch),
-        }
-    }
-
-    /// Bytes of an answer that carries `len`, where nothing is stuffed.
-    pub(super) const fn answer_len(self, len: usize) -> usize {
-        match self {
-            Protocol::Sts => 6 + len,
-            Protocol::Dynamixel => 11 + len,
-        }
     }
 }

@@ -4,6 +4,7 @@
 //! | module | |
 //! |---|---|
 //! | `frame`, `sts`, `dynamixel2` | frames of the two protocols: any bytes may come, nothing is allocated |
+//! | `protocol` | the two of them behind one face |
 //! | `registers` | what lies where in a servo, and what its numbers mean |
 //! | `bus` | one request at a time: its time, its echo, who is asked again |
 //! | `driver`, `arming` | the exchange; torque, which comes on where the servo is |
@@ -18,6 +19,7 @@ mod driver;
 mod dynamixel2;
 mod frame;
 mod options;
+mod protocol;
 mod registers;
 mod scan;
 mod services;
@@ -26,7 +28,7 @@ mod sts;
 mod tests;
 
 use device::{Class, Declaration, DriverError, Given, Life, Opened, SafeBy, SafeState};
-use frame::Protocol;
+use protocol::Protocol;
 
 pub(crate) static FEETECH: Declaration =
     of("feetech", "Feetech STS servos on a serial bus", |given| open(given, Protocol::Sts), |given| scan::scan(given, Protocol::Sts));
@@ -44,7 +46,7 @@ const fn of(kind: &'static str, doc: &'static str, open: device::Of<Opened>, sca
         life: Life { waits_ns: 0, lost_within_ns: 500_000_000 },
         safe_state: SafeState { doc: "torque off: an arm that nothing holds sinks", by: &[SafeBy::Driver, SafeBy::Guard], within_ns: 500_000_000 },
         services: &services::SERVICES,
-        counters: &bus::COUNTERS,
+        counters: bus::Count::WORDS,
         rights: &["the serial line: be in group dialout"],
         scan: Some(scan),
         ..Declaration::new(kind, doc, &options::OPTIONS, open)

@@ -2,7 +2,8 @@
 //! The options of a bus of servos, and the joints that they say.
 use super::bus::{SERVOS_MAX, Timing};
 use super::calibration::{self, Calibration};
-use super::frame::{ID_MAX, Protocol};
+use super::frame::ID_MAX;
+use super::protocol::Protocol;
 use super::registers::{Map, Model, TURN};
 use device::{DriverError, Given, Kind, OptionWord};
 use serde::Deserialize;

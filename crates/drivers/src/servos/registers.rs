@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What lies where in a servo, and what its numbers mean. A value is named after the maker's control table.
-use super::frame::Protocol;
+use super::protocol::Protocol;
 use std::f64::consts::TAU;
 
 /// Zero degrees Celsius, K.

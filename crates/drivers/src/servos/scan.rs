@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The search for servos: every id at every baud rate, on one line or on all of this machine.
-use super::bus::{Bus, COUNTERS};
-use super::frame::{ID_MAX, Protocol};
+use super::bus::{Bus, Count};
+use super::frame::ID_MAX;
 use super::options;
+use super::protocol::Protocol;
 use super::registers::{Map, Model};
 use device::{Counters, DriverError, Found, Given};
 use serde_json::{Map as Table, Value, json};
@@ -22,7 +23,7 @@ pub(super) fn scan(given: &Given<'_>, protocol: Protocol) -> Result<Vec<Found>, 
     for port in &ports {
         for baud in &bauds {
             timing.baud = *baud;
-            let bus = Bus::open(port, protocol, timing, Arc::new(Counters::new(&COUNTERS)));
+            let bus = Bus::open(port, protocol, timing, Arc::new(Counters::new(Count::WORDS)));
             let servos = bus.and_then(|mut bus| present(&mut bus)).map_err(|why| DriverError::Failed(format!("{port} at {baud} baud: {why}")))?;
             if !servos.is_empty() {
                 found.push(told(protocol, port, *baud, &servos));

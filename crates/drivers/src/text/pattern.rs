@@ -137,6 +137,12 @@ impl Pattern {
     }
 }
 
+/// A text that is sent, and the indices of its values among the write channels.
+pub(super) struct Order {
+    pub(super) pattern: Pattern,
+    pub(super) indices: Vec<usize>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::fields::tests::field;

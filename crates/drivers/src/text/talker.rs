@@ -1,31 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A device that speaks in texts, as a driver.
-use super::Order;
 use super::frame::{FRAME_MAX, Framing, Scanned};
+use super::pattern::Order;
 use crate::stream::{Address, Stream};
-use device::{Channel, CounterWord, Counters, DeviceError, Driver, Kind, Layout, OptionWord, ServiceWord, Services, Slot};
+use device::{Channel, Counters, DeviceError, Driver, Kind, Layout, OptionWord, ServiceWord, Services, Slot};
 use serde_json::{Value, json};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What is counted, in the order of [`COUNTERS`].
-#[derive(Clone, Copy)]
-#[repr(usize)]
-enum Count {
-    Taken,
-    Unmatched,
-    Damaged,
-    Timeouts,
-    Sent,
+device::counters! {
+    /// What is counted.
+    pub(super) enum Count {
+        Taken: "taken", "", "texts that were declared";
+        Unmatched: "unmatched", "", "texts that none of the declared fits";
+        Damaged: "damaged", "", "texts that were damaged, and noise between them";
+        Timeouts: "timeouts", "", "questions without an answer in time";
+        Sent: "sent", "", "texts sent";
+    }
 }
-
-pub(super) static COUNTERS: [CounterWord; 5] = [
-    CounterWord { name: "taken", unit: "", doc: "texts that were declared" },
-    CounterWord { name: "unmatched", unit: "", doc: "texts that none of the declared fits" },
-    CounterWord { name: "damaged", unit: "", doc: "texts that were damaged, and noise between them" },
-    CounterWord { name: "timeouts", unit: "", doc: "questions without an answer in time" },
-    CounterWord { name: "sent", unit: "", doc: "texts sent" },
-];
 
 pub(super) static SERVICES: [ServiceWord; 2] = [
     ServiceWord {
@@ -55,7 +47,7 @@ impl Line {
     }
 
     fn count(&self, what: Count) {
-        self.counters.add(what as usize, 1);
+        self.counters.add(what, 1);
     }
 
     fn failed(&self, why: &std::io::Error) -> DeviceError {
@@ -104,7 +96,7 @@ pub(super) struct Talker {
 
 impl Talker {
     pub(super) fn new(layout: Layout, count: Slot, address: Address, framing: Framing, reads: Vec<Order>, writes: Vec<Order>) -> Talker {
-        let line = Line { address, framing, counters: Arc::new(Counters::new(&COUNTERS)), stream: Mutex::new(None), last: Mutex::new((0, [0; FRAME_MAX])) };
+        let line = Line { address, framing, counters: Arc::new(Counters::new(Count::WORDS)), stream: Mutex::new(None), last: Mutex::new((0, [0; FRAME_MAX])) };
         Talker {
             readings: vec![0; layout.readings_len()],
             channels: layout.into_channels(),

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The exchange: the newest package in, and one out for it.
-use super::Options;
 use super::dashboard::Panel;
 use super::link::Broken;
+use super::options::Options;
 use super::sample::JOINTS;
 use super::script::CYCLE_NS;
 use super::session::Session;
 use super::states::{hindrance, interruption};
-use device::{Channel, Command, CounterWord, Counters, DeviceError, Driver, Layout, Part, Services, Servo, Slot, Type, UNLIMITED};
+use device::{Channel, Command, Counters, DeviceError, Driver, Layout, Part, Services, Servo, Slot, Type, UNLIMITED};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
@@ -19,18 +19,16 @@ const DIGITAL: usize = 8;
 /// A goal that comes later than this is not allowed to be farther for it.
 const SPAN_NS_MAX: i64 = 2 * CYCLE_NS;
 
-pub(super) static COUNTERS: [CounterWord; 5] = [
-    CounterWord { name: "packages", unit: "", doc: "taken, each the newest when it was" },
-    CounterWord { name: "packages_refused", unit: "", doc: "of another form than was agreed, or with what is no number" },
-    CounterWord { name: "packages_unsent", unit: "", doc: "the connection had not taken the one before" },
-    CounterWord { name: "goals_limited", unit: "", doc: "were farther from the one before than the maximum speed allows" },
-    CounterWord { name: "age", unit: "ns", doc: "of the newest package, in firings" },
-];
-const PACKAGES: usize = 0;
-const REFUSED: usize = 1;
-const UNSENT: usize = 2;
-const LIMITED: usize = 3;
-const AGE: usize = 4;
+device::counters! {
+    /// What is counted.
+    pub(super) enum Count {
+        Packages: "packages", "", "taken, each the newest when it was";
+        Refused: "packages_refused", "", "of another form than was agreed, or with what is no number";
+        Unsent: "packages_unsent", "", "the connection had not taken the one before";
+        Limited: "goals_limited", "", "were farther from the one before than the maximum speed allows";
+        Age: "age", "ns", "of the newest package, in firings";
+    }
+}
 
 /// Where the values lie.
 struct Slots {
@@ -79,7 +77,7 @@ impl Ur {
         let parts = NAMES.iter().enumerate().map(part).collect();
         let (channels, slots) = channels();
         let panel = Arc::new(Panel { to: SocketAddr::new(address, options.dashboard_port) });
-        let counters = Arc::new(Counters::new(&COUNTERS));
+        let counters = Arc::new(Counters::new(Count::WORDS));
         (Ur { options, address, channels, slots, counters, panel, session: None, fresh: false, taken_ns: 0, sent_ns: 0, commanded: 0 }, parts)
     }
 
@@ -98,7 +96,7 @@ impl Ur {
             for (i, held) in session.told.goals.iter_mut().enumerate() {
                 let Some(wanted) = goal(i) else { continue };
                 let given = wanted.clamp(*held - most, *held + most);
-                self.counters.add(LIMITED, u64::from(given != wanted));
+                self.counters.add(Count::Limited, u64::from(given != wanted));
                 *held = given;
             }
         }
@@ -173,15 +171,15 @@ impl Driver for Ur {
         let Some(session) = &mut self.session else { return Err(lost("it is not open")) };
         let is_due = self.options.lockstep && !self.fresh && release_ns - self.taken_ns >= CYCLE_NS;
         let taken = if is_due { session.wait(session.answer) } else { session.take() };
-        self.counters.set(REFUSED, session.refused);
+        self.counters.set(Count::Refused, session.refused);
         if taken.map_err(lost)? {
             (self.fresh, self.taken_ns) = (true, release_ns);
-            self.counters.add(PACKAGES, 1);
+            self.counters.add(Count::Packages, 1);
         } else if is_due {
             return Err(lost("the controller sends nothing any more"));
         }
         let age_ns = release_ns - self.taken_ns;
-        self.counters.set(AGE, age_ns.unsigned_abs());
+        self.counters.set(Count::Age, age_ns.unsigned_abs());
         if !self.options.lockstep && age_ns > self.options.silence_ns {
             return Err(lost(format!("nothing has come from the controller for {} ms: its cable is out, or it is off", age_ns / 1_000_000)));
         }
@@ -199,7 +197,7 @@ impl Driver for Ur {
         self.tell(release_ns - self.sent_ns, commands, engaged);
         self.sent_ns = release_ns;
         let sent = self.session.as_mut().map_or(Ok(true), Session::send);
-        self.counters.add(UNSENT, u64::from(!sent.map_err(lost)?));
+        self.counters.add(Count::Unsent, u64::from(!sent.map_err(lost)?));
         Ok(())
     }
 

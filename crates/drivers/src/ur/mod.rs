@@ -9,6 +9,7 @@
 //! | `dashboard` | what is asked on the side: remote control, power, the release of a protective stop |
 //! | `states` | what keeps an arm from following, in words |
 //! | `session` | how an arm is brought to follow |
+//! | `options` | how its controller is reached and the arm follows |
 //! | `driver` | the exchange |
 //!
 //! The driver is inline. Each firing takes the newest package that has come in and sends one for it, so that it may fire more often than the
@@ -16,14 +17,15 @@
 mod dashboard;
 mod driver;
 mod link;
+mod options;
 mod rtde;
 mod sample;
 mod script;
 mod session;
 mod states;
 
-use device::{Declaration, DriverError, Given, Kind, Life, Opened, OptionWord, SafeBy, SafeState};
-use serde::Deserialize;
+use device::{Declaration, DriverError, Given, Life, Opened, SafeBy, SafeState};
+use options::{OPTIONS, Options, SILENCE_NS, WAIT_NS};
 use serde_json::{Value, json};
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 
@@ -35,68 +37,10 @@ pub(crate) static DRIVER: Declaration = Declaration {
         within_ns: 1_000_000_000,
     },
     services: &dashboard::SERVICES,
-    counters: &driver::COUNTERS,
+    counters: driver::Count::WORDS,
     in_virtual_time: Some(in_lockstep),
     ..Declaration::new("ur", "an arm of Universal Robots (e-series and later) over RTDE, which takes positions", &OPTIONS, open)
 };
-
-const WAIT_NS: i64 = 10_000_000_000;
-const SILENCE_NS: i64 = 100_000_000;
-const TIMEOUT_NS: i64 = 40_000_000;
-
-const OPTIONS: [OptionWord; 13] = [
-    OptionWord::needed("host", Kind::Text, "name or address of its controller"),
-    OptionWord::with_default("rtde_port", Kind::Whole, "30004", "where it offers RTDE"),
-    OptionWord::with_default("dashboard_port", Kind::Whole, "29999", "where it offers its dashboard"),
-    OptionWord::with_default("script_port", Kind::Whole, "30002", "where it takes programs"),
-    OptionWord::with_default("power_on", Kind::Bool, "false", "powers the arm on and releases its brakes when it is opened"),
-    OptionWord::with_default("wait_ns", Kind::Whole, "10 s", "how long a controller that is not there yet is waited for").unit("ns"),
-    OptionWord::with_default("silence_ns", Kind::Whole, "100 ms", "without a package for so long the arm is lost").unit("ns"),
-    OptionWord::with_default("timeout_ns", Kind::Whole, "40 ms", "without a command for so long the controller stops the arm by itself").unit("ns"),
-    OptionWord::with_default("speed_max", Kind::Number, "3.14", "no goal is farther from the one before than this speed allows").unit("rad/s"),
-    OptionWord::with_default("lookahead", Kind::Number, "0.05", "over how long servoj smooths goals, 0.03 to 0.2").unit("s"),
-    OptionWord::with_default("gain", Kind::Number, "300", "how stiffly servoj follows, 100 to 2000"),
-    OptionWord::with_default("deceleration", Kind::Number, "5", "with which the controller comes to rest by itself").unit("rad/s^2"),
-    OptionWord::with_default("lockstep", Kind::Bool, "false; true under the virtual clock", "a firing waits for the package that is due"),
-];
-
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct Options {
-    host: String,
-    rtde_port: u16,
-    dashboard_port: u16,
-    script_port: u16,
-    power_on: bool,
-    wait_ns: i64,
-    silence_ns: i64,
-    timeout_ns: i64,
-    speed_max: f64,
-    lookahead: f64,
-    gain: f64,
-    deceleration: f64,
-    lockstep: bool,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Options {
-            host: String::new(),
-            rtde_port: rtde::PORT,
-            dashboard_port: dashboard::PORT,
-            script_port: 30002,
-            power_on: false,
-            wait_ns: WAIT_NS,
-            silence_ns: SILENCE_NS,
-            timeout_ns: TIMEOUT_NS,
-            speed_max: std::f64::consts::PI,
-            lookahead: 0.05,
-            gain: 300.0,
-            deceleration: 5.0,
-            lockstep: false,
-        }
-    }
-}
 
 /// Makes the driver; the controller is looked for when it is opened.
 fn open(given: &Given<'_>) -> Result<Opened, DriverError> {

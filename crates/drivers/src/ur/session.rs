@@ -2,11 +2,11 @@
 //! How an arm is brought to follow: connection, recipes, power, remote control, program. Off the cycle, so that it may wait.
 use super::dashboard::Dashboard;
 use super::link::{Broken, Link};
+use super::options::Options;
 use super::rtde::{self, Message, kind, request};
-use super::sample::{INPUTS, OUTPUTS, Sample, Told, recipe};
+use super::sample::{INPUTS, JOINTS, OUTPUTS, Sample, Told, recipe};
 use super::script::{CYCLE_NS, Program};
 use super::states::{hindrance, interruption, is_off};
-use super::{Options, sample::JOINTS};
 use device::DeviceError;
 use std::io::Write;
 use std::net::{IpAddr, SocketAddr, TcpStream};

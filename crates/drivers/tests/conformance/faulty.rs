@@ -117,12 +117,12 @@ faulty! {
     return OK;"# => r#"    extern void *malloc(size_t); extern void free(void *); void *volatile block = malloc(100); free(block);
     count(self->exchanges, 1);
     return OK;"#,
-        ["allocation"], "500 times in 500 firings";
+        ["allocation", "sanitizer"], "500 times in 500 firings";
     waits_in_its_reading: r#"    count(self->exchanges, 1);
     return OK;"# => r#"    extern int usleep(unsigned); usleep(1);
     count(self->exchanges, 1);
     return OK;"#,
-        ["waiting"], "its thread gave up its processor";
+        ["waiting", "sanitizer"], "its thread gave up its processor";
     memory_grows: r#"    count(self->exchanges, 1);
     return OK;"# => r#"    extern void *malloc(size_t); if (*self->exchanges % 5000 == 4999) { void *volatile block = malloc(1 << 20); (void)block; }
     count(self->exchanges, 1);

@@ -3,7 +3,7 @@
 mod faulty;
 mod ours;
 
-use driver_kit::conformance::{Report, Settings};
+use driver_kit::conformance::{Report, Settings, sanitizer_in};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -28,8 +28,14 @@ fn built(name: &str, source: &str) -> PathBuf {
 
 fn settings() -> Settings {
     static COUNTING: OnceLock<PathBuf> = OnceLock::new();
-    let counting = COUNTING.get_or_init(|| built("counting", Settings::COUNTING));
-    Settings { command: vec![env!("CARGO_BIN_EXE_drivers-check").into()], exchanges: 20_000, counting: Some(counting.clone()), limit: Duration::from_secs(120) }
+    static SANITIZER: OnceLock<Option<PathBuf>> = OnceLock::new();
+    Settings {
+        command: vec![env!("CARGO_BIN_EXE_drivers-check").into()],
+        exchanges: 20_000,
+        counting: Some(COUNTING.get_or_init(|| built("counting", Settings::COUNTING)).clone()),
+        sanitizer: SANITIZER.get_or_init(|| sanitizer_in(folder())).clone(),
+        limit: Duration::from_secs(120),
+    }
 }
 
 fn checked(kind: &str, options: &Value) -> Report {

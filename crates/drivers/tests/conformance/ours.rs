@@ -2,6 +2,8 @@
 //! The drivers that come with OpenGPAC, and the example in C.
 use crate::{built, checked, settings};
 use serde_json::{Value, json};
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpListener;
 use std::path::Path;
 
 /// That a driver passes every check.
@@ -66,6 +68,33 @@ fn modbus() {
     let channels = json!({ "wanted": { "holding": 100, "type": "double", "write": true }, "place": { "input": 0, "type": "int32", "scale": 0.001 } });
     passes("modbus", &json!({ "address": address(102), "channels": channels, "answer_ns": 30_000_000_000_i64 }));
     server.close();
+}
+
+#[test]
+fn text() {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let address = format!("tcp/{}", listener.local_addr().expect("it is bound"));
+    // A scale for each that connects; it ends with the program.
+    std::thread::spawn(move || {
+        for stream in listener.incoming().map_while(Result::ok) {
+            std::thread::spawn(move || {
+                let lines = BufReader::new(stream.try_clone().expect("it is open")).lines();
+                let asked = lines.map_while(Result::ok).filter(|line| line == "P");
+                asked.take_while(|_| (&stream).write_all(b"ST,12.5 kg\r\n").is_ok()).for_each(drop)
+            });
+        }
+    });
+    let fields = json!({ "weight": { "unit": "kg" }, "stable": { "when": "ST" }, "setpoint": { "safe": 0.0 } });
+    passes(
+        "text",
+        &json!({ "address": address, "asks": "P", "reads": ["{stable},{weight} kg"], "writes": ["SP {setpoint}"], "fields": fields, "answer_ns": 60_000_000_000_i64 }),
+    );
+}
+
+#[test]
+fn canopen() {
+    let axes = json!([{ "name": "x", "node": 5, "counts": 1000, "speed_max": 5 }, { "name": "y", "node": 6, "counts": 1000, "mode": "velocity" }]);
+    passes("canopen", &json!({ "interface": "emulated", "axes": axes }));
 }
 
 #[test]

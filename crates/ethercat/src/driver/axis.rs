@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An axis: what a drive by CiA 402 is told in each cycle, and what its answers say.
+use super::brake::Brake;
+use super::homing::Scale;
 use super::options::{AxisOptions, Commanded, PdosFrom, Unit};
-use crate::cia402::{self, DriveState, error_name};
 use crate::coe::Entry;
 use crate::main_device::{Field, Mapping, Pdos, Sync0};
+use cia402::{DriveState, Homing, HomingStep, Mode, error_name};
 use device::{Channel, Layout, Number, Slot, Type};
 
 /// An axis, and what it is doing.
@@ -29,6 +31,21 @@ pub(super) struct Axis {
     /// It is stopped until nobody engages it any more.
     is_stopped: bool,
     resets: bool,
+    status: u16,
+    mode_shown: i8,
+    homing: Option<Homing>,
+    homed: Homed,
+    brake: Option<Brake>,
+}
+
+/// How an axis has come home, as its channel shows it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Homed {
+    #[default]
+    No = 0,
+    GoingOn = 1,
+    Yes = 2,
+    Failed = 3,
 }
 
 struct Slots {
@@ -38,6 +55,7 @@ struct Slots {
     bias: Option<Slot>,
     status: Slot,
     error: Slot,
+    homing: Slot,
     command: Slot,
 }
 
@@ -52,14 +70,18 @@ struct Fields {
     velocity: Option<usize>,
     torque: Option<usize>,
     error: Option<usize>,
+    mode_shown: Option<usize>,
+    brake: Option<usize>,
 }
 
 /// Synchronised by SYNC0: a type of synchronisation.
 const DC_SYNC0: u16 = 2;
+/// An option of the quick stop: down the ramp, and then the motor holds.
+const STAYS_IN_QUICK_STOP: i16 = 6;
 /// No axis is faster, in whatever it is counted: what is multiplied by a time stays a number.
 const SPEED_MAX: f64 = 1e15;
 const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];
-const INPUTS: [u32; 5] = [0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010, 0x603F_0010];
+const INPUTS: [u32; 6] = [0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010, 0x603F_0010, 0x6061_0008];
 
 impl Axis {
     pub fn new(options: &AxisOptions, index: usize, layout: &mut Layout) -> Axis {
@@ -81,13 +103,26 @@ impl Axis {
             is_wanted: false,
             is_stopped: false,
             resets: false,
+            status: 0,
+            mode_shown: 0,
+            homing: None,
+            homed: Homed::No,
+            brake: options.brake.map(Brake::new),
         }
+    }
+
+    /// What its positions are in counts.
+    pub fn scale(&self) -> Scale {
+        Scale { counts: self.counts, offset: self.offset }
     }
 
     /// Which objects its drive is to exchange.
     pub fn pdos(&self) -> Pdos {
         match self.pdos {
-            PdosFrom::Written => Pdos::Written(OUTPUTS.to_vec(), INPUTS.to_vec()),
+            PdosFrom::Written => {
+                let brake = self.brake.map(|brake| u32::from(brake.object().index) << 16 | u32::from(brake.object().sub) << 8 | 32);
+                Pdos::Written(OUTPUTS.into_iter().chain(brake).collect(), INPUTS.to_vec())
+            }
             PdosFrom::Device => Pdos::Device,
         }
     }
@@ -95,6 +130,10 @@ impl Axis {
     /// What is written to its drive in PREOP: entry, value, and whether it may be missing.
     pub fn settings(&self, sync0: Option<Sync0>) -> Vec<(Entry, Vec<u8>, bool)> {
         let mut settings = vec![(Entry { index: 0x6060, sub: 0 }, vec![self.commanded.mode() as u8], false)];
+        if let Some(brake) = self.brake {
+            settings.extend(brake.settings());
+            settings.push((Entry { index: 0x605A, sub: 0 }, STAYS_IN_QUICK_STOP.to_le_bytes().to_vec(), true));
+        }
         if let Some(sync0) = sync0 {
             // Outputs are taken and inputs given with SYNC0; and how often targets come, as a number and a power of ten.
             let (count, power) = if sync0.cycle_ns % 1_000_000 == 0 { (sync0.cycle_ns / 1_000_000, -3i8) } else { (sync0.cycle_ns / 10_000, -5) };
@@ -115,12 +154,13 @@ impl Axis {
     /// For people: one that it needs is not exchanged.
     pub fn map(&mut self, mapping: &Mapping, outputs_at: usize, inputs_at: usize) -> Result<(), String> {
         let name = self.name.clone();
-        let find = |fields: &[Field], start: usize, index: u16, bits: usize| {
-            let field = fields.iter().find(|field| field.of == Entry { index, sub: 0 } && field.bits == bits && field.at % 8 == 0);
+        let find = |fields: &[Field], start: usize, entry: Entry, bits: usize| {
+            let field = fields.iter().find(|field| field.of == entry && field.bits == bits && field.at % 8 == 0);
             field.map(|field| start + field.at / 8)
         };
-        let output = |index, bits| find(&mapping.outputs, outputs_at, index, bits);
-        let input = |index, bits| find(&mapping.inputs, inputs_at, index, bits);
+        let output = |index, bits| find(&mapping.outputs, outputs_at, Entry { index, sub: 0 }, bits);
+        let input = |index, bits| find(&mapping.inputs, inputs_at, Entry { index, sub: 0 }, bits);
+        let brake = self.brake.map(|brake| (find(&mapping.outputs, outputs_at, brake.object(), 32), brake.object().index));
         let needed = |at: Option<usize>, index: u16| {
             at.ok_or_else(|| format!("axis '{name}': its drive does not exchange object {index:#06x}; let the driver write the PDOs"))
         };
@@ -138,6 +178,8 @@ impl Axis {
             velocity: input(0x606C, 32),
             torque: input(0x6077, 16),
             error: input(0x603F, 16),
+            mode_shown: input(0x6061, 8),
+            brake: brake.map(|(at, index)| needed(at, index)).transpose()?,
         };
         Ok(())
     }
@@ -157,11 +199,14 @@ impl Axis {
         }
         slots.status.of_mut(readings).copy_from_slice(&process[fields.status..fields.status + 2]);
         slots.error.of_mut(readings).copy_from_slice(&self.error.to_ne_bytes());
+        slots.homing.of_mut(readings)[0] = self.homed as u8;
     }
 
     /// Takes what its drive answered.
     pub fn look(&mut self, process: &[u8]) {
-        self.state = DriveState::of(i16_at(process, self.fields.status) as u16);
+        self.status = i16_at(process, self.fields.status) as u16;
+        self.state = DriveState::of(self.status);
+        self.mode_shown = self.fields.mode_shown.map_or(0, |at| process[at] as i8);
         self.position = f64::from(i32_at(process, self.fields.position));
         self.error = self.fields.error.map_or(0, |at| i16_at(process, at) as u16);
     }
@@ -181,18 +226,53 @@ impl Axis {
         self.resets = true;
     }
 
+    /// Begins to look for its home. Nobody has it engaged.
+    pub fn home(&mut self) {
+        self.is_wanted = false;
+        (self.homing, self.homed) = (Some(Homing::default()), Homed::GoingOn);
+    }
+
+    /// Whether its drive exchanges what homing needs.
+    pub fn can_home(&self) -> bool {
+        self.fields.mode.is_some() && self.fields.mode_shown.is_some()
+    }
+
+    pub fn homed(&self) -> Homed {
+        self.homed
+    }
+
+    /// Ends a search for its home.
+    pub fn leave_homing(&mut self) {
+        if self.homing.take().is_some() {
+            self.homed = Homed::Failed;
+        }
+    }
+
     /// Comes to rest, until nobody engages it any more.
     pub fn stop(&mut self) {
+        self.leave_homing();
+        if let Some(brake) = &mut self.brake {
+            brake.tell(false, 0.0);
+        }
         (self.is_wanted, self.is_stopped) = (false, true);
     }
 
     /// Tells its drive what to do until the next cycle, which comes after `span_s`.
     pub fn write(&mut self, commands: &[u8], is_engaged: bool, span_s: f64, process: &mut [u8]) {
+        if is_engaged && self.homing.is_some() {
+            // Whoever engages it expects that it follows.
+            self.stop();
+        }
         self.is_stopped &= is_engaged;
         let is_torque = self.commanded == Commanded::Torque;
         self.is_wanted = !self.is_stopped && (is_engaged || self.is_wanted && !is_torque);
         let command = self.slots.command.double(commands, 0);
-        let is_moving = is_engaged && command.is_finite() && self.state == DriveState::OperationEnabled && self.is_wanted;
+        let is_held = self.state == DriveState::OperationEnabled && (self.is_wanted || self.homing.is_some());
+        if let Some(brake) = &mut self.brake {
+            brake.tell(is_held, span_s);
+        }
+        let is_open = self.brake.is_none_or(|brake| brake.is_open());
+        let is_moving = is_engaged && command.is_finite() && is_held && is_open;
         let target = self.target(is_moving.then_some(command), span_s);
         let control = self.control();
         self.tell(control, target, process);
@@ -210,7 +290,10 @@ impl Axis {
         let fields = &self.fields;
         put(process, fields.control, &control.to_le_bytes());
         if let Some(mode) = fields.mode {
-            process[mode] = self.commanded.mode() as u8;
+            process[mode] = if self.homing.is_some() { Mode::Homing } else { self.commanded.mode() } as u8;
+        }
+        if let (Some(at), Some(brake)) = (fields.brake, &self.brake) {
+            put(process, at, &brake.word().to_le_bytes());
         }
         match self.commanded {
             Commanded::Torque => put(process, fields.target, &(target.round() as i16).to_le_bytes()),
@@ -222,12 +305,31 @@ impl Axis {
         if std::mem::take(&mut self.resets) && self.is_faulty() {
             return cia402::RESET;
         }
+        let (is_open, is_closed) = self.brake.map_or((true, true), |brake| (brake.is_open(), brake.is_closed()));
+        if self.homing.is_some() && self.state == DriveState::OperationEnabled && !is_open {
+            return cia402::ENABLE;
+        }
+        if let Some(homing) = &mut self.homing {
+            match homing.step(self.status, self.mode_shown) {
+                HomingStep::Tell(control) => return control,
+                HomingStep::Attained => self.homed = Homed::Yes,
+                HomingStep::Failed => self.homed = Homed::Failed,
+            }
+            self.homing = None;
+        }
         match (self.is_stopped, self.is_wanted) {
-            (true, _) if self.state == DriveState::OperationEnabled || self.state == DriveState::QuickStopActive => cia402::QUICK_STOP,
+            (true, _) if self.is_powered() && (self.brake.is_none() || !is_closed) => cia402::QUICK_STOP,
+            // The motor holds the axis until its brake has closed.
+            (false, _) if self.state == DriveState::QuickStopActive && !is_closed => cia402::QUICK_STOP,
+            (false, false) if self.state == DriveState::OperationEnabled && !is_closed => cia402::ENABLE,
             (true, _) => cia402::DISABLE_VOLTAGE,
             (false, true) => self.state.towards_operation(),
             (false, false) => cia402::DISABLE_VOLTAGE,
         }
+    }
+
+    fn is_powered(&self) -> bool {
+        matches!(self.state, DriveState::OperationEnabled | DriveState::QuickStopActive)
     }
 
     /// What its drive is told, in its own units: never further than its greatest speed leads in the time.
@@ -262,13 +364,14 @@ impl Slots {
         let bias = (options.mode == Commanded::Torque).then(|| read("bias", Type::DOUBLE, force, "effort that holds it: not known, 0"));
         let status = read("status", Type::of(Number::Uint16), "", "status word of the drive");
         let error = read("error", Type::of(Number::Uint16), "", "error code of the drive; 0 where it has none");
+        let homing = read("homing", Type::of(Number::Uint8), "", "0 not yet, 1 on the way home, 2 home, 3 home was not found");
         let write = |what: &str, unit: &str, doc: &str| Channel::write(format!("{name}.{what}"), Type::DOUBLE).unit(unit).doc(doc);
         let command = match options.mode {
             Commanded::Position => write("goal", unit, "where it is to be; NaN: it stays").safe(f64::NAN.to_ne_bytes().to_vec()),
             Commanded::Velocity => write("rate", speed, "how fast it is to move"),
             Commanded::Torque => write("effort", force, "torque that it is to make"),
         };
-        Slots { position, velocity, torque, bias, status, error, command: layout.add(command) }
+        Slots { position, velocity, torque, bias, status, error, homing, command: layout.add(command) }
     }
 }
 

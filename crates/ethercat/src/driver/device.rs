@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver in its life: brings its drives to OP, exchanges, comes to rest.
-use super::axis::Axis;
+use super::axis::{Axis, Homed};
 use super::counters::{COUNTERS, count};
+use super::homing::Asked;
 use super::services::Shared;
 use crate::main_device::{Bus, Clocks, Cycle, Replied, Station, Sync0, Wanted, bring_up, open_link};
 use crate::states::{State, describe};
@@ -12,6 +13,8 @@ use std::time::{Duration, Instant};
 
 /// How long drives may take to OP, with process data coming; and an answer off the cycle.
 const TO_OP: Duration = Duration::from_secs(10);
+/// How many frames tell a drive to reset its fault: some of its cycles go by meanwhile.
+const RESETS: usize = 1_000;
 const ANSWER: Duration = Duration::from_millis(200);
 
 pub(super) struct EtherCat {
@@ -36,7 +39,7 @@ impl EtherCat {
     pub fn new(interface: String, axes: Vec<Axis>, channels: Vec<Channel>, timeout_ns: i64, lost_after: u32, sync0: Option<Sync0>) -> EtherCat {
         let names = axes.iter().map(|axis| axis.name.clone()).collect();
         EtherCat {
-            shared: Arc::new(Shared::new(interface.clone(), names)),
+            shared: Arc::new(Shared::new(interface.clone(), names, axes.iter().map(Axis::scale).collect())),
             interface,
             axes,
             channels,
@@ -79,6 +82,11 @@ impl EtherCat {
             }
             self.exchange_idle(&mut cycle)?;
         }
+        // Outputs that came before SYNC0 wait for it.
+        let until = Instant::now() + TO_OP;
+        while line.synced_from_ns.is_some_and(|from_ns| !cycle.has_come(from_ns)) && Instant::now() < until {
+            self.exchange_idle(&mut cycle)?;
+        }
         self.reset_faults(&mut cycle)?;
         self.shared.reach(stations.iter().map(|station| station.subdevice.mailbox()).collect::<Result<_, _>>()?)?;
         (self.stations, self.cycle, self.missed) = (stations, Some(cycle), 0);
@@ -106,7 +114,10 @@ impl EtherCat {
 
     /// Faults that are there already go; one that comes again is told when its axis is engaged.
     fn reset_faults(&mut self, cycle: &mut Cycle) -> Result<(), String> {
-        for _ in 0..4 {
+        for _ in 0..RESETS {
+            if !self.axes.iter().any(Axis::is_faulty) {
+                break;
+            }
             self.axes.iter_mut().filter(|axis| axis.is_faulty()).for_each(Axis::reset);
             self.exchange_idle(cycle)?;
         }
@@ -176,6 +187,7 @@ impl Driver for EtherCat {
                 counters.add(if replied == Replied::Short { count::SHORT } else { count::LOST }, 1);
                 self.missed += 1;
                 if self.missed >= self.lost_after {
+                    self.shared.homes.end();
                     return Err(self.lost(replied));
                 }
             }
@@ -194,6 +206,7 @@ impl Driver for EtherCat {
             if self.shared.resets[index].swap(false, Ordering::Relaxed) {
                 axis.reset();
             }
+            serve_homing(&self.shared, index, axis, engaged[index]);
             axis.write(commands, engaged[index], span_s, cycle.outputs());
         }
         self.counters.add(count::CYCLES, 1);
@@ -213,6 +226,7 @@ impl Driver for EtherCat {
 
     fn close(&mut self) {
         self.safe_state();
+        self.shared.homes.end();
         self.cycle = None;
     }
 
@@ -226,6 +240,29 @@ impl Driver for EtherCat {
 
     fn counters(&self) -> Option<Arc<Counters>> {
         Some(self.counters.clone())
+    }
+}
+
+/// What the service asks of an axis, and what it is answered. Real-time safe.
+fn serve_homing(shared: &Shared, index: usize, axis: &mut Axis, is_engaged: bool) {
+    let homes = &shared.homes;
+    match homes.asked(index) {
+        Asked::Home if !axis.can_home() => homes.answer(index, Asked::NotExchanged),
+        Asked::Home if is_engaged => homes.answer(index, Asked::Engaged),
+        Asked::Home => {
+            axis.home();
+            homes.answer(index, Asked::GoingOn);
+        }
+        Asked::Stop => {
+            axis.leave_homing();
+            homes.answer(index, Asked::Nothing);
+        }
+        Asked::GoingOn => match axis.homed() {
+            Homed::Yes => homes.answer(index, Asked::Attained),
+            Homed::Failed => homes.answer(index, Asked::Failed),
+            Homed::No | Homed::GoingOn => {}
+        },
+        _ => {}
     }
 }
 

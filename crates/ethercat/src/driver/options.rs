@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options of the driver: what they are, and what is refused.
+use super::brake::BrakeOptions;
 use crate::main_device::Sync0;
 use cia402::Mode;
 use device::{DriverError, Given, Kind, OptionWord};
@@ -10,7 +11,7 @@ pub(super) const OPTIONS: [OptionWord; 6] = [
     OptionWord::needed(
         "axes",
         Kind::List,
-        "a table each: name, counts (to a unit of position); and at, mode, unit, speed_max, range, rated_torque, offset, pdos",
+        "a table each: name, counts (to a unit of position); and at, mode, unit, speed_max, range, rated_torque, offset, pdos, brake",
     ),
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without commands for so long they stop by themselves")
         .unit("ns"),
@@ -62,6 +63,8 @@ pub(super) struct AxisOptions {
     pub offset: f64,
     #[serde(default)]
     pub pdos: PdosFrom,
+    /// The output of its brake; left out: its drive serves it by itself, or there is none.
+    pub brake: Option<BrakeOptions>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
@@ -143,6 +146,12 @@ pub(super) fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverEr
         }
         if axis.range.is_some_and(|[least, greatest]| least.is_nan() || greatest.is_nan() || least >= greatest) {
             return wrong(format!("'{name}': range is the least and the greatest position"));
+        }
+        if axis.brake.is_some() && axis.mode == Commanded::Torque {
+            return wrong(format!("'{name}': a brake needs a motor that holds the axis while it closes: mode position or velocity"));
+        }
+        if axis.brake.is_some_and(|brake| brake.bit > 31) {
+            return wrong(format!("'{name}': the bit of its brake is 0 to 31"));
         }
         if axis.mode == Commanded::Torque && !axis.rated_torque.is_some_and(|torque| torque > 0.0) {
             return wrong(format!("'{name}': an axis that is commanded by torque needs its rated_torque"));

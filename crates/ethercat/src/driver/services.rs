@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What the driver does beside its cycle: objects of its drives, faults.
+use super::homing::{HOME, Homes, Scale};
 use crate::coe::Entry;
 use crate::main_device::{Bus, Mailbox};
 use device::{DeviceError, Kind, OptionWord, ServiceWord, Services};
@@ -11,7 +12,7 @@ const AXIS: OptionWord = OptionWord::needed("axis", Kind::Text, "the name of the
 const INDEX: OptionWord = OptionWord::needed("index", Kind::Whole, "the index of the object, 0x6064 is its position");
 const SUB: OptionWord = OptionWord::with_default("sub", Kind::Whole, "0", "the subindex");
 
-pub(super) const SERVICES: [ServiceWord; 3] = [
+pub(super) const SERVICES: [ServiceWord; 4] = [
     ServiceWord {
         name: "read_object",
         doc: "reads an object of a drive: its bytes, and as a number where it has up to 8",
@@ -31,19 +32,21 @@ pub(super) const SERVICES: [ServiceWord; 3] = [
         answer: None,
     },
     ServiceWord { name: "reset_fault", doc: "resets the fault of a drive with the next cycle", arguments: &[AXIS], answer: None },
+    HOME,
 ];
 
 /// What services share with the cycle: a flag for each axis. Their frames go their own way.
 pub(super) struct Shared {
     pub resets: Vec<AtomicBool>,
+    pub homes: Homes,
     names: Vec<String>,
     interface: String,
     reached: Mutex<Option<(Bus, Vec<Mailbox>)>>,
 }
 
 impl Shared {
-    pub fn new(interface: String, names: Vec<String>) -> Shared {
-        Shared { resets: names.iter().map(|_| AtomicBool::new(false)).collect(), names, interface, reached: Mutex::new(None) }
+    pub fn new(interface: String, names: Vec<String>, scales: Vec<Scale>) -> Shared {
+        Shared { resets: names.iter().map(|_| AtomicBool::new(false)).collect(), homes: Homes::new(scales), names, interface, reached: Mutex::new(None) }
     }
 
     /// From now on these mailboxes are reached.
@@ -73,6 +76,12 @@ impl Shared {
             "reset_fault" => {
                 self.resets[axis].store(true, Ordering::Relaxed);
                 Ok(Value::Null)
+            }
+            "home" => {
+                for (of, value) in self.homes.objects(axis, arguments)? {
+                    self.on(axis, |bus, mailbox| mailbox.download(bus, of, &value).map(|()| Value::Null))?;
+                }
+                self.homes.go(axis, arguments).map_err(|error| format!("axis '{name}': {error}"))
             }
             _ => {
                 let of = Entry { index: whole("index", 0xFFFF)? as u16, sub: whole("sub", 0xFF)? as u8 };

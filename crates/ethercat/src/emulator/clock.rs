@@ -98,8 +98,8 @@ impl Clock {
         if system_ns < sync.next_ns {
             return 0;
         }
-        let count = (system_ns - sync.next_ns) / sync.cycle_ns + 1;
-        sync.next_ns += count * sync.cycle_ns;
+        let count = ((system_ns - sync.next_ns) / sync.cycle_ns).saturating_add(1);
+        sync.next_ns = sync.next_ns.saturating_add(count.saturating_mul(sync.cycle_ns));
         count
     }
 

@@ -13,6 +13,10 @@ pub struct DriveOptions {
     pub position: i32,
     /// Whether it has a watchdog of its outputs; left out: yes.
     pub watchdog: Option<bool>,
+    /// Where the switches at the ends of its machine are, counts; left out: it has none.
+    pub limits: Option<[f64; 2]>,
+    /// It has a brake, and a load that falls so fast where neither that nor its motor holds it, counts/s; left out: neither.
+    pub falls: Option<f64>,
     /// How much too fast its clock is, millionths.
     #[serde(default)]
     pub clock_ppm: f64,

@@ -65,7 +65,9 @@ impl Subdevice {
     pub fn new(options: &DriveOptions, serial: u32) -> Subdevice {
         let mut objects = Objects::default();
         identify(&mut objects, &options.name, serial);
-        let drive = Drive::new(&mut objects, options.position);
+        let mut drive = Drive::new(&mut objects, options.position);
+        drive.set_limits(options.limits);
+        drive.set_load(options.falls);
         map(&mut objects);
         Subdevice {
             options: options.clone(),
@@ -152,8 +154,8 @@ impl Subdevice {
         if came == 0 || self.state != State::Op {
             return;
         }
-        self.synced.sync0 += came;
-        self.synced.missed += came - u64::from(self.is_fresh);
+        self.synced.sync0 = self.synced.sync0.saturating_add(came);
+        self.synced.missed = self.synced.missed.saturating_add(came - u64::from(self.is_fresh));
         if std::mem::take(&mut self.is_fresh) {
             self.take_outputs();
         }
@@ -307,6 +309,10 @@ impl Subdevice {
         };
         if wrong != 0 {
             return self.set_state(from, wrong);
+        }
+        if to == State::Init {
+            // Its mailbox begins anew: the counters of whoever asked before say nothing any more.
+            self.sdo = SdoServer::new();
         }
         if from == State::Op && to < State::Op {
             self.drive.lose_communication(&mut self.objects);

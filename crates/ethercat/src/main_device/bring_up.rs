@@ -48,6 +48,8 @@ pub struct Line {
     pub outputs: usize,
     pub inputs: usize,
     pub reference: Option<Reference>,
+    /// When SYNC0 of all has begun, in the time of all.
+    pub synced_from_ns: Option<u64>,
 }
 
 /// Takes the line and brings the wanted subdevices to SAFEOP, with their clocks and SYNC0 where `clocks` are given.
@@ -74,10 +76,12 @@ pub fn bring_up(bus: &mut Bus, wanted: &[Wanted<'_>], watchdog_ns: i64, clocks: 
         station.inputs_at = end;
         end += station.mapping.bytes().1;
     }
+    let mut synced_from_ns = None;
     for station in &stations {
-        to_safe_op(bus, station, watchdog_ns, clocks).map_err(|error| named(&station.subdevice, &error))?;
+        let begins_ns = to_safe_op(bus, station, watchdog_ns, clocks).map_err(|error| named(&station.subdevice, &error))?;
+        synced_from_ns = synced_from_ns.max(begins_ns);
     }
-    Ok(Line { stations, outputs, inputs: end - outputs, reference })
+    Ok(Line { stations, outputs, inputs: end - outputs, reference, synced_from_ns })
 }
 
 fn named(subdevice: &Subdevice, error: &str) -> String {
@@ -102,7 +106,7 @@ fn to_pre_op(bus: &mut Bus, subdevice: &Subdevice, want: &Wanted<'_>) -> Result<
     mapping::read(bus, &mut mailbox)
 }
 
-fn to_safe_op(bus: &mut Bus, station: &Station, watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<(), String> {
+fn to_safe_op(bus: &mut Bus, station: &Station, watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<Option<u64>, String> {
     let (subdevice, (outputs, inputs)) = (&station.subdevice, station.mapping.bytes());
     let to = subdevice.station;
     let units = (watchdog_ns / WATCHDOG_UNIT_NS).clamp(1, u16::MAX.into()) as u16;
@@ -119,10 +123,9 @@ fn to_safe_op(bus: &mut Bus, station: &Station, watchdog_ns: i64, clocks: Option
         let index = u16::from(fmmu == FMMU_READS);
         bus.write(to, reg::FMMU + index * reg::FMMU_LEN, &fmmu_of(at, len, manager.start, fmmu))?;
     }
-    if let Some(clocks) = clocks {
-        clocks::start_sync0(bus, subdevice, clocks.sync0)?;
-    }
-    subdevice.change(bus, State::SafeOp)
+    let begins_ns = clocks.map(|clocks| clocks::start_sync0(bus, subdevice, clocks.sync0)).transpose()?;
+    subdevice.change(bus, State::SafeOp)?;
+    Ok(begins_ns)
 }
 
 fn set_sync_manager(bus: &mut Bus, station: u16, number: u16, manager: &SyncManager, len: u16) -> Result<(), String> {

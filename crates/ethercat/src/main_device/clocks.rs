@@ -37,7 +37,7 @@ const PASSES: usize = 500;
 /// Resets the filters of a clock.
 const SPEED: u16 = 0x1000;
 /// SYNC0 begins that much later; where that is too soon for a slow host, twice that.
-const LEAD_NS: u64 = 100_000_000;
+const LEAD_NS: u64 = 20_000_000;
 const TRIES: u32 = 8;
 
 /// Sets all clocks to the time of this host. Returns the reference clock.
@@ -107,11 +107,11 @@ fn latch(bus: &mut Bus, line: &[Subdevice], has_clock: &[bool], clocks: &Clocks<
     Ok(latched)
 }
 
-/// Has SYNC0 of a subdevice begin, in PREOP.
+/// Has SYNC0 of a subdevice begin, in PREOP. Returns when it does, in the time of all.
 ///
 /// # Errors
 /// For people: it has no clock, or does not answer.
-pub fn start_sync0(bus: &mut Bus, subdevice: &Subdevice, sync0: Sync0) -> Result<(), String> {
+pub fn start_sync0(bus: &mut Bus, subdevice: &Subdevice, sync0: Sync0) -> Result<u64, String> {
     let to = subdevice.station;
     if u16_at(&bus.read(to, reg::FEATURES, 2)?, 0) & reg::HAS_CLOCK == 0 {
         return Err(format!("{} has no distributed clock: leave sync0 out", subdevice.title()));
@@ -127,7 +127,7 @@ pub fn start_sync0(bus: &mut Bus, subdevice: &Subdevice, sync0: Sync0) -> Result
         bus.write(to, reg::SYNC_ACTIVATION, &[reg::SYNC0_ON])?;
         // One that is to begin in the past never does.
         if eight(&bus.read(to, reg::DC_SYSTEM_TIME, 8)?) < start_ns {
-            return Ok(());
+            return Ok(start_ns);
         }
     }
     Err(format!("{}: its SYNC0 cannot be started, it answers too slowly", subdevice.title()))

@@ -77,7 +77,7 @@ pub enum Replied {
 impl Cycle {
     /// The frame of these subdevices. None: it does not fit.
     pub fn new(link: Link, line: &Line) -> Option<Cycle> {
-        let Line { stations, outputs, inputs, reference } = line;
+        let Line { stations, outputs, inputs, reference, .. } = line;
         let (outputs, inputs) = (*outputs, *inputs);
         let mut frame = Box::new([0; FRAME_MAX]);
         let mut builder = Builder::new(&mut frame, SOURCE);
@@ -208,6 +208,11 @@ impl Cycle {
             difference_ns: time.differences_ns.iter().copied().max().unwrap_or(0),
             reference_ns: time.reference_ns.wrapping_sub(time.told_ns) as i32,
         })
+    }
+
+    /// Whether the reference clock has come to a time that is less than 2 s away.
+    pub fn has_come(&self, to_ns: u64) -> bool {
+        self.time.as_ref().is_none_or(|time| time.reference_ns.wrapping_sub(to_ns as u32) as i32 >= 0)
     }
 
     /// The frame as it was sent last.

@@ -21,8 +21,9 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("guard", &["device", "interconnect", "process-kit"]),
     ("driver-kit", &["device", "process-kit", "interconnect"]),
     ("cia402", &[]),
+    ("canopen", &["cia402", "device"]),
     ("ethercat", &["cia402", "device"]),
-    ("drivers", &["ethercat", "device", "driver-kit", "process-kit", "interconnect", "suggest"]),
+    ("drivers", &["canopen", "ethercat", "device", "driver-kit", "process-kit", "interconnect", "suggest"]),
     ("shared-memory", &["interconnect"]),
     ("modules", &["opengpac"]),
     ("library", &["opengpac"]),
@@ -33,10 +34,13 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("recorder", &["model", "supervisor", "mcap", "replay"]),
     ("api", &["model", "interconnect", "kernel", "runtime", "supervisor", "places", "recorder"]),
     ("control", &["opengpac", "model", "supervisor", "api"]),
-    ("bindings", &["opengpac", "ethercat", "device", "model", "guard", "drivers", "supervisor", "api", "places", "control", "recorder", "replay"]),
+    ("bindings", &["opengpac", "canopen", "ethercat", "device", "model", "guard", "drivers", "supervisor", "api", "places", "control", "recorder", "replay"]),
     ("c-package", &["api"]),
     ("simulator", &["opengpac", "device", "model", "interconnect", "kernel", "runtime", "guard", "drivers", "api", "supervisor", "control"]),
-    ("fuzz-targets", &["opengpac", "model", "mcap", "interconnect", "kernel", "runtime", "modules", "library", "rtp", "control", "api", "supervisor"]),
+    (
+        "fuzz-targets",
+        &["ethercat", "opengpac", "model", "mcap", "interconnect", "kernel", "runtime", "modules", "library", "rtp", "control", "api", "supervisor"],
+    ),
 ];
 
 /// What some crates must not know of the world.

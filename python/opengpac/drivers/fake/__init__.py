@@ -5,6 +5,7 @@ A counterpart is started and ended by a with-statement.
 """
 
 from .arm import HOME
+from .canopen import CanOpenBus, canopen
 from .ethercat import EtherCatSegment, ethercat
 from .modbus import Modbus, Tables, modbus
 from .servos import FakeServo, FakeServos, servos
@@ -12,6 +13,6 @@ from .text import Text, text
 from .ur import LEAP_MAX, ur
 
 __all__ = [
-    "HOME", "LEAP_MAX", "EtherCatSegment", "FakeServo", "FakeServos", "Modbus", "Tables", "Text", "ethercat", "modbus", "servos", "text",
-    "ur",
+    "HOME", "LEAP_MAX", "CanOpenBus", "EtherCatSegment", "FakeServo", "FakeServos", "Modbus", "Tables", "Text", "canopen", "ethercat",
+    "modbus", "servos", "text", "ur",
 ]  # fmt: skip

@@ -138,9 +138,10 @@ def ethercat(*drives: str | Mapping[str, Any], interface: str | None = None) -> 
     """An emulated segment: drives by CiA 402 with motors that follow, as `gpac.drivers.ethercat` and every other main device sees them.
 
     A drive is its name, or `{"name": "x", "position": 1000, "watchdog": False}`: where it stands at the start in counts, and whether it
-    has the watchdog of its outputs; `clock_ppm`, by how many millionths its clock is too fast, and `cable_ns`, how long a frame takes to it
-    from the drive before it. Without `interface` it answers on a local socket that needs no rights; with the name of
-    one it answers on that, as on one end of a veth pair, which needs CAP_NET_RAW.
+    has the watchdog of its outputs; `clock_ppm`, by how many millionths its clock is too fast; `cable_ns`, how long a frame takes to it
+    from the drive before it; `limits`, where the switches at the ends of its machine are in counts; `falls`, that it has a brake, and a
+    load that falls so fast where nothing holds it, counts/s. Without `interface` it answers on a local socket that needs no rights;
+    with the name of one it answers on that, as on one end of a veth pair, which needs CAP_NET_RAW.
     """
     if not drives:
         refuse(CallError, "a segment has no drive", 'name them: gpac.drivers.fake.ethercat("x", "y")')

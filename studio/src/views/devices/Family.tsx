@@ -76,6 +76,7 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
           <thead>
             <tr>
               <th scope="col">{of.type.name}</th>
+              {jog.able && <th scope="col">Jog</th>}
               <th scope="col">State</th>
               {columns.map(([name, svv]) => (
                 <th key={name} scope="col" className="number">
@@ -83,7 +84,6 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
                   {svv.unit && <span className="unit">{svv.unit}</span>}
                 </th>
               ))}
-              {jog.able && <th scope="col">Jog</th>}
             </tr>
           </thead>
           <tbody>
@@ -94,6 +94,11 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
                     {shortName(device)}
                   </a>
                 </th>
+                {jog.able && (
+                  <td>
+                    <JogButtons of={jog} device={device} />
+                  </td>
+                )}
                 <td>
                   <StateTag of={states[index]} />
                   {!isRenewed(states[index]) && (
@@ -112,11 +117,6 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
                     />
                   </td>
                 ))}
-                {jog.able && (
-                  <td>
-                    <JogButtons of={jog} device={device} />
-                  </td>
-                )}
               </tr>
             ))}
           </tbody>

@@ -105,6 +105,7 @@ export function Tools(props: { scope: Scope }) {
 function State(props: { scope: Scope }) {
   const status = useWatched(props.scope.status);
   const stopped = useWatched(props.scope.stopped);
+  const isBlind = useWatched(props.scope.setup).trigger === null;
   return (
     <span role="status" className="state">
       {stopped ? (
@@ -112,7 +113,13 @@ function State(props: { scope: Scope }) {
       ) : status.state === "rolling" ? (
         <Tag tone="good">rolling</Tag>
       ) : status.state === "waiting" ? (
-        <Tag tone="accent">{status.triggers === 0 ? "waits for the trigger" : `triggered ${status.triggers} ×, waits`}</Tag>
+        <Tag tone={isBlind ? "warn" : "accent"}>
+          {isBlind
+            ? "waits, and no trigger is set: choose one under Trigger"
+            : status.triggers === 0
+              ? "waits for the trigger"
+              : `triggered ${status.triggers} ×, waits`}
+        </Tag>
       ) : status.state === "collecting" ? (
         <Tag tone="good">triggered</Tag>
       ) : (

@@ -5,7 +5,7 @@ import type { FormInput } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
 import { useControl } from "../../shell/context";
 import type { Bounds } from "./bounds";
-import { limitText } from "./fields";
+import { degreesOf, endText, isPosition, limitsAt, limitText, unitText } from "./fields";
 
 /** One input with its unit, limits and default; of an array a field for each element. */
 export function InputField(props: {
@@ -39,6 +39,7 @@ export function InputField(props: {
         <div className="row">
           <label htmlFor={`${id}-0`}>{of.name}</label>
           {one(0)}
+          <span className="quiet small">{degreesOf(texts[0] ?? "", of.unit)}</span>
         </div>
       ) : (
         <fieldset className="elements">
@@ -48,6 +49,9 @@ export function InputField(props: {
             <label key={index} htmlFor={`${id}-${index}`}>
               <span className="quiet small">{labelled ? devices[index]?.split(".").at(-1) : `[${index}]`}</span>
               {one(index)}
+              <span className="quiet small">
+                {[degreesOf(texts[index] ?? "", of.unit), limitsAt(bounds, index, of.unit)].filter(Boolean).join(" · ")}
+              </span>
             </label>
           ))}
           {labelled && texts.length > 0 && <Fill of={of} devices={devices} texts={texts} write={write} />}
@@ -55,7 +59,7 @@ export function InputField(props: {
       )}
       <p className="quiet small" id={`${id}-about`}>
         {[
-          of.unit,
+          unitText(of.unit),
           range(of, bounds),
           of.default === null || of.default === undefined ? "" : `default ${limitText(of.default, of.unit)}`,
           of.doc,
@@ -81,8 +85,10 @@ function placeholder(of: FormInput, index: number): string {
 
 function range(of: FormInput, bounds: Bounds | null): string {
   if (of.minimum === null && of.maximum === null) return "";
+  // Where each element has its own, they stand at the fields.
+  if ((bounds?.minimum.length ?? 0) > 1 || (bounds?.maximum.length ?? 0) > 1) return "";
   const of_ends = (found: Bounds["minimum"] | undefined, said: FormInput["minimum"]) =>
-    found && found.length > 0 ? found.map((value) => limitText(value, null)).join(", ") : limitText(said, null);
+    found && found.length > 0 ? endText(found[0] ?? null, of.unit) : limitText(said, null);
   const low = of_ends(bounds?.minimum, of.minimum);
   const high = of_ends(bounds?.maximum, of.maximum);
   if (low === "") return `up to ${high}`;
@@ -95,7 +101,7 @@ function Fill(props: { of: FormInput; devices: string[]; texts: string[]; write:
   const control = useControl();
   const { of, devices, texts, write } = props;
   // Where the joints are now is of use where positions are asked for.
-  const positions = of.unit === "rad" || of.unit === "m";
+  const positions = isPosition(of.unit);
   return (
     <>
       {texts.length > 1 && (

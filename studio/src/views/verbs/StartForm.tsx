@@ -12,6 +12,19 @@ import { useBounds } from "./bounds";
 import { arrayOf, byField, elements, gaps, valueFrom, wrongText } from "./fields";
 import { InputField } from "./InputField";
 
+/** What was written into a form. */
+interface Filled {
+  chosen: Choices;
+  texts: Record<string, string[]>;
+  source: string;
+  limit: string;
+}
+
+const EMPTY: Filled = { chosen: {}, texts: {}, source: "", limit: "" };
+
+/** The forms of this page by their verb: another view, or another verb, takes nothing away that was written. */
+const written = new Map<string, Filled>();
+
 /** No input has this name. */
 const TIME_LIMIT = "time limit";
 
@@ -22,10 +35,13 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
   const action = useAction();
   const configuration = useConfiguration();
   const options = useMemo(() => choicesOf(form, configuration), [form, configuration]);
-  const [chosen, setChosen] = useState<Choices>({});
-  const [texts, setTexts] = useState<Record<string, string[]>>({});
-  const [source, setSource] = useState("");
-  const [limit, setLimit] = useState("");
+  const [filled, fillIn] = useState<Filled>(() => written.get(form.name) ?? EMPTY);
+  const { chosen, texts, source, limit } = filled;
+  const write = (change: Partial<Filled>) => {
+    const next = change === EMPTY ? EMPTY : { ...filled, ...change };
+    written.set(form.name, next);
+    fillIn(next);
+  };
   const [missing, setMissing] = useState<Record<string, string>>({});
   const choices = useMemo(() => ({ ...firstChoices(form, options), ...chosen }), [form, options, chosen]);
   const devices = useMemo(() => devicesOf(form, choices), [form, choices]);
@@ -41,15 +57,15 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
     const values: Record<string, Value> = {};
     const absent: Record<string, string> = {};
     for (const input of form.inputs) {
-      const written = texts[input.name] ?? [];
+      const typed = texts[input.name] ?? [];
       const size = elements(input.type_text, devices.length);
-      const wrong = written.map((text) => wrongText(text, input.type_text)).find((one) => one !== null);
+      const wrong = typed.map((text) => wrongText(text, input.type_text)).find((one) => one !== null);
       if (wrong) {
         absent[input.name] = wrong;
         continue;
       }
-      const value = size === null ? valueFrom(written[0] ?? "", input.type_text) : arrayOf(fill(written, size), input.type_text);
-      if (size !== null && gaps(fill(written, size)).length > 0) absent[input.name] = "give a value for each, or for none";
+      const value = size === null ? valueFrom(typed[0] ?? "", input.type_text) : arrayOf(fill(typed, size), input.type_text);
+      if (size !== null && gaps(fill(typed, size)).length > 0) absent[input.name] = "give a value for each, or for none";
       else if (value !== undefined) values[input.name] = value;
       else if (input.required) absent[input.name] = "a value is needed";
     }
@@ -101,7 +117,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
             of={argument}
             options={options[argument.name] ?? []}
             chosen={choices[argument.name] ?? []}
-            choose={(names) => setChosen({ ...chosen, [argument.name]: names })}
+            choose={(names) => write({ chosen: { ...chosen, [argument.name]: names } })}
             missing={missing[argument.name]}
             refusals={refused.get(argument.name) ?? []}
           />
@@ -113,7 +129,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
             texts={fill(texts[input.name] ?? [], elements(input.type_text, devices.length) ?? 1)}
             devices={devices}
             bounds={bounds.get(input.name) ?? null}
-            write={(written) => setTexts({ ...texts, [input.name]: written })}
+            write={(of) => write({ texts: { ...texts, [input.name]: of } })}
             missing={missing[input.name]}
             refusals={refused.get(input.name) ?? []}
           />
@@ -126,16 +142,19 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
             value={limit}
             placeholder="none"
             aria-invalid={missing[TIME_LIMIT] !== undefined}
-            onChange={(event) => setLimit(event.target.value)}
+            onChange={(event) => write({ limit: event.target.value })}
           />
           <span className="quiet">s, or with its unit: 500 ms</span>
           <label htmlFor={where}>runs on</label>
-          <select id={where} value={source} onChange={(event) => setSource(event.target.value)}>
+          <select id={where} value={source} onChange={(event) => write({ source: event.target.value })}>
             <option value="">as the system places it</option>
             {Object.keys(configuration?.sources ?? {}).map((name) => (
               <option key={name}>{name}</option>
             ))}
           </select>
+          <button type="button" className="clear" disabled={filled === EMPTY} onClick={() => write(EMPTY)}>
+            Clear
+          </button>
           <button type="submit" className="primary" disabled={action.busy}>
             Start
           </button>

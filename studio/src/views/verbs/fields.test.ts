@@ -1,6 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { arrayOf, byField, elements, gaps, limitText, valueFrom } from "./fields";
+import {
+  arrayOf,
+  byField,
+  degreesOf,
+  elements,
+  endText,
+  gaps,
+  isPosition,
+  limitsAt,
+  limitText,
+  unitText,
+  valueFrom,
+  wrongText,
+} from "./fields";
 
 test("the number of elements of an input", () => {
   expect(elements("double", 6)).toBeNull();
@@ -40,4 +53,40 @@ test("limits are told with their unit", () => {
   expect(limitText(Math.PI, "rad")).toBe("3.14159\u202frad");
   expect(limitText("arm.max_speed", "rad/s")).toBe("arm.max_speed");
   expect(limitText(null, "rad")).toBe("");
+});
+
+test("what cannot be a value is refused with a sentence, and nothing else is", () => {
+  expect(wrongText("1,5", "double")).toBe("'1,5' has a decimal comma: write 1.5");
+  expect(wrongText("yes", "bool")).toContain("write true or false");
+  expect(wrongText("[1, 2", "double[2]")).toContain("is no list");
+  for (const fine of ["", "1.5", "90 deg", "[1, 2]", "30 %"]) expect(wrongText(fine, "double")).toBeNull();
+});
+
+test("a unit that is one or the other is a position as each of them is", () => {
+  expect([isPosition("rad|m"), isPosition("rad"), isPosition("m"), isPosition("rad/s"), isPosition(null)]).toEqual([
+    true,
+    true,
+    true,
+    false,
+    false,
+  ]);
+  expect(unitText("rad|m")).toBe("rad or m");
+});
+
+test("angles are told in degrees beside what was written", () => {
+  expect(degreesOf("1.5708", "rad")).toBe("90°");
+  expect(degreesOf("90 deg", "rad|m")).toBe("1.571 rad");
+  expect(degreesOf("1", "rad/s")).toBe("57.3°/s");
+  expect([degreesOf("1", "m"), degreesOf("0.5", "rad|m"), degreesOf("", "rad"), degreesOf("1,5", "rad")]).toEqual(["", "", "", ""]);
+  expect(endText(-2 * Math.PI, "rad")).toBe("-6.283 (-360°)");
+  expect(endText(0.123456, "m")).toBe("0.1235");
+});
+
+test("limits that differ stand at their elements", () => {
+  const bounds = { minimum: [-1, -2], maximum: [3] };
+  expect([limitsAt(bounds, 0, "m"), limitsAt(bounds, 1, "m"), limitsAt({ minimum: [-1], maximum: [1] }, 0, "m")]).toEqual([
+    "-1 to 3",
+    "-2 to 3",
+    "",
+  ]);
 });

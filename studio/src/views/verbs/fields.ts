@@ -3,7 +3,7 @@
 // ("90 deg", "30 %") is sent as it is.
 import type { Refusal } from "../../control/refusals";
 import type { Value } from "../../control/shapes";
-import { commaIn } from "../../design/quantities";
+import { commaIn, numberIn } from "../../design/quantities";
 
 /** How many elements an input has: of `double[6]` six, of `double[n]` as many as devices were chosen, of a scalar null. */
 export function elements(type_text: string, devices: number): number | null {
@@ -70,6 +70,45 @@ export function limitText(value: Value, unit: string | null): string {
   if (typeof value === "number") return `${Number(value.toPrecision(6))}${unit ? `\u202f${unit}` : ""}`;
   if (Array.isArray(value)) return value.map((one) => limitText(one, null)).join(", ") + (unit ? `\u202f${unit}` : "");
   return String(value);
+}
+
+/** Whether a unit is that of a position: where the joints are now is of use then. */
+export function isPosition(unit: string | null): boolean {
+  return (unit ?? "").split("|").some((one) => one === "rad" || one === "m");
+}
+
+/** A unit for people: `rad|m` is one or the other, as the joint is. */
+export function unitText(unit: string | null): string {
+  return unit === null ? "" : unit.split("|").join(" or ");
+}
+
+/** What was written in the other unit of angles: "90°" for 1.5708, "1.571 rad" for "90 deg". Empty where it is no angle. */
+export function degreesOf(text: string, unit: string | null): string {
+  const inDegrees = /deg|°/.test(text);
+  if (unit === null || !unit.split("|").some((one) => /^rad\b/.test(one)) || text.trim() === "" || (unit.includes("|") && !inDegrees))
+    return "";
+  const target = unit.split("|").find((one) => /^rad\b/.test(one)) ?? "rad";
+  const { value } = numberIn(text, target);
+  if (value === undefined) return "";
+  return inDegrees ? `${Number(value.toPrecision(4))} ${target}` : degreesText(value, target);
+}
+
+function degreesText(value: number, unit: string): string {
+  return `${Number(((value * 180) / Math.PI).toPrecision(4))}°${unit.slice("rad".length)}`;
+}
+
+/** An end of a range: three digits and more are of no use to somebody who chooses a goal; an angle in degrees, too. */
+export function endText(value: Value, unit: string | null): string {
+  if (typeof value !== "number") return limitText(value, null);
+  const short = String(Number(value.toPrecision(4)));
+  return unit !== null && /^rad\b/.test(unit) ? `${short} (${degreesText(value, unit)})` : short;
+}
+
+/** The range of one element, where each has its own. */
+export function limitsAt(bounds: { minimum: Value[]; maximum: Value[] } | null, index: number, unit: string | null): string {
+  if (!bounds || (bounds.minimum.length <= 1 && bounds.maximum.length <= 1)) return "";
+  const at = (ends: Value[]) => endText((ends.length > 1 ? ends[index] : ends[0]) ?? null, unit);
+  return `${at(bounds.minimum)} to ${at(bounds.maximum)}`;
 }
 
 /** The refusals that name an input (or argument), and those that name none. */

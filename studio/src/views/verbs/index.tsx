@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import { useEffect, useMemo, useState } from "react";
+import { useEffect, useMemo, useRef, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { VerbSummary } from "../../control/shapes";
 import { Empty, Refusals } from "../../design/parts";
@@ -16,13 +16,16 @@ export default function Verbs() {
   const trouble = useWatched(control.topics.installed.trouble);
   const { verbs, refusals } = useVerbs();
   const { path } = useRoute();
+  const first = useRef<string | null>(null);
   const instances = useMemo(() => installed?.instances ?? [], [installed]);
-  if (verbs === null) {
+  if (verbs === null || installed === null) {
     return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">Waiting for the verbs…</p>;
   }
   // Without a choice: the verb that runs on behalf of no device, the newest.
   const running = instances.filter((one) => one.owner === null && one.state === "running").at(-1);
-  const chosen = path[0] ?? running?.verb ?? verbs.find((verb) => verb.supports.length === 0)?.name ?? verbs[0]?.name;
+  // What was shown first stays: another verb that starts takes no form away that somebody fills in.
+  first.current ??= running?.verb ?? verbs.find((verb) => verb.supports.length === 0)?.name ?? verbs[0]?.name ?? null;
+  const chosen = path[0] ?? first.current;
   const verb = verbs.find((one) => one.name === chosen);
   return (
     <div className="verbs">

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where the boxes and arrows of a state diagram lie: laid out by elkjs, which is loaded when it is first needed.
-import type { ELK, ElkNode } from "elkjs/lib/elk-api";
+import type { ElkNode } from "elkjs/lib/elk-api";
+import { elk } from "../../design/elk";
 import { type Arrow, arrowsOf, type Shape } from "./shape";
 
 export const START = "(start)";
@@ -14,13 +15,6 @@ export interface Laid {
   height: number;
   boxes: { name: string; x: number; y: number; width: number; height: number }[];
   arrows: { arrow: Arrow; path: string; label: { x: number; y: number } | null }[];
-}
-
-let elk: Promise<ELK> | null = null;
-
-async function layouter(): Promise<ELK> {
-  elk ??= import("elkjs/lib/elk.bundled.js").then((module) => new module.default());
-  return elk;
 }
 
 /** The graph that is laid out: a box for each list, as large as its text; the start and the end; labels beside the arrows. */
@@ -71,7 +65,7 @@ function labelWidth(arrow: Arrow): number {
 
 export async function layOut(shape: Shape): Promise<Laid> {
   const { graph, arrows } = graphOf(shape);
-  const laid = await (await layouter()).layout(graph);
+  const laid = await (await elk()).layout(graph);
   return {
     width: laid.width ?? 0,
     height: laid.height ?? 0,

@@ -10,7 +10,7 @@
 use super::tables::Tables;
 use crate::modbus::frame::{FRAME_MAX, framed, mbap};
 use crate::modbus::pdu::{PDU_MAX, Request, refusal};
-use device::{CounterWord, Counters};
+use device::Counters;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::fd::{AsRawFd, RawFd};
@@ -18,26 +18,17 @@ use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What is counted, in the order of [`COUNTERS`].
-#[derive(Clone, Copy)]
-#[repr(usize)]
-pub(super) enum Count {
-    Requests,
-    Exceptions,
-    Damaged,
-    Connections,
-    GaveWay,
-    Limited,
+device::counters! {
+    /// What is counted.
+    pub(super) enum Count {
+        Requests: "requests", "", "requests answered";
+        Exceptions: "exceptions", "", "requests refused";
+        Damaged: "damaged", "", "connections ended for what was no frame";
+        Connections: "connections", "", "clients that have connected";
+        GaveWay: "gave_way", "", "connections that were closed for a new one";
+        Limited: "limited", "", "values that their register cannot hold, offered as the nearest that it can";
+    }
 }
-
-pub(super) static COUNTERS: [CounterWord; 6] = [
-    CounterWord { name: "requests", unit: "", doc: "requests answered" },
-    CounterWord { name: "exceptions", unit: "", doc: "requests refused" },
-    CounterWord { name: "damaged", unit: "", doc: "connections ended for what was no frame" },
-    CounterWord { name: "connections", unit: "", doc: "clients that have connected" },
-    CounterWord { name: "gave_way", unit: "", doc: "connections that were closed for a new one" },
-    CounterWord { name: "limited", unit: "", doc: "values that their register cannot hold, offered as the nearest that it can" },
-];
 
 /// What the thread shares with the driver.
 pub(super) struct Shared {
@@ -49,7 +40,7 @@ pub(super) struct Shared {
 
 impl Shared {
     pub(super) fn count(&self, what: Count) {
-        self.counters.add(what as usize, 1);
+        self.counters.add(what, 1);
     }
 
     /// The frame that answers a request.

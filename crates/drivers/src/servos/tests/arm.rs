@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An arm of two servos, exchanged in place: torque, goals, what goes wrong, what is recorded.
 use super::peer::Peer;
-use crate::servos::bus::{EXCHANGES, GOALS_LIMITED};
-use crate::servos::frame::Protocol;
+use crate::servos::bus::Count;
+use crate::servos::protocol::Protocol;
 use crate::servos::registers::Map;
 use device::{Channel, Direction, Driver, Services};
 use serde_json::{Value, json};
@@ -60,7 +60,7 @@ impl Arm {
         self
     }
 
-    fn count(&self, counter: usize) -> u64 {
+    fn count(&self, counter: Count) -> u64 {
         self.driver.counters().expect("it counts").get(counter)
     }
 }
@@ -89,17 +89,17 @@ fn torque_comes_on_where_the_servo_is_and_goals_move_no_faster_than_allowed() {
         }
         assert_eq!(peer.position(1), 2048 + 652);
         assert!((arm.get("a.position") - 1.0).abs() < 1e-3);
-        let before = arm.count(GOALS_LIMITED);
+        let before = arm.count(Count::GoalsLimited);
         arm.goal("b.goal", 7.0);
         for _ in 0..60 {
             arm.exchange([true, true]).expect("it answers");
         }
-        assert_eq!((peer.position(2), arm.count(GOALS_LIMITED) - before), (2048 - 652, 60), "to the end of its range, the other way round");
+        assert_eq!((peer.position(2), arm.count(Count::GoalsLimited) - before), (2048 - 652, 60), "to the end of its range, the other way round");
         arm.exchange([false, true]).expect("it answers");
         assert_eq!((peer.torque(1), peer.torque(2)), (0, 1));
         arm.driver.safe_state();
         assert_eq!((peer.torque(1), peer.torque(2)), (0, 0));
-        assert_eq!(arm.count(EXCHANGES), 124);
+        assert_eq!(arm.count(Count::Exchanges), 124);
         drop(arm);
         peer.join();
     }

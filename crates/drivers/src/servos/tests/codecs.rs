@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-use crate::servos::frame::{Answer, Ask, FRAME_MAX, Frame, Protocol, Taken};
+use crate::servos::frame::{Answer, Ask, FRAME_MAX, Frame, Taken};
+use crate::servos::protocol::Protocol;
 use crate::servos::{dynamixel2, registers};
 use proptest::prelude::*;
 

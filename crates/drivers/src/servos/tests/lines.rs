@@ -2,8 +2,8 @@
 //! A bus on a pseudo terminal, and a servo at its other end that answers as a test says.
 use super::codecs::answer;
 use crate::serial::tests::pty;
-use crate::servos::bus::{Bus, COUNTERS, FRAMES_BAD, FRAMES_STRANGE, RETRIES, TIMEOUTS, Timing};
-use crate::servos::frame::Protocol;
+use crate::servos::bus::{Bus, Count, Timing};
+use crate::servos::protocol::Protocol;
 use crate::servos::registers::Register;
 use device::Counters;
 use std::fs::File;
@@ -15,7 +15,7 @@ const MODEL: Register = Register { address: 3, len: 2 };
 const ASKED: [u8; 8] = [0xff, 0xff, 1, 4, 2, 3, 2, 0xf3];
 
 fn bus(path: &str, latency: Duration, echo: Option<bool>) -> (Bus, Arc<Counters>) {
-    let counters = Arc::new(Counters::new(&COUNTERS));
+    let counters = Arc::new(Counters::new(Count::WORDS));
     let timing = Timing { baud: 1_000_000, latency, retries: 100, echo };
     (Bus::open(path, Protocol::Sts, timing, counters.clone()).expect("it opens"), counters)
 }
@@ -69,14 +69,14 @@ fn what_is_no_answer_is_counted_and_dropped() {
     let strange = answer(Protocol::Sts, 2, 0, &[1, 1]);
     let long = answer(Protocol::Sts, 1, 0, &[1, 1, 1]);
     let (read, counters) = value(vec![good(), [bad, strange, long, vec![7, 7], good()].concat()], LONG, None);
-    assert_eq!((read, counters.get(FRAMES_BAD), counters.get(FRAMES_STRANGE), counters.get(TIMEOUTS)), (777, 1, 2, 0));
+    assert_eq!((read, counters.get(Count::FramesBad), counters.get(Count::FramesStrange), counters.get(Count::Timeouts)), (777, 1, 2, 0));
 }
 
 #[test]
 fn a_servo_that_does_not_answer_is_asked_again() {
     let (read, counters) = value(vec![Vec::new(), good()], SHORT, Some(false));
     assert_eq!(read, 777);
-    assert!(counters.get(RETRIES) >= 1 && counters.get(TIMEOUTS) >= 1);
+    assert!(counters.get(Count::Retries) >= 1 && counters.get(Count::Timeouts) >= 1);
 }
 
 #[test]

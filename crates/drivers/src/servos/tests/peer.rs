@@ -2,7 +2,8 @@
 //! Servos at the other end of a pseudo terminal: a thread that keeps their registers. A goal is reached at once where there is torque.
 use super::codecs::answer;
 use crate::serial::tests::pty;
-use crate::servos::frame::{BROADCAST, Protocol};
+use crate::servos::frame::BROADCAST;
+use crate::servos::protocol::Protocol;
 use crate::servos::registers::{Map, Register, whole};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-import type { ELK, ElkNode } from "elkjs/lib/elk-api";
+import type { ElkNode } from "elkjs/lib/elk-api";
+import { elk } from "../../../design/elk";
 import { type Drawing, type Place, portAt, sizeOf } from "./drawing";
 
 const OPTIONS = {
@@ -13,20 +14,6 @@ const OPTIONS = {
 
 /** From box to box where there is no layout, px. */
 const IN_A_ROW = 340;
-
-let made: Promise<ELK> | null = null;
-
-// The layout runs in a worker of its own: a graph of hundreds of blocks does not hold up the page.
-function elk(): Promise<ELK> {
-  made ??= (async () => {
-    const [{ default: Elk }, worker] = await Promise.all([
-      import("elkjs/lib/elk-api"),
-      import("elkjs/lib/elk-worker.min.js?worker") as Promise<{ default: new () => Worker }>,
-    ]);
-    return new Elk({ workerFactory: () => new worker.default() });
-  })();
-  return made;
-}
 
 /** Places for all boxes of a drawing, from left to right along the data; of a drawing that the layout refuses, in one row. */
 export async function arrange(drawing: Drawing): Promise<Map<string, Place>> {

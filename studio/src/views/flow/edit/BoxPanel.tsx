@@ -6,6 +6,7 @@ import { removeBlock, renameBlock, setConstant } from "./change";
 import type { Draft } from "./definition";
 import { type Faces, type Item, itemsOf, modeText } from "./faces";
 import { constantOf, TextField } from "./fields";
+import { WireField } from "./WireField";
 
 /** A block of the draft: its label, its constants, its ports and conditions. */
 export function BoxPanel(props: {
@@ -60,6 +61,9 @@ export function BoxPanel(props: {
               <dd key={item.name} title={item.doc}>
                 {item.kind.replace("_", " ")}
                 {item.type_text && `, ${portText({ ...item, mode: item.kind === "condition" ? "" : modeText(item.mode) })}`}
+                {(item.kind === "input" || item.kind === "output") && (
+                  <WireField draft={draft} label={label} port={item.name} side={item.kind} faces={faces} change={change} />
+                )}
               </dd>,
             ])}
         </dl>

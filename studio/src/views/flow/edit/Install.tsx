@@ -7,7 +7,7 @@ import { addressOf } from "../../../shell/route";
 import { type Draft, definitionOf } from "./definition";
 import type { Faces } from "./faces";
 import { constantOf, everyOf, TextField } from "./fields";
-import { begin, end, type Trial, type Wanted } from "./trial";
+import { begin, end, keepTrial, keptTrial, type Trial, type Wanted } from "./trial";
 
 /** Puts what is drawn into the running system. The system refuses what would touch a verb that runs, and says which. */
 export function Install(props: { draft: Draft; faces: Faces; isSound: boolean }) {
@@ -65,7 +65,11 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; faces: Faces; isSou
   const { busy, refusals, run } = useAction();
   const { sources, svvs } = useThere();
   const [wanted, setWanted] = useState<Wanted>({ every_ns: 20_000_000, source: "", inputs: {} });
-  const [trial, setTrial] = useState<Trial | null>(null);
+  const [trial, show] = useState<Trial | null>(() => keptTrial(control));
+  const setTrial = (next: Trial | null) => {
+    keepTrial(control, next);
+    show(next);
+  };
   const source = wanted.source || sources[0] || "";
   const inputs = Object.keys(draft.of.inputs);
   const missing = inputs.filter((name) => wanted.inputs[name] === undefined);
@@ -120,7 +124,7 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; faces: Faces; isSou
                 })
               }
             >
-              Halt and remove
+              Halt and remove {trial.verb}
             </button>
           </>
         )}

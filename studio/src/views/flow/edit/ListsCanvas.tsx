@@ -19,9 +19,7 @@ const ListBox = memo(function ListBox(props: NodeProps<ListNode>) {
         {initial && ", begins"}
         {ending && ", at every end"}
       </div>
-      {wrong.map((text) => (
-        <div key={text}>{text}</div>
-      ))}
+      {wrong.length > 0 && <div>{wrong.length === 1 ? "1 finding" : `${wrong.length} findings`}: see Checks</div>}
       <Handle type="source" position={Position.Right} id="there" />
       <Handle type="source" position={Position.Bottom} id="back" className="back" isConnectable={false} />
     </div>
@@ -29,13 +27,25 @@ const ListBox = memo(function ListBox(props: NodeProps<ListNode>) {
 });
 
 const listViews = { list: ListBox };
-const ACROSS = 230;
+/** Width of a box without its name, of a letter, and of what stands beside a label. */
+const [BOX, LETTER, BESIDE] = [40, 8, 60];
 const DOWN = 110;
 const IN_A_ROW = 4;
 
 /** Where a list stands that was never moved. */
 export function listPlace(of: Verb, name: string, index: number): Place {
-  return of.layout[`list:${name}`] ?? { x: (index % IN_A_ROW) * ACROSS, y: Math.floor(index / IN_A_ROW) * DOWN };
+  return of.layout[`list:${name}`] ?? { x: (index % IN_A_ROW) * across(of), y: Math.floor(index / IN_A_ROW) * DOWN };
+}
+
+/** From one list to the next: room for the longest name and for what the arrow between them says. */
+export function across(of: Verb): number {
+  const names = Math.max(12, ...Object.keys(of.command_lists).map((name) => name.length));
+  const between = new Map<string, number>();
+  for (const { from, condition, to } of of.transitions) {
+    const pair = `${from} ${to}`;
+    between.set(pair, (between.get(pair) ?? -2) + condition.length + 2);
+  }
+  return BOX + names * LETTER + BESIDE + Math.max(4, ...between.values()) * LETTER;
 }
 
 /** Command lists as states, transitions as arrows. Drawing from one list to another adds a transition. */
@@ -107,12 +117,12 @@ export function ListsCanvas(props: {
 /** One arrow for each pair of lists, with all conditions that lead along it; what leads back to the left goes below. */
 function arrows(of: Verb, findings: Finding[]): Edge[] {
   const names = Object.keys(of.command_lists);
-  const across = (name: string) => listPlace(of, name, names.indexOf(name)).x;
+  const placeOf = (name: string) => listPlace(of, name, names.indexOf(name)).x;
   const between = new Map<string, Edge & { label: string }>();
   for (const { from, condition, to } of of.transitions) {
     const id = `${from} → ${to}`;
     const known = between.get(id);
-    const way = across(to) > across(from) ? "there" : "back";
+    const way = placeOf(to) > placeOf(from) ? "there" : "back";
     const wrong = ofTransition(findings, from, condition).length > 0 || known?.className === "wrong";
     between.set(id, {
       id,
@@ -122,6 +132,8 @@ function arrows(of: Verb, findings: Finding[]): Edge[] {
       sourceHandle: way,
       targetHandle: way,
       label: known ? `${known.label}, ${condition}` : condition,
+      // Before the states: an arrow that passes one is seen to pass it.
+      zIndex: 1,
       markerEnd: { type: MarkerType.ArrowClosed },
       className: wrong ? "wrong" : "",
       labelBgStyle: { fill: "var(--ground)" },

@@ -20,6 +20,24 @@ export interface Trial {
   outputs: string[];
 }
 
+const KEY = "opengpac.trial";
+
+/** The graph that this tab tries: it is found again after another view, and after the page was loaded anew. */
+export function keepTrial(control: Control, trial: Trial | null): void {
+  if (trial === null) sessionStorage.removeItem(KEY);
+  else sessionStorage.setItem(KEY, JSON.stringify({ ...trial, run: control.version.run }));
+}
+
+/** The trial of this tab; null: there is none, or the system was started again since. */
+export function keptTrial(control: Control): Trial | null {
+  try {
+    const { run, ...trial } = JSON.parse(sessionStorage.getItem(KEY) ?? "null") as Trial & { run: string };
+    return run === control.version.run ? trial : null;
+  } catch {
+    return null;
+  }
+}
+
 /** The verb by which a graph can be started by itself: one command list, which activates it. */
 export function verbAround(graph: Graph, every_ns: number): Record<string, unknown> {
   const label = "graph";

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Reads and writes objects of nodes, one after another, beside the cycle.
+use crate::frame::{Came, Frame};
+use crate::link::{Link, Place};
+use crate::message::{self, Message};
+use crate::nmt::NODE_MAX;
+use crate::sdo::{Answered, TIMEOUT, Transfer};
+use cia402::{Entry, abort_name};
+use std::fmt;
+use std::io;
+use std::time::{Duration, Instant};
+
+/// An end of a bus that hears answers of SDO servers.
+pub struct Client {
+    link: Box<dyn Link>,
+    answer: Duration,
+}
+
+/// Why an object was not read or written.
+#[derive(Debug)]
+pub enum Refused {
+    /// The node does not answer.
+    Silent,
+    /// It refuses, with this code.
+    Aborted(u32),
+    /// It breaks the rules of the protocol.
+    Broken,
+    Link(io::Error),
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Refused::Silent => write!(f, "does not answer"),
+            Refused::Aborted(code) => write!(f, "refuses with {code:#010x}, {}", abort_name(*code)),
+            Refused::Broken => write!(f, "answers what is no SDO"),
+            Refused::Link(error) => write!(f, "is not reached: {error}"),
+        }
+    }
+}
+
+impl Client {
+    /// Opens an end; `answer` is how long a node may take for each answer.
+    ///
+    /// # Errors
+    /// Those of [`Place::open`].
+    pub fn open(place: &Place, answer: Duration) -> io::Result<Client> {
+        Ok(Client { link: place.open(&[(0x580, 0x780)])?, answer })
+    }
+
+    /// Reads an object of a node.
+    ///
+    /// # Errors
+    /// It does not answer, or refuses.
+    pub fn upload(&mut self, node: u8, of: Entry) -> Result<Vec<u8>, Refused> {
+        self.transfer(node, Transfer::upload(of))
+    }
+
+    /// Writes an object of a node.
+    ///
+    /// # Errors
+    /// It does not answer, or refuses.
+    pub fn download(&mut self, node: u8, of: Entry, value: &[u8]) -> Result<(), Refused> {
+        self.transfer(node, Transfer::download(of, value)).map(drop)
+    }
+
+    /// Sends any other frame.
+    ///
+    /// # Errors
+    /// The interface is down, or its queue is full.
+    pub fn send(&mut self, frame: &Frame) -> io::Result<()> {
+        self.link.send(frame)
+    }
+
+    fn transfer(&mut self, node: u8, (mut transfer, request): (Transfer, [u8; 8])) -> Result<Vec<u8>, Refused> {
+        let to = 0x600 + u16::from(node);
+        // What is late from before is no answer to this.
+        while self.link.receive().map_err(Refused::Link)?.is_some() {}
+        self.link.send(&Frame::new(to, &request)).map_err(Refused::Link)?;
+        let mut until = Instant::now() + self.answer;
+        loop {
+            let Some(bytes) = self.next(node)? else {
+                if Instant::now() >= until {
+                    let _ = self.link.send(&Frame::new(to, &transfer.abort(TIMEOUT)));
+                    return Err(Refused::Silent);
+                }
+                self.link.wait(until.saturating_duration_since(Instant::now()));
+                continue;
+            };
+            match transfer.answer(&bytes) {
+                Answered::Next(request) => {
+                    self.link.send(&Frame::new(to, &request)).map_err(Refused::Link)?;
+                    until = Instant::now() + self.answer;
+                }
+                Answered::Done(value) => return Ok(value),
+                Answered::Aborted(code) => return Err(Refused::Aborted(code)),
+                Answered::Strange => {}
+                Answered::Broken(code) => {
+                    let _ = self.link.send(&Frame::new(to, &transfer.abort(code)));
+                    return Err(Refused::Broken);
+                }
+            }
+        }
+    }
+
+    /// The next answer of this node that is there.
+    fn next(&mut self, node: u8) -> Result<Option<[u8; 8]>, Refused> {
+        while let Some(came) = self.link.receive().map_err(Refused::Link)? {
+            if let Came::Frame(frame) = came
+                && let Some(Message::Sdo { node: from, bytes }) = message::read(&frame)
+                && from == node
+            {
+                return Ok(Some(bytes));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The nodes of the bus that answer a request for their type, with it.
+    ///
+    /// # Errors
+    /// The interface is down.
+    pub fn nodes(&mut self) -> io::Result<Vec<(u8, u32)>> {
+        let mut found = Vec::new();
+        for node in 1..=NODE_MAX {
+            let (_, request) = Transfer::upload(Entry { index: 0x1000, sub: 0 });
+            let until = Instant::now() + self.answer;
+            while let Err(error) = self.link.send(&Frame::new(0x600 + u16::from(node), &request)) {
+                // The queue of the interface is full for a while.
+                let is_full = error.raw_os_error() == Some(libc::ENOBUFS) || error.kind() == io::ErrorKind::WouldBlock;
+                if !is_full || Instant::now() > until {
+                    return Err(error);
+                }
+                self.link.wait(Duration::from_millis(1));
+            }
+            self.gather(&mut found)?;
+        }
+        let until = Instant::now() + self.answer;
+        while Instant::now() < until {
+            self.link.wait(until.saturating_duration_since(Instant::now()));
+            self.gather(&mut found)?;
+        }
+        found.sort_unstable();
+        found.dedup();
+        Ok(found)
+    }
+
+    fn gather(&mut self, found: &mut Vec<(u8, u32)>) -> io::Result<()> {
+        while let Some(came) = self.link.receive()? {
+            if let Came::Frame(frame) = came
+                && let Some(Message::Sdo { node, bytes }) = message::read(&frame)
+                && bytes[1..4] == [0x00, 0x10, 0]
+            {
+                let is_value = bytes[0] >> 5 == 2;
+                let kind = if is_value { u32::from_le_bytes([bytes[4], bytes[5], bytes[6], bytes[7]]) } else { 0 };
+                found.push((node, kind));
+            }
+        }
+        Ok(())
+    }
+}

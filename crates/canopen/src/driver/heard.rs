@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Whether a node is there: what was heard of it, and when.
+use crate::nmt::NodeState;
+
+/// Heartbeats that may be missed one after another.
+const BEATS_MAX: i64 = 3;
+
+/// What was heard of a node.
+#[derive(Default)]
+pub struct Heard {
+    /// None: nothing yet.
+    when_ns: Option<i64>,
+    /// Its process data have come since the last SYNC.
+    pub is_fresh: bool,
+    /// Cycles one after another without them.
+    pub cycles: u32,
+    beats: i64,
+    /// It has left operation, or started anew.
+    left: Option<NodeState>,
+}
+
+/// What is wrong.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Missing {
+    Beats,
+    Cycles,
+    Left(NodeState),
+}
+
+impl Heard {
+    /// From now on it is expected.
+    pub fn expect(&mut self) {
+        *self = Heard::default();
+    }
+
+    /// Something came from it.
+    pub fn data(&mut self, now_ns: i64) {
+        (self.when_ns, self.beats) = (Some(now_ns), 0);
+    }
+
+    /// Its process data came.
+    pub fn fresh(&mut self, now_ns: i64) {
+        self.data(now_ns);
+        (self.is_fresh, self.cycles) = (true, 0);
+    }
+
+    pub fn heartbeat(&mut self, now_ns: i64, state: NodeState) {
+        self.data(now_ns);
+        self.left = Some(state).filter(|state| *state != NodeState::Operational);
+    }
+
+    /// At a cycle: what is wrong, and how many heartbeats more were missed.
+    pub fn missing(&mut self, now_ns: i64, heartbeat_ns: i64, lost_after: u32) -> (Option<Missing>, u64) {
+        let silent_ns = now_ns - *self.when_ns.get_or_insert(now_ns);
+        // Half a period is how late one may be.
+        let beats = ((silent_ns - heartbeat_ns / 2) / heartbeat_ns).max(0);
+        let more = (beats - self.beats).max(0);
+        self.beats = beats;
+        let missing = match self.left {
+            Some(state) => Some(Missing::Left(state)),
+            None if self.cycles >= lost_after => Some(Missing::Cycles),
+            None if beats >= BEATS_MAX => Some(Missing::Beats),
+            None => None,
+        };
+        (missing, more as u64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_heartbeats_may_be_late_and_no_more() {
+        let mut heard = Heard::default();
+        heard.heartbeat(0, NodeState::Operational);
+        let at = |heard: &mut Heard, ms: i64| heard.missing(ms * 1_000_000, 100_000_000, 3);
+        assert_eq!(at(&mut heard, 149), (None, 0));
+        assert_eq!(at(&mut heard, 160), (None, 1));
+        assert_eq!(at(&mut heard, 260), (None, 1));
+        assert_eq!(at(&mut heard, 350), (Some(Missing::Beats), 1));
+        heard.heartbeat(350_000_000, NodeState::Operational);
+        assert_eq!(at(&mut heard, 360), (None, 0));
+        heard.heartbeat(370_000_000, NodeState::BootUp);
+        assert_eq!(at(&mut heard, 370), (Some(Missing::Left(NodeState::BootUp)), 0));
+    }
+}

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The emulated line.
+use super::node::Node;
+use super::said::{DriveOptions, Out, SAID_MAX};
+use crate::frame::{self, FRAME_LEN, Frame};
+use serde_json::{Value, json};
+use std::collections::VecDeque;
+
+/// Drives on a line.
+pub struct Bus {
+    nodes: Vec<Node>,
+    said: VecDeque<[u8; FRAME_LEN]>,
+    /// How many frames to come are lost, or spoiled.
+    lose: u64,
+    spoil: u64,
+    frames: u64,
+}
+
+impl Bus {
+    pub fn new(drives: &[DriveOptions]) -> Bus {
+        let mut bus = Bus { nodes: Vec::new(), said: VecDeque::with_capacity(SAID_MAX), lose: 0, spoil: 0, frames: 0 };
+        bus.nodes = drives.iter().map(Node::new).collect();
+        bus.each(|node, out| node.boot(out));
+        bus
+    }
+
+    fn each(&mut self, mut act: impl FnMut(&mut Node, &mut Out<'_>)) {
+        let mut out = Out { said: &mut self.said, lose: &mut self.lose, spoil: &mut self.spoil };
+        self.nodes.iter_mut().filter(|node| node.is_on).for_each(|node| act(node, &mut out));
+    }
+
+    /// Takes a frame that a controller sends.
+    pub fn take(&mut self, frame: &Frame) {
+        self.frames += 1;
+        self.each(|node, out| node.take(frame, out));
+    }
+
+    /// Time goes on.
+    pub fn go_on(&mut self, span_ns: i64) {
+        self.each(|node, out| node.go_on(span_ns, out));
+    }
+
+    /// The next frame, or report, that is on the line.
+    pub fn said(&mut self) -> Option<[u8; FRAME_LEN]> {
+        self.said.pop_front()
+    }
+
+    /// Frames that have come from controllers.
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
+    fn find(&mut self, node: u8) -> Option<&mut Node> {
+        self.nodes.iter_mut().find(|of| of.id() == node)
+    }
+
+    /// Switches the voltage of a drive. With it comes one that knows nothing, its axis where it was.
+    pub fn power(&mut self, node: u8, is_on: bool) {
+        let mut out = Out { said: &mut self.said, lose: &mut self.lose, spoil: &mut self.spoil };
+        if let Some(node) = self.nodes.iter_mut().find(|of| of.id() == node) {
+            node.power(is_on, &mut out);
+        }
+    }
+
+    /// The next frames of nodes do not come.
+    pub fn lose(&mut self, frames: u64) {
+        self.lose = frames;
+    }
+
+    /// The next frames of nodes are shorter than they should be.
+    pub fn spoil(&mut self, frames: u64) {
+        self.spoil = frames;
+    }
+
+    /// A drive finds something wrong: an error code of CiA 402.
+    pub fn fail(&mut self, node: u8, error: u16) {
+        let mut out = Out { said: &mut self.said, lose: &mut self.lose, spoil: &mut self.spoil };
+        if let Some(node) = self.nodes.iter_mut().find(|of| of.id() == node) {
+            node.fail(error, &mut out);
+        }
+    }
+
+    /// The controller's adapter has left the bus.
+    pub fn bus_off(&mut self) {
+        self.said.push_back(frame::report(frame::BUS_OFF, 0));
+    }
+
+    /// An object of a drive as a number; 0 where there is none.
+    pub fn number(&mut self, node: u8, index: u16, sub: u8) -> i64 {
+        self.find(node).map_or(0, |node| node.number(index, sub))
+    }
+
+    /// Its state by name.
+    pub fn state(&mut self, node: u8) -> String {
+        self.find(node).map_or_else(String::new, |node| if node.is_on { node.state().to_string() } else { "off".to_owned() })
+    }
+
+    /// How it is, for people and tests.
+    pub fn show(&mut self) -> Value {
+        let ids: Vec<u8> = self.nodes.iter().map(Node::id).collect();
+        let drives: Vec<Value> = ids
+            .into_iter()
+            .map(|id| {
+                let mut number = |index| self.number(id, index, 0);
+                let drive = cia402::DriveState::of(number(0x6041) as u16).to_string();
+                let (position, target, mode) = (number(0x6064), number(0x607A), number(0x6061));
+                let error = number(0x603F) as u16;
+                json!({ "node": id, "state": self.state(id), "drive": drive, "position": position, "target": target, "mode": mode, "error": error })
+            })
+            .collect();
+        json!({ "frames": self.frames, "drives": drives })
+    }
+}

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Answers the frames of a local socket with an emulated bus: in a thread, or as a process of its own.
+use super::bus::Bus;
+use super::said::DriveOptions;
+use crate::frame::{self, Came};
+use crate::link::{LOCAL, Socket, hears, wishes};
+use serde::Deserialize;
+use serde_json::{Value, json};
+use std::io::{self, BufRead, Write};
+use std::mem::{size_of, zeroed};
+use std::os::fd::{AsRawFd, OwnedFd};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// How soon time goes on where no controller tells it, and a server notices that it is to stop.
+const NOTICE_MS: i32 = 10;
+/// How long an end that has asked for something may take to listen.
+const LISTENS: Duration = Duration::from_secs(1);
+/// For so long after a controller has told its time, that counts and no other.
+const TOLD: Duration = Duration::from_millis(200);
+
+/// A bus that answers until it is dropped.
+pub struct Server {
+    bus: Arc<Mutex<Bus>>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Server {
+    /// The bus, to do something to it or to look at it.
+    pub fn bus(&self) -> MutexGuard<'_, Bus> {
+        self.bus.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Answers on a local socket (`local:NAME`), in a thread of its own.
+///
+/// # Errors
+/// The name is taken.
+pub fn serve(interface: &str, bus: Bus) -> io::Result<Server> {
+    if !interface.starts_with(LOCAL) {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "an emulated bus answers on local:NAME"));
+    }
+    let socket = Socket::answering(interface)?;
+    let bus = Arc::new(Mutex::new(bus));
+    let stop = Arc::new(AtomicBool::new(false));
+    let (of, until) = (bus.clone(), stop.clone());
+    let thread = std::thread::Builder::new().name("canopen-bus".into()).spawn(move || Line::new(socket).answer(&of, &until))?;
+    Ok(Server { bus, stop, thread: Some(thread) })
+}
+
+/// Who is on the line.
+struct Line {
+    socket: OwnedFd,
+    ends: Vec<End>,
+    /// The time of the controller, and when it was told.
+    told: Option<(i64, Instant)>,
+    gone_on: Instant,
+}
+
+struct End {
+    at: Address,
+    heard: Vec<(u16, u16)>,
+}
+
+#[derive(Clone, Copy)]
+struct Address {
+    of: libc::sockaddr_un,
+    len: libc::socklen_t,
+}
+
+impl PartialEq for Address {
+    fn eq(&self, other: &Address) -> bool {
+        self.len == other.len && self.of.sun_path == other.of.sun_path
+    }
+}
+
+impl Line {
+    fn new(socket: OwnedFd) -> Line {
+        Line { socket, ends: Vec::new(), told: None, gone_on: Instant::now() }
+    }
+
+    fn answer(mut self, bus: &Mutex<Bus>, stop: &AtomicBool) {
+        let mut bytes = [0; 64];
+        while !stop.load(Ordering::Relaxed) {
+            let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+            // SAFETY: one entry, ours for the call.
+            unsafe { libc::poll(&raw mut poll, 1, NOTICE_MS) };
+            let mut bus = bus.lock().unwrap_or_else(PoisonError::into_inner);
+            while let Some((len, from)) = self.take(&mut bytes) {
+                self.heed(&mut bus, &bytes[..len], &from);
+            }
+            let span_ns = self.gone_on.elapsed().as_nanos() as i64;
+            if self.told.is_none_or(|(_, when)| when.elapsed() > TOLD) && span_ns > i64::from(NOTICE_MS) * 500_000 {
+                self.gone_on = Instant::now();
+                bus.go_on(span_ns);
+            }
+            self.pass_on(&mut bus, None);
+        }
+    }
+
+    /// Does what a datagram asks for: a frame, or a time up to which all is to be answered.
+    fn heed(&mut self, bus: &mut Bus, bytes: &[u8], from: &Address) {
+        if let Some(heard) = wishes(bytes) {
+            self.ends.push(End { at: *from, heard });
+            return;
+        }
+        match (<[u8; 8]>::try_from(bytes), frame::read(bytes)) {
+            (Ok(time), _) => {
+                let now_ns = i64::from_ne_bytes(time);
+                let span_ns = self.told.map_or(0, |(before, _)| now_ns.saturating_sub(before)).max(0);
+                (self.told, self.gone_on) = (Some((now_ns, Instant::now())), Instant::now());
+                bus.go_on(span_ns);
+                self.pass_on(bus, Some(from));
+                // One that has gone meanwhile asks for nothing.
+                let _ = self.put_surely(bytes, from);
+            }
+            (_, Came::Frame(frame)) => {
+                bus.take(&frame);
+                self.pass_on(bus, Some(from));
+            }
+            _ => {}
+        }
+    }
+
+    /// Gives what nodes say to all ends. The one that asked has it surely; one that does not listen misses it.
+    fn pass_on(&mut self, bus: &mut Bus, asker: Option<&Address>) {
+        while let Some(bytes) = bus.said() {
+            let ends = std::mem::take(&mut self.ends);
+            let put = |end: &Address| if asker == Some(end) { self.put_surely(&bytes, end) } else { self.put(&bytes, end) };
+            let is_there = |put: &io::Result<()>| put.as_ref().err().is_none_or(|error| error.kind() == io::ErrorKind::WouldBlock);
+            let is_for = |end: &End| !matches!(frame::read(&bytes), Came::Frame(frame) if !hears(&end.heard, frame.id));
+            // One that does not hear it is not asked whether it is there; the next that it hears tells.
+            let there: Vec<End> = ends.into_iter().filter(|end| !is_for(end) || is_there(&put(&end.at))).collect();
+            self.ends = there;
+        }
+    }
+
+    /// The queue of a local socket is short: its end is about to listen.
+    fn put_surely(&self, bytes: &[u8], to: &Address) -> io::Result<()> {
+        let until = Instant::now() + LISTENS;
+        loop {
+            match self.put(bytes, to) {
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock && Instant::now() < until => std::thread::yield_now(),
+                put => return put,
+            }
+        }
+    }
+
+    /// Sends to an end.
+    fn put(&self, bytes: &[u8], to: &Address) -> io::Result<()> {
+        let flags = libc::MSG_DONTWAIT | libc::MSG_NOSIGNAL;
+        // SAFETY: the bytes and the address are ours for the call, and of these lengths.
+        let sent = unsafe { libc::sendto(self.socket.as_raw_fd(), bytes.as_ptr().cast(), bytes.len(), flags, (&raw const to.of).cast(), to.len) };
+        if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
+    }
+
+    fn take(&self, into: &mut [u8]) -> Option<(usize, Address)> {
+        // SAFETY: zero is a value of this type of the C library.
+        let mut from = Address { of: unsafe { zeroed() }, len: size_of::<libc::sockaddr_un>() as libc::socklen_t };
+        let (socket, at) = (self.socket.as_raw_fd(), into.as_mut_ptr().cast());
+        // SAFETY: the bytes and the address are ours for the call, and of these lengths.
+        let received = unsafe { libc::recvfrom(socket, at, into.len(), libc::MSG_DONTWAIT, (&raw mut from.of).cast(), &raw mut from.len) };
+        usize::try_from(received).ok().map(|len| (len, from))
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Options {
+    interface: String,
+    drives: Vec<DriveOptions>,
+}
+
+/// What can be done to a bus, a line each.
+#[derive(Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case", deny_unknown_fields)]
+enum Order {
+    Power { node: u8, on: bool },
+    Lose { frames: u64 },
+    Spoil { frames: u64 },
+    Fail { node: u8, error: u16 },
+    BusOff,
+    Show,
+}
+
+/// What a process runs that is a bus: its options are the first line of its input,
+/// `{"interface": "local:x", "drives": [{"name": "x", "node": 1}]}`; then each line is an order, `{"do": "power", "node": 1, "on": false}`,
+/// answered by a line that shows the bus. It ends with its input.
+///
+/// # Errors
+/// For people.
+pub fn run() -> Result<(), String> {
+    let mut lines = io::stdin().lock().lines().map_while(Result::ok);
+    let options: Options = serde_json::from_str(&lines.next().unwrap_or_default()).map_err(|error| format!("the options of the bus: {error}"))?;
+    let server = serve(&options.interface, Bus::new(&options.drives)).map_err(|error| format!("interface '{}': {error}", options.interface))?;
+    say(&server.bus().show());
+    for line in lines {
+        match serde_json::from_str(&line) {
+            Ok(order) => {
+                let mut bus = server.bus();
+                carry_out(&mut bus, &order);
+                say(&bus.show());
+            }
+            Err(error) => say(&json!({ "refused": error.to_string() })),
+        }
+    }
+    Ok(())
+}
+
+fn carry_out(bus: &mut Bus, order: &Order) {
+    match *order {
+        Order::Power { node, on } => bus.power(node, on),
+        Order::Lose { frames } => bus.lose(frames),
+        Order::Spoil { frames } => bus.spoil(frames),
+        Order::Fail { node, error } => bus.fail(node, error),
+        Order::BusOff => bus.bus_off(),
+        Order::Show => {}
+    }
+}
+
+fn say(what: &Value) {
+    let mut out = io::stdout().lock();
+    // Whoever started it may be gone; then its input ends too.
+    let _ = writeln!(out, "{what}").and_then(|()| out.flush());
+}

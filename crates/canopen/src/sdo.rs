@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A transfer of an object, from the side that asks: expedited, or in segments. Functions over bytes; nothing here waits.
+use cia402::Entry;
+
+/// The longest value that is taken from a node.
+const VALUE_MAX: usize = 1 << 20;
+/// Abort codes that a client gives.
+const TOGGLE: u32 = 0x0503_0000;
+pub const TIMEOUT: u32 = 0x0504_0000;
+const COMMAND: u32 = 0x0504_0001;
+const MEMORY: u32 = 0x0504_0005;
+const LENGTH: u32 = 0x0607_0010;
+
+/// A transfer that is going on.
+#[derive(Debug)]
+pub struct Transfer {
+    of: Entry,
+    doing: Doing,
+    toggle: bool,
+}
+
+#[derive(Debug)]
+enum Doing {
+    Upload,
+    /// What came so far, and how much was promised.
+    Uploading(Vec<u8>, Option<usize>),
+    Download(Vec<u8>),
+    /// The value, and how many bytes of it are on their way.
+    Downloading(Vec<u8>, usize),
+    Over,
+}
+
+/// What an answer brings.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Answered {
+    /// The transfer goes on with this request.
+    Next([u8; 8]),
+    /// It is done; an upload has this value.
+    Done(Vec<u8>),
+    /// The node refuses, with this code.
+    Aborted(u32),
+    /// It is no answer to what was asked: nothing has changed.
+    Strange,
+    /// It breaks the rules; the node is told this code.
+    Broken(u32),
+}
+
+impl Transfer {
+    /// Reads an object: the transfer, and its first request.
+    pub fn upload(of: Entry) -> (Transfer, [u8; 8]) {
+        (Transfer { of, doing: Doing::Upload, toggle: false }, framed(0x40, of, [0; 4]))
+    }
+
+    /// Writes an object.
+    pub fn download(of: Entry, value: &[u8]) -> (Transfer, [u8; 8]) {
+        let len = value.len();
+        let request = if (1..=4).contains(&len) {
+            let mut four = [0; 4];
+            four[..len].copy_from_slice(value);
+            framed(0x23 | ((4 - len) as u8) << 2, of, four)
+        } else {
+            framed(0x21, of, (len as u32).to_le_bytes())
+        };
+        (Transfer { of, doing: Doing::Download(value.to_vec()), toggle: false }, request)
+    }
+
+    /// Takes an answer.
+    pub fn answer(&mut self, bytes: &[u8; 8]) -> Answered {
+        let command = bytes[0] >> 5;
+        let names = self.names(bytes);
+        if bytes[0] == 0x80 && names {
+            self.doing = Doing::Over;
+            return Answered::Aborted(four(bytes));
+        }
+        match std::mem::replace(&mut self.doing, Doing::Over) {
+            Doing::Upload if command == 2 && names => self.begun(bytes),
+            Doing::Uploading(value, size) if command == 0 => self.segment(value, size, bytes),
+            Doing::Download(value) if command == 3 && names && bytes[0] == 0x60 => self.accepted(value),
+            Doing::Downloading(value, sent) if command == 1 && bytes[0] & 0x0F == 0 => {
+                if (bytes[0] & 0x10 != 0) != self.toggle {
+                    Answered::Broken(TOGGLE)
+                } else if sent == value.len() {
+                    Answered::Done(Vec::new())
+                } else {
+                    self.toggle = !self.toggle;
+                    self.next(value, sent)
+                }
+            }
+            unchanged => {
+                self.doing = unchanged;
+                Answered::Strange
+            }
+        }
+    }
+
+    /// The frame that ends it from this side.
+    pub fn abort(&self, code: u32) -> [u8; 8] {
+        framed(0x80, self.of, code.to_le_bytes())
+    }
+
+    fn names(&self, bytes: &[u8; 8]) -> bool {
+        u16::from_le_bytes([bytes[1], bytes[2]]) == self.of.index && bytes[3] == self.of.sub
+    }
+
+    fn begun(&mut self, bytes: &[u8; 8]) -> Answered {
+        let (is_expedited, is_sized) = (bytes[0] & 2 != 0, bytes[0] & 1 != 0);
+        match (is_expedited, is_sized) {
+            (true, true) => Answered::Done(bytes[4..8 - usize::from(bytes[0] >> 2 & 3)].to_vec()),
+            (true, false) => Answered::Done(bytes[4..].to_vec()),
+            (false, is_sized) => {
+                let size = is_sized.then_some(four(bytes) as usize);
+                if size.is_some_and(|size| size > VALUE_MAX) {
+                    return Answered::Broken(MEMORY);
+                }
+                self.doing = Doing::Uploading(Vec::new(), size);
+                Answered::Next([0x60, 0, 0, 0, 0, 0, 0, 0])
+            }
+        }
+    }
+
+    fn segment(&mut self, mut value: Vec<u8>, size: Option<usize>, bytes: &[u8; 8]) -> Answered {
+        if (bytes[0] & 0x10 != 0) != self.toggle {
+            return Answered::Broken(TOGGLE);
+        }
+        value.extend_from_slice(&bytes[1..8 - usize::from(bytes[0] >> 1 & 7)]);
+        let is_last = bytes[0] & 1 != 0;
+        let fits = size.is_none_or(|size| if is_last { value.len() == size } else { value.len() < size });
+        if !fits || value.len() > VALUE_MAX {
+            return Answered::Broken(LENGTH);
+        }
+        if is_last {
+            return Answered::Done(value);
+        }
+        self.toggle = !self.toggle;
+        self.doing = Doing::Uploading(value, size);
+        Answered::Next([if self.toggle { 0x70 } else { 0x60 }, 0, 0, 0, 0, 0, 0, 0])
+    }
+
+    fn accepted(&mut self, value: Vec<u8>) -> Answered {
+        match value.len() {
+            1..=4 => Answered::Done(Vec::new()),
+            0 => Answered::Broken(COMMAND),
+            _ => self.next(value, 0),
+        }
+    }
+
+    /// The next segment of what is written.
+    fn next(&mut self, value: Vec<u8>, sent: usize) -> Answered {
+        let part = &value[sent..value.len().min(sent + 7)];
+        let is_last = sent + part.len() == value.len();
+        let mut request = [0; 8];
+        request[0] = u8::from(self.toggle) << 4 | ((7 - part.len()) as u8) << 1 | u8::from(is_last);
+        request[1..=part.len()].copy_from_slice(part);
+        let sent = sent + part.len();
+        self.doing = Doing::Downloading(value, sent);
+        Answered::Next(request)
+    }
+}
+
+fn framed(command: u8, of: Entry, four: [u8; 4]) -> [u8; 8] {
+    let [low, high] = of.index.to_le_bytes();
+    [command, low, high, of.sub, four[0], four[1], four[2], four[3]]
+}
+
+fn four(bytes: &[u8; 8]) -> u32 {
+    u32::from_le_bytes([bytes[4], bytes[5], bytes[6], bytes[7]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NAME: Entry = Entry { index: 0x1008, sub: 0 };
+
+    #[test]
+    fn a_short_value_comes_at_once() {
+        let (mut transfer, request) = Transfer::upload(Entry { index: 0x1000, sub: 0 });
+        assert_eq!(request, [0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
+        assert_eq!(transfer.answer(&[0x4B, 0x00, 0x10, 0, 0x92, 0x01, 9, 9]), Answered::Done(vec![0x92, 0x01]));
+    }
+
+    #[test]
+    fn a_long_value_comes_in_segments_whose_bit_toggles() {
+        let (mut transfer, _) = Transfer::upload(NAME);
+        assert_eq!(transfer.answer(&[0x41, 0x08, 0x10, 0, 10, 0, 0, 0]), Answered::Next([0x60, 0, 0, 0, 0, 0, 0, 0]));
+        assert_eq!(transfer.answer(b"\x00emulate"), Answered::Next([0x70, 0, 0, 0, 0, 0, 0, 0]));
+        assert_eq!(transfer.answer(b"\x19d x\0\0\0\0"), Answered::Done(b"emulated x".to_vec()));
+        let (mut transfer, _) = Transfer::upload(NAME);
+        transfer.answer(&[0x41, 0x08, 0x10, 0, 10, 0, 0, 0]);
+        assert_eq!(transfer.answer(b"\x10emulate"), Answered::Broken(TOGGLE));
+    }
+
+    #[test]
+    fn a_long_value_goes_in_segments() {
+        let (mut transfer, request) = Transfer::download(NAME, b"conveyor 1");
+        assert_eq!(request, [0x21, 0x08, 0x10, 0, 10, 0, 0, 0]);
+        assert_eq!(transfer.answer(&[0x60, 0x08, 0x10, 0, 0, 0, 0, 0]), Answered::Next(*b"\x00conveyo"));
+        assert_eq!(transfer.answer(&[0x20, 0, 0, 0, 0, 0, 0, 0]), Answered::Next(*b"\x19r 1\0\0\0\0"));
+        assert_eq!(transfer.answer(&[0x30, 0, 0, 0, 0, 0, 0, 0]), Answered::Done(vec![]));
+    }
+
+    #[test]
+    fn an_answer_about_another_object_is_none() {
+        let (mut transfer, _) = Transfer::upload(NAME);
+        assert_eq!(transfer.answer(&[0x4F, 0x09, 0x10, 0, 1, 0, 0, 0]), Answered::Strange);
+        assert_eq!(transfer.answer(&[0x80, 0x08, 0x10, 0, 0, 0, 2, 6]), Answered::Aborted(0x0602_0000));
+    }
+}

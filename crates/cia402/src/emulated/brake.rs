@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The brake of an emulated drive, and a load that falls where nothing holds it.
+use super::objects::{Access, Handle, Objects};
+
+/// The bit of the digital outputs that closes it.
+const CLOSED: u32 = 1;
+
+pub struct Brake {
+    outputs: Handle,
+    mask: Handle,
+    /// How fast the load falls, counts/s; none: there is no brake.
+    falls: Option<f64>,
+}
+
+impl Brake {
+    pub fn new(objects: &mut Objects) -> Brake {
+        objects.add(0x60FE, 0, Access::Constant, &[2]);
+        let outputs = objects.add(0x60FE, 1, Access::Written, &0u32.to_le_bytes());
+        let mask = objects.add(0x60FE, 2, Access::Written, &0u32.to_le_bytes());
+        Brake { outputs, mask, falls: None }
+    }
+
+    /// There is one, and a load that falls so fast, counts/s.
+    pub fn set_load(&mut self, falls: Option<f64>) {
+        self.falls = falls;
+    }
+
+    /// How far the load falls in a time if nothing holds it, counts.
+    pub fn fall(&self, span_s: f64) -> f64 {
+        self.falls.unwrap_or(0.0) * span_s
+    }
+
+    /// It holds the axis: as it is told where its bit is the main device's, else where the motor does not.
+    pub fn is_closed(&self, objects: &Objects, is_powered: bool) -> bool {
+        let is_told = objects.bits(self.mask) & CLOSED != 0;
+        self.falls.is_some() && if is_told { objects.bits(self.outputs) & CLOSED != 0 } else { !is_powered }
+    }
+}

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Homing by the drive: what it is told from cycle to cycle until it is home, and what its answers say.
+use crate::{DriveState, ENABLE, Mode};
+
+/// Begins homing, on its rising edge: a bit of the control word in mode 6.
+const START: u16 = 0x10;
+/// Bits of the status word in mode 6: it is where it was to go, home was found, it was not.
+const REACHED: u16 = 1 << 10;
+const ATTAINED: u16 = 1 << 12;
+const ERROR: u16 = 1 << 13;
+/// So many cycles pass before an answer is one to the start, and not what was there before.
+const ANSWERS: u32 = 8;
+
+/// A drive that is on its way home.
+#[derive(Clone, Debug, Default)]
+pub struct Homing {
+    /// Cycles in mode 6 and in operation.
+    cycles: u32,
+}
+
+/// What comes next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HomingStep {
+    /// This control word, in mode 6.
+    Tell(u16),
+    /// It is home.
+    Attained,
+    /// It has not found home, or has a fault.
+    Failed,
+}
+
+impl Homing {
+    /// What a drive is told that says this: its status word, and the mode that it is in. Real-time safe.
+    pub fn step(&mut self, status: u16, mode: i8) -> HomingStep {
+        match DriveState::of(status) {
+            DriveState::Fault | DriveState::FaultReaction => HomingStep::Failed,
+            DriveState::OperationEnabled if Mode::of(mode) == Some(Mode::Homing) => {
+                self.cycles += 1;
+                match self.cycles {
+                    // Without the bit first, so that it rises.
+                    1 => HomingStep::Tell(ENABLE),
+                    ..=ANSWERS => HomingStep::Tell(ENABLE | START),
+                    _ if status & ERROR != 0 => HomingStep::Failed,
+                    _ if status & ATTAINED != 0 && status & REACHED != 0 => HomingStep::Attained,
+                    _ => HomingStep::Tell(ENABLE | START),
+                }
+            }
+            // It was switched off on the way.
+            _ if self.cycles > 0 => HomingStep::Failed,
+            state => HomingStep::Tell(state.towards_operation()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOMING: i8 = Mode::Homing as i8;
+
+    #[test]
+    fn it_is_switched_on_started_by_an_edge_and_waited_for() {
+        let mut homing = Homing::default();
+        assert_eq!(homing.step(DriveState::SwitchOnDisabled.status(), 8), HomingStep::Tell(crate::SHUT_DOWN));
+        let enabled = DriveState::OperationEnabled.status();
+        assert_eq!(homing.step(enabled | ATTAINED | REACHED, 8), HomingStep::Tell(ENABLE), "not yet in its mode");
+        assert_eq!(homing.step(enabled | ATTAINED | REACHED, HOMING), HomingStep::Tell(ENABLE));
+        for _ in 1..ANSWERS {
+            assert_eq!(homing.step(enabled | ATTAINED | REACHED, HOMING), HomingStep::Tell(ENABLE | START), "what was there before");
+        }
+        assert_eq!(homing.step(enabled | ATTAINED, HOMING), HomingStep::Tell(ENABLE | START));
+        assert_eq!(homing.step(enabled | ATTAINED | REACHED, HOMING), HomingStep::Attained);
+        assert_eq!(homing.step(enabled | ERROR, HOMING), HomingStep::Failed);
+        assert_eq!(homing.step(DriveState::Fault.status(), HOMING), HomingStep::Failed);
+        assert_eq!(homing.step(DriveState::SwitchOnDisabled.status(), HOMING), HomingStep::Failed);
+    }
+}

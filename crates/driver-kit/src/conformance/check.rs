@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A check: its name, the sentence that holds where it passes, and how it is tried.
+use super::subject::Subject;
+
+pub(super) struct Check {
+    pub(super) name: &'static str,
+    pub(super) sentence: &'static str,
+    pub(super) run: fn(&Subject) -> Tried,
+}
+
+/// What a check found: it passed, or it does not apply, or the cause of its failure.
+pub(super) type Tried = Result<Passed, String>;
+
+/// How a check passed.
+pub(super) enum Passed {
+    Yes,
+    /// It says nothing about this driver: why.
+    NotApplicable(&'static str),
+}
+
+/// Passes where the condition holds; else the cause.
+pub(super) fn holds(condition: bool, cause: impl FnOnce() -> String) -> Tried {
+    if condition { Ok(Passed::Yes) } else { Err(cause()) }
+}
+
+/// Passes where nothing was found wrong.
+pub(super) fn none_of(mut wrong: impl Iterator<Item = String>) -> Tried {
+    wrong.next().map_or(Ok(Passed::Yes), Err)
+}

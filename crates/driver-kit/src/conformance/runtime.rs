@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The runtime of the real-time sanitizer as a library that a process is started with. It stands between a program and the C library, so that
+//! neither a driver nor this program is compiled for it.
+use std::env::consts::ARCH;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// What it lets pass: transfers of what is `O_NONBLOCK`. Whether one waits nevertheless is seen by how often its thread gives up its processor.
+const PASSES: [&str; 10] = ["read", "readv", "recv", "recvfrom", "recvmsg", "write", "writev", "send", "sendto", "sendmsg"];
+/// A part that belongs into programs alone, and stands in no library.
+const OF_PROGRAMS: &str = "rtsan_preinit.cpp.o";
+
+/// Makes the library in a folder, from the compiler's own: Rust's, or that of clang 20 and newer. None: no compiler here has it.
+pub fn sanitizer_in(folder: &Path) -> Option<PathBuf> {
+    let (parts, library) = (folder.join("rtsan.a"), folder.join("sanitizer.so"));
+    std::fs::copy(of_rust().or_else(of_clang)?, &parts).ok()?;
+    let passes: String = PASSES.iter().map(|name| format!("function-name-matches:^{name}$\n")).collect();
+    std::fs::write(passes_of(&library), passes).ok()?;
+    let is_done = |command: &mut Command| command.output().is_ok_and(|output| output.status.success());
+    let made = is_done(Command::new("ar").arg("d").arg(&parts).arg(OF_PROGRAMS))
+        && is_done(
+            Command::new("cc")
+                .args(["-shared", "-fPIC", "-o"])
+                .arg(&library)
+                .args(["-Wl,--whole-archive".as_ref(), parts.as_os_str(), "-Wl,--no-whole-archive".as_ref()])
+                .args(["-lpthread", "-ldl", "-lm"]),
+        );
+    made.then_some(library)
+}
+
+/// The file that says what a library of it lets pass.
+pub(super) fn passes_of(library: &Path) -> PathBuf {
+    library.with_extension("passes")
+}
+
+fn of_rust() -> Option<PathBuf> {
+    let folder = PathBuf::from(said_by("rustc", "--print=sysroot")?).join(format!("lib/rustlib/{ARCH}-unknown-linux-gnu/lib"));
+    let mut files = std::fs::read_dir(folder).ok()?.flatten().map(|file| file.path());
+    files.find(|path| path.to_str().is_some_and(|path| path.ends_with("_rt.rtsan.a")))
+}
+
+fn of_clang() -> Option<PathBuf> {
+    let names = ["libclang_rt.rtsan.a".to_owned(), format!("libclang_rt.rtsan-{ARCH}.a")];
+    // Without one it says the name alone.
+    names.iter().filter_map(|name| said_by("clang", &format!("-print-file-name={name}")).map(PathBuf::from)).find(|path| path.is_file())
+}
+
+fn said_by(program: &str, asked: &str) -> Option<String> {
+    let output = Command::new(program).arg(asked).output().ok().filter(|output| output.status.success())?;
+    Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
+}

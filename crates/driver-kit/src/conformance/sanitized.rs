@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The exchange under the real-time sanitizer, in a process that was started with it: it ends at the first call that may block.
+use super::check::{Passed, Tried};
+use super::exchange::{WARM, mixed};
+use super::measures::Sanitizer;
+use super::subject::Subject;
+use process_kit::inherited;
+use std::os::fd::AsRawFd;
+
+/// The name of the descriptor that takes what the sanitizer says.
+pub(super) const SAID: &str = "said";
+/// Firings under it.
+const WATCHED: usize = 200;
+
+/// In the process that ends.
+pub(super) fn exchange(subject: &Subject) -> Tried {
+    if !subject.is_inline() {
+        return Ok(Passed::NotApplicable("it is not inline"));
+    }
+    let said = inherited(SAID).map_err(|why| why.to_string())?;
+    // SAFETY: both are open.
+    unsafe { libc::dup2(said.as_raw_fd(), libc::STDERR_FILENO) };
+    let sanitizer = Sanitizer::find().ok_or("its process was started without the sanitizer")?;
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    mixed(&mut rig, &joints, WARM)?;
+    let mut rig = rig.under(sanitizer);
+    mixed(&mut rig, &joints, WATCHED)?;
+    Ok(Passed::Yes)
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Has a process exchange under the real-time sanitizer, from the side that asks.
+use super::check::{Passed, Tried};
+use super::orders::{LIMIT, LINK, tell};
+use super::report::{Outcome, Verdict};
+use super::runtime::passes_of;
+use super::sanitized::SAID;
+use super::settings::Settings;
+use interconnect::Link;
+use process_kit::{Launch, UnixLink};
+use serde_json::{Value, json};
+use std::io::Read;
+
+/// What it comes to.
+pub(super) fn outcome(kind: &str, options: &Value, settings: &Settings) -> Outcome {
+    let verdict = match exchanged(kind, options, settings) {
+        Ok(Passed::Yes) => Verdict::Passed,
+        Ok(Passed::NotApplicable(why)) => Verdict::NotApplicable(why.to_owned()),
+        Err(cause) => Verdict::Failed(cause),
+    };
+    Outcome { check: "sanitizer".to_owned(), sentence: "an inline exchange makes no call that may block, says the real-time sanitizer".to_owned(), verdict }
+}
+
+fn exchanged(kind: &str, options: &Value, settings: &Settings) -> Tried {
+    let Some(sanitizer) = &settings.sanitizer else {
+        return Ok(Passed::NotApplicable("it was not looked at: no compiler here has the sanitizer, as clang 20 and Rust have"));
+    };
+    let (link, theirs) = UnixLink::pair().map_err(|why| why.to_string())?;
+    let (mut said, says) = std::io::pipe().map_err(|why| why.to_string())?;
+    let launch = Launch::new(settings.command.iter().cloned()).descriptor(LINK, theirs).descriptor(SAID, says.into());
+    let passes = format!("suppressions='{}'", passes_of(sanitizer).display());
+    let child = launch.variable("LD_PRELOAD", sanitizer).variable("RTSAN_OPTIONS", passes).start().map_err(|why| why.to_string())?;
+    tell(&link, &json!({ "kind": kind, "options": options, "sanitized": true }), &[])?;
+    let news: Value = match link.receive(settings.limit) {
+        Ok(Some(news)) => serde_json::from_slice(&news).map_err(|why| why.to_string())?,
+        Ok(None) => {
+            child.kill();
+            return Err(format!("it did not come back within {} s", settings.limit.as_secs()));
+        }
+        Err(_) => {
+            child.wait(LIMIT).ok_or("its process does not end")?;
+            let mut text = Vec::new();
+            said.read_to_end(&mut text).map_err(|why| why.to_string())?;
+            return Err(blamed(&String::from_utf8_lossy(&text)));
+        }
+    };
+    child.wait(LIMIT).ok_or("its process does not end")?;
+    match (news["failed"].as_str().or_else(|| news["unknown"].as_str()), news["not_applicable"].as_str()) {
+        (Some(cause), _) => Err(cause.to_owned()),
+        (_, Some(_)) => Ok(Passed::NotApplicable("it is not inline")),
+        _ => Ok(Passed::Yes),
+    }
+}
+
+/// What it called, in a line: the function, and from where.
+fn blamed(said: &str) -> String {
+    let called = said.lines().find_map(|line| line.split_once("real-time unsafe function `")?.1.split('`').next());
+    // The first is in the sanitizer.
+    let from = said.lines().filter(|line| line.trim_start().starts_with('#')).nth(1).and_then(|line| line.split_once(" in ")).map(|(_, place)| place.trim());
+    match (called, from) {
+        (Some(called), Some(from)) => format!("it calls {called}, from {from}"),
+        _ => format!("it ended its process: {}", said.lines().last().unwrap_or_default()),
+    }
+}

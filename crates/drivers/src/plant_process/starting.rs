@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The driver of a plant, over the process that runs it.
+use super::asking::{LINK, ask};
+use super::driver;
+use super::words::{Answer, Ask, Described, Made};
+use device::{DriverError, Given, Opened};
+use process_kit::{Child, Launch, UnixLink, connect};
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// The process that was made so, found or started with this command.
+pub(super) fn opened(
+    given: &Given<'_>,
+    kind: &'static str,
+    made: Made,
+    command: Vec<OsString>,
+    bounds: (i64, Option<i64>),
+    path: Option<PathBuf>,
+) -> Result<Opened, DriverError> {
+    let lost = |problem: String| DriverError::Process { kind: kind.into(), problem };
+    let (link, child) = match path.as_deref().and_then(|path| connect(path).ok()) {
+        Some(link) => (link, None),
+        None => start(command).map_err(lost)?,
+    };
+    let answer = ask(&link, if child.is_some() { Ask::Make(made.clone()) } else { Ask::Describe });
+    let described = match answer {
+        Ok(Answer::Described(described)) => *described,
+        Ok(Answer::Refused(problem)) => return Err(lost(problem)),
+        Ok(_) => return Err(lost("what answers is no plant".to_owned())),
+        Err(problem) => {
+            let how = child.as_ref().and_then(|child| child.wait(Duration::from_secs(1))).map_or(problem, |status| format!("its process {status}"));
+            return Err(lost(how));
+        }
+    };
+    if described.made != made {
+        let name = made.name.unwrap_or_default();
+        let problem = format!("the plant '{name}' that runs already was made with other options; close it, or give this one another name");
+        return Err(given.wrong("name", problem));
+    }
+    let Described { channels, mut about, .. } = described;
+    // What the driver there declares of itself is not served from here.
+    for word in ["class", "safe_state", "services", "counters"] {
+        about.as_object_mut().and_then(|about| about.remove(word));
+    }
+    let channels = channels.into_iter().map(Into::into).collect();
+    let driver = driver::PlantProcess::new(link, child, (channels, &about), bounds, path);
+    Ok((Box::new(driver), about))
+}
+
+fn start(command: Vec<OsString>) -> Result<(UnixLink, Option<Child>), String> {
+    let (link, theirs) = UnixLink::pair().map_err(|error| format!("no link to its process can be made: {error}"))?;
+    let child = Launch::new(command).descriptor(LINK, theirs).start().map_err(|error| error.to_string())?;
+    Ok((link, Some(child)))
+}

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The brake of an axis whose drive does not serve it by itself: a digital output, and when it is released.
+//!
+//! It is released only while the motor holds the axis, and the motor holds the axis until the brake has closed.
+use crate::coe::Entry;
+use serde::Deserialize;
+
+/// The digital outputs of a drive by CiA 402, and which of them are ours.
+const OUTPUTS: u16 = 0x60FE;
+const MASK: u8 = 2;
+
+/// A brake, as it is asked for.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct BrakeOptions {
+    pub index: u16,
+    pub sub: u8,
+    pub bit: u8,
+    /// The bit is 1 where it is released; else where it is closed.
+    pub released_by_one: bool,
+    /// How long it takes to open and to close.
+    pub release_ns: u32,
+    pub close_ns: u32,
+}
+
+impl Default for BrakeOptions {
+    fn default() -> BrakeOptions {
+        BrakeOptions { index: OUTPUTS, sub: 1, bit: 0, released_by_one: false, release_ns: 100_000_000, close_ns: 100_000_000 }
+    }
+}
+
+/// A brake, and what it is doing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Brake {
+    options: BrakeOptions,
+    is_released: bool,
+    /// How long it has been told what it is told now, s.
+    since_s: f64,
+}
+
+impl Brake {
+    /// Closed.
+    pub fn new(options: BrakeOptions) -> Brake {
+        Brake { options, is_released: false, since_s: f64::INFINITY }
+    }
+
+    /// The object, 32 bits of it.
+    pub fn object(&self) -> Entry {
+        Entry { index: self.options.index, sub: self.options.sub }
+    }
+
+    /// What is written in PREOP: closed first, then that the bit is ours.
+    pub fn settings(&self) -> Vec<(Entry, Vec<u8>, bool)> {
+        let closed = (self.object(), self.word().to_le_bytes().to_vec(), true);
+        let ours = (Entry { index: OUTPUTS, sub: MASK }, (1u32 << self.options.bit).to_le_bytes().to_vec(), true);
+        if self.options.index == OUTPUTS { vec![closed, ours] } else { vec![closed] }
+    }
+
+    /// It is to be released, or not, for a time.
+    pub fn tell(&mut self, released: bool, span_s: f64) {
+        self.since_s = if released == self.is_released { self.since_s + span_s } else { 0.0 };
+        self.is_released = released;
+    }
+
+    /// What the object is told.
+    pub fn word(&self) -> u32 {
+        u32::from(self.is_released == self.options.released_by_one) << self.options.bit
+    }
+
+    /// It is open, and the axis may move.
+    pub fn is_open(&self) -> bool {
+        self.is_released && self.since_s >= f64::from(self.options.release_ns) * 1e-9
+    }
+
+    /// It has closed, and the motor may let go.
+    pub fn is_closed(&self) -> bool {
+        !self.is_released && self.since_s >= f64::from(self.options.close_ns) * 1e-9
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_opens_and_closes_in_its_time_and_is_closed_at_first() {
+        for (released_by_one, closed) in [(false, 8), (true, 0)] {
+            let mut brake = Brake::new(BrakeOptions { bit: 3, released_by_one, ..BrakeOptions::default() });
+            assert_eq!((brake.word(), brake.is_closed(), brake.is_open()), (closed, true, false));
+            brake.tell(true, 0.001);
+            assert_eq!((brake.word(), brake.is_closed(), brake.is_open()), (8 - closed, false, false));
+            brake.tell(true, 0.1);
+            assert!(brake.is_open());
+            brake.tell(false, 0.001);
+            assert_eq!((brake.word(), brake.is_closed(), brake.is_open()), (closed, false, false));
+            brake.tell(false, 0.1);
+            assert!(brake.is_closed());
+        }
+    }
+}

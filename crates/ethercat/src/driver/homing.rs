@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The service `home`: what it asks of the cycle, and how it waits for it.
+use crate::coe::Entry;
+use device::{Kind, OptionWord, ServiceWord};
+use serde_json::Value;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::time::{Duration, Instant};
+
+const OWN: &str = "as the drive has it";
+
+pub(super) const HOME: ServiceWord = ServiceWord {
+    name: "home",
+    doc: "has a drive look for its home, and waits until it is there; nobody may have its axis engaged",
+    arguments: &[
+        OptionWord::needed("axis", Kind::Text, "the name of the axis"),
+        OptionWord::with_default("method", Kind::Whole, OWN, "method of CiA 402: 35 is here, 17 and 18 the switch at an end, 33 and 34 the next index"),
+        OptionWord::with_default("speed", Kind::Number, OWN, "speed towards the switch, units of the axis per second"),
+        OptionWord::with_default("speed_zero", Kind::Number, OWN, "speed towards the index, units of the axis per second"),
+        OptionWord::with_default("acceleration", Kind::Number, OWN, "units of the axis per second squared"),
+        OptionWord::with_default("position", Kind::Number, OWN, "position that home has, units of the axis"),
+        OptionWord::with_default("timeout_s", Kind::Number, "60", "longer it may not take").unit("s"),
+    ],
+    answer: None,
+};
+
+/// How long a search may take where nothing is said.
+const TIMEOUT_S: f64 = 60.0;
+/// How often it is looked whether an axis is home.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// Where an axis is on its way home. The service asks and ends, the cycle answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Asked {
+    Nothing,
+    Home,
+    /// The service does not wait any more.
+    Stop,
+    GoingOn,
+    Attained,
+    Failed,
+    Engaged,
+    NotExchanged,
+    /// The device was lost or closed.
+    Gone,
+}
+
+impl Asked {
+    fn of(code: u8) -> Asked {
+        use Asked::*;
+        const ALL: [Asked; 9] = [Nothing, Home, Stop, GoingOn, Attained, Failed, Engaged, NotExchanged, Gone];
+        ALL.get(usize::from(code)).copied().unwrap_or(Nothing)
+    }
+}
+
+/// Counts to a unit, and counts at position 0.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scale {
+    pub counts: f64,
+    pub offset: f64,
+}
+
+/// What each axis is asked.
+pub(super) struct Homes {
+    asked: Vec<AtomicU8>,
+    scales: Vec<Scale>,
+}
+
+impl Homes {
+    pub fn new(scales: Vec<Scale>) -> Homes {
+        Homes { asked: scales.iter().map(|_| AtomicU8::new(Asked::Nothing as u8)).collect(), scales }
+    }
+
+    /// What an axis is asked. Real-time safe.
+    pub fn asked(&self, axis: usize) -> Asked {
+        Asked::of(self.asked[axis].load(Ordering::Acquire))
+    }
+
+    /// What an axis answers. Real-time safe.
+    pub fn answer(&self, axis: usize, answer: Asked) {
+        self.asked[axis].store(answer as u8, Ordering::Release);
+    }
+
+    /// Nobody is on the way home any more.
+    pub fn end(&self) {
+        for axis in 0..self.asked.len() {
+            if matches!(self.asked(axis), Asked::Home | Asked::GoingOn) {
+                self.answer(axis, Asked::Gone);
+            }
+        }
+    }
+
+    /// The objects of a drive that say how it looks for its home.
+    ///
+    /// # Errors
+    /// For people: an argument is out of its range.
+    pub fn objects(&self, axis: usize, arguments: &Value) -> Result<Vec<(Entry, Vec<u8>)>, String> {
+        let Scale { counts, offset } = self.scales[axis];
+        let entry = |index, sub| Entry { index, sub };
+        let mut objects = Vec::new();
+        if !arguments["method"].is_null() {
+            let method = arguments["method"].as_i64().and_then(|method| i8::try_from(method).ok()).ok_or("method is -128 to 127")?;
+            objects.push((entry(0x6098, 0), method.to_le_bytes().to_vec()));
+        }
+        for (name, index, sub) in [("speed", 0x6099, 1), ("speed_zero", 0x6099, 2), ("acceleration", 0x609A, 0)] {
+            let Some(value) = arguments[name].as_f64() else { continue };
+            let in_counts = value * counts.abs();
+            if !(1.0..=f64::from(u32::MAX)).contains(&in_counts) {
+                return Err(format!("{name} is {value}, which is {in_counts} in counts: 1 to {}", u32::MAX));
+            }
+            objects.push((entry(index, sub), (in_counts as u32).to_le_bytes().to_vec()));
+        }
+        if let Some(position) = arguments["position"].as_f64() {
+            objects.push((entry(0x607C, 0), ((position * counts + offset).round() as i32).to_le_bytes().to_vec()));
+        }
+        Ok(objects)
+    }
+
+    /// Asks an axis to go home, and waits.
+    ///
+    /// # Errors
+    /// For people: it is not home.
+    pub fn go(&self, axis: usize, arguments: &Value) -> Result<Value, String> {
+        let timeout_s = arguments["timeout_s"].as_f64().unwrap_or(TIMEOUT_S);
+        if !(timeout_s > 0.0 && timeout_s <= 3600.0) {
+            return Err("timeout_s is above 0, at most 3600".to_owned());
+        }
+        if matches!(self.asked(axis), Asked::Home | Asked::GoingOn) {
+            return Err("it is on its way home already".to_owned());
+        }
+        self.answer(axis, Asked::Home);
+        let until = Instant::now() + Duration::from_secs_f64(timeout_s);
+        loop {
+            match self.asked(axis) {
+                Asked::Attained => return Ok(Value::Null),
+                Asked::Failed => return Err("homing failed: the drive did not find home, has a fault, or was stopped; see its error and its method".to_owned()),
+                Asked::Engaged => return Err("it is engaged: disable it, then home it".to_owned()),
+                Asked::NotExchanged => return Err("its drive does not exchange its mode, 0x6060 and 0x6061; let the driver write the PDOs".to_owned()),
+                Asked::Gone => return Err("homing ended: the device was lost or closed".to_owned()),
+                Asked::Nothing | Asked::Stop => return Err("homing was ended".to_owned()),
+                Asked::Home | Asked::GoingOn if Instant::now() > until => {
+                    self.answer(axis, Asked::Stop);
+                    return Err(format!("it was not home within {timeout_s} s, and was stopped"));
+                }
+                Asked::Home | Asked::GoingOn => std::thread::sleep(LOOK),
+            }
+        }
+    }
+}

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Homing by the drive: a service that waits, beside the cycle.
+mod common;
+use common::{LONG, OPERATION_ENABLED, Rig, SWITCH_ON_DISABLED, drive, two_axes};
+use ethercat::emulator::DriveOptions;
+use serde_json::{Value, json};
+use std::time::Instant;
+
+/// A drive whose machine has a switch at -5 rad and one at 5 rad, and one without switches.
+fn rig() -> Rig {
+    let switched = DriveOptions { limits: Some([-5_000.0, 5_000.0]), ..drive("first", 1000) };
+    Rig::with(&[switched, drive("second", 2000)], json!({ "axes": two_axes() }))
+}
+
+/// Calls the service while the cycle goes on; what it answered, and the positions of the axis on the way.
+fn home(rig: &mut Rig, arguments: Value, mut cycle: impl FnMut(&mut Rig)) -> Result<Value, String> {
+    let services = rig.driver.services().expect("services");
+    let calling = std::thread::spawn(move || services.call("home", &arguments).map_err(|error| error.message));
+    let until = Instant::now() + LONG;
+    while !calling.is_finished() {
+        assert!(Instant::now() < until, "the service answers");
+        cycle(rig);
+    }
+    calling.join().expect("it did not panic")
+}
+
+fn idle(rig: &mut Rig) {
+    rig.exchange(&[]).unwrap();
+}
+
+#[test]
+fn the_switch_at_an_end_gets_the_position_that_home_has() {
+    let mut rig = rig();
+    let arguments = json!({ "axis": "x", "method": 17, "speed": 40.0, "acceleration": 100.0, "position": 0.25 });
+    let mut least = f64::INFINITY;
+    let watch = |rig: &mut Rig| {
+        rig.exchange(&[]).unwrap();
+        least = least.min(rig.double("x.position"));
+    };
+    assert_eq!(home(&mut rig, arguments, watch), Ok(Value::Null));
+    assert!(least < -4.9, "it went to the switch: {least}");
+    rig.until(&[], "off", |rig| rig.status("x") == SWITCH_ON_DISABLED);
+    assert_eq!((rig.double("x.position"), rig.bytes("x.homing")), (0.25, &[2][..]));
+    // Then it is an axis as before, and begins where it is.
+    rig.exchange(&[Some(0.26)]).unwrap();
+    assert_eq!(rig.double("x.position"), 0.25);
+    rig.until(&[Some(0.26)], "there", |rig| rig.double("x.position") == 0.26);
+    assert_eq!(rig.status("x"), OPERATION_ENABLED);
+    // One that holds and that nobody has engaged is homed too.
+    assert_eq!(home(&mut rig, json!({ "axis": "x", "method": 35, "position": 0.0 }), idle), Ok(Value::Null));
+    assert_eq!(rig.double("x.position"), 0.0);
+}
+
+#[test]
+fn an_index_is_found_either_way() {
+    for (method, place) in [(33, 0.0), (34, 4096.0)] {
+        let mut rig = rig();
+        home(&mut rig, json!({ "axis": "y", "method": method, "speed_zero": 5.0, "position": 0.0 }), idle).unwrap();
+        rig.exchange(&[]).unwrap();
+        // From 2000 counts to a multiple of 4096.
+        assert_eq!(rig.double("y.position"), 0.0, "{place}");
+        assert_eq!(rig.bytes("y.homing"), [2]);
+    }
+}
+
+#[test]
+fn what_cannot_be_home_is_named() {
+    let mut rig = rig();
+    let failed = "axis 'y': homing failed: the drive did not find home, has a fault, or was stopped; see its error and its method";
+    assert_eq!(home(&mut rig, json!({ "axis": "y", "method": 17 }), idle).unwrap_err(), failed, "it has no switch");
+    rig.exchange(&[]).unwrap();
+    assert_eq!(rig.bytes("y.homing"), [3]);
+    rig.until(&[], "off", |rig| rig.status("y") == SWITCH_ON_DISABLED);
+    let engaged = home(&mut rig, json!({ "axis": "x" }), |rig| rig.exchange(&[Some(1.0)]).unwrap()).unwrap_err();
+    assert_eq!(engaged, "axis 'x': it is engaged: disable it, then home it");
+    rig.exchange(&[]).unwrap();
+    let wrong = home(&mut rig, json!({ "axis": "x", "method": 300 }), idle).unwrap_err();
+    assert_eq!(wrong, "method is -128 to 127");
+    let slow = home(&mut rig, json!({ "axis": "x", "speed": 0.0 }), idle).unwrap_err();
+    assert_eq!(slow, "speed is 0, which is 0 in counts: 1 to 4294967295");
+}
+
+#[test]
+fn a_stop_a_fault_a_limit_of_time_and_a_lost_device_end_it() {
+    let slowly = json!({ "axis": "x", "method": 18, "speed": 0.01 });
+    let begun = |rig: &mut Rig| {
+        rig.exchange(&[]).unwrap();
+        rig.bytes("x.homing") == [1] && rig.status("x") == OPERATION_ENABLED
+    };
+    let mut rig = rig();
+    let stopped = home(&mut rig, slowly.clone(), |rig| {
+        if begun(rig) {
+            rig.driver.safe_state()
+        }
+    })
+    .unwrap_err();
+    assert!(stopped.contains("was stopped"), "{stopped}");
+    rig.until(&[], "off", |rig| rig.status("x") == SWITCH_ON_DISABLED);
+
+    let failed = home(&mut rig, slowly.clone(), |rig| {
+        if begun(rig) {
+            rig.server.segment().fail(0, 0x7121)
+        }
+    })
+    .unwrap_err();
+    assert!(failed.contains("has a fault"), "{failed}");
+    rig.reset();
+
+    let late = json!({ "axis": "x", "method": 18, "speed": 0.01, "timeout_s": 0.05 });
+    let late = home(&mut rig, late, idle).unwrap_err();
+    assert_eq!(late, "axis 'x': it was not home within 0.05 s, and was stopped");
+    rig.until(&[], "off", |rig| rig.status("x") == SWITCH_ON_DISABLED);
+
+    // Whoever engages it expects that it follows.
+    let engaged = home(&mut rig, slowly.clone(), |rig| {
+        if begun(rig) {
+            rig.exchange(&[Some(1.0)]).unwrap()
+        }
+    })
+    .unwrap_err();
+    assert!(engaged.contains("was stopped"), "{engaged}");
+    rig.until(&[], "off", |rig| rig.status("x") == SWITCH_ON_DISABLED);
+
+    let lost = home(&mut rig, slowly, |rig| {
+        if rig.exchange(&[]).is_ok() && rig.bytes("x.homing") == [1] {
+            rig.server.segment().cut(1);
+        }
+    });
+    assert_eq!(lost.unwrap_err(), "axis 'x': homing ended: the device was lost or closed");
+}

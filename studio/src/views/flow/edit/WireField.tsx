@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useState } from "react";
+import { type Refusal, refusalsOf } from "../../../control/refusals";
+import { Refusals } from "../../../design/parts";
+import { useControl } from "../../../shell/context";
+import type { PortSide } from "../drawing/drawing";
+import { allSets, connect, disconnect, type Named, setWith } from "./change";
+import { type Draft, definitionOf } from "./definition";
+import type { Faces } from "./faces";
+
+/** A port as `compatible` names it, and why it cannot be the other end; null: it can. */
+export interface Answered {
+  block: string;
+  port: string;
+  reason: string | null;
+}
+
+/** The other ends that a wire from a port may have: by the system's answer, and every boundary that binds nothing yet. */
+export function otherEnds(draft: Draft, side: PortSide, answered: Answered[]): Map<string, string | Named> {
+  const ends = new Map<string, string | Named>();
+  for (const { block, port, reason } of answered) if (block !== "" && reason === null) ends.set(`${block}.${port}`, `${block}.${port}`);
+  const refused = new Set(answered.filter((one) => one.block === "" && one.reason !== null).map((one) => one.port));
+  for (const set of allSets(draft)) {
+    const fits = set.kind === "instantiation_parameters" || set.kind === (side === "output" ? "outputs" : "inputs");
+    if (fits && (set.ports.length === 0 || !refused.has(set.name))) ends.set(set.name, set);
+  }
+  return ends;
+}
+
+/** Draws a wire without a mouse: the system is asked where it may lead, one of these is chosen. */
+export function WireField(props: {
+  draft: Draft;
+  label: string;
+  port: string;
+  side: PortSide;
+  faces: Faces;
+  change: (draft: Draft) => void;
+}) {
+  const { draft, label, port, side, faces } = props;
+  const control = useControl();
+  const [ends, setEnds] = useState<Map<string, string | Named> | null>(null);
+  const [refusals, setRefusals] = useState<Refusal[]>([]);
+  const name = `${label}.${port}`;
+  const present = setWith(draft, name);
+  const ask = () => {
+    control.look("compatible", { [draft.kind]: definitionOf(draft), from: { block: label, port } }).then(
+      (found) => {
+        setEnds(otherEnds(draft, side, found as Answered[]));
+        setRefusals([]);
+      },
+      (why) => setRefusals(refusalsOf(why)),
+    );
+  };
+  return (
+    <div className="row">
+      <select
+        aria-label={side === "output" ? `Wire ${name} to` : `Wire ${name} from`}
+        value=""
+        onFocus={ask}
+        onChange={(event) => {
+          const other = ends?.get(event.target.value);
+          if (other !== undefined)
+            props.change(side === "output" ? connect(draft, name, other, faces) : connect(draft, other, name, faces));
+        }}
+      >
+        <option value="">{side === "output" ? "wire to…" : "wire from…"}</option>
+        {[...(ends?.keys() ?? [])].map((end) => (
+          <option key={end}>{end}</option>
+        ))}
+      </select>
+      {side === "input" && present && (
+        <button type="button" aria-label={`Unwire ${name}`} onClick={() => props.change(disconnect(draft, name, faces))}>
+          Unwire
+        </button>
+      )}
+      <Refusals of={refusals} />
+    </div>
+  );
+}

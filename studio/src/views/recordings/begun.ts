@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The recordings that this tab has begun in this run of the system: by their numbers, which the system gives.
+import type { RecordingSummary } from "../../control/shapes";
+
+export interface Begun {
+  recording: number;
+  /** Which run of the system it is of. */
+  run: string;
+  name: string;
+  /** How it stood when it was asked last. */
+  summary: RecordingSummary | null;
+}
+
+const KEY = "opengpac.recordings";
+
+export function keptRecordings(run: string): Begun[] {
+  try {
+    const all = JSON.parse(sessionStorage.getItem(KEY) ?? "[]") as Begun[];
+    return all.filter((one) => one.run === run);
+  } catch {
+    return [];
+  }
+}
+
+export function keepRecordings(all: Begun[]): void {
+  sessionStorage.setItem(KEY, JSON.stringify(all));
+}
+
+/** A name that no other recording has: the system and when, "cell-20261123-154210.mcap". */
+export function freshName(system: string, now: Date): string {
+  const two = (value: number) => String(value).padStart(2, "0");
+  const day = `${now.getFullYear()}${two(now.getMonth() + 1)}${two(now.getDate())}`;
+  return `${system.replace(/[^\w.-]+/g, "-")}-${day}-${two(now.getHours())}${two(now.getMinutes())}${two(now.getSeconds())}.mcap`;
+}
+
+/** The names of SVVs in a text, with * and ?; null: all. */
+export function namesIn(text: string): string[] | null {
+  const names = text.split(/[\s,]+/).filter(Boolean);
+  return names.length === 0 ? null : names;
+}
+
+/** A size for people: "12.3 MiB". */
+export function sizeText(bytes: number): string {
+  const units = ["B", "KiB", "MiB", "GiB", "TiB"];
+  const at = bytes === 0 ? 0 : Math.min(units.length - 1, Math.floor(Math.log2(bytes) / 10));
+  return at === 0 ? `${bytes} B` : `${(bytes / 2 ** (10 * at)).toFixed(1)} ${units[at]}`;
+}
+
+/** How many messages: all, and those that are not in the file. */
+export function sumOf(counts: Record<string, number>): number {
+  return Object.values(counts).reduce((sum, one) => sum + one, 0);
+}

@@ -1,0 +1,225 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The table of drivers that a campaign kills: each with its counterpart, the channel that is commanded, and what is safe behind it."""
+
+from __future__ import annotations
+
+import atexit
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Self
+
+import opengpac as gpac
+
+PATIENT = "10 s"
+"""Any wait of a driver for its device: what ends it here is a kill, and no busy machine."""
+FURNACE = Path(__file__).parents[1] / "python" / "drivers" / "furnace.py"
+
+
+class Bench(ABC):
+    """A counterpart at work, and the driver for it. `BENCHES` has one for each driver."""
+
+    channel: str
+    """What the verb commands."""
+    value = 1.0
+    """What it is to be."""
+
+    @abstractmethod
+    def driver(self) -> gpac.drivers.Driver:
+        """The driver for it, here or in another process that was told `address`."""
+
+    @abstractmethod
+    def commanded(self) -> bool:
+        """Whether the counterpart has what was commanded."""
+
+    def safe(self) -> bool | None:
+        """Whether its outputs are safe; None: a killed process of the driver leaves them as they are, for the device's own watchdog."""
+        return None
+
+    @property
+    @abstractmethod
+    def address(self) -> str:
+        """Where another process finds it."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Ends it."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _Modbus(Bench):
+    channel = "speed"
+
+    def __init__(self) -> None:
+        self.peer = gpac.drivers.fake.modbus().start()
+        self.peer.put("holding", 0, 0.0, "float")
+
+    @property
+    def address(self) -> str:
+        return self.peer.address
+
+    def driver(self) -> gpac.drivers.Driver:
+        return modbus(self.address)
+
+    def commanded(self) -> bool:
+        return self.peer.get("holding", 0, "float") == self.value
+
+    def close(self) -> None:
+        self.peer.close()
+
+
+class _Text(Bench):
+    channel = "setpoint"
+
+    def __init__(self) -> None:
+        self.peer = gpac.drivers.fake.text(answers={"P": "12.5 kg"}).start()
+
+    @property
+    def address(self) -> str:
+        return self.peer.address
+
+    def driver(self) -> gpac.drivers.Driver:
+        return text(self.address)
+
+    def commanded(self) -> bool:
+        return any(said.startswith("SP ") and float(said[3:]) == self.value for said in self.peer.heard)
+
+    def close(self) -> None:
+        self.peer.close()
+
+
+class _Servos(Bench):
+    channel = "a.goal"
+    value = 0.2
+
+    def __init__(self, kind: str) -> None:
+        self.kind, self.bus = kind, gpac.drivers.fake.servos(kind, [1, 2])
+
+    @property
+    def address(self) -> str:
+        return self.bus.port
+
+    def driver(self) -> gpac.drivers.Driver:
+        return servos(self.kind, self.address)
+
+    def commanded(self) -> bool:
+        return self.bus[1].torque and self.bus[1].goal != 2048
+
+    def safe(self) -> bool:
+        return not any(servo.torque for servo in self.bus.servos.values())
+
+    def close(self) -> None:
+        self.bus.close()
+
+
+class _Python(Bench):
+    """Its process is the counterpart: a furnace that writes down what happens to it."""
+
+    channel = "heater"
+
+    def __init__(self) -> None:
+        self.folder = tempfile.mkdtemp(prefix="furnace-")
+
+    @property
+    def address(self) -> str:
+        return self.folder
+
+    def driver(self) -> gpac.drivers.Driver:
+        return python(self.address)
+
+    def commanded(self) -> bool:
+        return "open" in self._told()
+
+    def safe(self) -> bool:
+        return any(what.startswith("safe ") for what in self._told())
+
+    def _told(self) -> list[str]:
+        file = Path(self.address) / "told"
+        return file.read_text().split("\n") if file.exists() else []
+
+    def close(self) -> None:
+        # Its process may write its last words a little later.
+        atexit.register(shutil.rmtree, self.folder, ignore_errors=True)
+
+
+def modbus(address: str) -> gpac.drivers.Driver:
+    """A device with one register pair."""
+    speed = {"holding": 0, "type": "float", "write": True}
+    return gpac.drivers.modbus(address, channels={"speed": speed, "seen": {"holding": 0, "type": "float"}}, answer="0.5 s", age_max=PATIENT)
+
+
+def text(address: str) -> gpac.drivers.Driver:
+    """A scale that is told a set-point."""
+    return gpac.drivers.text(address, reads=["{weight} kg"], writes=["SP {setpoint}"], asks="P", answer="0.5 s", age_max=PATIENT)
+
+
+def servos(kind: str, address: str) -> gpac.drivers.Driver:
+    """Two servos."""
+    return getattr(gpac.drivers, kind)(address, {"a": {"id": 1}, "b": {"id": 2}}, latency="0.5 s", age_max=PATIENT, echo=False)
+
+
+def python(address: str) -> gpac.drivers.Driver:
+    """A furnace in a process of its own."""
+    return gpac.drivers.python(FURNACE, folder=address, period="5 ms", age_max=PATIENT)
+
+
+BENCHES = {
+    "modbus": _Modbus,
+    "text": _Text,
+    "feetech": lambda: _Servos("feetech"),
+    "dynamixel": lambda: _Servos("dynamixel"),
+    "python": _Python,
+}
+"""What a counterpart is made by, for each driver."""
+
+DRIVERS = {
+    "modbus": modbus, "text": text, "feetech": lambda address: servos("feetech", address),
+    "dynamixel": lambda address: servos("dynamixel", address), "python": python,
+}  # fmt: skip
+"""The driver for an address."""
+
+_COUNTERPART = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from driver_benches import BENCHES
+with BENCHES[sys.argv[2]]() as bench:
+    print(bench.address, flush=True)
+    sys.stdin.read()
+"""
+
+
+@contextmanager
+def apart(name: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A counterpart in a process of its own, and its address."""
+    command = [sys.executable, "-c", _COUNTERPART, str(Path(__file__).parent), name]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    try:
+        yield process, process.stdout.readline().strip()
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def told(name: str, address: str) -> str:
+    """What another process needs to open it."""
+    return json.dumps({"name": name, "address": address})
+
+
+def opened(words: str) -> tuple[str, float, gpac.drivers.Driver]:
+    """The channel, its value and the driver, from what was told."""
+    asked: dict[str, Any] = json.loads(words)
+    name = asked["name"]
+    of = _Servos if name in ("feetech", "dynamixel") else BENCHES[name]
+    return of.channel, of.value, DRIVERS[name](asked["address"])

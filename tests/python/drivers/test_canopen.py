@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Axes on CANopen as joints of a cell, on an emulated bus: time is that of the cell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+import opengpac as gpac
+
+fake = gpac.drivers.fake
+NODE = 5
+
+
+@pytest.fixture
+def bus() -> Iterator[fake.CanOpenBus]:
+    with fake.canopen({"name": "x", "node": NODE, "position": 1000, "watchdog": False}) as bus:
+        yield bus
+
+
+@pytest.fixture
+def cell() -> Iterator[gpac.System]:
+    with gpac.System("cell", clock="virtual", progress=False) as cell:
+        yield cell
+
+
+def joint(cell: gpac.System, interface: str, **options: Any) -> gpac.robots.Joint:
+    """The axis as a joint."""
+    rtp = cell.processor("rtp0")
+    fast = rtp.timer("fast", period="10 ms", priority=80)
+    axis = {"node": NODE, "counts": 1000, "range": [-10, 10], "speed_max": 5.0}
+    line = rtp.physical_device("line", gpac.drivers.canopen(interface, {"x": axis}, **options), exchange=fast)
+    return gpac.robots.Joint("j", drive=line["x"], on=fast, verb=gpac.robots.joint_follower, max_following_error=10.0)
+
+
+def lost(cell: gpac.System) -> str:
+    """Lets time pass until the device is lost, and gives the reason."""
+    cell.advance("0.6 s")
+    about = str(cell.statistics["physical_devices"]["line"]["lost"])
+    assert about != "None", "the device is still there"
+    return about
+
+
+def test_an_axis_is_a_joint_and_its_objects_are_read(bus: fake.CanOpenBus, cell: gpac.System) -> None:
+    x = joint(cell, bus.interface).enable()
+    gpac.motion.move_absolute(gpac.Group("arm", x), goal=[1.5])
+    line = cell.physical_devices["line"]
+    assert (x.sensed.value, bus.drives()[0].position, bus.drives()[0].drive) == (1.5, 1500, "operation enabled")
+    assert line.services.read_object(axis="x", index=0x1000)["number"] & 0xFFFF == 402
+    line.services.save(axis="x")
+    assert line.counters["cycles"] > 0 and line.counters["frames_lost"] == 0
+
+
+def test_a_drive_that_was_switched_off_is_configured_again_and_stays_where_it_is(bus: fake.CanOpenBus, cell: gpac.System) -> None:
+    x = joint(cell, bus.interface).enable()
+    gpac.motion.move_absolute(gpac.Group("arm", x), goal=[1.5])
+    bus.power(NODE, False)
+    assert "node 5 (axis 'x') sends no process data for 3 cycles" in lost(cell)
+    bus.power(NODE, True)
+    assert bus.drives()[0].state == "pre-operational"
+    cell.reset()
+    cell.advance("0.1 s")
+    assert (bus.drives()[0].state, bus.drives()[0].drive) == ("operational", "switch on disabled")
+    x.enable()
+    cell.advance("0.1 s")
+    assert (x.sensed.value, bus.drives()[0].drive) == (1.5, "operation enabled")
+
+
+def test_a_fault_is_named_by_its_emergency(bus: fake.CanOpenBus, cell: gpac.System) -> None:
+    joint(cell, bus.interface).enable()
+    bus.fail(NODE)
+    assert "axis 'x' (node 5) has a fault, 0x7121: motor blocked" in lost(cell)
+    assert cell.physical_devices["line"].counters["emergencies"] == 1
+
+
+def test_an_adapter_that_left_the_bus_is_named(bus: fake.CanOpenBus, cell: gpac.System) -> None:
+    joint(cell, bus.interface).enable()
+    bus.bus_off()
+    assert "bus off" in lost(cell)
+
+
+def test_a_bus_of_the_driver_needs_nothing_else(cell: gpac.System) -> None:
+    x = joint(cell, "emulated").enable()
+    gpac.motion.move_absolute(gpac.Group("arm", x), goal=[0.5])
+    assert x.sensed.value == 0.5
+
+
+def test_nodes_are_found(bus: fake.CanOpenBus) -> None:
+    found = gpac.drivers.scan("canopen", interface=bus.interface)
+    assert [each["what"].split(",")[0] for each in found] == ["node 5: 'x'"]
+
+
+def test_what_is_wrong_is_refused_with_its_remedy(cell: gpac.System) -> None:
+    with pytest.raises(gpac.CallError, match="give a dictionary"):
+        gpac.drivers.canopen("can0", {"x": 5})  # type: ignore[dict-item]
+    with pytest.raises(gpac.Error, match="node is 200; nodes are 1 to 127"):
+        rtp = cell.processor("rtp0")
+        fast = rtp.timer("fast", period="10 ms", priority=80)
+        rtp.physical_device("line", gpac.drivers.canopen("can0", {"x": {"node": 200, "counts": 1}}), exchange=fast)
