@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The machine that a campaign drives: a plant in a process of its own, which outlives the program that commands it and tells when it obeyed what."""
+"""The machine that a campaign drives: a plant in a process of its own, which outlives its program and tells when it obeyed what."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""ω across sources: every value is the one that its SVV has when the verb has ended, wherever its writer runs and whatever ends the verb."""
+"""ω across sources: every value is the one that its SVV has when the verb has ended, wherever its writer runs and whatever ends it."""
 
 from __future__ import annotations
 

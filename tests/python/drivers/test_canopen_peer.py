@@ -4,20 +4,17 @@ closing lines of the run say so (`conftest.py`)."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 import user_mode_linux
 
-GUEST = Path(__file__).parent / "canopen_guest.py"
-
 if user_mode_linux.missing() is None:
 
     @pytest.fixture(scope="module")
     def said(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-        said = user_mode_linux.run(GUEST, tmp_path_factory.mktemp("linux"))
+        said = user_mode_linux.run(user_mode_linux.GUEST, tmp_path_factory.mktemp("linux"))
         assert "failed" not in said, said["failed"]
         return said
 
