@@ -98,11 +98,13 @@ def perform(cell: gpac.System, arm: gpac.Group[Joint], blocks: Blocks, account: 
 
 def main() -> int:
     """Runs the program; 0 where the tool stopped at the mat, gently."""
-    options = programs.parser(__doc__).parse_args()
+    parser = programs.parser(__doc__)
+    programs.add_driver(parser)
+    options = parser.parse_args()
     account = Account()
-    with programs.system("guarded_move", options) as cell:
+    with programs.driver(options, SCENES / "mat.xml") as driver, programs.system("guarded_move", options) as cell:
         fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
-        arm = gpac.robots.load("ur5e", on=fast, scene=SCENES / "mat.xml")
+        arm = gpac.robots.load("ur5e", on=fast, scene=SCENES / "mat.xml", driver=driver)
         blocks = Blocks(cell.download(BLOCKS / "glide.c"), cell.download(BLOCKS / "tool_line.c"))
         cell.place({"*": fast})
         with arm.enabled():

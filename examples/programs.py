@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,24 @@ def parser(about: str | None) -> argparse.ArgumentParser:
 def system(name: str, options: argparse.Namespace) -> gpac.System:
     """The example's system, under the clock that was asked for."""
     return gpac.System(name, clock="virtual" if options.clock == "virtual" else "monotonic")
+
+
+def add_driver(parser: argparse.ArgumentParser) -> None:
+    """The option that says how the arm is moved."""
+    parser.add_argument(
+        "--driver", choices=["mujoco", "ur"], default="mujoco", help="the arm: simulated, or by the driver of its controller"
+    )
+
+
+@contextmanager
+def driver(options: argparse.Namespace, scene: Path | None = None) -> Iterator[gpac.drivers.Driver | None]:
+    """The driver of the arm that `--driver` asks for, with an emulated controller in place of a real one; None: it is simulated."""
+    if options.driver == "mujoco":
+        yield None
+        return
+    with gpac.drivers.fake.ur(gpac.deg([0, -90, 90, -90, -90, 0]), model="ur5e", scene=scene) as robot:
+        # This machine may be late where a controller is not.
+        yield robot.driver(timeout="5 s", silence="5 s")
 
 
 def studio(cell: gpac.System, options: argparse.Namespace) -> None:

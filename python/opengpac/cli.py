@@ -104,7 +104,7 @@ def _parser() -> argparse.ArgumentParser:
     block.set_defaults(run=_new_block)
     machine = new.add_parser("driver", help="a driver of a machine")
     machine.add_argument("name")
-    machine.add_argument("--in", dest="language", choices=["c", "rust"], default="c", help="the language (c)")
+    machine.add_argument("--in", dest="language", choices=["c", "python", "rust"], default="c", help="the language (c)")
     machine.set_defaults(run=_new_driver)
     conformance.add_to(commands)
     blocks = commands.add_parser("blocks", help="the component data base")
@@ -217,10 +217,21 @@ def _new_block(given: argparse.Namespace) -> int:
 def _new_driver(given: argparse.Namespace) -> int:
     if given.language == "rust":
         return _new_crate(given.name)
+    if given.language == "python":
+        return _new_driver_in_python(given.name)
     file = _begun(given.name, "a driver", beginning.C)
     if file is not None:
         print(f"{file}: edit it, then opengpac driver check {file}, and gpac.drivers.load('{file}') in a program")
     return 0 if file else 1
+
+
+def _new_driver_in_python(name: str) -> int:
+    file = _free(name, "a driver", Path(f"{name}.py"))
+    if file is None:
+        return 1
+    file.write_text(beginning.PYTHON.format(name=name, Name="".join(word.capitalize() for word in name.split("_"))))
+    print(f"{file}: edit it, then opengpac driver check {file}, and gpac.drivers.python('{file}') in a program")
+    return 0
 
 
 def _new_crate(name: str) -> int:

@@ -3,25 +3,32 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
 from .alarms import Alarms
 from .devices import LogicalDevice
-from .errors import CallError, refusals, refuse
+from .errors import CallError, EmergencyStopped, refusals, refuse
 from .given import all_taking
 from .observing import Observed
 from .physical import Channel
+from .quantities import Quantity, optional_ns
 from .svvs import SVV
 
 if TYPE_CHECKING:
     from .system import System
 
 
+_LOOK = 0.01
+"""How often it is tried again to take an emergency stop back, s."""
+
+
 @all_taking
 class Commanded(Observed):
     """What acts on all of a `System`."""
 
+    virtual: bool
     svv: Callable[..., SVV[Any]]
     _svv: Callable[[str], SVV[Any]]
 
@@ -52,10 +59,26 @@ class Commanded(Observed):
         with refusals:
             self._alive().emergency_stop_input(channel.device.name, channel.name, not trips)
 
-    def reset(self) -> None:
-        """Takes back an emergency stop; refused while a cause is present, naming it. Everything stays disabled, nothing goes on."""
+    def reset(self, within: Quantity | None = None) -> None:
+        """Takes back an emergency stop, and opens lost devices again. Everything stays disabled, nothing goes on.
+
+        Refused while a cause is present, naming it (`EmergencyStopped`): at once, or where none has gone `within` that time.
+        """
+        native = self._alive()
         with refusals:
-            self._alive().reset()
+            until_ns = native.now() + (optional_ns(within, "within") or 0)
+        while True:
+            try:
+                with refusals:
+                    return native.reset()
+            except EmergencyStopped:
+                if native.now() >= until_ns:
+                    raise
+            if self.virtual:
+                with refusals:
+                    native.step()
+            else:
+                time.sleep(_LOOK)
 
     def pause(self, *devices: LogicalDevice) -> list[str]:
         """Suspends every action on devices, or on these; the names of those instances, when it is done.

@@ -227,7 +227,8 @@ def compose(
     `parts` are verbs by label, verbs (their labels are their names), or a chain made by `then` and `>>`, which gets a name here.
     A line of `transitions` leads from a part (every list of it that the condition ends), one list (`"approach.back_off"`) or a
     tuple of those to a part (its initial list) or list; the condition None is every normal end, but a halt. `initial` is the first
-    part. `rename={"grasp.speed": "closing_speed"}` renames a parameter, object, output or condition of one part;
+    part. `rename={"grasp.speed": "closing_speed"}` renames a parameter, object, output or condition of one part,
+    `{"grasp.*": "hand_*"}` every parameter, object and output of it that no other line renames;
     `preset={"approach.speed": 0.1}` gives an input of one part its value for good; `share=["servo"]` makes the blocks of that label
     one instance, which runs on across a transition. Refuses all conflicts at once (`CompositionConflict`, `TypeMismatch`, …).
     """
@@ -239,12 +240,26 @@ def compose(
             base,
             steps=(*base.steps, *_steps(transitions or {}, name)),
             initial=initial if initial is not None else base.initial,
-            rename={**base.rename, **(rename or {})},
+            rename={**base.rename, **_renames(rename or {}, base.parts)},
             preset={**base.preset, **(preset or {})},
             share=(*base.share, *names_of(share)),
             doc=doc or base.doc,
         )
     )
+
+
+def _renames(rename: Mapping[str, str], parts: Mapping[str, AnyVerb]) -> dict[str, str]:
+    """`rename` with a line for each name that a line with `*` stands for."""
+    found: dict[str, str] = {}
+    for name, to in rename.items():
+        label, _, own = name.rpartition(".")
+        part = parts.get(label)
+        if own != "*" or part is None or to.count("*") != 1:
+            found[name] = to
+            continue
+        names = [*part.signature.parameters, *map(part.reported, part.output_values)]
+        found |= {f"{label}.{each}": to.replace("*", each) for each in names if f"{label}.{each}" not in rename}
+    return found
 
 
 @taking
@@ -271,7 +286,7 @@ def together(
     labelled = _labelled(parts, name or "together")
     composition = Composition(name or "_and_".join(labelled), labelled, here(), together=True, until=until, doc=doc)
     return ComposedVerb(
-        dataclasses.replace(composition, rename=dict(rename or {}), preset=dict(preset or {}), share=tuple(names_of(share)))
+        dataclasses.replace(composition, rename=_renames(rename or {}, labelled), preset=dict(preset or {}), share=tuple(names_of(share)))
     )
 
 

@@ -9,11 +9,16 @@
         port: str = Option("the serial port")
         temperature = read("double", unit="K")
         heater = write("double", unit="W", safe=0.0)
+        damaged = counter("answers with a wrong check sum")
 
         def open(self): ...
         def exchange(self): ...
         def safe_state(self): ...
         def close(self): ...
+
+        @service
+        def calibrate(self, at: float = Option("the temperature that it has", unit="K")) -> None:
+            "Takes the present temperature for this one."
 
 `gpac.drivers.python("thermometer.py", port="/dev/ttyS0", period="10 ms")` is what `rtp.physical_device` takes. The source that exchanges
 with the device never waits for the process: it takes the newest readings, whose age is the channel `age`.
@@ -21,15 +26,18 @@ with the device never waits for the process: it takes the newest readings, whose
 
 from __future__ import annotations
 
+import functools
 import inspect
 import struct
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar
 
 from . import _native
 from .errors import CallError, DefinitionError, did_you_mean, refusals, refuse
 
-__all__ = ["Channel", "Driver", "Option", "read", "write"]
+__all__ = ["Channel", "Counter", "Driver", "Option", "Service", "counter", "read", "service", "write"]
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 _FORMATS = {
     "bool": "?", "int8_t": "b", "uint8_t": "B", "int16_t": "h", "uint16_t": "H", "int32_t": "i", "uint32_t": "I", "int64_t": "q",
@@ -37,6 +45,8 @@ _FORMATS = {
 }  # fmt: skip
 _NEEDED: Any = object()
 _KINDS: dict[str, type] = {"str": str, "int": int, "float": float, "bool": bool, "list": list, "dict": dict}
+_KIND_NAMES: dict[type | None, str] = {str: "text", int: "whole", float: "number", bool: "bool", list: "list", dict: "table"}
+"""As declarations of drivers name them."""
 
 
 class _Named:
@@ -52,9 +62,8 @@ class _Option(_Named):
     def __init__(self, doc: str, default: Any, unit: str) -> None:
         self.doc, self.default, self.unit = doc, default, unit
 
-    def taken(self, owner: type, value: Any) -> Any:
+    def taken(self, kind: type | None, value: Any, what: str) -> Any:
         """The value of the option, of the type that its annotation says; a text with a unit where a number in that unit is asked for."""
-        kind = _annotated(owner, self.name)
         if isinstance(value, str) and kind in (int, float) and self.unit:
             with refusals:
                 value = kind(_native.number_in(value, self.unit))
@@ -62,16 +71,25 @@ class _Option(_Named):
             return float(value)
         if kind is not None and (not isinstance(value, kind) or (kind is int and isinstance(value, bool))):
             unit = f" in {self.unit}" if self.unit else ""
-            refuse(CallError, f"option '{self.name}' of driver {owner.__name__} is {value!r}", f"give {kind.__name__}{unit}: {self.doc}")
+            refuse(CallError, f"{what} is {value!r}", f"give {kind.__name__}{unit}: {self.doc}")
         return value
+
+    def about(self, name: str, kind: type | None) -> dict[str, Any]:
+        """As manuals have it."""
+        default = None if self.default is _NEEDED else str(self.default)
+        return {"name": name, "kind": _KIND_NAMES.get(kind, "text"), "unit": self.unit, "default": default, "doc": self.doc}
 
 
 def _annotated(owner: type, name: str) -> type | None:
     for kind in owner.__mro__:
         given = inspect.get_annotations(kind).get(name)
         if given is not None:
-            return given if isinstance(given, type) else _KINDS.get(str(given))
+            return _kind(given)
     return None
+
+
+def _kind(given: Any) -> type | None:
+    return given if isinstance(given, type) else _KINDS.get(str(given).partition("[")[0])
 
 
 class Channel(_Named):
@@ -100,6 +118,60 @@ class Channel(_Named):
         return values[0] if self.elements is None else list(values)
 
 
+class Counter(_Named):
+    """What a driver counts; made by `counter`. On the object it is the number so far."""
+
+    def __init__(self, doc: str, unit: str) -> None:
+        self.doc, self.unit = doc, unit
+
+    def about(self) -> dict[str, Any]:
+        """As manuals have it."""
+        return {"name": self.name, "unit": self.unit, "doc": self.doc}
+
+
+class Service:
+    """A service of a driver; made by `service` of a method. Its arguments are those of the method, `Option`s or with plain defaults."""
+
+    def __init__(self, method: Callable[..., Any]) -> None:
+        self.name = method.__name__
+        self.doc = (inspect.getdoc(method) or "").partition("\n")[0].rstrip(".")
+        signature = inspect.signature(method)
+        self.arguments = {name: (_argument(name, p), _kind(p.annotation)) for name, p in [*signature.parameters.items()][1:]}
+        for name, (_, kind) in self.arguments.items():
+            if kind not in _KIND_NAMES:
+                kinds = ", ".join(_KINDS)
+                refuse(DefinitionError, f"argument '{name}' of service '{self.name}' has no type that can be sent", f"annotate it: {kinds}")
+        given = signature.return_annotation
+        self.answer = None if given in (None, "None", inspect.Signature.empty) else _kind(given)
+        if self.answer not in _KIND_NAMES and self.answer is not None:
+            refuse(DefinitionError, f"service '{self.name}' answers {given}, which cannot be sent", f"answer None, {', '.join(_KINDS)}")
+        if not self.doc:
+            refuse(DefinitionError, f"service '{self.name}' has no docstring", "say in one line what it does")
+
+    def taken(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """The arguments of the method. Refused: one is missing, unknown or of another type."""
+        for wrong in given.keys() - self.arguments.keys():
+            refuse(CallError, f"service '{self.name}' has no argument '{wrong}'", did_you_mean(wrong, self.arguments))
+        found: dict[str, Any] = {}
+        for name, (option, kind) in self.arguments.items():
+            if name not in given and option.default is _NEEDED:
+                refuse(CallError, f"service '{self.name}' needs argument '{name}'", f"give {name}: {option.doc}")
+            what = f"argument '{name}' of service '{self.name}'"
+            found[name] = option.taken(kind, given[name], what) if name in given else option.default
+        return found
+
+    def about(self) -> dict[str, Any]:
+        """As manuals have it."""
+        arguments = [option.about(name, kind) for name, (option, kind) in self.arguments.items()]
+        return {"name": self.name, "doc": self.doc, "arguments": arguments, "answer": _KIND_NAMES[self.answer] if self.answer else None}
+
+
+def _argument(name: str, parameter: inspect.Parameter) -> _Option:
+    if isinstance(parameter.default, _Option):
+        return parameter.default
+    return _Option(name, _NEEDED if parameter.default is inspect.Parameter.empty else parameter.default, "")
+
+
 def Option(doc: str, default: Any = _NEEDED, *, unit: str = "") -> Any:
     """An option of a driver: `port: str = Option("the serial port")`. Without a default it must be given; a number may have a unit."""
     return _Option(doc, default, unit)
@@ -114,6 +186,25 @@ def write(type: str = "double", *, unit: str = "", doc: str = "", safe: Any = No
     """A channel that is written to the machine: `exchange` finds the command in it. `safe` is what it carries while no verb commands
     it (0 where nothing is said), `slew` the fastest change of a `double`, in units per second."""
     return Channel(type, unit, doc, True, safe, slew)
+
+
+def counter(doc: str, *, unit: str = "") -> Any:
+    """What a driver counts, `damaged = counter("answers with a wrong check sum")`: 0 at first, and `exchange` adds to it. Programs find it
+    in `device.counters`, `statistics` and `opengpac top`."""
+    return Counter(doc, unit)
+
+
+def service(method: F) -> F:
+    """Makes a method what programs call off the cycle, `device.services.calibrate(at="300 K")`: its types are checked, its docstring is
+    shown. An argument may be an `Option` with unit and text. It runs between two exchanges: while it lasts, readings get older."""
+    made = Service(method)
+
+    @functools.wraps(method)
+    def call(self: Driver, *values: Any, **named: Any) -> Any:
+        return method(self, **made.taken({**dict(zip(made.arguments, values, strict=False)), **named}))
+
+    call.service = made  # type: ignore[attr-defined]
+    return call  # type: ignore[return-value]
 
 
 class Driver:
@@ -131,9 +222,12 @@ class Driver:
             given = options.get(name, option.default)
             if given is _NEEDED:
                 refuse(CallError, f"driver {type(self).__name__} needs option '{name}'", f"give {name}: {option.doc}")
-            self.__dict__[name] = option.taken(type(self), given) if name in options else given
+            what = f"option '{name}' of driver {type(self).__name__}"
+            self.__dict__[name] = option.taken(_annotated(type(self), name), given, what) if name in options else given
         for name, channel in self.members(Channel).items():
             self.__dict__[name] = channel.initial
+        for name in self.members(Counter):
+            self.__dict__[name] = 0
 
     @classmethod
     def members(cls, kind: type[Any]) -> Mapping[str, Any]:
@@ -152,6 +246,22 @@ class Driver:
 
     def close(self) -> None:
         """Closes the device; called once, also after a failure."""
+
+
+def services_of(kind: type[Driver]) -> dict[str, Service]:
+    """What programs call off the cycle, by name."""
+    found = {n: getattr(m, "service", None) for base in reversed(kind.__mro__) for n, m in vars(base).items()}
+    return {name: made for name, made in found.items() if isinstance(made, Service)}
+
+
+def about(kind: type[Driver]) -> dict[str, Any]:
+    """What a driver declares, as manuals have it: `doc`, `options`, `services`, `counters`."""
+    return {
+        "doc": (inspect.getdoc(kind) or "").partition("\n")[0].rstrip("."),
+        "options": [option.about(name, _annotated(kind, name)) for name, option in kind.members(_Option).items()],
+        "services": [made.about() for made in services_of(kind).values()],
+        "counters": [made.about() for made in kind.members(Counter).values()],
+    }
 
 
 def the_driver(members: Mapping[str, Any], module: str, where: str, name: str | None) -> type[Driver]:

@@ -8,11 +8,12 @@ import importlib.util
 import json
 import signal
 import sys
+import threading
 from pathlib import Path
 from typing import Any
 
 from . import _native
-from .driver import Channel, Driver, the_driver
+from .driver import Channel, Counter, Driver, about, services_of, the_driver
 
 
 class Exchange:
@@ -23,12 +24,22 @@ class Exchange:
         for path in options.get("paths", []):
             if path not in sys.path:
                 sys.path.append(path)
-        self._kind = _loaded(options.get("path"), options.get("module"), options.get("class"))
+        self._kind = loaded(options.get("path"), options.get("module"), options.get("class"))
         self._driver: Driver = self._kind(**options.get("options", {}))
         self._declared: dict[str, Channel] = dict(self._kind.members(Channel))
         self._reads: list[tuple[Channel, int]] = []
         self._writes: list[tuple[Channel, int]] = []
+        self._counters = [*self._kind.members(Counter)]
+        self._services = services_of(self._kind)
         self._readings = bytearray()
+        # Where time is virtual a service comes from another thread; the class expects one.
+        self._busy = threading.RLock()
+
+    @property
+    def beside(self) -> str:
+        """What it does beside its exchange, as JSON: services and counters."""
+        told = about(self._kind)
+        return json.dumps({name: told[name] for name in ("services", "counters") if told[name]})
 
     @property
     def channels(self) -> str:
@@ -50,31 +61,47 @@ class Exchange:
 
     def open(self) -> None:
         """Opens the device."""
-        self._driver.open()
+        with self._busy:
+            self._driver.open()
 
-    def exchange(self, commands: bytes) -> bytes:
-        """One exchange: the driver finds the commands in its channels, and leaves readings there."""
-        values = self._driver.__dict__
-        for channel, offset in self._writes:
-            values[channel.name] = channel.unpack(commands, offset)
-        self._driver.exchange()
-        for channel, offset in self._reads:
-            packed = channel.pack(values[channel.name])
-            self._readings[offset : offset + len(packed)] = packed
-        return bytes(self._readings)
+    def exchange(self, commands: bytes) -> tuple[bytes, list[int]]:
+        """One exchange: the driver finds the commands in its channels, and leaves readings there; and what it has counted so far."""
+        with self._busy:
+            values = self._driver.__dict__
+            for channel, offset in self._writes:
+                values[channel.name] = channel.unpack(commands, offset)
+            self._driver.exchange()
+            for channel, offset in self._reads:
+                packed = channel.pack(values[channel.name])
+                self._readings[offset : offset + len(packed)] = packed
+            return bytes(self._readings), [max(0, int(values[name])) for name in self._counters]
+
+    def serve(self, service: str, arguments_json: str) -> str:
+        """Carries out a service; its answer as JSON. Refused: it has no such service, or gives an answer of another type."""
+        if service not in self._services:
+            raise LookupError(f"it has no service '{service}'")
+        with self._busy:
+            answer = getattr(self._driver, service)(**json.loads(arguments_json))
+        kind = self._services[service].answer
+        whole_for_number = kind is float and isinstance(answer, int) and not isinstance(answer, bool)
+        if not whole_for_number and not (answer is None if kind is None else isinstance(answer, kind)):
+            raise TypeError(f"service '{service}' answers {answer!r}, and declares {kind.__name__ if kind else None}")
+        return json.dumps(answer)
 
     def safe_state(self) -> None:
         """Brings the outputs to their safe state."""
-        for channel, _ in self._writes:
-            self._driver.__dict__[channel.name] = channel.initial
-        self._driver.safe_state()
+        with self._busy:
+            for channel, _ in self._writes:
+                self._driver.__dict__[channel.name] = channel.initial
+            self._driver.safe_state()
 
     def close(self) -> None:
         """Closes the device."""
-        self._driver.close()
+        with self._busy:
+            self._driver.close()
 
 
-def _loaded(path: str | None, module: str | None, name: str | None) -> type[Driver]:
+def loaded(path: str | None, module: str | None, name: str | None) -> type[Driver]:
     """The class, from a file or from a module."""
     if path is None:
         found = importlib.import_module(module or "")
@@ -86,9 +113,9 @@ def _loaded(path: str | None, module: str | None, name: str | None) -> type[Driv
     spec = importlib.util.spec_from_file_location(file.stem, file)
     if spec is None or spec.loader is None:
         raise ImportError(f"'{path}' is no file of Python")
-    loaded = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(loaded)
-    return the_driver(vars(loaded), loaded.__name__, f"'{path}'", name)
+    found = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(found)
+    return the_driver(vars(found), found.__name__, f"'{path}'", name)
 
 
 def main() -> int:

@@ -23,6 +23,11 @@ def command(entry: str) -> list[str]:
     return [sys.executable, "-I", "-S", "-c", _BODY, _native.__file__, entry]
 
 
+def command_with_package(entry: str) -> list[str]:
+    """As `command`, of a process that needs the package too, as one in which a driver in Python runs."""
+    return [sys.executable, "-c", "import sys; from opengpac import _native; sys.exit(getattr(_native, sys.argv[1])())", entry]
+
+
 def processes_json() -> dict[str, object]:
     """How processors get processes, as a system is told."""
     return {"command": command("run_processor"), "guard": command("run_guard"), "python": sys.executable}

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from . import _native
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from .quantities import duration_ns
 from .tables import Shown, Table
@@ -34,23 +36,29 @@ class Service:
         )
 
     def __call__(self, *values: Any, **named: Any) -> Any:
-        units = {argument["name"]: argument["unit"] for argument in self.about["arguments"]}
-        if len(values) > len(units):
-            refuse(CallError, f"{self._called()} takes {len(units)} arguments, and is given {len(values)}", f"call it as {self}")
-        given = dict(zip(units, values, strict=False))
+        declared = {argument["name"]: argument for argument in self.about["arguments"]}
+        if len(values) > len(declared):
+            refuse(CallError, f"{self._called()} takes {len(declared)} arguments, and is given {len(values)}", f"call it as {self}")
+        given = dict(zip(declared, values, strict=False))
         for twice in given.keys() & named.keys():
             refuse(CallError, f"{self._called()} is given '{twice}' twice", f"call it as {self}")
         given |= named
-        arguments = {name: self._value(name, value, units.get(name)) for name, value in given.items() if value is not None}
+        arguments = {name: self._value(name, value, declared.get(name)) for name, value in given.items() if value is not None}
         native = self.device._here()
         with refusals:
             return lively(native.device_service(self.device.name, self.name, arguments))
 
-    def _value(self, name: str, value: Any, unit: str | None) -> Any:
+    def _value(self, name: str, value: Any, declared: Mapping[str, Any] | None) -> Any:
         what = f"'{name}' of {self._called()}"
+        unit = declared["unit"] if declared else ""
         if isinstance(value, str) and unit in ("ns", "s"):
             ns = duration_ns(value, what)
             return ns if unit == "ns" else ns * 1e-9
+        if isinstance(value, str) and unit and declared and declared["kind"] in ("number", "whole"):
+            # What is no quantity is refused as the declaration says it.
+            with contextlib.suppress(_native.Refused):
+                number = _native.number_in(value, unit)
+                return round(number) if declared["kind"] == "whole" else number
         return plain(value, what)
 
     def _called(self) -> str:

@@ -2,11 +2,15 @@
 //! A driver in Python on the thread of its source: what a process of driver `python` runs, and what stands for that where time is virtual.
 //! `python/opengpac/driver_process.py` has its other half, which packs and unpacks what its exchange reads and writes.
 use crate::convert::to_json;
-use device::{Channel, Declaration, DeviceError, Direction, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, Slot, Type};
+use device::{
+    Channel, Counters, Declaration, DeviceError, Direction, Driver, DriverError, Given, Kind, Layout, Opened, OptionWord, ServiceWord, Services, Slot, Told,
+    Type,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::Value;
+use std::sync::Arc;
 
 pub static DRIVER: Declaration =
     Declaration::new("python_object", "a driver written in Python, on the thread of its source: for tests, and where time is virtual", &OPTIONS, open);
@@ -40,6 +44,30 @@ struct PythonDriver {
     channels: Vec<Channel>,
     age: Slot,
     commands: Vec<u8>,
+    counters: Option<Arc<Counters>>,
+    services: Option<Arc<Carried>>,
+}
+
+/// The services of an object. Between two of its methods there is a lock of Python, as its class expects to be called by one thread.
+struct Carried {
+    exchange: Py<PyAny>,
+    words: &'static [ServiceWord],
+}
+
+impl Services for Carried {
+    fn words(&self) -> Option<&'static [ServiceWord]> {
+        Some(self.words)
+    }
+
+    fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
+        let failed = |why: String| DeviceError { message: why };
+        let answer = Python::attach(|py| {
+            let arguments = to_json(arguments).map_err(|why| told(&why))?;
+            let answer = self.exchange.call_method1(py, "serve", (service, arguments)).and_then(|answer| answer.extract::<String>(py));
+            answer.map_err(|why| told(&why))
+        });
+        serde_json::from_str(&answer.map_err(failed)?).map_err(|why| failed(why.to_string()))
+    }
 }
 
 /// Makes an object of its class; nothing is opened yet.
@@ -47,10 +75,13 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let made = Python::attach(|py| {
         let module = py.import("opengpac.driver_process")?;
         let exchange = module.getattr("Exchange")?.call1((to_json(given.value())?,))?;
-        let channels: String = exchange.getattr("channels")?.extract()?;
-        Ok::<_, PyErr>((exchange.unbind(), channels))
+        let text = |name| exchange.getattr(name)?.extract::<String>();
+        Ok::<_, PyErr>((text("channels")?, text("beside")?, exchange.unbind()))
     });
-    let (exchange, channels) = made.map_err(|why| DriverError::Failed(told(&why)))?;
+    let (channels, beside, exchange) = made.map_err(|why| DriverError::Failed(told(&why)))?;
+    let mut about: Value = serde_json::from_str(&beside).map_err(|why| DriverError::Failed(format!("its services and counters: {why}")))?;
+    let words = Told::read(&about).map_err(DriverError::Failed)?;
+    about["age"] = AGE.into();
     let declared: Vec<Declared> = serde_json::from_str(&channels).map_err(|why| DriverError::Failed(format!("its channels: {why}")))?;
     let mut layout = Layout::default();
     let mut offsets = Vec::with_capacity(declared.len());
@@ -66,7 +97,12 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     for channel in layout.channels().iter().filter(|channel| channel.direction == Direction::Write) {
         commands[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
     }
-    Ok((Box::new(PythonDriver { exchange, channels: layout.into_channels(), age, commands }), json!({ "age": AGE })))
+    let counters = (!words.counters.is_empty()).then(|| Arc::new(Counters::new(words.counters)));
+    let services = Python::attach(|py| {
+        let carried = || Arc::new(Carried { exchange: exchange.clone_ref(py), words: words.services });
+        (!words.services.is_empty()).then(carried)
+    });
+    Ok((Box::new(PythonDriver { exchange, channels: layout.into_channels(), age, commands, counters, services }), about))
 }
 
 impl PythonDriver {
@@ -97,8 +133,11 @@ impl Driver for PythonDriver {
     fn read(&mut self, _: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         Python::attach(|py| {
             let read = self.exchange.call_method1(py, "exchange", (PyBytes::new(py, &self.commands),)).map_err(|why| failed(py, &why))?;
-            let bytes: &[u8] = read.extract(py).map_err(|why| failed(py, &PyErr::from(why)))?;
+            let (bytes, counted): (&[u8], Vec<u64>) = read.extract(py).map_err(|why| failed(py, &why))?;
             readings.copy_from_slice(bytes);
+            if let Some(counters) = &self.counters {
+                counted.into_iter().enumerate().for_each(|(index, value)| counters.set(index, value));
+            }
             Ok(())
         })?;
         self.age.set_double(readings, 0, 0.0);
@@ -117,5 +156,13 @@ impl Driver for PythonDriver {
 
     fn close(&mut self) {
         let _told = self.call("close");
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        self.services.clone().map(|carried| carried as Arc<dyn Services>)
+    }
+
+    fn counters(&self) -> Option<Arc<Counters>> {
+        self.counters.clone()
     }
 }

@@ -36,7 +36,8 @@ impl Beside {
     /// # Errors
     /// No such service, a wrong argument, what the device refuses.
     pub fn serve(&self, service: &str, arguments: &Value) -> Result<Value, Unserved> {
-        let words = find(&self.kind).map(|of| of.services).unwrap_or_default();
+        let own = self.services.as_ref().and_then(|services| services.words());
+        let words = own.unwrap_or_else(|| find(&self.kind).map(|of| of.services).unwrap_or_default());
         let checked = check_service(&self.kind, words, service, arguments).map_err(|why| match why {
             DriverError::Service { .. } => Unserved::Unknown(why.to_string()),
             _ => Unserved::Arguments(why.to_string()),

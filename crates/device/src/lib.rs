@@ -35,6 +35,7 @@ mod registry;
 mod safe_handle;
 mod services;
 mod shapes;
+mod told;
 mod types;
 mod watchdog;
 mod worker;
@@ -56,6 +57,7 @@ pub use registry::{check, declarations, find, geometry, in_virtual_time, open, o
 pub use safe_handle::SafeHandle;
 pub use services::{Found, Scan, ServiceWord, Services, check_service};
 pub use shapes::{Body, Geometry, Joint, JointKind, Mesh, Shape};
+pub use told::Told;
 pub use types::{Number, Type};
 pub use watchdog::{check_timeout, timeout_message};
 pub use worker::{Pace, Worker, lend_worker};

@@ -123,6 +123,9 @@ impl From<&SafeState> for SafeStateAbout {
 }
 
 impl Kind {
+    /// Each of them.
+    pub const ALL: [Kind; 6] = [Kind::Text, Kind::Number, Kind::Whole, Kind::Bool, Kind::List, Kind::Table];
+
     /// Its name in a manual.
     pub fn name(self) -> &'static str {
         match self {

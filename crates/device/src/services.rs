@@ -18,6 +18,11 @@ pub struct ServiceWord {
 /// What carries out the services of an open driver. It is called from threads that are not the device's source, while the source exchanges,
 /// so it shares with the driver only what may wait for neither.
 pub trait Services: Send + Sync {
+    /// The services of this device, where they are others than its driver declares; none: those. See [`Told`](crate::Told).
+    fn words(&self) -> Option<&'static [ServiceWord]> {
+        None
+    }
+
     /// Carries out a service that the driver declares, with arguments that were checked against its declaration. It may wait.
     ///
     /// # Errors

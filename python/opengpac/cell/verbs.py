@@ -145,7 +145,8 @@ class SignalVerb(Generic[R]):
         self._choose, self._wants = choose, wants
 
     def verb(self, signal: Any) -> Verb[..., R]:
-        """The verb for this signal; where it is a channel, placed on the source that exchanges it."""
+        """The verb for this signal, or for a kind of signal (`DigitalInput`), as a part of others; where it is a channel, placed on the
+        source that exchanges it."""
         chosen = self._choose(signal)
         if chosen is None:
             refuse(CallError, f"{self.name}() is given {signal!r}", self._wants)
@@ -193,7 +194,7 @@ def _edges(kwargs: dict[str, Any]) -> dict[str, Any]:
 
 
 def _by_type(signal: Any, verbs: Mapping[type, Verb[..., Any]]) -> Verb[..., Any] | None:
-    return next((verb for kind, verb in verbs.items() if isinstance(signal, kind)), None)
+    return next((verb for kind, verb in verbs.items() if isinstance(signal, kind) or signal is kind), None)
 
 
 def _waiting(signal: Any) -> Verb[..., Any] | None:

@@ -62,6 +62,45 @@ void {name}_safe_state(struct {name} *self) {{ self->speed = 0.0; }}
 """
 """A driver in C: `C.format(name="axis")`."""
 
+PYTHON = """# SPDX-License-Identifier: Apache-2.0
+from opengpac.driver import Driver, Option, counter, read, service, write
+
+
+class {Name}(Driver):
+    \"""An axis that moves as fast as it is told.\"""
+
+    # What a program gives: gpac.drivers.python("{name}.py", gain="2 rad/s", period="10 ms").
+    gain: float = Option("its speed for a command of 1", 1.0, unit="rad/s")
+
+    # Channels: what is read is set by exchange(), what is written is found there.
+    position = read("double", unit="rad", doc="where it is")
+    speed = write("double", doc="how fast it is to move, -1 to 1", safe=0.0)
+    exchanges = counter("exchanges so far")
+
+    def open(self) -> None:
+        # Once before the first exchange: connect to the machine here. What is raised is why it cannot be opened.
+        self.position = 0.0
+
+    def exchange(self) -> None:
+        # Once a period. What is raised loses the device.
+        self.exchanges += 1
+        self.position += 0.01 * self.gain * self.speed
+
+    def safe_state(self) -> None:
+        # After a failure, where nobody commands any more, and before close().
+        self.speed = 0.0
+
+    def close(self) -> None:
+        # Disconnect here.
+        pass
+
+    @service
+    def place(self, position: float = Option("where it is", unit="rad")) -> None:
+        \"""Says where it is: device.services.place(position="90 deg").\"""
+        self.position = position
+"""
+"""A driver in Python: `PYTHON.format(name="axis", Name="Axis")`."""
+
 _MANIFEST = """[package]
 name = "{name}"
 version = "0.1.0"

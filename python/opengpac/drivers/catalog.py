@@ -9,7 +9,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from .. import _native
-from ..errors import Error, UnknownName, did_you_mean, refusals, refuse
+from ..driver import about as declared
+from ..errors import DeviceFailed, Error, UnknownName, did_you_mean, refusals, refuse
 from ..quantities import duration_text
 from ..tables import Shown, Table, Tables
 
@@ -103,11 +104,34 @@ def list() -> Manuals:
 
 
 def show(kind: str) -> Manual:
-    """What a driver declares: options with units and defaults, class, safe state, services, counters, rights."""
+    """What a driver declares: options with units and defaults, class, safe state, services, counters, rights.
+
+    `kind` may be the file of a driver in Python, `"thermometer.py"`, or `"package.module:Class"`.
+    """
+    if kind.endswith(".py") or ":" in kind:
+        return _of_class(kind)
     known = {manual.kind: manual for manual in list()}
     if kind not in known:
         refuse(UnknownName, f"there is no driver '{kind}'", did_you_mean(kind, known))
     return known[kind]
+
+
+def _of_class(source: str) -> Manual:
+    """The manual of a driver in Python: what its class declares, and what holds for all of them."""
+    from ..driver_process import loaded
+    from .in_python import where
+
+    given = where(source, None)
+    try:
+        made = loaded(given.get("path"), given.get("module"), given.get("class"))
+    except Error:
+        raise
+    except Exception as why:
+        refuse(DeviceFailed, f"'{source}' cannot be loaded: {type(why).__name__}: {why}", "mend it first")
+    general = show("python").about
+    beside = [option for option in general["options"] if option["name"] in ("period_ns", "age_max_ns", "timeout_ns")]
+    about = declared(made)
+    return Manual({**general, **about, "kind": made.__name__, "options": [*about["options"], *beside]})
 
 
 def scan(kind: str | None = None, **options: Any) -> Found:

@@ -14,6 +14,7 @@ from typing import Any
 from .. import _native, processes
 from ..errors import CallError, Error, refusals, refuse
 from .driver import Driver
+from .in_python import python
 from .loading import load
 
 
@@ -21,7 +22,9 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     """The command `driver`."""
     driver = commands.add_parser("driver", help="drivers of machines").add_subparsers(required=True, metavar="WHAT")
     check = driver.add_parser("check", help="run the conformance kit on a driver; a file is compiled first")
-    check.add_argument("driver", metavar="NAME|FILE", help="a driver that is known, a source in C, a shared object or a folder")
+    check.add_argument(
+        "driver", metavar="NAME|FILE", help="a driver that is known, a source in C, a file in Python, a shared object or a folder"
+    )
     check.add_argument("options", nargs="*", metavar="OPTION=VALUE", help="options that it is checked with")
     check.add_argument("--exchanges", type=int, default=1_000_000, help="how many the check of memory makes, at most (1000000)")
     check.add_argument("-v", "--verbose", action="store_true", help="also list the checks that passed")
@@ -45,7 +48,8 @@ def check(driver: Driver, *, exchanges: int = 1_000_000) -> dict[str, Any]:
     """The report of the kit on a driver: {"driver", "passed", "checks": [{"check", "sentence", "verdict", "why"}], "text"}."""
     with tempfile.TemporaryDirectory() as folder:
         counting = _counting(Path(folder))
-        command = processes.command("run_driver_check")
+        started = processes.command_with_package if driver.kind == "python" else processes.command
+        command = started("run_driver_check")
         with refusals:
             sanitizer = _native.sanitizer_in(folder)
             options = json.dumps(dict(driver.options))
@@ -61,6 +65,9 @@ def shown(report: Mapping[str, Any], verbose: bool) -> str:
 def _drivers(name: str, options: Mapping[str, Any]) -> Iterator[Driver]:
     if Path(name).suffix == "" and not Path(name).is_dir():
         yield Driver(name, dict(options))
+        return
+    if Path(name).suffix == ".py":
+        yield python(name, **options)
         return
     loaded = load(name)
     for kind in loaded:

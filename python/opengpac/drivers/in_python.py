@@ -36,7 +36,7 @@ def python(
     return Driver(
         "python",
         given(
-            **_where(source, class_),
+            **where(source, class_),
             options={name: plain(value, f"option '{name}' of the driver") for name, value in options.items()} or None,
             paths=[str(Path(path).absolute()) for path in sys.path if Path(path).is_dir()],
             period_ns=optional_ns(period, "the period"),
@@ -46,7 +46,8 @@ def python(
     )
 
 
-def _where(source: Any, class_: str | None) -> dict[str, str | None]:
+def where(source: Any, class_: str | None) -> dict[str, str | None]:
+    """Where the class of a driver is, as its options say it."""
     if isinstance(source, type) and issubclass(source, written.Driver):
         if source.__module__ == "__main__":
             refuse(

@@ -7,7 +7,7 @@ import os
 import time
 from pathlib import Path
 
-from opengpac.driver import Driver, Option, read, write
+from opengpac.driver import Driver, Option, counter, read, service, write
 
 
 class Furnace(Driver):
@@ -21,6 +21,8 @@ class Furnace(Driver):
     pid = read("int32_t", doc="of its process")
     zones = read("float[3]")
     heater = write("double", unit="W", safe=0.0)
+    exchanges = counter("exchanges so far")
+    drafts = counter("times that its door was opened")
 
     def open(self) -> None:
         self.tell("open")
@@ -30,8 +32,28 @@ class Furnace(Driver):
         for name in ("raises", "hangs", "lies"):
             if (Path(self.folder) / name).exists():
                 getattr(self, name)()
+        self.exchanges += 1
         self.temperature = self.ambient + self.heater
         self.zones = [self.temperature] * 3
+
+    @service
+    def calibrate(self, at: float = Option("the temperature that it has without heat", unit="K"), often: int = 1) -> float:
+        """Takes a temperature for that without heat."""
+        self.ambient = at
+        self.drafts += often
+        return self.ambient
+
+    @service
+    def label(self, text: str = Option("what stands on it", "none")) -> None:
+        """Writes down a label."""
+        if text == "forbidden":
+            raise ValueError("nobody may call it that")
+        self.tell(f"label {text}")
+
+    @service
+    def lie(self) -> int:
+        """Answers what it does not declare."""
+        return "seven"  # type: ignore[return-value]
 
     def raises(self) -> None:
         raise ValueError("its door is open")

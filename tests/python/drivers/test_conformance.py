@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from kit_of_drivers import checked
 from opengpac.cli import main
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "drivers"
@@ -29,6 +30,15 @@ def test_a_driver_that_is_begun_passes(capsys: pytest.CaptureFixture[str]) -> No
     capsys.readouterr()
     assert main(["driver", "check", "axis.c", "gain=2", "--exchanges", "5000"]) == 0
     assert ", 0 failed, " in capsys.readouterr().out
+
+
+def test_a_driver_that_is_begun_in_python_passes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["new", "driver", "slow_axis", "--in", "python"]) == 0
+    assert "gpac.drivers.python('slow_axis.py')" in capsys.readouterr().out
+    assert len(Path("slow_axis.py").read_text().splitlines()) <= 60
+    assert ", 0 failed, " in checked("slow_axis.py", "gain=2")
+    assert main(["drivers", "show", "slow_axis.py"]) == 0
+    assert "SlowAxis: An axis that moves as fast as it is told" in capsys.readouterr().out
 
 
 def test_a_driver_in_rust_that_is_begun_is_built_and_passes(capsys: pytest.CaptureFixture[str]) -> None:

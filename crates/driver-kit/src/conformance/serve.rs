@@ -7,7 +7,7 @@ use super::phases::{self, Phase};
 use super::report::Verdict;
 use super::sanitized;
 use super::subject::Subject;
-use device::DriverError;
+use device::{Class, DriverError, Told};
 use interconnect::Link;
 use process_kit::{UnixLink, inherited};
 use serde_json::{Value, json};
@@ -47,7 +47,13 @@ pub fn serve() -> Result<(), String> {
 
 fn subject(order: &Value) -> Result<Subject, DriverError> {
     let kind = order["kind"].as_str().unwrap_or_default().to_owned();
-    let of = device::find(&kind)?;
+    let mut of = device::find(&kind)?;
+    // One that stands for others knows what they carry out and count when it is made.
+    if of.class == Class::Process
+        && let Ok((_, about)) = device::open(&kind, &order["options"])
+    {
+        of = Told::read(&about).map_err(DriverError::Failed)?.declare(of);
+    }
     Ok(Subject { of, kind, options: order["options"].clone(), exchanges: order["exchanges"].as_u64().unwrap_or(0) })
 }
 

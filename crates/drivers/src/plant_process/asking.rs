@@ -7,11 +7,13 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 /// How long a plant may take to make, load and describe itself.
-pub(super) const ANSWER: Duration = Duration::from_secs(30);
+pub(super) const ANSWER: Duration = Duration::from_secs(120);
 /// How the socket of a plant begins that others find by its name.
 pub(super) const SOCKET: &str = "plant-";
 /// The name of the descriptor of the first link.
 pub(super) const LINK: &str = "link";
+/// That of the link over which a driver in a process of its own is asked for services: they last, and no other word waits for them.
+pub(super) const SERVICES: &str = "services";
 
 /// Where the plant of that name listens.
 pub(super) fn place(name: &str) -> std::io::Result<PathBuf> {

@@ -2,14 +2,16 @@
 //! The driver of a plant that runs in a process of its own.
 use super::asking::{ask_with, ask_within};
 use super::region::{Region, Shape, Shared};
+use super::services::Asked;
 use super::words::{Answer, Ask, age_of};
-use device::{Channel, DeviceError, Driver, SafeHandle, Slot};
+use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services, Slot, Told};
 use interconnect::{TripleReader, TripleWriter};
 use process_kit::{Child, UnixLink, connect, now_ns};
 use serde_json::Value;
 use std::io::ErrorKind;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// How long a plant may take to put itself away.
@@ -31,6 +33,8 @@ pub(super) struct PlantProcess {
     /// Where others find it.
     path: Option<PathBuf>,
     session: Option<Session>,
+    services: Option<Arc<Asked>>,
+    counters: Option<Arc<Counters>>,
 }
 
 struct Session {
@@ -53,7 +57,7 @@ impl PlantProcess {
         path: Option<PathBuf>,
     ) -> PlantProcess {
         PlantProcess {
-            shape: Shape::of(&channels),
+            shape: Shape::of(&channels, 0),
             age: age_of(&channels, about),
             link: Some(link),
             child,
@@ -62,14 +66,28 @@ impl PlantProcess {
             timeout_ns,
             path,
             session: None,
+            services: None,
+            counters: None,
         }
+    }
+
+    /// With what the driver there carries out, and what it counts.
+    pub fn serving(mut self, told: Told, link: Option<UnixLink>) -> PlantProcess {
+        self.shape.counters = told.counters.len();
+        self.services = (!told.services.is_empty()).then(|| Arc::new(Asked { words: told.services, link: Mutex::new(link) }));
+        self.counters = (!told.counters.is_empty()).then(|| Arc::new(Counters::new(told.counters)));
+        self
     }
 
     /// A driver in a process of its own: its readings have an age.
     fn read_aged(&mut self, age: Slot, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         let Some(session) = &mut self.session else { return Err(DeviceError { message: "its process is not open".to_owned() }) };
         session.readings.latch();
-        readings.copy_from_slice(session.readings.front());
+        let (group, counted) = session.readings.front().split_at(self.shape.readings);
+        readings.copy_from_slice(group);
+        if let Some(counters) = &self.counters {
+            counted.chunks_exact(8).enumerate().for_each(|(index, value)| counters.set(index, u64::from_ne_bytes(value.try_into().unwrap_or_default())));
+        }
         let taken_ns = age.of(readings).try_into().map_or(i64::MIN, i64::from_ne_bytes);
         let age_ns = (release_ns - session.ahead_ns).saturating_sub(taken_ns).max(0);
         age.set_double(readings, 0, age_ns as f64 * 1e-9);
@@ -166,6 +184,9 @@ impl Driver for PlantProcess {
     fn close(&mut self) {
         self.safe_state();
         self.session = None;
+        if let Some(services) = &self.services {
+            services.close();
+        }
         // A plant that is gone, or that another driver has opened since, is not ours to put away.
         let closed = self.link.take().map(|link| ask_within(&link, Ask::Close, END));
         if let Some(child) = self.child.take()
@@ -184,6 +205,14 @@ impl Driver for PlantProcess {
             // Gone meanwhile is as good.
             let _removed = std::fs::remove_file(path);
         }
+    }
+
+    fn services(&self) -> Option<Arc<dyn Services>> {
+        self.services.clone().map(|asked| asked as Arc<dyn Services>)
+    }
+
+    fn counters(&self) -> Option<Arc<Counters>> {
+        self.counters.clone()
     }
 
     fn watchdog_ns(&self) -> Option<i64> {

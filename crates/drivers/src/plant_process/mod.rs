@@ -15,6 +15,7 @@ mod driver;
 mod python;
 mod region;
 mod serve;
+mod services;
 mod starting;
 mod words;
 

@@ -38,15 +38,22 @@ const SAFE: usize = 7 * LINE;
 pub(super) struct Shape {
     pub readings: usize,
     pub commands: usize,
+    /// Counters of the driver, each of 8 bytes, behind the readings.
+    pub counters: usize,
     /// Write channels: each has a byte that says whether it is claimed, behind the commands.
     pub writes: usize,
 }
 
 impl Shape {
-    pub fn of(channels: &[Channel]) -> Shape {
+    pub fn of(channels: &[Channel], counters: usize) -> Shape {
         let of = |direction| channels.iter().filter(move |channel| channel.direction == direction);
         let end = |direction| of(direction).map(|channel| channel.offset + channel.len).max().unwrap_or(0);
-        Shape { readings: end(Direction::Read), commands: end(Direction::Write), writes: of(Direction::Write).count() }
+        Shape { readings: end(Direction::Read), commands: end(Direction::Write), writes: of(Direction::Write).count(), counters }
+    }
+
+    /// Readings and counters.
+    pub fn told(&self) -> usize {
+        self.readings + 8 * self.counters
     }
 
     /// Commands and whether they are claimed.
@@ -72,7 +79,7 @@ impl Shape {
     }
 
     fn len(&self) -> usize {
-        self.readings_start() + triple_len(self.readings)
+        self.readings_start() + triple_len(self.told())
     }
 }
 
@@ -121,7 +128,7 @@ impl Region {
     }
 
     fn readings(&self) -> Shared {
-        Shared { memory: self.memory.clone(), spoilt: self.spoilt.clone(), start: self.shape.readings_start(), len: self.shape.readings }
+        Shared { memory: self.memory.clone(), spoilt: self.spoilt.clone(), start: self.shape.readings_start(), len: self.shape.told() }
     }
 
     /// The two ends of the plant. Once for each region.
@@ -254,7 +261,7 @@ unsafe impl TripleMemory for Shared {
 mod tests {
     use super::*;
 
-    const SHAPE: Shape = Shape { readings: 24, commands: 16, writes: 2 };
+    const SHAPE: Shape = Shape { readings: 16, commands: 16, counters: 1, writes: 2 };
 
     fn pair() -> (Region, Region) {
         let plant = Region::new(SHAPE, &[9; 18]).expect("memory");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The plant process: one thread that makes steps at its own pace and, between two of them, hears who talks to it.
-use super::asking::{ANSWER, LINK, place};
+use super::asking::{ANSWER, LINK, SERVICES, place};
 use super::region::{Region, Shape, Shared};
 use super::words::{Answer, Ask, ChannelText, Described, Made, PlantState, age_of};
 use device::{Driver, Slot};
@@ -32,6 +32,9 @@ pub fn run() -> Result<(), String> {
             }
             answer(&link, &Answer::Described(Box::new(plant.described.clone())), &[]);
             plant.links.push((0, link));
+            if let Some(services) = inherited(SERVICES).ok().and_then(|of| UnixLink::from_descriptor(of).ok()) {
+                plant.links.push((1, services));
+            }
             plant.serve();
             Ok(())
         }
@@ -96,7 +99,8 @@ impl Plant {
         let listener = path.map(|path| Listener::listen(&path)).transpose().map_err(|error| format!("a plant of that name cannot be had: {error}"))?;
         let own_ns = about["timestep"].as_f64().map(|s| (s * 1e9).round() as i64);
         let step_ns = made.step_ns.or(own_ns).unwrap_or(STEP_NS);
-        let shape = Shape::of(driver.channels());
+        let counted = driver.counters().filter(|_| made.rest_ns.is_some()).map_or(0, |counters| counters.words().len());
+        let shape = Shape::of(driver.channels(), counted);
         let safe_group = shape.safe_group(driver.channels());
         let channels = driver.channels().iter().map(ChannelText::from).collect();
         let age = age_of(driver.channels(), &about);
@@ -111,7 +115,7 @@ impl Plant {
             safe_group,
             listener,
             links: Vec::new(),
-            next_link: 1,
+            next_link: 2,
             session: None,
             time_ns: 0,
             steps: 0,
@@ -197,7 +201,12 @@ impl Plant {
 
     fn tell(&mut self) {
         let Some(session) = &mut self.session else { return };
-        session.readings.back().copy_from_slice(&self.readings);
+        let (readings, counted) = session.readings.back().split_at_mut(self.shape.readings);
+        readings.copy_from_slice(&self.readings);
+        if let Some(counters) = self.driver.counters().filter(|_| !counted.is_empty()) {
+            let values = counters.all().map(|(_, value)| value.to_ne_bytes());
+            counted.chunks_exact_mut(8).zip(values).for_each(|(to, value)| to.copy_from_slice(&value));
+        }
         session.readings.publish();
         session.region.steps().store(self.steps, Ordering::Release);
         if let Some(why) = &self.failed {
@@ -227,6 +236,11 @@ impl Plant {
             Ask::Make(_) => Answer::Refused("a plant is made once".to_owned()),
             Ask::Describe => Answer::Described(Box::new(self.described.clone())),
             Ask::State => Answer::State(self.state()),
+            Ask::Serve(service, arguments) => match self.driver.services().map(|services| services.call(&service, &arguments)) {
+                Some(Ok(value)) => Answer::Served(value),
+                Some(Err(why)) => Answer::Refused(why.message),
+                None => Answer::Refused("it has no services".to_owned()),
+            },
             Ask::Close => match &self.session {
                 Some(session) if session.holder != number => Answer::Refused("another driver has opened it".to_owned()),
                 _ => {

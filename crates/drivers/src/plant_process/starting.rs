@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver of a plant, over the process that runs it.
-use super::asking::{LINK, ask};
+use super::asking::{LINK, SERVICES, ask};
 use super::driver;
 use super::words::{Answer, Ask, Described, Made};
-use device::{DriverError, Given, Opened};
+use device::{DriverError, Given, Opened, Told};
 use process_kit::{Child, Launch, UnixLink, connect};
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -19,8 +19,8 @@ pub(super) fn opened(
     path: Option<PathBuf>,
 ) -> Result<Opened, DriverError> {
     let lost = |problem: String| DriverError::Process { kind: kind.into(), problem };
-    let (link, child) = match path.as_deref().and_then(|path| connect(path).ok()) {
-        Some(link) => (link, None),
+    let (link, child, services) = match path.as_deref().and_then(|path| connect(path).ok()) {
+        Some(link) => (link, None, None),
         None => start(command).map_err(lost)?,
     };
     let answer = ask(&link, if child.is_some() { Ask::Make(made.clone()) } else { Ask::Describe });
@@ -39,17 +39,21 @@ pub(super) fn opened(
         return Err(given.wrong("name", problem));
     }
     let Described { channels, mut about, .. } = described;
-    // What the driver there declares of itself is not served from here.
-    for word in ["class", "safe_state", "services", "counters"] {
-        about.as_object_mut().and_then(|about| about.remove(word));
+    // What the driver of a machine declares of itself is not served from here.
+    let foreign = if made.rest_ns.is_some() { &["class", "safe_state"][..] } else { &["class", "safe_state", "services", "counters"] };
+    for word in foreign {
+        about.as_object_mut().and_then(|about| about.remove(*word));
     }
+    let told = Told::read(&about).map_err(lost)?;
     let channels = channels.into_iter().map(Into::into).collect();
-    let driver = driver::PlantProcess::new(link, child, (channels, &about), bounds, path);
+    let driver = driver::PlantProcess::new(link, child, (channels, &about), bounds, path).serving(told, services);
     Ok((Box::new(driver), about))
 }
 
-fn start(command: Vec<OsString>) -> Result<(UnixLink, Option<Child>), String> {
-    let (link, theirs) = UnixLink::pair().map_err(|error| format!("no link to its process can be made: {error}"))?;
-    let child = Launch::new(command).descriptor(LINK, theirs).start().map_err(|error| error.to_string())?;
-    Ok((link, Some(child)))
+fn start(command: Vec<OsString>) -> Result<(UnixLink, Option<Child>, Option<UnixLink>), String> {
+    let pair = || UnixLink::pair().map_err(|error| format!("no link to its process can be made: {error}"));
+    let ((link, theirs), (services, their_services)) = (pair()?, pair()?);
+    let launch = Launch::new(command).descriptor(LINK, theirs).descriptor(SERVICES, their_services);
+    let child = launch.start().map_err(|error| error.to_string())?;
+    Ok((link, Some(child), Some(services)))
 }

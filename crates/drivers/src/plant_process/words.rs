@@ -16,6 +16,8 @@ pub(super) enum Ask {
     /// The plant is put away; from the holder of the session, or anybody where there is none.
     Close,
     State,
+    /// A service of the driver, with arguments that were checked. It is carried out between two steps.
+    Serve(String, Value),
 }
 
 /// What a plant was made from.
@@ -39,6 +41,7 @@ pub(super) enum Answer {
     Opened,
     Closed,
     State(PlantState),
+    Served(Value),
     Refused(String),
 }
 

@@ -8,7 +8,7 @@ use super::services::SERVICES;
 use crate::main_device::{Bus, inventory};
 use device::{Class, Command, Declaration, DriverError, Found, Given, Layout, Life, Opened, Part, SafeBy, SafeState, Servo, UNLIMITED};
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 /// The driver.
 pub static DRIVER: Declaration = Declaration {
@@ -19,6 +19,7 @@ pub static DRIVER: Declaration = Declaration {
     counters: &COUNTERS,
     rights: &["raw frames on a network interface: cap_net_raw"],
     scan: Some(scan),
+    in_virtual_time: Some(in_lockstep),
     ..Declaration::new("ethercat", "drives by CiA 402 on EtherCAT, an axis each", &OPTIONS, open)
 };
 
@@ -27,11 +28,19 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     check(given, &options)?;
     let timeout_ns = options.timeout_ns.unwrap_or(TIMEOUT_NS);
     let mut layout = Layout::default();
-    let sync0 = options.sync0();
+    let (sync0, lockstep) = (options.sync0(), options.lockstep);
     let axes: Vec<Axis> = options.axes.iter().enumerate().map(|(index, axis)| Axis::new(axis, index, &mut layout)).collect();
     let parts: Vec<Part> = options.axes.iter().filter_map(part).collect();
     let driver = EtherCat::new(options.interface, axes, layout.into_channels(), timeout_ns, options.lost_after.unwrap_or(3).max(1), sync0);
+    let driver = if lockstep { driver.in_lockstep() } else { driver };
     Ok((Box::new(driver), json!({ "parts": parts })))
+}
+
+/// Under the virtual clock a firing waits for its frame, however fast the segment is; time that does not pass there trips no watchdog.
+fn in_lockstep(options: &Value) -> Option<(String, Value)> {
+    let mut options = options.clone();
+    options.as_object_mut()?.insert("lockstep".to_owned(), Value::Bool(true));
+    Some(("ethercat".to_owned(), options))
 }
 
 /// What can be made a joint of; an axis that is commanded by velocity is its channels alone.

@@ -16,6 +16,8 @@ const TO_OP: Duration = Duration::from_secs(10);
 /// How many frames tell a drive to reset its fault: some of its cycles go by meanwhile.
 const RESETS: usize = 1_000;
 const ANSWER: Duration = Duration::from_millis(200);
+/// In lockstep nothing depends on how fast a segment is: this is for one that never answers.
+const ANSWER_IN_LOCKSTEP: Duration = Duration::from_secs(5);
 
 pub(super) struct EtherCat {
     interface: String,
@@ -23,6 +25,7 @@ pub(super) struct EtherCat {
     channels: Vec<Channel>,
     timeout_ns: i64,
     lost_after: u32,
+    lockstep: bool,
     sync0: Option<Sync0>,
     /// When it was opened, by the clock of this host and by that of its source, ns.
     opened: (Instant, i64),
@@ -45,6 +48,7 @@ impl EtherCat {
             channels,
             timeout_ns,
             lost_after,
+            lockstep: false,
             sync0,
             opened: (Instant::now(), 0),
             counters: Arc::new(Counters::new(&COUNTERS)),
@@ -55,6 +59,11 @@ impl EtherCat {
         }
     }
 
+    /// One whose readings wait for the frame that is out, and whose drives have no watchdog: where time is virtual.
+    pub fn in_lockstep(self) -> EtherCat {
+        EtherCat { lockstep: true, ..self }
+    }
+
     fn start(&mut self) -> Result<(), String> {
         let mut bus = Bus::open(&self.interface)?;
         let asked: Vec<_> = self.axes.iter().map(|axis| (axis.at, axis.pdos(), axis.settings(self.sync0))).collect();
@@ -62,7 +71,7 @@ impl EtherCat {
         let opened = self.opened;
         let now_ns = move || now_ns(opened);
         let clocks = self.sync0.map(|sync0| Clocks { sync0, now_ns: &now_ns });
-        let line = bring_up(&mut bus, &wanted, self.timeout_ns, clocks.as_ref())?;
+        let line = bring_up(&mut bus, &wanted, if self.lockstep { 0 } else { self.timeout_ns }, clocks.as_ref())?;
         for (axis, station) in self.axes.iter_mut().zip(&line.stations) {
             axis.map(&station.mapping, station.outputs_at, station.inputs_at)?;
         }
@@ -166,7 +175,8 @@ impl Driver for EtherCat {
     fn read(&mut self, _: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         let counters = &self.counters;
         let Some(cycle) = &mut self.cycle else { return Err(not_open()) };
-        let replied = cycle.receive(|_| counters.add(count::REFUSED, 1)).unwrap_or(Replied::Nothing);
+        let replied = if self.lockstep { cycle.wait(ANSWER_IN_LOCKSTEP) } else { cycle.receive(|_| counters.add(count::REFUSED, 1)) };
+        let replied = replied.unwrap_or(Replied::Nothing);
         match replied {
             Replied::Whole => {
                 self.missed = 0;

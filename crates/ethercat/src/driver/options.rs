@@ -6,7 +6,7 @@ use cia402::Mode;
 use device::{DriverError, Given, Kind, OptionWord};
 use serde::Deserialize;
 
-pub(super) const OPTIONS: [OptionWord; 6] = [
+pub(super) const OPTIONS: [OptionWord; 7] = [
     OptionWord::needed("interface", Kind::Text, "the network interface that the segment hangs on, or `local:NAME` of an emulated one"),
     OptionWord::needed(
         "axes",
@@ -16,6 +16,7 @@ pub(super) const OPTIONS: [OptionWord; 6] = [
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without commands for so long they stop by themselves")
         .unit("ns"),
     OptionWord::with_default("lost_after", Kind::Whole, "3", "so many cycles without an answer one after another mean that the device is lost"),
+    OptionWord::with_default("lockstep", Kind::Bool, "false; true under the virtual clock", "a firing waits for its frame, and the drives have no watchdog"),
     OptionWord::with_default("sync0_ns", Kind::Whole, "none", "distributed clocks: how often SYNC0 of each axis comes, which is the period of the source")
         .unit("ns"),
     OptionWord::with_default("sync0_shift_ns", Kind::Whole, "half of sync0_ns", "how long after the release of the source SYNC0 comes").unit("ns"),
@@ -29,6 +30,8 @@ pub(super) struct Options {
     pub axes: Vec<AxisOptions>,
     pub timeout_ns: Option<i64>,
     pub lost_after: Option<u32>,
+    #[serde(default)]
+    pub lockstep: bool,
     pub sync0_ns: Option<u32>,
     pub sync0_shift_ns: Option<u32>,
 }

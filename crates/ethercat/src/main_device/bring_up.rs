@@ -109,7 +109,8 @@ fn to_pre_op(bus: &mut Bus, subdevice: &Subdevice, want: &Wanted<'_>) -> Result<
 fn to_safe_op(bus: &mut Bus, station: &Station, watchdog_ns: i64, clocks: Option<&Clocks<'_>>) -> Result<Option<u64>, String> {
     let (subdevice, (outputs, inputs)) = (&station.subdevice, station.mapping.bytes());
     let to = subdevice.station;
-    let units = (watchdog_ns / WATCHDOG_UNIT_NS).clamp(1, u16::MAX.into()) as u16;
+    // 0 switches it off.
+    let units = if watchdog_ns == 0 { 0 } else { (watchdog_ns / WATCHDOG_UNIT_NS).clamp(1, u16::MAX.into()) as u16 };
     bus.write(to, reg::WATCHDOG_DIVIDER, &WATCHDOG_DIVIDER.to_le_bytes())?;
     bus.write(to, reg::WATCHDOG_OUTPUTS, &units.to_le_bytes())?;
     for (fmmu, kind, len, at) in [(FMMU_WRITES, 3, outputs, station.outputs_at), (FMMU_READS, 4, inputs, station.inputs_at)] {

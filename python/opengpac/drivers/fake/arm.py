@@ -58,6 +58,10 @@ class JointArm:
         self.q = [q + step for q, step in zip(self.q, steps, strict=True)]
         self.velocity = [step / CYCLE for step in steps]
 
+    def touch(self) -> list[float]:
+        """The force of what it touches on its tool, N: it touches nothing."""
+        return [0.0, 0.0, 0.0]
+
     def pose(self) -> list[float]:
         """Where its flange is: x, y, z and a rotation vector, as its controller says it."""
         whole = np.eye(4)

@@ -12,12 +12,14 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any, Self
 
 from ...errors import CallError, DeviceFailed, refuse
 from ..driver import Driver
 from ..ur import ur as ur_driver
 from .arm import CYCLE, HOME, JointArm, Refused, motions
+from .dynamics import SimulatedArm, model_of
 from .ur_ports import DASHBOARD, RTDE, SCRIPTS, Dashboard, Peer, Rtde, Scripts
 from .urscript import Program, ScriptError
 
@@ -37,6 +39,9 @@ class ur:
     Its program port runs the programs that it is sent, its arm is at each goal a cycle later. With `lockstep` (the default) a cycle passes
     with each package that it is sent over RTDE, so that nothing depends on how fast this machine is; without, 500 pass in a second. It
     listens at the ports of a real one. A goal more than `leap_max` (rad) from the one before is a protective stop.
+
+    Its joints follow as they are told, or with `model`, `"ur5e"` or an MJCF file, as MuJoCo moves that arm under the loops of a controller;
+    `scene` is what stands around it, as of `gpac.robots.load`. Then the force at its tool is that of what it touches.
     """
 
     def __init__(
@@ -47,11 +52,19 @@ class ur:
         leap_max: float = LEAP_MAX,
         host: str | None = None,
         is_on: bool = True,
+        model: str | os.PathLike[str] | None = None,
+        scene: str | os.PathLike[str] | None = None,
     ) -> None:
         if len(position) != 6:
             refuse(CallError, f"{len(position)} joint positions are given to an arm of 6", "give six numbers in rad")
         self.lockstep = lockstep
-        self.arm = JointArm(position, leap_max)
+        if model is None and scene is not None:
+            refuse(CallError, f"a scene '{scene}' is given without a model", "give both: model='ur5e'")
+        self.arm = (
+            JointArm(position, leap_max)
+            if model is None
+            else SimulatedArm(position, leap_max, model_of(model), None if scene is None else Path(scene))
+        )
         self.is_remote = True
         self.safety, self.mode, self.runtime = NORMAL, RUNNING if is_on else POWER_OFF, STOPPED
         self.speed_scaling = 1.0
@@ -252,13 +265,18 @@ class ur:
         return {
             **self.registers, **self.inputs,
             "timestamp": self.cycles * CYCLE, "target_q": [*self.arm.goal], "actual_q": q,
-            "target_qd": velocity, "actual_qd": velocity, "actual_TCP_force": [*self.force],
+            "target_qd": velocity, "actual_qd": velocity, "actual_TCP_force": self.felt(),
             "actual_TCP_pose": pose, "target_TCP_pose": pose,
             "robot_mode": self.mode, "safety_mode": self.safety, "safety_status": self.safety, "runtime_state": self.runtime,
             "speed_scaling": self.speed_scaling, "target_speed_fraction": 1.0, "actual_digital_input_bits": self.digital_inputs,
             "actual_digital_output_bits": self.digital_outputs, "robot_status_bits": (self.mode == RUNNING) | runs << 1,
             "safety_status_bits": 1 << (self.safety - 1), "joint_mode": [253] * 6,
         }  # fmt: skip
+
+    def felt(self) -> list[float]:
+        """Force and torque at its tool: what it touches, and what presses."""
+        touched = [*self.arm.touch(), 0.0, 0.0, 0.0]
+        return [own + pressed for own, pressed in zip(touched, self.force, strict=True)]
 
     def take(self, values: dict[str, Any]) -> None:
         """What RTDE is told."""
@@ -282,7 +300,7 @@ class ur:
             "read_input_integer_register": read("int"), "read_input_float_register": read("double"),
             "write_output_integer_register": write("int"), "write_output_float_register": write("double"),
             "get_actual_joint_positions": lambda: [*self.arm.q], "get_target_joint_positions": lambda: [*self.arm.goal],
-            "get_actual_tcp_pose": self.arm.pose, "get_steptime": lambda: CYCLE, "get_tcp_force": lambda: [*self.force],
+            "get_actual_tcp_pose": self.arm.pose, "get_steptime": lambda: CYCLE, "get_tcp_force": self.felt,
             "is_steady": lambda: not any(self.arm.velocity), "textmsg": lambda *words: self.log.append(" ".join(map(str, words))),
             "popup": lambda *words, **_: self.log.append(str(words[0])), "norm": abs,
             "floor": lambda value: int(value // 1),

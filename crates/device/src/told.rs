@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Services and counters that a driver tells when it is made. A declaration is written before a program runs; a driver that stands for others, a class
+//! in Python for instance, learns what it carries out and counts from what it stands for.
+use crate::{CounterAbout, CounterWord, Declaration, Kind, OptionAbout, OptionWord, ServiceAbout, ServiceWord};
+use serde::Deserialize;
+use serde_json::Value;
+use std::sync::{Mutex, PoisonError};
+
+/// The services and counters of one device, as those of a [`Declaration`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Told {
+    pub services: &'static [ServiceWord],
+    pub counters: &'static [CounterWord],
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+struct Texts {
+    #[serde(default)]
+    services: Vec<ServiceAbout>,
+    #[serde(default)]
+    counters: Vec<CounterAbout>,
+}
+
+/// What was told so far. Words stay for the life of the process, so the same ones are kept once.
+static KEPT: Mutex<Vec<(Texts, Told)>> = Mutex::new(Vec::new());
+
+impl Told {
+    /// Reads `services` and `counters` of what a driver says of its device, in the form of a [`Manual`](crate::Manual).
+    ///
+    /// # Errors
+    /// What is not of that form.
+    pub fn read(about: &Value) -> Result<Told, String> {
+        let texts: Texts = Texts::deserialize(about).map_err(|why| format!("its services and counters: {why}"))?;
+        let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, told)) = kept.iter().find(|(of, _)| *of == texts) {
+            return Ok(*told);
+        }
+        let services = texts.services.iter().map(service).collect::<Result<Vec<_>, _>>()?.leak();
+        let counters = texts.counters.iter().map(|of| CounterWord { name: stays(&of.name), unit: stays(&of.unit), doc: stays(&of.doc) });
+        let told = Told { services, counters: counters.collect::<Vec<_>>().leak() };
+        kept.push((texts, told));
+        Ok(told)
+    }
+
+    /// The declaration of a driver with these in place of its own.
+    pub fn declare(self, of: &'static Declaration) -> &'static Declaration {
+        Box::leak(Box::new(Declaration { services: self.services, counters: self.counters, ..*of }))
+    }
+}
+
+fn service(of: &ServiceAbout) -> Result<ServiceWord, String> {
+    let arguments = of.arguments.iter().map(argument).collect::<Result<Vec<_>, _>>()?.leak();
+    Ok(ServiceWord { name: stays(&of.name), doc: stays(&of.doc), arguments, answer: of.answer.as_deref().map(kind).transpose()? })
+}
+
+fn argument(of: &OptionAbout) -> Result<OptionWord, String> {
+    let default = of.default.as_deref().map(stays);
+    Ok(OptionWord { name: stays(&of.name), kind: kind(&of.kind)?, unit: stays(&of.unit), default, doc: stays(&of.doc) })
+}
+
+fn kind(name: &str) -> Result<Kind, String> {
+    Kind::ALL.into_iter().find(|kind| kind.name() == name).ok_or_else(|| format!("'{name}' is no kind of value"))
+}
+
+fn stays(text: &str) -> &'static str {
+    String::from(text).leak()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn words_are_read_once() {
+        let argument = json!({ "name": "level", "kind": "number", "unit": "W", "default": "1.0", "doc": "how warm" });
+        let services = json!([{ "name": "warm", "doc": "warms it", "arguments": [argument], "answer": "bool" }]);
+        let about = json!({ "parts": [], "services": services, "counters": [{ "name": "late", "unit": "", "doc": "late answers" }] });
+        let told = Told::read(&about).expect("words");
+        assert_eq!((told.services[0].name, told.services[0].arguments[0].unit, told.services[0].answer), ("warm", "W", Some(Kind::Bool)));
+        assert_eq!(told.counters[0].name, "late");
+        assert!(std::ptr::eq(told.services, Told::read(&about).expect("the same").services));
+        assert!(Told::read(&json!({})).expect("nothing").services.is_empty());
+        let wrong = json!({ "services": [{ "name": "warm", "doc": "", "arguments": [], "answer": "heat" }] });
+        assert_eq!(Told::read(&wrong).expect_err("a kind that is none"), "'heat' is no kind of value");
+    }
+}

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The services of a driver that runs in a process of its own, over a link of their own.
+use super::words::{Answer, Ask};
+use device::{DeviceError, ServiceWord, Services};
+use process_kit::UnixLink;
+use serde_json::Value;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+/// How often a call that waits looks whether there is a process to answer it.
+const LOOK: Duration = Duration::from_secs(1);
+
+pub(super) struct Asked {
+    pub words: &'static [ServiceWord],
+    /// None once the device is closed.
+    pub link: Mutex<Option<UnixLink>>,
+}
+
+impl Asked {
+    /// The device is closed. A call that waits ends with its process.
+    pub fn close(&self) {
+        if let Ok(mut link) = self.link.try_lock() {
+            *link = None;
+        }
+    }
+}
+
+impl Services for Asked {
+    fn words(&self) -> Option<&'static [ServiceWord]> {
+        Some(self.words)
+    }
+
+    fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
+        let failed = |message: &str| DeviceError { message: message.to_owned() };
+        // One at a time.
+        let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(link) = &*link else { return Err(failed("the device is closed")) };
+        let ask = Ask::Serve(service.to_owned(), arguments.clone());
+        let frame = serde_json::to_vec(&ask).expect("an ask has no map with keys that are no texts");
+        link.send_with(&frame, &[], Some(LOOK)).map_err(|_| failed("its process is gone"))?;
+        loop {
+            let Some((frame, _)) = link.receive_with(LOOK).map_err(|_| failed("its process ended before it answered"))? else { continue };
+            return match serde_json::from_slice(&frame) {
+                Ok(Answer::Served(value)) => Ok(value),
+                Ok(Answer::Refused(why)) => Err(DeviceError { message: why }),
+                _ => Err(failed("its process answers what no driver does")),
+            };
+        }
+    }
+}

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The arm behind an emulated controller with the dynamics of a model: MuJoCo moves it, and what it touches pushes back."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import CallError, DeviceFailed, refuse
+from .arm import CYCLE, JointArm
+
+STIFFNESS, DAMPING = (2 * math.pi * 30.0) ** 2, 4 * math.pi * 30.0
+"""The controller's loops, as acceleration for an error: 30 Hz, critically damped."""
+
+
+class SimulatedArm(JointArm):
+    """Six joints of a model. The loops that a control box closes are here: computed torque, within the efforts of the model."""
+
+    def __init__(self, position: Sequence[float], leap_max: float, arm: Path, scene: Path | None) -> None:
+        super().__init__(position, leap_max)
+        from ...robots.assembly import assemble
+
+        try:
+            mujoco: Any = importlib.import_module("mujoco")
+        except ImportError:
+            refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
+        self._mujoco = mujoco
+        self._model: Any = mujoco.MjModel.from_xml_string(assemble(arm, None, scene))
+        self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
+        self._data: Any = mujoco.MjData(self._model)
+        if self._model.nkey:
+            mujoco.mj_resetDataKeyframe(self._model, self._data, 0)
+        driven = [int(joint) for joint, _ in self._model.actuator_trnid][: len(self.q)]
+        if len(driven) != len(self.q):
+            refuse(CallError, f"model '{arm}' has {len(driven)} driven joints", "give the model of an arm of six")
+        self._places = self._model.jnt_qposadr[driven]
+        self._speeds = self._model.jnt_dofadr[driven]
+        self._efforts = np.abs(self._model.actuator_ctrlrange[: len(self.q)]).max(axis=1)
+        self._site: int = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE, "tool")
+        sensor: int = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SENSOR, "tool_force")
+        if min(self._site, sensor) < 0:
+            refuse(CallError, f"model '{arm}' has no site 'tool' or no sensor 'tool_force'", "give it both: they are its force sensor")
+        self._sensed = slice(int(self._model.sensor_adr[sensor]), int(self._model.sensor_adr[sensor]) + 3)
+        self._steps = max(1, round(CYCLE / self._model.opt.timestep))
+        self._before = np.array(self.q)
+        self._data.qpos[self._places] = self.q
+        mujoco.mj_forward(self._model, self._data)
+        self._data.qfrc_applied[self._speeds] = self._data.qfrc_bias[self._speeds]
+        mujoco.mj_forward(self._model, self._data)
+
+    def advance(self) -> None:
+        """Moves for one cycle: the loops follow the goal from where it was, and the model answers."""
+        goal, data = np.array(self.goal), self._data
+        rate = (goal - self._before) / CYCLE
+        pull, effort = np.zeros(self._model.nv), np.zeros(self._model.nv)
+        for step in range(1, self._steps + 1):
+            wanted = self._before + rate * CYCLE * step / self._steps
+            pull[self._speeds] = STIFFNESS * (wanted - data.qpos[self._places]) + DAMPING * (rate - data.qvel[self._speeds])
+            self._mujoco.mj_mulM(self._model, data, effort, pull)
+            effort += data.qfrc_bias - data.qfrc_passive
+            data.qfrc_applied[self._speeds] = np.clip(effort[self._speeds], -self._efforts, self._efforts)
+            self._mujoco.mj_step(self._model, data)
+        self._before = goal
+        self.q, self.velocity = data.qpos[self._places].tolist(), data.qvel[self._speeds].tolist()
+
+    def rest(self) -> None:
+        """Stands where it is."""
+        super().rest()
+        self._before = np.array(self.q)
+
+    def touch(self) -> list[float]:
+        """The force of what it touches on its tool, N, in the frame of the base; the weight of the tool is taken away."""
+        body = self._model.site_bodyid[self._site]
+        turned = self._data.site_xmat[self._site].reshape(3, 3) @ self._data.sensordata[self._sensed]
+        # What the flange does to the tool holds its weight and what touches it.
+        return (-turned - self._model.body_subtreemass[body] * self._model.opt.gravity).tolist()
+
+
+def model_of(name: str | os.PathLike[str]) -> Path:
+    """The file of an arm: one that comes with the package by its name, else the path."""
+    known = Path(__file__).parents[2] / "robots" / f"{name}.xml"
+    return known if known.is_file() else Path(name).expanduser().absolute()

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The cell with a PLC: four protocols, one verb, an emergency stop, and the same run again from its record."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import opengpac as gpac
+
+
+@pytest.mark.parametrize("driver", ["mujoco", "ur"])
+def test_it_delivers_rejects_stops_recovers_and_is_replayed(programs: Any, tmp_path: Path, driver: str) -> None:
+    done = programs.run("cell_with_a_plc", "--driver", driver, "--output", str(tmp_path))
+    assert done.code == 0, done.printed
+    assert "All verbs ended as they should" in done.printed
+    assert (tmp_path / "cell_with_a_plc.png").stat().st_size > 0
+    recorded = gpac.open_recording(tmp_path / "cell_with_a_plc.mcap")
+    assert recorded.complete
+    # The PLC was told of each part once, and the conveyor never leapt.
+    told = {name: recorded[f"{name}.value"]["value"].astype(int) for name in ("delivered", "rejected")}
+    assert {name: int((values[1:] > values[:-1]).sum()) for name, values in told.items()} == {"delivered": 2, "rejected": 1}
+    steps = abs(recorded["belt.reference"]["value"][1:] - recorded["belt.reference"]["value"][:-1])
+    assert steps.max() <= 0.5 * 1e-3 * (1 + 1e-9)
+    ends = [end["report"]["condition"] for end in recorded.ends if end["report"]["verb"] == "deliver"]
+    assert ends == ["was_delivered", "was_rejected", "emergency_stop", "was_delivered"]

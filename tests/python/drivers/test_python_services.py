@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Services and counters of drivers in Python: declared in the class, checked, and the same wherever the class runs."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import opengpac as gpac
+from afar import until
+from opengpac.cli import main
+from opengpac.driver import Driver, Option, service
+
+FURNACE = Path(__file__).parent / "furnace.py"
+
+
+@pytest.fixture(params=["virtual", "threads", "process"])
+def furnace(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[gpac.PhysicalDevice]:
+    """The furnace, in this process, and in one of its own that a processor here or one apart opens."""
+    with gpac.System("cell", clock="virtual" if request.param == "virtual" else "monotonic") as cell:
+        rtp = cell.processor("rtp0", process=request.param == "process")
+        driver = gpac.drivers.python(FURNACE, folder=str(tmp_path), period="5 ms", age_max="20 s")
+        yield rtp.physical_device("furnace", driver, exchange=rtp.timer("slow", period="2 ms", priority=50))
+
+
+def passes(cell: gpac.System) -> None:
+    """Some time, where it does not pass by itself."""
+    with contextlib.suppress(gpac.Error):
+        cell.advance("10 ms")
+
+
+def test_a_service_is_a_typed_method(furnace: gpac.PhysicalDevice, tmp_path: Path) -> None:
+    cell = furnace.system
+    assert repr(furnace.services.calibrate) == "calibrate(at: float, often: int | None = None) -> float"
+    assert (
+        furnace.services.calibrate.__doc__
+        == "Takes a temperature for that without heat.\n\nat: the temperature that it has without heat, K.\noften: often; left out: 1."
+    )
+    assert furnace.services.calibrate(at=350) == 350.0
+
+    def warm() -> bool:
+        passes(cell)
+        return bool(cell.read(furnace["temperature"])[0] == 350.0)
+
+    until(warm, "the next exchange sees what the service has changed")
+    assert furnace.services.label() is None
+    assert (tmp_path / "told").read_text().splitlines()[-1] == "label none"
+
+
+def test_what_is_wrong_with_an_argument_is_said(furnace: gpac.PhysicalDevice) -> None:
+    with pytest.raises(gpac.CallError, match=r"service 'calibrate'.*'at'"):
+        furnace.services.calibrate()
+    with pytest.raises(gpac.CallError, match=r"'att'.*did you mean 'at'"):
+        furnace.services.calibrate(att=3.0)
+    with pytest.raises(gpac.CallError, match="'at'"):
+        furnace.services.calibrate(at="warm")
+    with pytest.raises(gpac.UnknownName, match=r"no service 'calibrat'.*did you mean 'calibrate'"):
+        furnace.services.calibrat()
+    with pytest.raises(gpac.DeviceFailed, match="ValueError: nobody may call it that"):
+        furnace.services.label(text="forbidden")
+    with pytest.raises(gpac.DeviceFailed, match="service 'lie' answers 'seven', and declares int"):
+        furnace.services.lie()
+    passes(furnace.system)
+    assert furnace.system.statistics["physical_devices"]["furnace"]["lost"] is None, "a service that fails loses nothing"
+
+
+def test_what_it_counts_is_in_the_statistics(furnace: gpac.PhysicalDevice) -> None:
+    cell = furnace.system
+
+    def counted() -> bool:
+        passes(cell)
+        return furnace.counters["exchanges"] > 3
+
+    until(counted, "exchanges are counted")
+    furnace.services.calibrate(at=300.0, often=2)
+
+    def drafty() -> bool:
+        passes(cell)
+        return furnace.counters["drafts"] == 2
+
+    until(drafty, "what a service counts is counted too")
+    assert cell.statistics["physical_devices"]["furnace"]["counters"].keys() == {"exchanges", "drafts"}
+    assert furnace.about["counters"][0] == {"name": "exchanges", "unit": "", "doc": "exchanges so far"}
+
+
+def test_a_service_that_lasts_ends_with_its_device(tmp_path: Path) -> None:
+    (tmp_path / "slow.py").write_text(
+        "import time\nfrom opengpac.driver import Driver, service\n\n\n"
+        "class Slow(Driver):\n    def exchange(self):\n        pass\n\n    @service\n    def sleep(self):\n"
+        '        """Never comes back."""\n        time.sleep(3600)\n'
+    )
+    cell = gpac.System("cell")
+    rtp = cell.processor("rtp0")
+    device = rtp.physical_device("slow", gpac.drivers.python(tmp_path / "slow.py", age_max="1 s"), exchange=rtp.timer("t", "5 ms", 50))
+    ends: list[str] = []
+
+    def call() -> None:
+        try:
+            device.services.sleep()
+        except gpac.Error as why:
+            ends.append(str(why))
+
+    calling = threading.Thread(target=call)
+    calling.start()
+    until(lambda: cell.statistics["physical_devices"]["slow"]["lost"], "its readings are too old meanwhile, so it is lost")
+    device.reopen()
+    until(lambda: ends, "its process ended, and the call with it")
+    calling.join()
+    assert "its process ended before it answered" in ends[0]
+    cell.close()
+
+
+def test_a_manual_says_what_the_class_declares(capsys: pytest.CaptureFixture[str]) -> None:
+    manual = gpac.drivers.show(str(FURNACE))
+    assert (manual.kind, manual.class_) == ("Furnace", "process")
+    assert [option["name"] for option in manual.options] == ["folder", "ambient", "levels", "period_ns", "age_max_ns", "timeout_ns"]
+    assert main(["drivers", "show", str(FURNACE)]) == 0
+    printed = capsys.readouterr().out
+    for word in ("Furnace: A furnace that is as warm as its heater says", "calibrate", "exchanges so far", "ambient", "20.0"):
+        assert word in printed
+    with pytest.raises(gpac.CallError, match=r"there is no file 'nowhere.py'"):
+        gpac.drivers.show("nowhere.py")
+
+
+def test_what_cannot_be_declared_is_refused() -> None:
+    with pytest.raises(gpac.DefinitionError, match="service 'f' has no docstring"):
+
+        class Silent(Driver):
+            @service
+            def f(self) -> None: ...
+
+    with pytest.raises(gpac.DefinitionError, match="argument 'x' of service 'f' has no type that can be sent"):
+
+        class Untyped(Driver):
+            @service
+            def f(self, x) -> None:  # type: ignore[no-untyped-def]
+                """Does."""
+
+
+def test_a_service_can_be_called_by_itself() -> None:
+    class Lamp(Driver):
+        """A lamp."""
+
+        @service
+        def dim(self, share: float = Option("0 to 1", 0.5), seconds: float = Option("how long", unit="s")) -> float:
+            """Dims it."""
+            return share * seconds
+
+    assert Lamp().dim(seconds="2 s") == 1.0  # type: ignore[arg-type]
+    assert Lamp().dim(1, seconds=3.0) == 3.0
+    with pytest.raises(gpac.CallError, match="service 'dim' needs argument 'seconds'; give seconds: how long"):
+        Lamp().dim()

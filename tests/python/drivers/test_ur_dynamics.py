@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The emulated controller with an arm that MuJoCo moves: it follows, it is heavy, and it feels what it touches."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import opengpac as gpac
+from opengpac.drivers.fake.dynamics import SimulatedArm, model_of
+
+HOME = gpac.deg([0, -90, 90, -90, -90, 0])
+MAT = Path(__file__).parents[3] / "examples" / "scenes" / "mat.xml"
+
+
+def arm(scene: Path | None = None) -> SimulatedArm:
+    """A UR5e at its home position."""
+    return SimulatedArm(list(HOME), 0.05, model_of("ur5e"), scene)
+
+
+def test_it_follows_a_goal_that_moves_and_stands_where_it_is_left() -> None:
+    moved = arm()
+    for cycle in range(1, 251):
+        moved.command([HOME[0] + 0.002 * cycle, *HOME[1:]])
+        moved.advance()
+    assert moved.q == pytest.approx([HOME[0] + 0.5, *HOME[1:]], abs=5e-3)
+    assert moved.velocity[0] == pytest.approx(1.0, abs=0.05)
+    moved.rest()
+    stood = moved.q[0]
+    for _ in range(250):
+        moved.advance()
+    assert moved.q == pytest.approx([stood, *HOME[1:]], abs=5e-3), "it holds itself against its weight"
+    assert max(map(abs, moved.velocity)) < 1e-3
+
+
+def test_a_goal_that_its_motors_cannot_follow_leaves_it_behind() -> None:
+    heavy = arm()
+    heavy.leap_max = 10.0
+    heavy.command([HOME[0] + 2.0, *HOME[1:]])
+    heavy.advance()
+    assert abs(heavy.q[0] - HOME[0]) < 0.01
+
+
+def test_it_feels_what_it_touches_and_not_its_own_weight() -> None:
+    assert max(map(abs, arm().touch())) < 0.01
+    down = arm(MAT)
+    for cycle in range(400):
+        # Shoulder and elbow bring the tool down onto the mat.
+        down.command([HOME[0], HOME[1] + 0.0003 * cycle, *HOME[2:]])
+        down.advance()
+    _, _, up = down.touch()
+    assert up > 10.0, "the mat presses upwards, in the frame of the base"
+
+
+def test_a_scene_needs_a_model() -> None:
+    with pytest.raises(gpac.CallError, match="without a model; give both"):
+        gpac.drivers.fake.ur(scene=MAT)
+
+
+def test_its_controller_tells_the_force() -> None:
+    with gpac.drivers.fake.ur(HOME, model="ur5e") as robot:
+        made = gpac.robots.load("ur5e", driver=robot.driver(), clock="virtual").enable()
+        cell = made.system
+        assert gpac.robots.move(made, goal=HOME + 0.2, speed=0.8).position == pytest.approx(HOME + 0.2, abs=3e-3)
+        robot.press([0.0, 0.0, -20.0])
+        cell.advance("20 ms")
+        assert cell.read(cell.physical_devices["ur5e"]["tool.force"])[0][2] == pytest.approx(-20.0, abs=3.0)
+        assert robot.step_max < 0.05
+        cell.close()
