@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Drivers of physical devices: what `rtp.physical_device(name, driver, exchange=source)` opens."""
 
-from . import fake as fake
+import importlib
+from typing import TYPE_CHECKING, Any
+
 from .canopen import canopen
 from .catalog import Found, Manual, Manuals, list, scan, show
 from .driver import UNLIMITED as UNLIMITED
@@ -14,6 +16,9 @@ from .servos import dynamixel, feetech
 from .simulated import loopback, mujoco, plant_process, scripted
 from .text import text
 from .ur import ur
+
+if TYPE_CHECKING:
+    from . import fake as fake
 
 __all__ = [
     "Driver",
@@ -40,3 +45,10 @@ __all__ = [
     "text",
     "ur",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Counterparts for tests are loaded when they are asked for: a program that drives a machine does without them."""
+    if name == "fake":
+        return importlib.import_module(".fake", __name__)
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
