@@ -9,10 +9,14 @@ use std::process::Command;
 const PASSES: [&str; 10] = ["read", "readv", "recv", "recvfrom", "recvmsg", "write", "writev", "send", "sendto", "sendmsg"];
 /// A part that belongs into programs alone, and stands in no library.
 const OF_PROGRAMS: &str = "rtsan_preinit.cpp.o";
+/// What stands for that part: the C library's functions are not found before it, and a program may ask for memory while it starts.
+const BEGINS: &str = "void __rtsan_ensure_initialized(void);\n\
+    __attribute__((constructor)) static void begin(void) { __rtsan_ensure_initialized(); }\n";
 
 /// Makes the library in a folder, from the compiler's own: Rust's, or that of clang 20 and newer. None: no compiler here has it.
 pub fn sanitizer_in(folder: &Path) -> Option<PathBuf> {
-    let (parts, library) = (folder.join("rtsan.a"), folder.join("sanitizer.so"));
+    let (parts, begins, library) = (folder.join("rtsan.a"), folder.join("begins.c"), folder.join("sanitizer.so"));
+    std::fs::write(&begins, BEGINS).ok()?;
     std::fs::copy(of_rust().or_else(of_clang)?, &parts).ok()?;
     let passes: String = PASSES.iter().map(|name| format!("function-name-matches:^{name}$\n")).collect();
     std::fs::write(passes_of(&library), passes).ok()?;
@@ -22,6 +26,7 @@ pub fn sanitizer_in(folder: &Path) -> Option<PathBuf> {
             Command::new("cc")
                 .args(["-shared", "-fPIC", "-o"])
                 .arg(&library)
+                .arg(&begins)
                 .args(["-Wl,--whole-archive".as_ref(), parts.as_os_str(), "-Wl,--no-whole-archive".as_ref()])
                 .args(["-lpthread", "-ldl", "-lm"]),
         );
