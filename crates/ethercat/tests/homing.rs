@@ -111,7 +111,7 @@ fn a_stop_a_fault_a_limit_of_time_and_a_lost_device_end_it() {
     assert_eq!(late, "axis 'x': it was not home within 0.05 s, and was stopped");
     rig.until(&[], "off", |rig| rig.status("x") == SWITCH_ON_DISABLED);
 
-    // Whoever engages it expects that it follows.
+    // What engages it expects that it follows.
     let engaged = home(&mut rig, slowly.clone(), |rig| {
         if begun(rig) {
             rig.exchange(&[Some(1.0)]).unwrap()

@@ -151,7 +151,7 @@ fn on_loopback_each_side_must_have_the_secret() {
 
 #[test]
 fn who_listens_without_the_secret_is_given_no_host() {
-    // The transport lets the joining side in, as whoever listens can have it do.
+    // The transport lets the joining side in, as a listener can have it do.
     let endpoint = format!("tcp/127.0.0.1:{}", free_port());
     let of = |name: &str, secret: &str| {
         let security = Security::Loopback { secret: secret.to_owned() };

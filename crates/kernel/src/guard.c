@@ -118,7 +118,7 @@ static void last_word(const char *what)
         return; // nobody is there to read it
 }
 
-// What is not ours goes to whoever was there before.
+// What is not ours goes to the handler that was there before.
 static void pass_on(int number, siginfo_t *what, void *context)
 {
     const struct sigaction *before = &earlier[number];

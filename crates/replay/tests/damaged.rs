@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Records that are damaged in ways that no checksum shows, as whoever makes a file can: they are run as far as they make sense, and refused with words.
+//! Records that are damaged in ways that no checksum shows, as the maker of a file can: they are run as far as they make sense, and refused with words.
 //! Nothing panics, neither on the way nor when all is let go.
 //!
 //! The bytes of scripts stay as they are, and are lost, repeated and swapped only: a script says which cells of a block's memory are written, and

@@ -72,7 +72,7 @@ fn a_side_that_takes_nothing_does_not_stop_the_heart() {
         rtp::serve(
             &commands,
             Service::new(terms(move || {
-                // Whoever counts may have seen enough.
+                // The counter may have seen enough.
                 let _counted = beats.send(());
             })),
         )

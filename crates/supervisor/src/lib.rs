@@ -14,6 +14,7 @@ mod carrying;
 mod copied;
 mod core;
 mod course;
+mod errands;
 mod handover;
 mod lifecycle;
 mod numbers;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One real-time system: what a programming system calls. Every call either does all of what it says or refuses and changes
 //! nothing; the calls that wait can be given up at any time.
-use crate::calls::services::Errands;
 use crate::core::Core;
+use crate::errands::Errands;
 use crate::observation::companions::Companions;
 use crate::precedence::{Changes, Locked, Precedence};
 use crate::refuse::refuse;

@@ -11,7 +11,7 @@ export function useEmergencyStop(now: Statistics | null): Action {
   const connection = useWatched(control.stream.connection);
   const isLatched = now !== null && now.emergency !== null;
   const { clear } = action;
-  // It is latched now, or the system is heard again: whoever wants it stopped presses again.
+  // It is latched now, or the system is heard again: to stop it, one presses again.
   useEffect(() => {
     if (isLatched || connection === "open") clear();
   }, [isLatched, connection, clear]);

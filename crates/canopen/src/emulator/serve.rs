@@ -232,6 +232,6 @@ fn carry_out(bus: &mut Bus, order: &Order) {
 
 fn say(what: &Value) {
     let mut out = io::stdout().lock();
-    // Whoever started it may be gone; then its input ends too.
+    // The program that started it may be gone; then its input ends too.
     let _ = writeln!(out, "{what}").and_then(|()| out.flush());
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The doors of TCP: whoever has no token keeps out nobody who has one.
+//! The doors of TCP: a client without a token keeps out none that has one.
 use crate::rig::{Rig, class, receive, send};
 use control::{Role, tokens};
 use std::io::{Read, Write};

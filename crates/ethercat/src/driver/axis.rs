@@ -260,7 +260,7 @@ impl Axis {
     /// Tells its drive what to do until the next cycle, which comes after `span_s`.
     pub fn write(&mut self, commands: &[u8], is_engaged: bool, span_s: f64, process: &mut [u8]) {
         if is_engaged && self.homing.is_some() {
-            // Whoever engages it expects that it follows.
+            // What engages it expects that it follows.
             self.stop();
         }
         self.is_stopped &= is_engaged;

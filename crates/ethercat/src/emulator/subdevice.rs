@@ -311,7 +311,7 @@ impl Subdevice {
             return self.set_state(from, wrong);
         }
         if to == State::Init {
-            // Its mailbox begins anew: the counters of whoever asked before say nothing any more.
+            // Its mailbox begins anew: the counters of an earlier client say nothing any more.
             self.sdo = SdoServer::new();
         }
         if from == State::Op && to < State::Op {

@@ -26,7 +26,7 @@ pub enum Fault {
 }
 
 pub struct Proxy {
-    /// Where it listens: at another loopback address, since whoever listens on another port than is asked for is refused.
+    /// Where it listens: at another loopback address, since a listener on another port than is asked for is refused.
     pub address: SocketAddr,
     state: Arc<State>,
 }

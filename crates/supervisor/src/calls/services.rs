@@ -1,55 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Services of drivers: commands off the cycle. Each is carried out on a thread of its own that holds nothing which a stop could wait for;
 //! who asked for it waits for its errand, in slices.
+use crate::errands::Errands;
 use crate::refuse::{refuse, unknown};
 use crate::system::{System, Waited};
 use device::Unserved;
 use model::refusal::{Class, Refusals};
 use model::value::Value;
 use serde_json::Value as Json;
-use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::sync::{MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-
-/// Errands at a time, those that nobody has asked about since they ended included.
-const ERRANDS_MAX: usize = 64;
-
-/// The services that are being carried out.
-#[derive(Default)]
-pub(crate) struct Errands {
-    last: u64,
-    out: BTreeMap<u64, Arc<Errand>>,
-}
-
-/// A service that is being carried out, until somebody takes its answer.
-struct Errand {
-    device: String,
-    service: String,
-    answer: Mutex<Option<Result<Json, Unserved>>>,
-    answered: Condvar,
-}
-
-impl Errand {
-    fn end(&self, answer: Result<Json, Unserved>) {
-        *self.answer.lock().unwrap_or_else(PoisonError::into_inner) = Some(answer);
-        self.answered.notify_all();
-    }
-
-    fn is_over(&self) -> bool {
-        self.answer.lock().unwrap_or_else(PoisonError::into_inner).is_some()
-    }
-
-    fn refused(&self, why: Unserved) -> Refusals {
-        let Errand { device, service, .. } = self;
-        let of = format!("device '{device}'");
-        match why {
-            Unserved::Unknown(why) => refuse(Class::UnknownName, format!("{of}: {why}"), ""),
-            Unserved::Arguments(why) => refuse(Class::CallError, format!("{of}: {why}"), ""),
-            Unserved::Failed(why) => refuse(Class::DeviceFailed, format!("{of} has not carried out service '{service}': {why}"), ""),
-        }
-    }
-}
 
 impl System {
     /// Lets the driver of a physical device carry out a service. Returns the number of the errand, for [`System::served`].
@@ -60,7 +21,7 @@ impl System {
             let of = physical.get(device).ok_or_else(|| unknown("physical device", device, physical.keys().map(String::as_str)))?;
             (of.beside.clone(), core.remote.at(core.registry.source_name(of.source)).cloned())
         };
-        let (number, errand) = self.errand(device, service)?;
+        let (number, errand) = self.errands().begin(device, service)?;
         let (name, service, ends) = (device.to_owned(), service.to_owned(), errand.clone());
         let carry_out = move || {
             let served = match far {
@@ -75,27 +36,14 @@ impl System {
         Ok(number)
     }
 
-    /// A new errand; where there are too many, those go whose answer nobody has taken.
-    fn errand(&self, device: &str, service: &str) -> Result<(u64, Arc<Errand>), Refusals> {
-        let mut errands = self.shared.errands.lock().unwrap_or_else(PoisonError::into_inner);
-        if errands.out.len() >= ERRANDS_MAX {
-            errands.out.retain(|_, errand| !errand.is_over());
-        }
-        if errands.out.len() >= ERRANDS_MAX {
-            let message = format!("drivers carry out {ERRANDS_MAX} services already, and device '{device}' is asked for '{service}'");
-            return Err(refuse(Class::InvalidState, message, "wait for one of them"));
-        }
-        errands.last += 1;
-        let number = errands.last;
-        let errand = Arc::new(Errand { device: device.to_owned(), service: service.to_owned(), answer: Mutex::default(), answered: Condvar::new() });
-        errands.out.insert(number, errand.clone());
-        Ok((number, errand))
+    fn errands(&self) -> MutexGuard<'_, Errands> {
+        self.shared.errands.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Waits for the answer of an errand, for `slice` at most. It is given once.
     pub fn served(&self, errand: u64, slice: Duration) -> Result<Waited<Option<Value>>, Refusals> {
         let gone = || refuse(Class::InvalidState, format!("errand {errand} is over, and its answer was taken"), "ask for the service again");
-        let of = self.shared.errands.lock().unwrap_or_else(PoisonError::into_inner).out.get(&errand).cloned().ok_or_else(gone)?;
+        let of = self.errands().get(errand).ok_or_else(gone)?;
         let until = Instant::now() + slice;
         let mut answer = of.answer.lock().unwrap_or_else(PoisonError::into_inner);
         while answer.is_none() {
@@ -110,7 +58,7 @@ impl System {
             answer = of.answered.wait_timeout(answer, left).unwrap_or_else(PoisonError::into_inner).0;
         }
         let answer = answer.take().ok_or_else(gone)?;
-        self.shared.errands.lock().unwrap_or_else(PoisonError::into_inner).out.remove(&errand);
+        self.errands().remove(errand);
         let wrong = |why: serde_json::Error| Unserved::Failed(format!("its answer is of no form that is known: {why}"));
         let value = answer.and_then(|answer| serde_json::from_value(answer).map_err(wrong));
         value.map(Waited::Done).map_err(|why| of.refused(why))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taps: every value once, wherever it is written, whoever else looks; what was lost is counted; nothing that is computed changes.
+//! Taps: every value once, wherever it is written, no matter what else looks; what was lost is counted; nothing that is computed changes.
 use crate::common::*;
 use model::refusal::Class;
 use runtime::ClockKind;

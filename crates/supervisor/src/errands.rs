@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Services of drivers that are being carried out, each until its answer is taken.
+use crate::refuse::refuse;
+use device::Unserved;
+use model::refusal::{Class, Refusals};
+use serde_json::Value as Json;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+
+/// Errands at a time, those that nobody has asked about since they ended included.
+const ERRANDS_MAX: usize = 64;
+
+/// The services that are being carried out.
+#[derive(Default)]
+pub(crate) struct Errands {
+    last: u64,
+    out: BTreeMap<u64, Arc<Errand>>,
+}
+
+/// A service that is being carried out, until its answer is taken.
+pub(crate) struct Errand {
+    pub device: String,
+    pub service: String,
+    pub answer: Mutex<Option<Result<Json, Unserved>>>,
+    pub answered: Condvar,
+}
+
+impl Errands {
+    /// A new errand, and its number; where there are too many, those go whose answer nobody has taken.
+    pub fn begin(&mut self, device: &str, service: &str) -> Result<(u64, Arc<Errand>), Refusals> {
+        if self.out.len() >= ERRANDS_MAX {
+            self.out.retain(|_, errand| !errand.is_over());
+        }
+        if self.out.len() >= ERRANDS_MAX {
+            let message = format!("drivers carry out {ERRANDS_MAX} services already, and device '{device}' is asked for '{service}'");
+            return Err(refuse(Class::InvalidState, message, "wait for one of them"));
+        }
+        self.last += 1;
+        let errand = Arc::new(Errand { device: device.to_owned(), service: service.to_owned(), answer: Mutex::default(), answered: Condvar::new() });
+        self.out.insert(self.last, errand.clone());
+        Ok((self.last, errand))
+    }
+
+    pub fn get(&self, number: u64) -> Option<Arc<Errand>> {
+        self.out.get(&number).cloned()
+    }
+
+    /// Its answer was taken.
+    pub fn remove(&mut self, number: u64) {
+        self.out.remove(&number);
+    }
+}
+
+impl Errand {
+    pub fn end(&self, answer: Result<Json, Unserved>) {
+        *self.answer.lock().unwrap_or_else(PoisonError::into_inner) = Some(answer);
+        self.answered.notify_all();
+    }
+
+    fn is_over(&self) -> bool {
+        self.answer.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    }
+
+    pub fn refused(&self, why: Unserved) -> Refusals {
+        let Errand { device, service, .. } = self;
+        let of = format!("device '{device}'");
+        match why {
+            Unserved::Unknown(why) => refuse(Class::UnknownName, format!("{of}: {why}"), ""),
+            Unserved::Arguments(why) => refuse(Class::CallError, format!("{of}: {why}"), ""),
+            Unserved::Failed(why) => refuse(Class::DeviceFailed, format!("{of} has not carried out service '{service}': {why}"), ""),
+        }
+    }
+}
