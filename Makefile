@@ -128,7 +128,7 @@ build-tests: setup-checked
 
 test-rust: setup-checked
 	@mkdir -p out
-	@set -o pipefail; OPENGPAC_MUJOCO=$(MUJOCO) cargo test $(WORKSPACE) --tests --no-fail-fast 2>&1 | tee out/rust.log
+	@OPENGPAC_MUJOCO=$(MUJOCO) $(BIN)/python tests/logged.py out/rust.log cargo test $(WORKSPACE) --tests --no-fail-fast
 
 # A driver and a code backend in a workspace of their own.
 test-outside: setup-checked
@@ -161,7 +161,7 @@ test-sanitizer:
 # A process that dies takes its last words with it: what was said before is shown again, without the library's own lines.
 test-python: setup-checked
 	@mkdir -p out
-	@set -o pipefail; $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations=20 --durations-min=3 2>&1 | tee out/pytest.log || \
+	@$(BIN)/python tests/logged.py out/pytest.log $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations=20 --durations-min=3 || \
 		{ grep -v 'site-packages\|^  File "<frozen\|^Extension modules' out/pytest.log | tail -n 40 | cut -c 1-300; false; }
 
 test-studio: studio/node_modules/ready

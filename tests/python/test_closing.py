@@ -4,6 +4,10 @@
 from __future__ import annotations
 
 import importlib.util
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -78,3 +82,14 @@ def test_what_pytest_ran_is_counted_and_what_failed_is_told(program: ModuleType)
 def test_of_a_long_output_its_end_is_shown(program: ModuleType) -> None:
     text = "---- long stdout ----\n" + "\n".join(map(str, range(1000))) + "\n\nfailures:\n"
     assert [*program.closing(text)] == ["---- long", *map(str, range(1000 - program.LINES_MAX, 1000))]
+
+
+def test_a_logged_command_is_over_with_its_end_whatever_it_leaves_behind(tmp_path: Path) -> None:
+    left, log = tmp_path / "left", tmp_path / "log"
+    command = ["sh", "-c", f"sleep 1000 & echo $! >{left}; echo said; exit 3"]
+    logged = Path(__file__).parent.parent / "logged.py"
+    try:
+        done = subprocess.run([sys.executable, str(logged), str(log), *command], stdout=subprocess.PIPE, text=True, check=False)
+        assert (done.returncode, done.stdout, log.read_text()) == (3, "said\n", "said\n")
+    finally:
+        os.kill(int(left.read_text()), signal.SIGKILL)

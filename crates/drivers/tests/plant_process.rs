@@ -269,8 +269,18 @@ fn the_guard_makes_a_plant_safe_that_outlives_who_commanded_it() {
 
 #[test]
 fn a_plant_that_nobody_comes_back_to_ends() {
+    is_left(MS);
+}
+
+#[test]
+fn a_plant_of_long_steps_hears_between_them_that_it_is_alone() {
+    is_left(3_600_000 * MS);
+}
+
+fn is_left(step_ns: i64) {
     let name = fresh_name();
-    let (child, _handle) = rtp(&with(with(loopback(&["a"]), "name", name.clone()), "linger_ns", 300 * MS));
+    let slow = with(with(loopback(&["a"]), "step_ns", step_ns), "silent_ns", 10 * step_ns.max(50 * MS));
+    let (child, _handle) = rtp(&with(with(slow, "name", name.clone()), "linger_ns", 300 * MS));
     let plant = state(&name).unwrap();
     child.kill();
     until("it ends", || {

@@ -11,6 +11,8 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 const STEP_NS: i64 = 1_000_000;
+/// The longest time between two looks at those who talk to it, however long its steps are.
+const HEAR_NS: i64 = 20_000_000;
 /// A plant that is later than this goes on from the present: time that it missed does not count.
 const LATE_STEPS_MAX: i64 = 10;
 /// Below the guard, above every kernel: a machine does not wait for software.
@@ -80,6 +82,8 @@ struct Plant {
     obeyed_ns: i64,
     /// When commands came last that claim anything; none: it was told to be at rest, or nothing in this session.
     commanded_ns: Option<i64>,
+    /// When somebody was connected last.
+    seen_ns: i64,
     is_put_away: bool,
 }
 
@@ -122,6 +126,7 @@ impl Plant {
             failed: None,
             obeyed_ns: 0,
             commanded_ns: None,
+            seen_ns: 0,
             is_put_away: false,
         })
     }
@@ -129,22 +134,33 @@ impl Plant {
     fn serve(&mut self) {
         let step_ns = self.described.step_ns;
         let mut next_ns = now_ns();
-        let mut seen_ns = next_ns;
+        self.seen_ns = next_ns;
         self.step();
-        while !self.is_put_away && (!self.links.is_empty() || now_ns() - seen_ns < self.described.made.linger_ns) {
+        while self.has_reason() {
             next_ns = next_ns.saturating_add(step_ns);
             if now_ns() - next_ns > LATE_STEPS_MAX.saturating_mul(step_ns) {
                 next_ns = now_ns();
             }
-            sleep_until(next_ns);
-            self.step();
-            self.hear();
-            if !self.links.is_empty() {
-                seen_ns = now_ns();
+            while next_ns - now_ns() > HEAR_NS && self.has_reason() {
+                sleep_until(now_ns() + HEAR_NS);
+                self.hear();
+            }
+            if self.has_reason() {
+                sleep_until(next_ns);
+                self.step();
+                self.hear();
             }
         }
         self.driver.safe_state();
         self.driver.close();
+    }
+
+    /// Whether it goes on: somebody is connected, or was so lately.
+    fn has_reason(&mut self) -> bool {
+        if !self.links.is_empty() {
+            self.seen_ns = now_ns();
+        }
+        !self.is_put_away && (!self.links.is_empty() || now_ns() - self.seen_ns < self.described.made.linger_ns)
     }
 
     fn step(&mut self) {
