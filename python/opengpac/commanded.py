@@ -72,7 +72,9 @@ class Commanded(Observed):
                 with refusals:
                     return native.reset()
             except EmergencyStopped:
-                if native.now() >= until_ns:
+                with refusals:
+                    is_over = native.now() >= until_ns
+                if is_over:
                     raise
             if self.virtual:
                 with refusals:

@@ -112,4 +112,5 @@ def main() -> None:
     LIBC.reboot(POWER_OFF)
 
 
-main()
+if __name__ == "__main__":
+    main()
