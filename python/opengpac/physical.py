@@ -162,12 +162,12 @@ class PhysicalDevice(_Channels):
 
     @property
     def counters(self) -> dict[str, int]:
-        """What its driver has counted so far, by name: lost frames, late answers."""
+        """What its driver has counted so far, by name: lost frames, late answers. 0 for what a remote processor has not told yet."""
         self._here()
         known = self.system.statistics["physical_devices"].get(self.name)
         if known is None:
             refuse(UnknownName, f"the physical device '{self.name}' was deleted: nothing counts there any more")
-        return dict(known["counters"])
+        return {word["name"]: 0 for word in self.about.get("counters", [])} | known["counters"]
 
     def reopen(self) -> None:
         """Opens it again after it was lost, as it was opened first: what is bound to it stays. Nothing where it is not lost.
