@@ -12,7 +12,7 @@ from typing import Any
 
 @dataclass
 class Line:
-    """One measurement: `value` is judged against `bar` (the greatest that holds; with `at_least` the least), `shown` is how it is read.
+    """One measurement: `value` is judged against `bar` (the maximum; with `at_least` the minimum), `shown` is its text.
 
     `open`: why its bar is not held yet; it may be missed until then.
     """

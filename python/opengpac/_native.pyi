@@ -6,7 +6,7 @@ refuses comes as `Refused`, whose `args[0]` is the JSON of a list of refusals (`
 Times are ns, int. Names of sources are `rtp.source`.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Self
 
 class Refused(Exception):
@@ -73,6 +73,30 @@ def duration_ns(text: str, what: str) -> int:
 
 def nearest(word: str, candidates: list[str]) -> str | None:
     """The candidate that `word` most likely meant, if one is near."""
+
+def source_endings() -> list[str]:
+    """The endings of files that are built where they are loaded, without the dot: `c`, `cpp`."""
+
+def pose_of(numbers: Sequence[float]) -> list[float] | None:
+    """Seven numbers (x y z in m, quaternion w x y z) with a quaternion exactly of length 1; None where its length is not near 1."""
+
+def pose_of_rpy(position: Sequence[float], rpy: Sequence[float]) -> list[float]:
+    """The seven numbers of a position and roll, pitch and yaw, rad."""
+
+def pose_rpy(pose: Sequence[float]) -> list[float]:
+    """Roll, pitch and yaw, rad, of seven numbers that `pose_of` or `pose_of_rpy` gave; so with the poses of the calls below."""
+
+def pose_then(outer: Sequence[float], inner: Sequence[float]) -> list[float]:
+    """What is `inner` in the frame `outer`, seen from where that is seen from."""
+
+def pose_point(frame: Sequence[float], point: Sequence[float]) -> list[float]:
+    """A point of a frame, m, seen from where the frame is seen from."""
+
+def pose_inverse(pose: Sequence[float]) -> list[float]:
+    """What a frame is seen from, seen from it."""
+
+def pose_between(a: Sequence[float], b: Sequence[float]) -> tuple[float, float]:
+    """The distance, m, and the angle, rad, 0 to pi."""
 
 def number_in(text: str, unit: str) -> float:
     """The number that a quantity, `"90 deg"`, is in a unit, `"rad"`. Refused: ValueRefused, UnitMismatch."""
@@ -151,7 +175,7 @@ class Server:
         """Where the page is, with the token of this run behind `#`; None where no page is served."""
 
     def stop(self) -> None:
-        """Stops answering. Twice is once."""
+        """Stops answering. Idempotent."""
 
 class System:
     """A real-time system embedded in this process. `calls.py` has its calls as methods: `realtime.Embedded`.

@@ -104,7 +104,7 @@ class Alarms(Shown, Declared):
 
     @property
     def dropped(self) -> int:
-        """How many left before they were over: there is place for 1,000 at a time. The log names each; they are in the history."""
+        """How many left before they were over: at most 1,000 are present at a time. The log names each; they are in the history."""
         return self._described().get("dropped", 0)
 
     @property
@@ -125,7 +125,7 @@ class Alarms(Shown, Declared):
     def define(self, code: str, text: str, remedy: str = "", *, severity: str = "high") -> None:
         """Defines an alarm of your own; again changes it for alarms to come.
 
-        `trip` raises it, or a verb's condition: `on("guard.above", alarm="E101")`. `severity`: low, medium, high or critical. A code
+        `trip` raises it, or a verb's condition: `on("force.above", alarm="E101")`. `severity`: low, medium, high or critical. A code
         that the system itself uses (`following_error`) may be defined too: its text then stands before the system's.
         """
         for what, given in (("code", code), ("text", text), ("remedy", remedy)):
@@ -177,7 +177,7 @@ class Alarms(Shown, Declared):
         described = self._described()
         lines = [str(_alarm(given)) for given in described["current"]]
         if dropped := described.get("dropped", 0):
-            lines.append(f"{dropped} more left before they were over, because there was no place for them: see .history and the log")
+            lines.append(f"{dropped} more left before they were over, because there was no room for them: see .history and the log")
         return "\n".join(lines) if lines else "no alarms"
 
     def _table(self) -> Table | None:

@@ -59,7 +59,11 @@ class Item:
 
 @all_taking
 class Block(Shown, FunctionBlock):
-    """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`."""
+    """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`.
+
+    Made by `gpac.library` (`lib.lowpass`) and by `cell.download` (`code.lowpass`). Each component is a dictionary, name → item; `types` has
+    the declarations of struct types, `module` is `"library"` or the file of its code, `system` that which downloaded it, or None.
+    """
 
     def __init__(self, interface: Mapping[str, Any], module: str = "library", system: System | None = None) -> None:
         self.name: str = interface["name"]
@@ -109,16 +113,17 @@ class Block(Shown, FunctionBlock):
         return BlockUse(self, constants)
 
     def labelled(self, label: str) -> Occurrence:
-        """An occurrence of this block: `planner = lib.trajectory_planner.labelled("planner")`, then `planner.goal` is a port."""
+        """An occurrence of this block under a label: `planner = lib.trajectory_planner.labelled("planner")`; `planner.goal` is a port."""
         return Occurrence(label, BlockUse(self, {}))
 
     def run(self, steps: int | None = None, every: Quantity = "1 ms", **values: Any) -> Trial:
         """Tries the block with no system: constants for its parameters, and for each input one value or one for each invocation.
 
-        `every` is the interval between two invocations, for blocks that measure time.
+        `steps` is the number of invocations; without it there are as many as the shortest series of values, or one. `every` is the
+        interval between two of them, for blocks that measure time. Raises `CallError` for a name that the block does not have.
 
-        What goes wrong in the block is its `fault`, with what came before it: a trial runs under the guard of firings, one invocation
-        for 1 s at most.
+        What goes wrong in the block is its `fault`, with what came before it: faults are contained as in a firing, and one
+        invocation may take 1 s at most.
 
         >>> from opengpac import library as lib
         >>> lib.lowpass.run(alpha=0.5, u=[1.0, 1.0]).y
@@ -153,7 +158,10 @@ class Block(Shown, FunctionBlock):
 
 @all_taking
 class BlockUse(Declared):
-    """A block or graph with constants, not yet labelled."""
+    """A block or graph with constants, not yet labelled. Made by calling one: `lib.lowpass(alpha=0.3)`.
+
+    `block` is the block or graph, `constants` are the values by the names of its items, `place` the line of the program.
+    """
 
     def __init__(self, block: Block | Graph, constants: Mapping[str, Any], place: Place | None = None) -> None:
         self.block = block
@@ -161,7 +169,7 @@ class BlockUse(Declared):
         self.place = place or here()
 
     def labelled(self, label: str) -> Occurrence:
-        """An occurrence of this use."""
+        """An occurrence of this use under a label."""
         return Occurrence(label, self)
 
     def json(self) -> dict[str, Any]:
@@ -190,7 +198,10 @@ class Reference(str):
 
 
 class Occurrence:
-    """A labelled use of a block: its items are attributes, `planner.goal`, and stand wherever `"planner.goal"` may."""
+    """A labelled use of a block: its items are attributes, `planner.goal`, and stand wherever `"planner.goal"` may.
+
+    Made by `block.labelled("planner")`.
+    """
 
     def __init__(self, label: str, use: BlockUse) -> None:
         self._label = label

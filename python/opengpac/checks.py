@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Definitions:
-    """The verbs and device types that a system knows, by name, so that an equal definition is nothing."""
+    """The verbs and device types that a system knows, by name, so that an equal definition is entered once only."""
 
     def __init__(self, native: RealTimeSystem) -> None:
         self.native = native

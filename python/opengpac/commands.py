@@ -15,7 +15,7 @@ from .quantities import Quantity, duration_ns, is_duration, optional_ns
 
 @dataclass(frozen=True)
 class Interval:
-    """An execution interval; made by `gpac.interval`."""
+    """An execution interval; made by `gpac.interval`, with the same `every` and `tunable`."""
 
     every: Quantity
     tunable: bool = False
@@ -23,7 +23,7 @@ class Interval:
 
 @taking
 def interval(every: Quantity, *, tunable: bool = False) -> Interval:
-    """An execution interval, and whether `vi.set(every={...})` may change it while the verb runs.
+    """An execution interval, `every="20 ms"`, and, `tunable`, whether `vi.set(every={...})` may change it while the verb runs.
 
     >>> activate("generator", every=interval("20 ms", tunable=True))["tunable"]
     True

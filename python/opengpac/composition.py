@@ -73,7 +73,7 @@ class Composition:
 
 
 class ComposedVerb(Verb[..., Report]):
-    """A verb made of verbs: called, placed and composed again like any other.
+    """A verb made of verbs: called, placed and composed again like any other. Made by `gpac.compose`, `gpac.together`, `then` and `>>`.
 
     Its blocks, cells and command lists carry the label of their part (`grasp.start`), and so do the keys of `conditions` and
     `output_values`, which hold one line for each part.
@@ -121,7 +121,7 @@ class ComposedVerb(Verb[..., Report]):
         return self._made
 
     def reported(self, key: str) -> str:
-        """What reports call a line of the tables of conditions and outputs."""
+        """What reports call the line `key` of the tables of conditions and outputs."""
         return key.rsplit(".", 1)[-1]
 
     def _blocks_of_parts(self) -> None:
@@ -233,7 +233,8 @@ def compose(
     part. `rename={"grasp.speed": "closing_speed"}` renames a parameter, object, output or condition of one part,
     `{"grasp.*": "hand_*"}` every parameter, object and output of it that no other line renames;
     `preset={"approach.speed": 0.1}` gives an input of one part its value for good; `share=["servo"]` makes the blocks of that label
-    one instance, which runs on across a transition. Refuses all conflicts at once (`CompositionConflict`, `TypeMismatch`, …).
+    one instance, which runs on across a transition. `doc` says what it is for, in a sentence. Refuses all conflicts at once
+    (`CompositionConflict`, `TypeMismatch`, …).
     """
     base = Composition(name, _labelled(parts, name), here())
     if isinstance(parts, ComposedVerb) and parts.composition.open:
@@ -281,7 +282,8 @@ def together(
     `completed`, when each of them has come to a normal end, and returns what all say; a part that has arrived keeps running until
     then, and one that fails ends all. A transition leaves that list as a whole; where a system condition (`halted`, `time_limit`)
     leads several parts on, each into a list of its own, those are one list too, which ends when all have ended it. Parts must not
-    write one SVV; a wait may stand in one of the initial lists only.
+    write one SVV; a wait may stand in one of the initial lists only. `name`, `rename`, `preset`, `share` and `doc` are those of `compose`;
+    without a name it is that of the parts, `a_and_b`.
     """
     if until not in ("any", "all"):
         refuse(DefinitionError, f"until is {until!r}", "say 'any' or 'all'")

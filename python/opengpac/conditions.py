@@ -15,7 +15,7 @@ from .places import Place, here
 
 @dataclass(frozen=True)
 class Termination:
-    """One line of a verb's table of conditions; made by `on`."""
+    """One line of a verb's table of conditions; made by `on`, whose parameters it has. `place` is the line of the program."""
 
     on: tuple[str, ...]
     returns: tuple[str, ...] | None
@@ -43,7 +43,7 @@ def on(
     priority: int = 0,
     alarm: str | None = None,
 ) -> Termination:
-    """A termination condition: `on("near.done", returns=["position"])`, `on("guard.above", raises=Collision)`.
+    """A termination condition: `on("near.done", returns=["position"])`, `on("force.above", raises=Collision)`.
 
     Without block conditions it stands for the system condition of its own name (`time_limit`, `halted` …). With `returns` and no
     `raises` the end is normal. `during` limits it to one command list or several; of two that come in one firing the larger priority acts.

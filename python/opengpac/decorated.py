@@ -40,7 +40,10 @@ def verb(
 ) -> Callable[[Callable[P, R]], Verb[P, R]]:
     """Makes a verb of a function, whose body is its docstring: the mappings say what it does, the signature how it is called.
 
-    A return annotation that derives from `gpac.Report` is the class of its reports.
+    The mappings (`blocks`, `command_lists`, `objects`, `instantiation_parameters`, `cells`, `input_parameters`, `output_values`,
+    `conditions`, `transitions`, `modes`, `requires`) and `initial`, `ending`, `ending_limit`, `suspend`, `if_cut_off` and `manual` are
+    those of `gpac.Verb`. `name` is that of the function, if it is left out. A return annotation that derives from `gpac.Report` is the
+    class of its reports.
     """
     namespace = dict(sys._getframe(1).f_locals)
 

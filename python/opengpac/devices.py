@@ -97,7 +97,9 @@ def svv(
     within: tuple[float, float] | None = None,
     shared: str | None = None,
 ) -> Any:
-    """An SVV of a device type. `initial="sensed"` copies that member once when the device is enabled; else it is a value.
+    """An SVV of a device type. `type` and `unit` are those of `cell.svv`; `history` is how many last values are kept.
+
+    `initial="sensed"` copies that member once when the device is enabled; else it is a value.
 
     `keep`: its value survives a warm restart (an offset that homing has found). `within` is the range of what Python may store.
     `shared="name"`: the devices have none of their own but share the system's SVV of that name, which is made with the first of them.
@@ -134,7 +136,9 @@ class ParameterMember:
 
 @taking
 def parameter(default: Any, *, unit: str = "", tunable: bool = False, keep: bool | None = None) -> Any:
-    """A parameter of a device type. A tunable one may be set while the device's verb runs; others take effect at its next start.
+    """A parameter of a device type, with its `default` and `unit`.
+
+    A `tunable` one may be set while the device's verb runs; others take effect at its next start.
 
     `keep`: its value survives a warm restart; left out, that of a tunable one does.
     """
@@ -153,10 +157,11 @@ class _Definition:
 class LogicalDevice(Shown, Declared, Argument):
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
-    `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `on` is where its verb runs, the other arguments are its
-    verb's, or override parameters; `every={"read": "5 ms"}` changes intervals of its verb's blocks. `units={"rad": "m"}` says which
-    parts of the type's units are others for this device: a sliding joint. `verb` keeps this one going in place of its type's verb, where
-    its drive is commanded in another way. It must be enabled before verbs may use it.
+    `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `name` is its own in the system, `on` is where its verb runs (or `system`
+    says in which system it is, where nothing else does), the other arguments are its verb's, or override parameters;
+    `every={"read": "5 ms"}` changes intervals of its verb's blocks. `units={"rad": "m"}` says which parts of the type's units are others
+    for this device: a sliding joint. `verb` keeps this one going in place of its type's verb, where its drive is commanded in another
+    way. It must be enabled before verbs may use it.
 
     `arbitration` says what happens to a verb that needs something of the device that another verb holds: `"refuse"` (the default:
     `SecondWriter` names both), `"queue"` (its start waits, in order) or `"abort"` (the other ends with `aborted`, and it follows).
@@ -328,7 +333,10 @@ class LogicalDevice(Shown, Declared, Argument):
             return self._here().device_state(self.name)
 
     def enable(self, timeout: Quantity | None = "10 s") -> Self:
-        """Starts its verb instance and returns when that has come to `gpac.ready()`. Enabling an enabled device is nothing."""
+        """Starts its verb instance and returns when that has come to `gpac.ready()`. Idempotent.
+
+        After `timeout` `TimeoutError` comes, and it is disabled again; where its verb ends before, that end's exception.
+        """
         self._here()
         enable([self], optional_ns(timeout, "the timeout"))
         return self
@@ -351,7 +359,7 @@ class LogicalDevice(Shown, Declared, Argument):
 
     @contextmanager
     def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
-        """`with joint.enabled():` disables it at the end."""
+        """`with joint.enabled():` disables it at the end; `timeout` is that of `enable`."""
         self.enable(timeout)
         try:
             yield self

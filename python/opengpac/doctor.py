@@ -50,7 +50,7 @@ class Latency:
     """Of a pinned processor, whose timers sleep until shortly before a release and then spin; None: of one that is not, which sleeps."""
     firings: int
     median_us: float
-    """Of bins by powers of two."""
+    """The median from bins by powers of two."""
     worst_us: float
     overruns: int
     """Releases that were skipped."""

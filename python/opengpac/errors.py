@@ -176,7 +176,7 @@ class LimitExceeded(Error):
 
 
 class AuditFailed(Error):
-    """The remote system cannot write down who changes what, and lets nobody change anything until it can."""
+    """The remote system cannot write its audit log, and accepts no change until it can."""
 
 
 class NotAllowed(Error, PermissionError):

@@ -9,7 +9,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-from . import checking
+from . import _native, checking
 from .errors import CallError, FileFailed, refuse
 
 
@@ -21,6 +21,11 @@ def path_of(given: Any, what: str) -> Path:
         return Path(given).expanduser().absolute()
     except RuntimeError as error:
         refuse(CallError, f"{what} is given {str(given)[:80]!r}: {error}", "give the path of a file")
+
+
+def is_source(path: Path) -> bool:
+    """Whether its ending says that it is built where it is loaded: C or C++. The core knows which endings do."""
+    return path.suffix.removeprefix(".") in _native.source_endings()
 
 
 def there(path: Path) -> bool:

@@ -19,7 +19,7 @@ _PARENT = os.getpid()
 
 
 class NotHere:
-    """In the place of a real-time system that runs in the process that this one was forked from: every call says so."""
+    """Stands for a real-time system that runs in the process that this one was forked from: every call says so."""
 
     def __init__(self, name: str, process: int) -> None:
         self._name, self._process = name, process

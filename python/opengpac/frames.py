@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Poses and frames: where something is and how it is turned."""
+"""Poses and frames: where something is and how it is turned. The arithmetic is that of the blocks, in the core."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ import numpy as np
 
 from . import _native
 from .errors import ValueRefused, refusals, refuse
-
-_LENGTH_TOLERANCE = 1e-3
 
 
 def _number(given: Any, unit: str, what: str) -> float:
@@ -58,14 +56,21 @@ class Pose:
         if rpy is not None and quaternion is not None:
             refuse(ValueRefused, "a pose is given both rpy and a quaternion", "give one of them")
         place = _numbers(position, "m", "the position", 3)
-        if quaternion is not None:
-            turn = _numbers(quaternion, "", "the quaternion", 4)
-        else:
-            turn = _of_rpy(*_numbers(rpy if rpy is not None else (0, 0, 0), "rad", "rpy", 3))
-        length = math.sqrt(sum(x * x for x in turn))
-        if abs(length - 1) > _LENGTH_TOLERANCE:
-            refuse(ValueRefused, f"the quaternion {turn} has length {length:.6g}", "give one of length 1, w first")
-        self._numbers = (*place, *(x / length for x in turn))
+        if quaternion is None:
+            self._numbers = tuple(_native.pose_of_rpy(place, _numbers(rpy if rpy is not None else (0, 0, 0), "rad", "rpy", 3)))
+            return
+        turn = _numbers(quaternion, "", "the quaternion", 4)
+        unit = _native.pose_of((*place, *turn))
+        if unit is None:
+            refuse(ValueRefused, f"the quaternion {turn} has length {math.hypot(*turn):.6g}", "give one of length 1, w first")
+        self._numbers = tuple(unit)
+
+    @classmethod
+    def _made(cls, numbers: Sequence[float]) -> Pose:
+        """The pose of numbers that the core gave."""
+        made = cls.__new__(cls)
+        made._numbers = tuple(numbers)
+        return made
 
     @classmethod
     def of(cls, given: Pose | Sequence[float] | np.ndarray) -> Pose:
@@ -88,47 +93,34 @@ class Pose:
     @property
     def rpy(self) -> np.ndarray:
         """Roll, pitch and yaw in rad: turns about the fixed x, then y, then z axis. Pitch is within ± 90 degrees."""
-        m = self.matrix
-        pitch = math.atan2(-m[2, 0], math.hypot(m[0, 0], m[1, 0]))
-        if math.hypot(m[0, 0], m[1, 0]) < 1e-9:
-            # Only the difference of roll and yaw is known; roll takes it all.
-            return np.array([math.atan2(-m[1, 2], m[1, 1]), pitch, 0.0])
-        return np.array([math.atan2(m[2, 1], m[2, 2]), pitch, math.atan2(m[1, 0], m[0, 0])])
+        return np.array(_native.pose_rpy(self._numbers))
 
     @property
     def matrix(self) -> np.ndarray:
         """The 4 x 4 matrix that brings points of this frame to where it is seen from."""
-        x, y, z, *turn = self._numbers
-        w, i, j, k = turn
-        return np.array(
-            [
-                [1 - 2 * (j * j + k * k), 2 * (i * j - k * w), 2 * (i * k + j * w), x],
-                [2 * (i * j + k * w), 1 - 2 * (i * i + k * k), 2 * (j * k - i * w), y],
-                [2 * (i * k - j * w), 2 * (j * k + i * w), 1 - 2 * (i * i + j * j), z],
-                [0.0, 0.0, 0.0, 1.0],
-            ]
-        )
+        turned = (0.0, 0.0, 0.0, *self._numbers[3:])
+        matrix = np.eye(4)
+        for column, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
+            matrix[:3, column] = _native.pose_point(turned, axis)
+        matrix[:3, 3] = self._numbers[:3]
+        return matrix
 
     def inverse(self) -> Pose:
         """What it is seen from, seen from it."""
-        w, i, j, k = self._numbers[3:]
-        place = -self.matrix[:3, :3].T @ self.position
-        return Pose(place, quaternion=(w, -i, -j, -k))
+        return self._made(_native.pose_inverse(self._numbers))
 
     def distance(self, other: Pose) -> float:
         """How far the other is, m."""
-        return float(np.linalg.norm(self.position - other.position))
+        return _native.pose_between(self._numbers, other._numbers)[0]
 
     def angle(self, other: Pose) -> float:
         """By how much the other is turned against it, rad, 0 to pi."""
-        difference = _product((self._numbers[3], *(-x for x in self._numbers[4:])), other._numbers[3:])
-        return 2 * math.atan2(math.sqrt(sum(x * x for x in difference[1:])), abs(difference[0]))
+        return _native.pose_between(self._numbers, other._numbers)[1]
 
     def __matmul__(self, other: Any) -> Any:
         if isinstance(other, Pose):
-            place = self.matrix[:3, :3] @ other.position + self.position
-            return Pose(place, quaternion=_product(self._numbers[3:], other._numbers[3:]))
-        return self.matrix[:3, :3] @ np.array(_numbers(other, "m", "a point", 3)) + self.position
+            return self._made(_native.pose_then(self._numbers, other._numbers))
+        return np.array(_native.pose_point(self._numbers, _numbers(other, "m", "a point", 3)))
 
     def __iter__(self) -> Iterator[float]:
         return iter(self._numbers)
@@ -157,21 +149,3 @@ Frame = Pose
 
 def _short(x: float) -> str:
     return f"{round(x, 6) + 0.0:.6g}"
-
-
-def _of_rpy(roll: float, pitch: float, yaw: float) -> tuple[float, ...]:
-    def about(axis: int, angle: float) -> tuple[float, ...]:
-        turn = [math.cos(angle / 2), 0.0, 0.0, 0.0]
-        turn[1 + axis] = math.sin(angle / 2)
-        return tuple(turn)
-
-    return _product(_product(about(2, yaw), about(1, pitch)), about(0, roll))
-
-
-def _product(a: Sequence[float], b: Sequence[float]) -> tuple[float, ...]:
-    return (
-        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
-    )

@@ -15,7 +15,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from .errors import CallError, DefinitionError, Error, ValueRefused, did_you_mean, refuse
+from .errors import CallError, DefinitionError, Error, did_you_mean, refuse
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -76,9 +76,13 @@ def name_of(name: Any, what: str) -> str:
     if not isinstance(name, str) or not name.strip():
         refuse(CallError, f"{what} is {_short(name)}", "give a name, for example 'cell'")
     if not name.isprintable():
-        refuse(CallError, f"{what} is {_short(name)}, which holds signs that cannot be shown", "leave out line ends and control signs")
+        refuse(
+            CallError,
+            f"{what} is {_short(name)}, which holds characters that cannot be shown",
+            "leave out line ends and control characters",
+        )
     if len(name) > NAME_LENGTH_MAX:
-        refuse(CallError, f"{what} is {len(name)} signs long", f"give a name of at most {NAME_LENGTH_MAX}")
+        refuse(CallError, f"{what} is {len(name)} characters long", f"give a name of at most {NAME_LENGTH_MAX}")
     return name
 
 
@@ -95,10 +99,7 @@ def pair_of(given: Any, what: str) -> tuple[float, float] | None:
         return None
     if not (_is_list(given) and len(given) == 2 and all(_is_number(end) and math.isfinite(end) for end in given)):
         refuse(CallError, f"{what} is {_short(given)}", "give its two ends, finite numbers: within=(0, 1)")
-    least, most = float(given[0]), float(given[1])
-    if least > most:
-        refuse(ValueRefused, f"{what} is {least:g} to {most:g}", f"give the lower end first: within=({most:g}, {least:g})")
-    return least, most
+    return float(given[0]), float(given[1])
 
 
 def _short(value: Any) -> str:

@@ -42,8 +42,12 @@ def ratio(n: int) -> dict[str, int]:
 class Graph(Pictured, FunctionBlock):
     """A data flow graph: blocks, and ρ as three mappings. Outside it looks like a subroutine, and stands wherever one may.
 
-    `inputs`, `outputs` and `cells` map a port or local cell of the graph to ports of its blocks; `modes` relaxes the mode of a
-    block's port; `divide={"estimator": 5}` runs that block once where the others run five times.
+    `name` is what messages call it; `blocks`: label → block, graph, or one of them with constants. `inputs`, `outputs` and `cells` map a
+    port or local cell of the graph to ports of its blocks, `"label.port"`; `modes` relaxes the mode of a block's port;
+    `divide={"estimator": 5}` runs that block once where the others run five times; `doc` says what it is for, in a sentence.
+
+    Raises `DefinitionError`, `UnknownName`, `TypeMismatch`, `UnitMismatch`, `SynchronousCycle` and `CoverError`, all at once as
+    `InstallationErrors` where there are several.
 
     >>> import opengpac as gpac
     >>> from opengpac import library as lib
@@ -86,7 +90,9 @@ class Graph(Pictured, FunctionBlock):
         return here()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes it to a TOML or JSON file, by its ending: `docs/files.md`. What the file has besides stays; `gpac.load` reads it.
+        """Writes it to the TOML or JSON file at `path`, by its ending: `docs/files.md`.
+
+        What the file has besides stays; `gpac.load` reads it.
 
         `layout`, the positions of its boxes as an editor draws them, is written as it is.
         """
@@ -102,7 +108,7 @@ class Graph(Pictured, FunctionBlock):
 
     @property
     def conditions(self) -> Mapping[str, Item]:
-        """Conditions of its blocks by name, `guard.above`."""
+        """Conditions of its blocks by name, `force.above`."""
         return items_of(self, "conditions")
 
     @property
@@ -112,7 +118,8 @@ class Graph(Pictured, FunctionBlock):
 
     def run(self, steps: int | None = None, every: Quantity = "1 ms", **values: Any) -> Trial:
         """Tries the graph with no system, as `Block.run` does: for each input one value or one for each invocation, and constants for
-        parameters, `**{"filter.alpha": 0.5}`. A graph that reads what it writes itself, or runs at several rates, needs a system.
+        parameters, `**{"filter.alpha": 0.5}`; `steps` and `every` are those of `Block.run`. A graph that reads what it writes itself,
+        or runs at several rates, needs a system.
 
         >>> import opengpac as gpac
         >>> from opengpac import library as lib
@@ -140,11 +147,11 @@ class Graph(Pictured, FunctionBlock):
         return BlockUse(self, constants)
 
     def labelled(self, label: str) -> Occurrence:
-        """An occurrence of this graph."""
+        """An occurrence of this graph under a label."""
         return Occurrence(label, BlockUse(self, {}))
 
     def insert(self, label: str, block: Any, *, between: tuple[Any, Any], input: str | None = None, output: str | None = None) -> Graph:
-        """A new graph with `block` between an output port (or an input of the graph) and the input port that it fed.
+        """A new graph with `block`, labelled `label`, between an output port (or an input of the graph) and the input port that it fed.
 
         `input` and `output` name the ports of the new block where it has more than one that must be bound.
         """
@@ -165,7 +172,7 @@ class Graph(Pictured, FunctionBlock):
         refuse(UnknownName, f"graph '{self.name}' has no connection from '{source}' to '{sink}'", f"its connections: {self._connections()}")
 
     def replace(self, label: str, block: Any) -> Graph:
-        """A new graph with another block in the place of the one labelled so, bound alike."""
+        """A new graph with another block in place of the one with this label, bound alike."""
         self._known(label)
         new = self._copy()
         new.blocks[label] = use_of(block, label)
@@ -173,7 +180,7 @@ class Graph(Pictured, FunctionBlock):
         return new
 
     def remove(self, label: str) -> Graph:
-        """A new graph without that block: what fed its one input feeds what its one output fed."""
+        """A new graph without the block of this label: what fed its one input feeds what its one output fed."""
         self._known(label)
         new = self._copy()
         prefix = f"{label}."

@@ -28,6 +28,8 @@ D = TypeVar("D", bound=LogicalDevice)
 class Group(Shown, Declared, Argument, Generic[D]):
     """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each.
 
+    `Group("arm", shoulder, elbow)`: `name` is what messages call it; the devices, at least one, are all of one system.
+
     A member of its devices may be set in all of them: `arm.max_speed = 0.5`, `arm.kp = [80, 80, 40]`, `arm.kp = {"elbow": 60}`.
     """
 
@@ -52,7 +54,7 @@ class Group(Shown, Declared, Argument, Generic[D]):
         return self._devices[0].system
 
     def enable(self, timeout: Quantity | None = "10 s") -> Self:
-        """Enables all of them and returns when all are ready."""
+        """Enables all of them and returns when all are ready. After `timeout` `TimeoutError` comes, and none of them stays enabled."""
         enable(self._devices, optional_ns(timeout, "the timeout"))
         return self
 
@@ -71,7 +73,7 @@ class Group(Shown, Declared, Argument, Generic[D]):
 
     @contextmanager
     def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
-        """`with arm.enabled():` disables them at the end."""
+        """`with arm.enabled():` disables them at the end; `timeout` is that of `enable`."""
         self.enable(timeout)
         try:
             yield self

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several hosts: who listens for others, and `opengpac join`, which lends a host to a system."""
+"""Several hosts: the one that listens for others, and `opengpac join`, which lends a host to a system."""
 
 from __future__ import annotations
 

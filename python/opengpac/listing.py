@@ -18,7 +18,7 @@ class VerbEntry(NamedTuple):
     simple: bool
     """Whether it has one command list only."""
     parts: Mapping[str, str]
-    """Of a composed verb: label → the verb that the part was made from; with those of its parts, `pick.grasp`."""
+    """The parts of a composed verb: label → the verb that it was made from; with those of the parts, `pick.grasp`."""
     command_lists: tuple[str, ...]
     doc: str
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class StructType:
-    """A struct type of a code module: its `name` and its C `declaration`."""
+    """A struct type of a code module: its `name` and its C `declaration`, with the `types` that this names. Made by `code.types.pose`."""
 
     def __init__(self, name: str, declaration: str, types: Mapping[str, str]) -> None:
         self.name = name
@@ -51,7 +51,7 @@ class Types:
 
 
 class Module(Shown, Declared):
-    """The blocks and types of a downloaded code module."""
+    """The blocks and types of a downloaded code module: `code.lowpass`, `code["lowpass"]`, `code.types.pose`. Made by `cell.download`."""
 
     def __init__(self, described: Mapping[str, Any], path: str, system: System) -> None:
         self._name: str = described["name"]

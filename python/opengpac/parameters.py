@@ -78,10 +78,11 @@ def input(
     member: str = "",
     form: Callable[[Any, Mapping[str, Any]], Any] | None = None,
 ) -> Any:
-    """An input parameter: where its value is stored at each start, its default, and whether `vi.set(...)` may change it.
+    """An input parameter: the ports (`targets`) where its value is stored at each start, its `default`, and, `tunable`, whether
+    `vi.set(...)` may change it. `unit` is that of its numbers where the ports have none.
 
     `within` is its range, checked before a start: numbers, or parameters of an object, `("arm.position_min", "arm.position_max")`,
-    `("-arm.max_speed", "arm.max_speed")`; a value outside raises `OutOfRange`. With a range, `"30 %"` means that share of the greatest
+    `("-arm.max_speed", "arm.max_speed")`; a value outside raises `OutOfRange`. With a range, `"30 %"` means that share of the maximum
     value, and one number for an array is that number for each device. `counted_from="arm.commanded"` checks that SVV plus the value.
 
     `member="arm.chain"`: where a call leaves it out, its value is that attribute of the object `arm`, at each start. `form(given,
@@ -108,7 +109,7 @@ class Requirement:
 
 @taking
 def required(raises: type[Error], *, when: str | None = None, remedy: str = "") -> Requirement:
-    """A value of `requires=`: the class that a start raises where the member is not true, and the next step.
+    """A value of `requires=`: the class that a start raises where the member is not true, and its `remedy`, the next step.
 
     `requires={"arm.homed": gpac.required(gpac.NotHomed, when="arm.needs_home")}`; `when` limits it to devices of which that is true.
     The class is one of this package's refusals, `gpac.NotHomed` or `gpac.InvalidState` for example.
@@ -146,7 +147,7 @@ class Object:
 
 @taking
 def each(device_type: type[LogicalDevice]) -> Object:
-    """Several logical devices of a type: a group, or a sequence of devices."""
+    """Several logical devices of `device_type`, a class: a group, or a sequence of devices."""
     if not (isinstance(device_type, type) and issubclass(device_type, LogicalDevice)):
         refuse(DefinitionError, f"gpac.each() is given {device_type!r}", "give a class of logical devices")
     return Object(device_type, True)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Channel(Declared, Argument):
-    """A channel of a physical device: `name`, `type`, `unit`, and whether it is written."""
+    """A channel of a physical device: `name`, `type`, `unit`, and whether it is written. Made by its device: `ur5e["elbow"].position`."""
 
     def __init__(self, device: PhysicalDevice, described: Mapping[str, Any]) -> None:
         self.device = device
@@ -111,7 +111,10 @@ def _channel_table(title: str, channels: Mapping[str, Channel]) -> Table:
 
 
 class Part(_Channels, Argument):
-    """A part of a machine, for example a joint. `about` is what the driver says of it: range, limits, gains that suit it."""
+    """A part of a machine, for example a joint; made by its `device`, `ur5e["elbow"]`.
+
+    `about` is what the driver says of it: range, limits, gains that suit it.
+    """
 
     def __init__(self, device: PhysicalDevice, about: Mapping[str, Any]) -> None:
         self.device = device
@@ -147,7 +150,11 @@ class Part(_Channels, Argument):
 
 
 class PhysicalDevice(_Channels):
-    """A driver that a processor can reach. `parts` are its joints; `device["elbow"]` is one, `device["tool.force"]` a channel."""
+    """A driver that a processor can reach; made by `processor.physical_device(name, driver, exchange)`.
+
+    `parts` are its joints; `device["elbow"]` is one, `device["tool.force"]` a channel. `source` is the interrupt source that exchanges with
+    it, `about` what the driver declares.
+    """
 
     def __init__(self, system: System, name: str, source: Source, about: Mapping[str, Any]) -> None:
         self.system = system

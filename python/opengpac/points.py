@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import hashlib
 import math
 import os
@@ -16,21 +18,20 @@ import numpy as np
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
-from . import checking, files
+from . import _native, checking, files
 from .devices import LogicalDevice
 from .errors import CallError, FileFailed, InvalidState, NotEnabled, UnknownName, ValueRefused, did_you_mean, refuse
 from .given import all_taking
 from .groups import Group
 
 FORMAT = 1
-FACTORS = {"rad": 1.0, "deg": math.pi / 180.0, "m": 1.0, "mm": 1e-3, "": 1.0}
-"""What a unit in the file is worth: the units that it may name."""
 
 
 class Point(Mapping[str, float]):
     """A taught point: joint → rad (m for a sliding joint). A goal of a motion: `move(arm, goal=points["pick"])`.
 
-    `frame` is what the numbers are: `joints`; `note` is for people.
+    Made by `points["pick"]` and `points.teach("pick")`; `name` is its own in the file. `frame` is what the numbers are: `joints`;
+    `note` is for people.
     """
 
     def __init__(self, name: str, joints: Mapping[str, float], frame: str, note: str) -> None:
@@ -62,9 +63,10 @@ class Point(Mapping[str, float]):
 class Points(MutableMapping[str, Point]):
     """The taught points of a file: `points = gpac.Points("points.toml", arm)`, `points.teach("pick")`, `points["pick"]`.
 
-    The file says of which arm they are: its joints, their units, and what identifies its model; one of another arm is refused,
-    unless `any_model=True`. Each change is written at once, whole or not at all; changes that an editor made meanwhile are read
-    first. It is made by the first change. Several threads of a program may use one `Points`.
+    `path` is a TOML file, `arm` the arm that is taught. The file says of which arm they are: its joints, their units, and what
+    identifies its model; one of another arm is refused, unless `any_model=True`. Each change is written at once, whole or not at all;
+    changes that an editor made meanwhile are read first. It is made by the first change. Several threads of a program may use one
+    `Points`.
     """
 
     def __init__(self, path: str | os.PathLike[str], arm: Group[Any] | LogicalDevice | None = None, *, any_model: bool = False) -> None:
@@ -80,7 +82,10 @@ class Points(MutableMapping[str, Point]):
     # ---- changes ----
 
     def teach(self, name: str, arm: Group[Any] | LogicalDevice | None = None, *, note: str | None = None) -> Point:
-        """Takes the present position of the arm, which must be enabled, as that point. A point of that name is taught anew."""
+        """Takes the present position of the arm, which must be enabled, as that point. A point of that name is taught anew.
+
+        `note` is for people. Raises `NotEnabled` where a joint is not enabled, `CallError` where no arm is given here or to `Points`.
+        """
         given = self._arm if arm is None else _group(arm)
         if given is None:
             refuse(CallError, f"point '{name}' is taught without an arm", "say of which: points.teach('pick', arm)")
@@ -98,7 +103,7 @@ class Points(MutableMapping[str, Point]):
             return self[name]
 
     def edit(self, name: str, joints: Mapping[str, float] | None = None, *, note: str | None = None) -> Point:
-        """Changes some joints of a point, `points.edit("pick", {"elbow": 1.2})`, or its note."""
+        """Changes some joints of the point of that name, `points.edit("pick", {"elbow": 1.2})`, or its note."""
         with self._lock:
             self._refresh()
             point = self[name]
@@ -109,7 +114,7 @@ class Points(MutableMapping[str, Point]):
             return self[name]
 
     def rename(self, name: str, to: str) -> None:
-        """Gives a point another name; refused where there is one of that name."""
+        """Gives a point another name, `to`; refused with `ValueRefused` where there is one of that name."""
         with self._lock:
             self._refresh()
             _ = self[name]
@@ -207,7 +212,7 @@ class Points(MutableMapping[str, Point]):
         return self._document["points"]
 
     def _factors(self) -> list[float]:
-        return [FACTORS[str(unit)] for unit in self._document["arm"]["units"]]  # type: ignore[index,union-attr]
+        return [_factor(unit) or 1.0 for unit in self._document["arm"]["units"]]  # type: ignore[index,union-attr]
 
     def _refresh(self) -> None:
         """Reads the file where it is not what was read or written last."""
@@ -258,6 +263,15 @@ class Points(MutableMapping[str, Point]):
         if taught is not None:
             table[name]["taught"] = taught
         self.save()
+
+
+@functools.lru_cache
+def _factor(unit: Any) -> float | None:
+    """What a unit in the file is worth in rad or m; None for one of anything else. A number without a unit is as it is."""
+    for si in ("rad", "m") if isinstance(unit, str) and unit else ():
+        with contextlib.suppress(_native.Refused):
+            return _native.number_in(f"1 {unit}", si)
+    return 1.0 if unit == "" else None
 
 
 def model_of(arm: Group[Any]) -> str:
@@ -316,9 +330,9 @@ def _wrong(document: Any) -> str:
             return f"'{key}' of [arm] is missing"
     if len(arm["joints"]) != len(arm["units"]):
         return f"[arm] has {len(arm['joints'])} joints and {len(arm['units'])} units"
-    unknown = next((unit for unit in arm["units"] if unit not in FACTORS), None)
+    unknown = next((unit for unit in arm["units"] if _factor(unit) is None), None)
     if unknown is not None:
-        return f"[arm] has the unit '{unknown}'; there is rad, deg, m, mm"
+        return f"[arm] has the unit '{unknown}', which is none of an angle or a length: write rad, deg, m or mm"
     return next((f"point '{name}': {why}" for name, entry in points.items() if (why := _wrong_point(entry, arm["joints"]))), "")
 
 

@@ -22,26 +22,44 @@ if TYPE_CHECKING:
 
 @all_taking
 class Processor(Shown, Declared):
-    """A real-time processor: one instruction stream, with interrupt sources and the physical devices that it can reach."""
+    """A real-time processor: one instruction stream, with interrupt sources and the physical devices that it can reach.
+
+    Made by `cell.processor("rtp0")`.
+    """
 
     def __init__(self, system: System, name: str) -> None:
         self.system = system
         self.name = name
 
     def timer(self, name: str, period: Quantity, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """A timer: releases at the multiples of `period` from the epoch. A larger priority (1 to 98) preempts a smaller one."""
+        """A timer: releases at the multiples of `period` from the epoch. A larger priority (1 to 98) preempts a smaller one.
+
+        `name` is its own within the processor. `virtual_cost` is how long each of its firings takes under the virtual clock, so that
+        sources of higher priority preempt it there; on the monotonic clock it means nothing. Raises `CallError` for a period or
+        priority out of range.
+        """
         return self._source(name, "timer", duration_ns(period, f"the period of timer '{name}'"), priority, virtual_cost)
 
     def trigger(self, name: str, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """A source that a device event or `request()` raises; it runs the blocks that are placed on it."""
+        """A source that a device event or `request()` raises; it runs the blocks that are placed on it.
+
+        `name`, `priority` and `virtual_cost` are those of `timer`.
+        """
         return self._source(name, "trigger", 0, priority, virtual_cost)
 
     def software(self, name: str, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """A source that other processors raise: what it runs takes their values synchronously."""
+        """A source that other processors raise: what it runs takes their values synchronously.
+
+        `name`, `priority` and `virtual_cost` are those of `timer`.
+        """
         return self._source(name, "software", 0, priority, virtual_cost)
 
     def physical_device(self, name: str, driver: Driver, exchange: Source) -> PhysicalDevice:
-        """Opens a driver. Its channels are read at the start of each firing of `exchange` and written at its end."""
+        """Opens a driver as the physical device of that `name`.
+
+        Its channels are read at the start of each firing of `exchange` and written at its end. Raises `DeviceFailed` where it cannot be
+        opened, `InUse` where the name is taken.
+        """
         if not isinstance(driver, Driver):
             refuse(CallError, f"physical device '{name}' is given {driver!r}", "give a driver: gpac.drivers.mujoco('arm.xml')")
         if not isinstance(exchange, Source):

@@ -51,7 +51,7 @@ def optional_ns(duration: Quantity | None, what: str) -> int | None:
 
 
 def deg(angles: Sequence[float] | float | np.ndarray) -> Any:
-    """Angles in degrees as rad: a number gives a number, a sequence an array.
+    """The `angles`, in degrees, as rad: a number gives a number, a sequence an array.
 
     >>> deg(180.0)
     3.141592653589793

@@ -34,7 +34,7 @@ class RealTimeSystem(Calls):
         raise NotImplementedError
 
     def close(self) -> None:
-        """Halts the actions, disables the devices, stops the kernels. Closing twice is nothing."""
+        """Halts the actions, disables the devices, stops the kernels. Idempotent."""
         raise NotImplementedError
 
 

@@ -22,7 +22,10 @@ if TYPE_CHECKING:
 
 
 class Recording:
-    """A recording that is under way, from `cell.record(path)`. It ends with `stop()`, with the block of its `with`, or with its system."""
+    """A recording that is under way; made by `cell.record(path)`.
+
+    It ends with `stop()`, with the block of its `with`, or with its system.
+    """
 
     def __init__(self, system: Observed, number: int, path: str, last: dict[str, Any] | None = None) -> None:
         self.system = system
@@ -115,6 +118,8 @@ def begin(system: Observed, path: str | os.PathLike[str], svvs: Sequence[str] | 
 class Recorded(Mapping[str, np.ndarray]):
     """A recording read back: names of SVVs to structured arrays of `number`, `time` (s on the system's clock) and `value`.
 
+    Made by `gpac.open_recording(path)`.
+
     `recorded["arm.joint1.sensed"]["value"]`. Names of private cells are `INSTANCE:CELL`.
     """
 
@@ -150,7 +155,7 @@ class Recorded(Mapping[str, np.ndarray]):
         return len(self._series)
 
     def unit(self, name: str) -> str:
-        """The unit of an SVV, or nothing."""
+        """The unit of the SVV of that name, or nothing."""
         return self._series[name]["unit"]
 
     def names(self, *patterns: str) -> list[str]:
@@ -198,7 +203,7 @@ class Recorded(Mapping[str, np.ndarray]):
 
 @taking
 def open_recording(path: str | os.PathLike[str]) -> Recorded:
-    """Reads a recording that `cell.record()` or `opengpac record` has made.
+    """Reads the recording at `path`, which `cell.record()` or `opengpac record` has made.
 
     A mapping of names to structured arrays of `number`, `time` (s) and `value`, with `log`, `conditions`, `ends`, `timing` and `lost`.
     Raises ValueRefused where the file is none.

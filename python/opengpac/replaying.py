@@ -20,11 +20,12 @@ from .quantities import Quantity, duration_ns
 
 @dataclass(frozen=True)
 class Difference:
-    """The first value that is not as it was recorded."""
+    """The first value that is not as it was recorded. Made by `gpac.replay`."""
 
     source: str
     """The interrupt source: `processor.source`."""
     firing: int
+    """The number of the firing, from the first one of its source."""
     time: float
     """Release of the firing, s on the clock of the record."""
     between: bool
@@ -32,9 +33,11 @@ class Difference:
     block: str
     """`INSTANCE.LABEL`; empty where only the digest of all blocks of the source is known."""
     port: str
+    """The output whose value differs."""
     recorded: tuple[str, ...]
     """The elements of the value, with every digit; hexadecimal digits of a structure."""
     replayed: tuple[str, ...]
+    """The same of the value now."""
     how: str
     """Where the source went another way than recorded: how."""
 
@@ -49,11 +52,12 @@ class Difference:
 
 @dataclass(frozen=True)
 class Replay:
-    """How far a recorded run was run again, and what was found."""
+    """How far a recorded run was run again, and what was found. Made by `gpac.replay`."""
 
     stopped: Literal["end", "condition", "time", "difference", "unplayable"]
     """Why it went no further: the record ended, `until` holds, `to` has come, a value differs, or the record does not have what follows."""
     firings: int
+    """How many firings were run again, of all sources."""
     same: bool
     """Every value so far is that of the record, bit for bit."""
     source: str

@@ -26,6 +26,8 @@ class Reported(NamedTuple):
 class Report(Shown):
     """How a verb ended: `condition`, `time` (s since its start), `value`, `others`, and an attribute for each output it returned.
 
+    Made by the end of a verb instance: what a call returns, and `vi.report`.
+
     `started` and `ended` are times of the system's clock.
 
     Derive from it to give a verb's outputs types: `class Moved(gpac.Report): position: np.ndarray`, and `def move(...) -> Moved`.

@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 
 class Source(Declared):
-    """An interrupt source: a timer, a trigger, or a software source. `name` is `processor.source`."""
+    """An interrupt source. Made by `processor.timer`, `processor.trigger` and `processor.software`.
+
+    `name` is `processor.source`, `kind` `timer`, `trigger` or `software`; `period` is that of a timer, in s, else 0; `priority` is 1 to 98.
+    """
 
     def __init__(self, system: System, processor: Processor, name: str, kind: str, period_ns: int, priority: int) -> None:
         self.system = system

@@ -15,7 +15,7 @@ def _time(ns: float) -> str:
 
 
 def _median(source: Mapping[str, Any], what: str) -> str:
-    """Of bins by powers of two, whose upper end may be beyond the greatest."""
+    """The median from bins by powers of two, whose upper end may be beyond the maximum."""
     return _time(min(source[f"{what}_median_ns"], source[f"{what}_max_ns"]))
 
 

@@ -54,7 +54,7 @@ class Studio:
         return not self.url
 
     def stop(self) -> None:
-        """Serves the page no longer; its token is worth nothing then. Stopping twice is nothing. A daemon's page goes on."""
+        """Serves the page no longer; its token is worth nothing then. Idempotent. A daemon's page goes on."""
         self.url = ""
         if self._server is not None:
             self._server.stop()

@@ -24,7 +24,10 @@ T = TypeVar("T")
 
 
 class Predicate:
-    """What a comparison of an SVV with a value says now: `cell.advance(until=joint.sensed > 1.0)` asks it after each firing."""
+    """What a comparison of an SVV with a value says now: `cell.advance(until=joint.sensed > 1.0)` asks it after each firing.
+
+    Made by comparing an SVV; `&`, `|` and `~` join predicates.
+    """
 
     def __init__(self, ask: Callable[[], bool], text: str) -> None:
         self._ask = ask
@@ -51,6 +54,8 @@ class Predicate:
 
 class SVV(Shown, Declared, Argument, Generic[T]):
     """A state vector variable. `value`, `number` and `time` are its newest publication; setting `value` writes it.
+
+    Made by `cell.svv(...)`, and by each logical device for the members of its type.
 
     `history[-100:]` is a structured array of the last values with `number`, `time` (s) and `value`. A comparison, `svv > 1.0`,
     is a predicate for `cell.advance(until=...)`. It stands for the SVV that it was made for: one that is made again under the name

@@ -54,7 +54,8 @@ class System(Commanded, Timed, Declared):
     `interconnect="message"` carries connections over an in-memory message link that can be given faults, for tests; `seed`
     chooses preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; where there is
     none yet nothing is restored. `adopt=True` looks for processors in processes of their own that have lost a system of this name:
-    what runs there goes on with `take_over()`. A context manager: leaving it halts the actions, then disables the devices. Making a
+    what runs there goes on with `take_over()`. `progress=True` shows how far a call that waits has come, `False` never does; left out it is
+    shown at a terminal. A context manager: leaving it halts the actions, then disables the devices. Making a
     system again rebuilds it if nothing runs in it.
 
     Where the environment has `OPENGPAC_SYSTEM`, the URL of a daemon, the system is that one, and the program runs on it unchanged.
@@ -116,7 +117,7 @@ class System(Commanded, Timed, Declared):
         self.virtual = virtual
         self.progress = progress
         self.session = session
-        """Of a remote system the session with it: its name, who commands. None: it is embedded in this process."""
+        """The session with a remote system: its name, who commands. None: the system is embedded in this process."""
         self.closed = False
         self.processors: dict[str, Processor] = {}
         self.sources: dict[str, Source] = {}
@@ -185,8 +186,9 @@ class System(Commanded, Timed, Declared):
 
         On a loopback address programs of the same user are let in, or, with a token, those that know it. Beyond this machine it must be
         `tls/HOST:PORT`, with PEM files of an authority, a certificate and its key, or with a token that both sides know.
-        `clock_limit` says how well the clocks of the hosts are to agree; the log tells when they do not.
-        Nothing under the virtual clock. Raises InvalidState where the address is taken, or not secured as it needs.
+        `endpoint` is the address to listen at, `name` what this host is called (its host name). `clock_limit` says how well the clocks
+        of the hosts are to agree; the log tells when they do not. Nothing under the virtual clock. Raises InvalidState where the
+        address is taken, or not secured as it needs.
         """
         given = hosts.options(
             endpoint,
@@ -212,7 +214,11 @@ class System(Commanded, Timed, Declared):
             return taken_over(self._alive().take_over())
 
     def download(self, path: str | os.PathLike[str], name: str | None = None) -> Module:
-        """A code module while the system runs: C or C++ source, a shared object, or a compiled Rust module."""
+        """A code module while the system runs: C or C++ source, a shared object, or a compiled Rust module.
+
+        `path` is the file, `name` what the module is called (the file's name without its ending and `lib`). It is tried in a process of its
+        own first. Raises `ModuleError` with the first error of the compiler, or what else is wrong with the file.
+        """
         file = str(Path(path).expanduser().absolute())
         with refusals:
             described = self._alive().download(file, name, sys.executable or None)
@@ -221,7 +227,7 @@ class System(Commanded, Timed, Declared):
         return Module(described, file, self)
 
     def place(self, placement: Mapping[Any, Source]) -> None:
-        """Says where blocks run: `{"move.planner": slow, "joint_servo.*": fast}`."""
+        """Says where blocks run. `placement`: pattern → source, `{"move.planner": slow, "joint_servo.*": fast}`."""
         placed = placement_json(placement)
         with refusals:
             self._alive().place(placed)
@@ -239,7 +245,8 @@ class System(Commanded, Timed, Declared):
         """A state vector variable of the system; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`; left
         out it is `double`.
 
-        `within` is the range of what Python may store in it. Of a remote system a name alone gives the SVV that is there.
+        `unit` is text, `"rad"`; `initial` its first value, 0 where it is left out; `history` how many last values are kept, at most what
+        fits in 1 GiB. `within` is the range of what Python may store in it. Of a remote system a name alone gives the SVV that is there.
         """
         if self.session is not None and type is None and initial is None and not (unit or history or within) and self._there("svvs", name):
             return self._svv(name)
@@ -296,7 +303,7 @@ class System(Commanded, Timed, Declared):
         return [] if self._restored is None else [*self._restored.left_over]
 
     def close(self) -> None:
-        """Halts the actions, disables the devices, stops the kernels. Closing twice is nothing.
+        """Halts the actions, disables the devices, stops the kernels. Idempotent.
 
         Of a system that `gpac.connect` gave it ends the session only: what runs there goes on.
         """

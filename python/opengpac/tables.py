@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _NUMBER = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?( ?[%a-zA-Zµ]{1,3})?|[-–]|")
 _COLOURS = {"bad": "#b3261e", "warn": "#9a6700", "good": "#1a7f37", "soft": "#7d8590"}
-"""Of HTML; readable on light and on dark ground."""
+"""Colours of HTML; readable on a light and on a dark background."""
 _STYLES = {"bad": "bold red", "warn": "yellow", "good": "green", "soft": "bright_black"}
 
 

@@ -9,21 +9,19 @@ import inspect
 import json
 import os
 from collections.abc import Callable, Mapping, Sequence
-from html import escape
 from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, ParamSpec, Self, TypeVar, overload
 
 from . import checks, instances
 from .blocks import Blocks, mapping_of, names_of, systems_of, uses_of
 from .commands import checked
-from .conditions import Termination, termination_of
+from .conditions import termination_of
 from .declared import Declared
 from .definitions import saving
-from .errors import CallError, DefinitionError, Terminated, did_you_mean, refusals, refuse
+from .errors import CallError, DefinitionError, did_you_mean, refusals, refuse
 from .given import all_taking
 from .graphs import mode_json
 from .parameters import Object, input_of, objects_of, requirement_of
-from .pictures import Pictured, verb_svg
 from .places import Place, here
 from .processors import system_of
 from .quantities import Quantity, duration_ns, optional_ns
@@ -32,6 +30,7 @@ from .signatures import arguments_signature, call_signature, inputs_signature
 from .sources import Source, placement_json
 from .suspension import Holding, cut_off_json, suspend_json
 from .tables import CallSignature
+from .verb_tables import VerbTables
 
 if TYPE_CHECKING:
     from .composition import ComposedVerb
@@ -43,13 +42,14 @@ R = TypeVar("R", covariant=True)
 
 
 @all_taking
-class Verb(Pictured, Declared, Generic[P, R]):
+class Verb(VerbTables, Declared, Generic[P, R]):
     """A verb, made from the paper's mappings. `gpac.verb` makes one from a typed function.
 
     `verb(...)` creates an instance, starts it, waits for its end and deletes it; `verb.asynch(...)` creates and starts;
     `verb.new_instance(...)` creates only. `verb.on(source)` places it, `verb.named("x")` names its instance.
 
-    Parameters, all names free to choose; a *port* is `"label.port"`, a *member* is `"object.member"`:
+    `name` is what messages and listings call it. Its mappings, all names free to choose; a *port* is `"label.port"`, a *member* is
+    `"object.member"`:
 
     - `blocks`: label → block, graph or graph with constants, `{"filter": lib.lowpass(alpha=0.1)}`.
     - `command_lists`: name → commands in order: `activate`, `execute`, `wait`, `deactivate`. A list of one is the verb's only list.
@@ -74,7 +74,7 @@ class Verb(Pictured, Declared, Generic[P, R]):
     - `if_cut_off`: what a running instance does when its programming system is cut off: `"continue"`, `"halt"`, or `"safe"` (the
       outputs of its devices go to their safe values at once, it ends with `aborted`). The default is `"halt"`, and `"continue"` for
       a verb that keeps a logical device going.
-    - `doc`: what it is for, in a sentence. `manual`: it may be started on devices in manual mode too.
+    - `doc`: what it is for, in a sentence. `manual`: it may be started on devices in manual mode too. `function` is for `gpac.verb`.
 
     Raises `DefinitionError`, `UnknownName`, `TypeMismatch`, `UnitMismatch` and their kind, all at once as `InstallationErrors` where
     there are several: names and forms at definition, rates and placement at creation, claims and enabling at start.
@@ -186,7 +186,7 @@ class Verb(Pictured, Declared, Generic[P, R]):
     # ---- options ----
 
     def on(self, where: Any = None, *, every: Mapping[str, Quantity] | None = None) -> Verb[P, R]:
-        """This verb placed: on one source, or `{"planner": slow, "generator": fast}`, or in a system; `every` changes intervals."""
+        """This verb placed. `where`: one source, `{"planner": slow, "generator": fast}`, or a system; `every` changes intervals."""
         changed = {str(label): duration_ns(t, f"the interval of '{label}'") for label, t in (every or {}).items()}
         options: dict[str, Any] = {"intervals": {**self.intervals, **changed}}
         if isinstance(where, Source):
@@ -213,7 +213,7 @@ class Verb(Pictured, Declared, Generic[P, R]):
         """This verb, and `following` where this one would end with `condition`; None stands for every normal end, but a halt.
 
         `approach.then("contact", grasp)` goes on in the firing in which the contact is reported, without Python. It can be chained;
-        `gpac.compose("pick", approach.then("contact", grasp))` gives the whole a name.
+        `gpac.compose("pick", approach.then("contact", grasp))` gives the whole a name. `label` is that of the part, else its verb's name.
         """
         return Verb._chain(self, condition, following, label)
 
@@ -224,8 +224,10 @@ class Verb(Pictured, Declared, Generic[P, R]):
     # ---- the definition ----
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes it to a TOML or JSON file, by its ending, with the graphs that it uses: `docs/files.md`. What the file has besides
-        stays; `gpac.load` reads it. A function that it was made from is not written: loaded, it is called by the verb's parameters.
+        """Writes it to the TOML or JSON file at `path`, by its ending, with the graphs that it uses: `docs/files.md`.
+
+        What the file has besides stays; `gpac.load` reads it. A function that it was made from is not written: loaded, it is called by
+        the verb's parameters.
 
         `layout`, the positions of its boxes and lists as an editor draws them, is written as it is.
         """
@@ -258,24 +260,9 @@ class Verb(Pictured, Declared, Generic[P, R]):
 
     @CallSignature
     def __signature__(self) -> Signature:
-        """That of a call, with the time limit that every verb takes."""
+        """The signature of a call, with the time limit that every verb takes."""
         limit = Parameter("time_limit", Parameter.KEYWORD_ONLY, default=None)
         return self.signature.replace(parameters=[*self.signature.parameters.values(), limit])
-
-    @property
-    def supports(self) -> tuple[str, ...]:
-        """The device types that it keeps going. A verb that supports none acts on devices."""
-        return tuple(self._supported)
-
-    @property
-    def parts(self) -> Mapping[str, Verb[..., Any]]:
-        """Of a composed verb the verbs that it was made from, by label; empty in one that is written whole."""
-        return {}
-
-    @property
-    def simple(self) -> bool:
-        """Whether it has one command list only."""
-        return len(self.command_lists) == 1
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
@@ -334,63 +321,11 @@ class Verb(Pictured, Declared, Generic[P, R]):
                 )
 
     def refused_call(self, error: TypeError, kwargs: Mapping[str, Any]) -> None:
-        """Raises `CallError` for arguments that do not fit, with the parameter that was probably meant."""
+        """Raises `CallError` for arguments that do not fit: the `error`, with the parameter that one of `kwargs` probably meant."""
         known = [*self.signature.parameters, "time_limit"]
         wrong = next((name for name in kwargs if name not in known), None)
         remedy = did_you_mean(wrong, known) if wrong else f"call it as {self.name}{self.signature}"
         refuse(CallError, f"{self.name}(): {error}", remedy)
-
-    # ---- for people ----
-
-    def reported(self, key: str) -> str:
-        """What reports call a line of the tables of conditions and outputs: its key; in a composed verb without the part's label."""
-        return key
-
-    def termination(self, condition: str, command_list: str) -> Termination | None:
-        """The line of the table of conditions that holds in a command list, if there is one."""
-        lines = (t for key, t in self.conditions.items() if self.reported(key) == condition)
-        return next((t for t in lines if not t.during or command_list in t.during), None)
-
-    def table(self) -> list[tuple[str, str, str]]:
-        """Lists × conditions: (command list, condition, what happens)."""
-        rows: list[tuple[str, str, str]] = []
-        for name in self.command_lists:
-            held = [self.reported(key) for key, t in self.conditions.items() if not t.during or name in t.during]
-            for condition in dict.fromkeys([*held, *(t for c, t in self.transitions if c == name)]):
-                rows.append((name, condition, self._outcome(name, condition)))
-        return rows
-
-    def _outcome(self, name: str, condition: str) -> str:
-        if (name, condition) in self.transitions:
-            to = f"→ {self.transitions[name, condition]}"
-            return f"{to}, where that runs on processors that are left" if condition == "processor_lost" else to
-        termination = self.termination(condition, name)
-        if termination is not None and termination.raises is None and termination.returns is not None:
-            return f"ends, returns {', '.join(map(self.reported, termination.returns)) or 'nothing'}"
-        if condition == "completed" and (termination is None or termination.raises is None):
-            return "ends"
-        kind = (termination.raises if termination else None) or Terminated
-        return f"ends, raises {kind.__name__}"
-
-    def svg(self) -> str:
-        """Its picture as SVG: command lists as states, transitions with their conditions, and the ends. A notebook shows it by itself."""
-        return verb_svg(self)
-
-    def __repr__(self) -> str:
-        kind = "simple verb" if self.simple else "composed verb" if self.parts else "verb"
-        lines = [f"{kind} {self.name}{self.signature}: {(self.doc or '').strip().splitlines()[0] if self.doc else ''}".rstrip(": ")]
-        lines += [f"  supports {', '.join(self.supports)}"] if self.supports else []
-        lines += [f"  of {', '.join(_part_text(label, verb) for label, verb in self.parts.items())}"] if self.parts else []
-        rows = self.table()
-        wide = max([12, *(len(c) for c, _, _ in rows)])
-        lines += [f"  {c:<{wide}} {t:<20} {what}" for c, t, what in rows]
-        return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        cells = (map(escape, row) for row in self.table())
-        rows = "".join(f"<tr><td>{c}</td><td>{t}</td><td>{what}</td></tr>" for c, t, what in cells)
-        head = f"<p><b>{escape(self.name)}</b>{escape(str(self.signature))}<br>{escape(self.doc)}</p>"
-        return f"{head}{self.svg()}<table><tr><th>list</th><th>condition</th><th></th></tr>{rows}</table>"
 
 
 def eval_annotation(text: str, function: Any) -> Any:
@@ -400,10 +335,6 @@ def eval_annotation(text: str, function: Any) -> Any:
         return eval(text, names)
     except (NameError, AttributeError, SyntaxError, TypeError):
         return None
-
-
-def _part_text(label: str, verb: Verb[..., Any]) -> str:
-    return label if label == verb.name else f"{label} ({verb.name})"
 
 
 def _list(commands: Any, name: str) -> Sequence[Any]:

@@ -19,7 +19,7 @@
 /// }
 /// ```
 ///
-/// The role comes first: the least one that may make the call. An argument that `must` be given, or `may` be; the last one may be
+/// The role comes first: the lowest one that may make the call. An argument that `must` be given, or `may` be; the last one may be
 /// `whole`: all that is left of the object, as one value. Behind the answer stand the properties of the call, each a method of
 /// [`Call`](crate::Call). The body is an expression with the arguments by their names; a call that `lasts` has the slice of real time
 /// that it may take as a second name, `|system, slice|`, and gives an [`Outcome`](crate::Outcome).

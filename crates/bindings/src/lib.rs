@@ -4,6 +4,7 @@ mod conformance;
 mod convert;
 mod drivers_in_files;
 mod drivers_of;
+mod poses;
 mod processes;
 mod python_driver;
 mod recordings;
@@ -84,6 +85,12 @@ fn nearest(word: &str, candidates: Vec<String>) -> Option<String> {
     model::suggest::nearest(word, candidates.iter().map(String::as_str)).map(str::to_owned)
 }
 
+/// The endings of files that are built where they are loaded, without the dot.
+#[pyfunction]
+fn source_endings() -> Vec<&'static str> {
+    modules::source_endings()
+}
+
 /// A definition in its long form.
 #[pyfunction]
 fn long_form(kind: &str, definition_json: &str) -> PyResult<String> {
@@ -119,6 +126,14 @@ fn _native(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(duration_ns, m)?)?;
     m.add_function(wrap_pyfunction!(long_form, m)?)?;
     m.add_function(wrap_pyfunction!(nearest, m)?)?;
+    m.add_function(wrap_pyfunction!(source_endings, m)?)?;
+    m.add_function(wrap_pyfunction!(poses::pose_of, m)?)?;
+    m.add_function(wrap_pyfunction!(poses::pose_of_rpy, m)?)?;
+    m.add_function(wrap_pyfunction!(poses::pose_rpy, m)?)?;
+    m.add_function(wrap_pyfunction!(poses::pose_then, m)?)?;
+    m.add_function(wrap_pyfunction!(poses::pose_point, m)?)?;
+    m.add_function(wrap_pyfunction!(poses::pose_inverse, m)?)?;
+    m.add_function(wrap_pyfunction!(poses::pose_between, m)?)?;
     m.add_function(wrap_pyfunction!(run_processor, m)?)?;
     m.add_function(wrap_pyfunction!(processes::run_guard, m)?)?;
     m.add_function(wrap_pyfunction!(processes::join_system, m)?)?;

@@ -4,7 +4,7 @@
 //! A *change of speed* has three phases: jerk, constant acceleration, the opposite jerk; its numbers are a closed form. A motion is
 //! a change from the present speed to a speed v, a stretch at v, and a change from v to rest (Haschke, Weitnauer and Ritter, *On-line
 //! planning of time-optimal, jerk-limited trajectories*, 2008). If stopping at once would end short of the goal, v points to it, else
-//! back. v is the greatest that the limit and the way allow; where no stretch is left it is found by halving an interval, because
+//! back. v is the maximum that the limit and the way allow; where no stretch is left it is found by halving an interval, because
 //! the way grows with v there. A motion from rest is the shortest in time; one from a moving state may take longer than the shortest where
 //! it is about to stop before its goal, because it never speeds up again while it brakes.
 //!
@@ -70,7 +70,7 @@ impl Profile {
         }
     }
 
-    /// As [`Profile::to`], in `duration_s` where that is longer than the least: at a lower speed, so that several coordinates arrive
+    /// As [`Profile::to`], in `duration_s` where that is longer than the shortest: at a lower speed, so that several coordinates arrive
     /// together. From rest it takes just that long. From a moving state it may take longer, where the time lies between two ways of
     /// stopping, and one that stops at its goal by itself cannot be made longer.
     pub fn to_in(state: State, goal: f64, limits: Limits, duration_s: f64) -> Profile {
@@ -180,7 +180,7 @@ impl Course {
     }
 }
 
-/// The least time from a speed and acceleration to the speed `to` with acceleration 0. An acceleration beyond the limit is brought
+/// The shortest time from a speed and acceleration to the speed `to` with acceleration 0. An acceleration beyond the limit is brought
 /// back to it first.
 fn change(velocity: f64, acceleration: f64, to: f64, limits: Limits) -> Change {
     let (most, jerk) = (limits.acceleration, limits.jerk);

@@ -33,7 +33,7 @@ pub fn next(pace: f64, wanted: f64, span_s: f64, fits: impl Fn(f64, f64) -> bool
     pace
 }
 
-/// The pace that overrides allow: the least of the joints' own times the least of the cell's, each within 0 to 1; `None` where one is not.
+/// The pace that overrides allow: the smallest of the joints' own times the smallest of the cell's, each within 0 to 1; `None` where one is not.
 pub fn allowed(own: &[f64], cell: &[f64]) -> Option<f64> {
     let least = |shares: &[f64]| shares.iter().try_fold(1.0f64, |least, share| (0.0..=1.0).contains(share).then(|| least.min(*share)));
     Some(least(own)? * least(cell)?)

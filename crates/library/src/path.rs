@@ -4,12 +4,12 @@
 //! Around a way-point the corner is cut by a parabola that begins and ends at the distance d from it. At the constant rate w along it
 //! each joint has a constant acceleration (u₂ - u₁) w²/(2 d), u₁ and u₂ being the directions of the lines, and the path passes the
 //! way-point at d/4 |u₂ - u₁| (Craig, *Introduction to Robotics*, section 7.4: linear paths with parabolic blends). Along a line the
-//! rate speeds up, is constant and slows down. The rates at the blends are the greatest that every joint's limits and the lines
+//! rate speeds up, is constant and slows down. The rates at the blends are the maximum that every joint's limits and the lines
 //! between them allow: one pass forward, one backward. So no limit is exceeded anywhere, and the last way-point is reached exactly.
 use crate::profile::{JOINTS_MAX, Limits};
 use opengpac::Type;
 
-/// The most way-points of one motion, without its start.
+/// The maximum number of way-points of one motion, without its start.
 pub const POINTS_MAX: usize = 64;
 /// With it.
 const ALL: usize = POINTS_MAX + 1;
@@ -26,7 +26,7 @@ pub struct Path {
     pub joints: i32,
     /// Number of way-points with the start; of those that were one, one is left.
     pub points: i32,
-    /// How many coordinates, the first ones, are a place in space and are measured together; 0: each is a joint.
+    /// How many coordinates, the first ones, are a position in space and are measured together; 0: each is a joint.
     pub space: i32,
     /// How long it takes, s.
     pub duration: f64,
@@ -80,8 +80,8 @@ pub fn plan(plan: f64, start: &[f64], points: &[[f64; JOINTS_MAX]], passing: &[P
     plan_in(0, plan, start, points, passing, limits)
 }
 
-/// As [`plan`], where the first `space` coordinates are a place: their speed, acceleration and blend are those of the point, the limits the
-/// first ones; a way-point's speed and blend are the place's only.
+/// As [`plan`], where the first `space` coordinates are a position: their speed, acceleration and blend are those of the point, the limits the
+/// first ones; a way-point's speed and blend are the position's only.
 pub fn plan_in(space: usize, plan: f64, start: &[f64], points: &[[f64; JOINTS_MAX]], passing: &[Passing], limits: &[Limits]) -> Path {
     let n = start.len();
     let mut path = <Path as Type>::zero();
@@ -114,7 +114,7 @@ pub fn plan_in(space: usize, plan: f64, start: &[f64], points: &[[f64; JOINTS_MA
 fn limit_lines(path: &mut Path, speeds: &[f64; ALL], limits: &[Limits]) {
     for k in 0..path.points as usize - 1 {
         let u = path.measures(&path.direction(k).0);
-        path.top[k] = speeds[k + 1] / path.greatest(&u);
+        path.top[k] = speeds[k + 1] / path.maximum(&u);
         path.slope[k] = f64::INFINITY;
         for (u, limit) in u.iter().zip(limits).filter(|(u, _)| **u > 0.0) {
             path.top[k] = path.top[k].min(limit.speed / u);
@@ -128,7 +128,7 @@ fn cut_corners(path: &mut Path, blends: &[f64; ALL], limits: &[Limits]) {
     for (k, blend) in blends.iter().enumerate().take(path.points as usize - 1).skip(1) {
         let ((before, long), (after, short)) = (path.direction(k - 1), path.direction(k));
         let turn = path.measures(&std::array::from_fn(|i| after[i] - before[i]));
-        let most = path.greatest(&turn);
+        let most = path.maximum(&turn);
         let wished = if most > 0.0 { 4.0 * blend / most } else { f64::INFINITY };
         path.through[k] = path.top[k - 1].min(path.top[k]);
         // A longer blend than the maximum rate needs would only take longer.
@@ -158,7 +158,7 @@ fn match_rates(path: &mut Path) {
 }
 
 impl Path {
-    /// How much each limit sees of a vector: of a place its length, of each other coordinate the amount.
+    /// How much each limit sees of a vector: of a position its length, of each other coordinate the amount.
     pub fn measures(&self, vector: &[f64; JOINTS_MAX]) -> [f64; JOINTS_MAX] {
         let space = self.space as usize;
         let mut found = vector.map(f64::abs);
@@ -169,8 +169,8 @@ impl Path {
         found
     }
 
-    /// What a way-point's speed and blend are about: the place, or the joint with the most.
-    fn greatest(&self, measures: &[f64; JOINTS_MAX]) -> f64 {
+    /// What a way-point's speed and blend are about: the position, or the joint with the most.
+    fn maximum(&self, measures: &[f64; JOINTS_MAX]) -> f64 {
         if self.space > 0 { measures[0] } else { measures.iter().fold(0.0, |most: f64, x| most.max(*x)) }
     }
 

@@ -2,12 +2,12 @@
 //! The jerk-limited motion of several joints along a straight line in joint space, rest to rest.
 //!
 //! Joint i is at start_i + (goal_i - start_i) s(t). The path coordinate s runs from 0 to 1 with the maximum speed, acceleration and
-//! jerk that no joint's limit forbids (limit_i / |goal_i - start_i|, the least over the joints), so all joints start and arrive
+//! jerk that no joint's limit forbids (limit_i / |goal_i - start_i|, the smallest over the joints), so all joints start and arrive
 //! together, and each phase is a cubic: jerk up, constant acceleration, jerk down, constant speed, and the same mirrored.
 //! This is the shortest time along that line (Biagiotti and Melchiorri, *Trajectory Planning for Automatic Machines and Robots*,
 //! 2008, section 3.4). It needs no memory but its numbers, so a planner can run on the real-time path.
 
-/// The most joints of one motion.
+/// The maximum number of joints of one motion.
 pub const JOINTS_MAX: usize = 16;
 /// Numbers of a planned motion, in this order: which plan it is (1, 2, …; 0: none yet), joints, duration (s), time of each jerk phase
 /// (s), of constant acceleration (s), of constant speed (s), jerk of s (1/s³), 0, then 16 starts and 16 goals.

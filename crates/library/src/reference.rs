@@ -42,7 +42,7 @@ impl Reference {
 pub struct Bounds {
     pub position_min: f64,
     pub position_max: f64,
-    /// The most that it moves in one invocation.
+    /// The maximum way that it moves in one invocation.
     pub step_max: f64,
 }
 
@@ -167,7 +167,7 @@ impl Spline {
         (self.value, self.speed, limited)
     }
 
-    /// Counts positions from elsewhere: nothing moves, all numbers are `by` greater.
+    /// Counts positions from another origin: nothing moves, all numbers are `by` greater.
     pub fn shift(&mut self, by: f64) {
         self.value += by;
         self.setpoint += by;

@@ -69,7 +69,7 @@ pub struct Item {
     /// Default of a parameter, preset, defaulted input, in bytes of the type (from the descriptor's image); size: unused.
     #[serde(default)]
     pub default: Vec<u8>,
-    /// Size item: least and greatest n.
+    /// Size item: minimum and maximum n.
     #[serde(default)]
     pub least: u32,
     #[serde(default)]

@@ -22,6 +22,11 @@ pub trait Backend: Sync {
     /// What it takes.
     fn describe(&self) -> Description;
 
+    /// Whether its files are sources, which are built where they are loaded.
+    fn is_source(&self) -> bool {
+        false
+    }
+
     /// Whether these bytes are a file of its kind: asked where the name of a file does not say so, and of bytes that came from another process.
     fn probe(&self, bytes: &[u8]) -> bool;
 

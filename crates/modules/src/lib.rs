@@ -15,5 +15,5 @@ pub use error::LoadError;
 #[doc(hidden)]
 pub use native::elf;
 pub use native::{PYTHON_PROBE, Probe};
-pub use registry::{backends, load, load_bytes, register};
+pub use registry::{backends, load, load_bytes, register, source_endings};
 pub use source::{BuildError, BuildOptions, build, compiler, write_header};

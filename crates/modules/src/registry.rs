@@ -11,7 +11,7 @@ static ALL: [&dyn Backend; 2] = [&source::Sources, &native::SharedObjects];
 /// Those of other crates.
 static REGISTERED: RwLock<Vec<&'static dyn Backend>> = RwLock::new(Vec::new());
 
-/// From now on [`load`] knows the files of this backend, in this process. Where two know a file, the first one takes it; again is nothing.
+/// From now on [`load`] knows the files of this backend, in this process. Where two know a file, the first one takes it. Idempotent.
 pub fn register(backend: &'static dyn Backend) {
     let mut registered = REGISTERED.write().unwrap_or_else(PoisonError::into_inner);
     let kind = backend.describe().kind;
@@ -23,6 +23,11 @@ pub fn register(backend: &'static dyn Backend) {
 /// What the backends of this process take.
 pub fn backends() -> Vec<Description> {
     all().iter().map(|backend| backend.describe()).collect()
+}
+
+/// The endings of files that are built where they are loaded, without the dot.
+pub fn source_endings() -> Vec<&'static str> {
+    all().iter().filter(|backend| backend.is_source()).flat_map(|backend| backend.describe().endings).copied().collect()
 }
 
 /// Loads a code module from a file of any kind that a backend takes. A file that was rebuilt under its name can be loaded again while the

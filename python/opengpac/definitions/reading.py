@@ -52,7 +52,7 @@ def load(
     devices: Devices = None,
     forms: Given = None,
 ) -> DefinitionFile:
-    """The definitions of a TOML or JSON file: `shapes = gpac.load("shapes.toml")`, then `shapes.smooth`.
+    """The definitions of the TOML or JSON file at `path`: `shapes = gpac.load("shapes.toml")`, then `shapes.smooth`.
 
     Nothing of the file is executed. Exception classes that its conditions name are this package's, or those that you give:
     `raises={"Collision": Collision}`, or a list of classes; so are device types with `devices`, and functions with `forms`. Code modules

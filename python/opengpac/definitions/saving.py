@@ -24,10 +24,11 @@ from .trees import KINDS, Collected, Definition, Tree, kind_of
 
 @taking
 def save(path: str | os.PathLike[str], *definitions: Definition, description: str | None = None) -> None:
-    """Writes graphs, verbs and device types to a TOML or JSON file, by its ending; a file that is there keeps what else it has.
+    """Writes graphs, verbs and device types to the TOML or JSON file at `path`, by its ending; a file that is there keeps what else it has.
 
     A definition of a name that the file has takes its place; where only values change, comments and order of a TOML file stay. The
     verbs of a composed verb and of a device type are written too. Exception classes are written by name.
+    `description` is for people, at the head of the file. Raises `FileFailed` where the file is of another form or cannot be written.
     """
     file = File(path).expanduser()
     toml = is_toml(file)

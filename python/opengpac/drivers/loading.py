@@ -15,11 +15,11 @@ from typing import Any
 
 from .. import _native, processes
 from ..errors import CallError, ModuleError, did_you_mean, refusals, refuse
+from ..files import is_source
 from ..given import taking
 from ..quantities import duration_ns
 from .driver import Driver
 
-_SOURCES = (".c", ".cpp", ".cc", ".cxx")
 _TRIAL_SECONDS = 60
 
 
@@ -110,7 +110,7 @@ def load(path: str | os.PathLike[str]) -> Drivers:
     asked = Path(path).expanduser()
     if not asked.exists():
         refuse(ModuleError, f"there is no file '{asked}'", "give a source in C, a shared object or a folder")
-    files = sorted(file for file in asked.iterdir() if file.suffix in (".so", *_SOURCES)) if asked.is_dir() else [asked]
+    files = sorted(file for file in asked.iterdir() if file.suffix == ".so" or is_source(file)) if asked.is_dir() else [asked]
     if not files:
         refuse(ModuleError, f"folder '{asked}' has no driver", "put sources in C or shared objects into it")
     kinds: dict[str, tuple[str, dict[str, Any]]] = {}
@@ -126,7 +126,7 @@ def load(path: str | os.PathLike[str]) -> Drivers:
 
 def _kept(file: Path) -> Path:
     """A shared object of this content where every process of this user finds it, whatever becomes of the file."""
-    if file.suffix in _SOURCES:
+    if is_source(file):
         with tempfile.TemporaryDirectory() as folder, refusals:
             content = Path(_native.build([str(file.absolute())], str(Path(folder) / "built.so"))).read_bytes()
     elif file.suffix == ".so":

@@ -23,12 +23,12 @@ from .. import _native
 from ..blocks import Block
 from ..checks import without_system
 from ..errors import Error, refusals
+from ..files import is_source
 from .components import Component, Problem, block_component, members
 
 GROUP = "opengpac.components"
 """The entry point group by which a package adds its components."""
 
-_SOURCES = (".c", ".cc", ".cpp", ".cxx")
 _PACKAGE = "opengpac"
 
 Entry = Component | Problem
@@ -112,14 +112,14 @@ def of_path(path: Path, origin: str) -> Iterator[Entry]:
 
 def _is_code(file: Path) -> bool:
     """Whether a file of a folder is meant as a code module: C or C++ with `opengpac.h`, or a shared object that is not Python's own."""
-    if file.suffix in _SOURCES:
+    if is_source(file):
         return "opengpac.h" in file.read_text(errors="replace")
     return file.suffix == ".so" and ".abi3" not in file.name and ".cpython" not in file.name
 
 
 def _of_file(file: Path, origin: str) -> Iterator[Component]:
     module = f"{origin.replace('.', '_')}:{file.stem.removeprefix('lib')}"
-    code = _built(file) if file.suffix in _SOURCES else file
+    code = _built(file) if is_source(file) else file
     for interface in without_system().enter_module(module, str(code)):
         yield block_component(Block(interface, str(code)), origin, origin, str(file))
 

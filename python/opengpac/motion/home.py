@@ -125,7 +125,7 @@ _MOVES = ("seek", "back", "creep", "brake")
     manual=True,
 )
 def home(arm: Joint, switch: SVV[bool], /, speed: float | str = "10 %", creep: float | str = "1 %", position: float | str = 0.0) -> Homed:
-    """Homes a joint on a switch: moves until it is on, back until it is off, slowly on again; that place is called `position`.
+    """Homes a joint on a switch: moves until it is on, back until it is off, slowly on again; that position is called `position`.
 
     switch: an SVV of type bool that is true on the switch, or at an index mark; speed: rad/s (m/s) of the search, negative to search
     the other way; creep: of the slow approach, of the same sign; position: rad (m). When it returns the joint is `homed`, and stands

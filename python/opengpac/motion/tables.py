@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from .. import library
 from ..errors import CallError, refuse
 from ..frames import Pose
 
-POINTS_MAX = 64
-"""The most way-points of one path."""
+POINTS_MAX = int(library.path_planner.items["points"].type.split("[")[1].rstrip("]"))
+"""The maximum number of way-points of one path: the rows of the planner's table."""
 
-JOINTS_MAX = 16
-"""The most joints of one path."""
+JOINTS_MAX = library.path_planner.items["n"].most
+"""The maximum number of joints of one path."""
 
 
 def way_points(given: Any, objects: Mapping[str, Any]) -> Any:

@@ -32,7 +32,7 @@ _SHAPES = {
 
 
 def _rules(rules: Mapping[str, str]) -> str:
-    """Of these pictures alone: a page may hold other elements of such names."""
+    """Prefix of the classes of these pictures: a page may hold other elements of such names."""
     return "".join(f".opengpac-picture {what}{{{look}}}" for what, look in rules.items())
 
 

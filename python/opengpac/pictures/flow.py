@@ -25,7 +25,7 @@ class _Port(NamedTuple):
     mode: str
     """Empty: synchronous."""
     value: str
-    """Of what is given as a constant, or left to its default."""
+    """The mode of a port that is given a constant, or left to its default."""
 
     def about(self) -> str:
         """Its type, unit and mode, in short."""

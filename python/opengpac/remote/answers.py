@@ -48,7 +48,7 @@ class Incoming:
         self._began = False
 
     def again(self) -> Self:
-        """The same from its begin: who read it was interrupted."""
+        """The same from its beginning: whatever read it was interrupted."""
         self._came = b"".join(self._all or ())
         return self
 
@@ -70,7 +70,7 @@ class Incoming:
         return taken
 
     def exactly(self, size: int) -> bytes:
-        """So many bytes."""
+        """Reads so many bytes."""
         parts, missing = [self._came[:size]], size - len(self._came)
         self._came = self._came[size:]
         while missing > 0:

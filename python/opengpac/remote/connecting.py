@@ -39,11 +39,11 @@ def connect(
     runs goes on; leaving `with` by an exception, or ending without `close`, is being cut off: each verb that this session started
     follows its `if_cut_off`. Where the system does not answer any more, every call raises `ConnectionLost`.
 
-    In a program that `opengpac check` follows it is an embedded system with nothing in it.
+    `progress` is that of `gpac.System`. In a program that `opengpac check` follows it is an embedded system with nothing in it.
     """
     if checking.active():
         address(url)
-        return System(name or "elsewhere", clock="virtual")
+        return System(name or "remote", clock="virtual")
     session = open_session(url, name, token=token, ca=ca, certificate=certificate, command=command, lost_after=lost_after)
     system = System.__new__(System)
     system._begin(Remote(session), session.version["system"], session.version["clock"] == "virtual", progress, session)

@@ -18,10 +18,8 @@ from xml.etree import ElementTree
 
 from .. import _native
 from ..errors import DeviceFailed, ModuleError, refusals, refuse
+from ..files import is_source
 from .session import Session
-
-SOURCES = (".c", ".cc", ".cpp", ".cxx")
-"""What is compiled; any other file is taken for a shared object."""
 
 TARGET = f"{platform.machine()}-{sys.platform}"
 """The kind of machine that shared objects made here run on."""
@@ -37,7 +35,7 @@ def put_module(session: Session, path: str, name: str | None) -> dict[str, Any]:
     if not file.is_file():
         refuse(ModuleError, f"there is no file '{path}'", "give a C or C++ file, or a shared object")
     module = name or file.stem.removeprefix("lib")
-    if file.suffix in SOURCES and session.version["target"] == TARGET:
+    if is_source(file) and session.version["target"] == TARGET:
         with tempfile.TemporaryDirectory() as folder:
             built = Path(folder) / f"{file.stem}.so"
             with refusals:
@@ -49,7 +47,7 @@ def put_module(session: Session, path: str, name: str | None) -> dict[str, Any]:
 def _put(session: Session, module: str, file: Path) -> dict[str, Any]:
     content = _content(file, ModuleError)
     about = {"file": file.name, "sha256": hashlib.sha256(content).hexdigest()}
-    if file.suffix not in SOURCES:
+    if not is_source(file):
         about |= {"abi": str(_abi()), "target": TARGET}
     return session.answer("PUT", f"/v1/modules/{quote(module, safe='')}?{urlencode(about)}", content)["result"]
 

@@ -82,7 +82,7 @@ def open_session(
 
 
 def _tls(to: Address, ca: File | None, certificate: File | None) -> ssl.SSLContext | None:
-    """What is trusted, and who this is, for an address with TLS."""
+    """The certificates that are trusted, and the client's own, for an address with TLS."""
     if not to.secure:
         if ca is not None or certificate is not None:
             refuse(CallError, f"{to} has no TLS, and is given a certificate", "write https://HOST:PORT, or leave ca= and certificate= out")

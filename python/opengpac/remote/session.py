@@ -219,7 +219,7 @@ def _told(answer: Answer) -> dict[str, Any]:
 
 
 def _version(transport: Transport) -> dict[str, Any]:
-    """Who is there; refused where the two would not understand each other."""
+    """Asks for the versions of the other side; refused where the two would not understand each other."""
     transport.remedy = "is the system running there? opengpac rts starts one, and prints its address"
     with refusals:
         there = _told(transport.request("GET", "/v1/version", timeout_s=ANSWER_S))

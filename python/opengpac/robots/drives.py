@@ -15,7 +15,7 @@ from ..verbs import Verb
 from .servos import SERVO_PERIOD, joint_follower, joint_servo
 
 JOG_SPEED = 0.25
-"""Of a joint that nothing says more of, rad/s."""
+"""Maximum speed of a joint for which nothing says another, rad/s."""
 
 _SLIDING = {"max_speed": 0.25, "jog_speed": 0.05, "max_acceleration": 1.0, "max_jerk": 10.0}
 """Limits of sliding joints, in m, where nothing says others."""

@@ -23,8 +23,8 @@ from ..drivers.simulated import mujoco_folder
 from ..errors import CallError, DefinitionError, DeviceFailed, Unreachable, refusals, refuse
 from ..frames import Pose
 
-JOINTS_MAX = 16
-"""The most joints of a chain."""
+JOINTS_MAX = lib.forward_kinematics.items["n"].most
+"""The maximum number of joints of a chain."""
 
 NONE, HINGE, SLIDE = 0, 1, 2
 """The kinds of joints: one that does not move the tool, one that turns, one that slides."""
@@ -200,7 +200,7 @@ def _flange(mujoco: Any, model: Any, data: Any, ids: list[int], named: str | Non
 
 
 def _tool_site(mujoco: Any, model: Any, ids: list[int], named: str | None) -> int | None:
-    """Of the sites that can be a tool the one that most of these joints move: in a world of several arms each has its own."""
+    """The site, of those that can be a tool, that most of these joints move: in a world of several arms each has its own."""
     forces = [int(model.sensor_objid[s]) for s in range(model.nsensor) if model.sensor_type[s] == int(mujoco.mjtSensor.mjSENS_FORCE)]
     names = [model.site(s).name for s in range(model.nsite)]
 

@@ -21,7 +21,7 @@ _KEYS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "name": lambda b: (b["instance"], b["label"]),
 }
 _FULL, _BUSY = 0.9, 0.6
-"""Of a core: above them a line is red, yellow."""
+"""Shares of a core: above them a line is red, or yellow."""
 
 
 @dataclass

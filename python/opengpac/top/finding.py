@@ -13,7 +13,7 @@ class Found(NamedTuple):
     """A daemon that answers."""
 
     name: str
-    """That of its socket, which is that of its system."""
+    """The name of its socket, which is that of its system."""
     url: str
 
 

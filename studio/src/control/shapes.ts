@@ -827,7 +827,7 @@ export interface Item {
   history: number;
   /** Default of a parameter, preset, defaulted input, in bytes of the type (from the descriptor's image); size: unused. */
   default: number[];
-  /** Size item: least and greatest n. */
+  /** Size item: minimum and maximum n. */
   least: number;
   most: number;
 }

@@ -11,7 +11,7 @@ use opengpac::{Condition, ConditionOf};
 
 /// How often a step that a joint cannot make is halved before the motion ends.
 const HALVINGS: u32 = 6;
-const ANYWHERE: Ranges = Ranges { least: &[f64::NEG_INFINITY; JOINTS_MAX], greatest: &[f64::INFINITY; JOINTS_MAX] };
+const ANYWHERE: Ranges = Ranges { min: &[f64::NEG_INFINITY; JOINTS_MAX], max: &[f64::INFINITY; JOINTS_MAX] };
 
 /// Where a motion is.
 #[derive(Clone, Copy, Debug, Default)]

@@ -18,7 +18,7 @@ const DAMPING_MIN: f64 = 1e-14;
 /// Iterations of one attempt: enough from half a turn away.
 const ITERATIONS: u32 = 80;
 
-/// The greatest error that counts as reached.
+/// The maximum error that counts as reached.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
     /// m
@@ -32,8 +32,8 @@ pub struct Tolerance {
 /// Where each joint may be, rad or m.
 #[derive(Clone, Copy, Debug)]
 pub struct Ranges<'a> {
-    pub least: &'a [f64],
-    pub greatest: &'a [f64],
+    pub min: &'a [f64],
+    pub max: &'a [f64],
 }
 
 /// The best that was found.
@@ -60,7 +60,7 @@ pub fn inverse(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: 
     search.found(tolerance)
 }
 
-/// As [`inverse`], and where that fails from other places in the ranges, `attempts` in all: of those that reach it, the first.
+/// As [`inverse`], and where that fails from other positions in the ranges, `attempts` in all: of those that reach it, the first.
 pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: Tolerance, attempts: u32) -> Found {
     let mut best = inverse(arm, goal, near, ranges, tolerance);
     for attempt in 1..attempts.max(1) {
@@ -70,7 +70,7 @@ pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, to
         let mut from = [0.0; JOINTS_MAX];
         for (i, from) in from.iter_mut().enumerate().take(near.len()) {
             // A range beyond a turn either way has nothing new for a hinge.
-            let (low, high) = (ranges.least[i].max(near[i] - std::f64::consts::PI), ranges.greatest[i].min(near[i] + std::f64::consts::PI));
+            let (low, high) = (ranges.min[i].max(near[i] - std::f64::consts::PI), ranges.max[i].min(near[i] + std::f64::consts::PI));
             *from = if arm.moves(i) { low + (high - low) * halton(attempt, i) } else { near[i] };
         }
         let other = inverse(arm, goal, &from[..near.len()], ranges, tolerance);
@@ -85,8 +85,8 @@ pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, to
 pub fn in_the_way(arm: &Arm, goal: &Pose, near: &[f64], found: &Found, tolerance: Tolerance, attempts: u32) -> Option<usize> {
     let joint = found.stopped_by?;
     let turn = |sign: f64| -> [f64; JOINTS_MAX] { std::array::from_fn(|i| near.get(i).map_or(0.0, |q| q + sign * 2.0 * std::f64::consts::PI)) };
-    let (least, greatest) = (turn(-1.0), turn(1.0));
-    let free = inverse_anywhere(arm, goal, near, Ranges { least: &least, greatest: &greatest }, tolerance, attempts);
+    let (min, max) = (turn(-1.0), turn(1.0));
+    let free = inverse_anywhere(arm, goal, near, Ranges { min: &min, max: &max }, tolerance, attempts);
     free.reached.then_some(joint)
 }
 
@@ -121,7 +121,7 @@ impl<'a> Search<'a> {
     fn new(arm: &'a Arm<'a>, goal: &'a Pose, near: &[f64], ranges: Ranges<'a>, tolerance: Tolerance) -> Search<'a> {
         let mut q = [0.0; JOINTS_MAX];
         for (i, q) in q.iter_mut().enumerate().take(near.len()) {
-            *q = near[i].max(ranges.least[i]).min(ranges.greatest[i]);
+            *q = near[i].max(ranges.min[i]).min(ranges.max[i]);
         }
         let posture = arm.posture(&q[..arm.joints()]);
         let mut search = Search { arm, goal, ranges, tolerance, q, posture, error: [0.0; 6], caution: 1.0, stopped_by: None };
@@ -151,7 +151,7 @@ impl<'a> Search<'a> {
             let step = self.step(&rows, now);
             let mut q = self.q;
             for i in 0..n {
-                q[i] = (q[i] + step[i]).max(self.ranges.least[i]).min(self.ranges.greatest[i]);
+                q[i] = (q[i] + step[i]).max(self.ranges.min[i]).min(self.ranges.max[i]);
             }
             let posture = self.arm.posture(&q[..n]);
             let error = self.error_at(&posture);
@@ -174,8 +174,7 @@ impl<'a> Search<'a> {
             let step = damped(&rows[..n], &self.error, DAMPING_MIN + self.caution * 0.1 * error_square);
             let outward = |i: &usize| {
                 let further = self.q[*i] + step[*i];
-                (self.q[*i] <= self.ranges.least[*i] && further < self.ranges.least[*i])
-                    || (self.q[*i] >= self.ranges.greatest[*i] && further > self.ranges.greatest[*i])
+                (self.q[*i] <= self.ranges.min[*i] && further < self.ranges.min[*i]) || (self.q[*i] >= self.ranges.max[*i] && further > self.ranges.max[*i])
             };
             match (0..n).find(outward) {
                 Some(joint) => {
@@ -225,7 +224,7 @@ mod tests {
     use super::*;
 
     const FINE: Tolerance = Tolerance { position: 1e-9, angle: 1e-9, orientation: true };
-    const WIDE: Ranges = Ranges { least: &[-6.3; 6], greatest: &[6.3; 6] };
+    const WIDE: Ranges = Ranges { min: &[-6.3; 6], max: &[6.3; 6] };
 
     #[test]
     fn it_comes_back_to_a_pose_that_the_arm_can_have() {
@@ -248,7 +247,7 @@ mod tests {
         let arm = chain.read(2).expect("a chain");
         let goal = Pose { position: [0.0, 2.0, 0.0], ..Pose::IDENTITY };
         let tolerance = Tolerance { orientation: false, ..FINE };
-        let found = inverse(&arm, &goal, &[0.4, 0.4], Ranges { least: &[-3.0; 2], greatest: &[3.0; 2] }, tolerance);
+        let found = inverse(&arm, &goal, &[0.4, 0.4], Ranges { min: &[-3.0; 2], max: &[3.0; 2] }, tolerance);
         assert!(!found.reached && found.stopped_by.is_none());
         assert!((found.position_error - 0.5).abs() < 1e-6, "{}", found.position_error);
     }
@@ -259,13 +258,13 @@ mod tests {
         let arm = chain.read(2).expect("a chain");
         let goal = arm.posture(&[1.5, 0.5]).tool;
         let tolerance = Tolerance { orientation: false, ..FINE };
-        let found = inverse(&arm, &goal, &[0.2, 0.3], Ranges { least: &[-1.0; 2], greatest: &[1.0, 3.0] }, tolerance);
+        let found = inverse(&arm, &goal, &[0.2, 0.3], Ranges { min: &[-1.0; 2], max: &[1.0, 3.0] }, tolerance);
         assert_eq!((found.reached, found.stopped_by), (false, Some(0)));
         assert!(found.q[0] <= 1.0);
         assert_eq!(in_the_way(&arm, &goal, &[0.2, 0.3], &found, tolerance, 1), Some(0));
         // A goal that no range would make reachable is nobody's fault.
         let far = Pose { position: [0.0, 2.0, 0.0], ..goal };
-        let found = inverse(&arm, &far, &[0.2, 0.3], Ranges { least: &[-1.0; 2], greatest: &[1.0, 3.0] }, tolerance);
+        let found = inverse(&arm, &far, &[0.2, 0.3], Ranges { min: &[-1.0; 2], max: &[1.0, 3.0] }, tolerance);
         assert_eq!((found.stopped_by, in_the_way(&arm, &far, &[0.2, 0.3], &found, tolerance, 1)), (Some(0), None));
     }
 }

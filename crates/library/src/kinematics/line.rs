@@ -2,8 +2,8 @@
 //! A straight line of the tool, planned whole before anything moves.
 //!
 //! The tool goes from its pose at `from` to a goal along a straight line and turns evenly about one axis, a jerk-limited profile s(t)
-//! along both. The plan follows the line by inverse kinematics at [`SAMPLES`] places. So a line that leaves a joint's range or the
-//! reach of the arm is known before it begins, and its speed is what the joints can do at their worst place: with q' = dq/ds and
+//! along both. The plan follows the line by inverse kinematics at [`SAMPLES`] points. So a line that leaves a joint's range or the
+//! reach of the arm is known before it begins, and its speed is what the joints can do at their worst point: with q' = dq/ds and
 //! q'' = d²q/ds² there, ṡ ≤ v/|q'|, ṡ² ≤ a/(2 |q''|), s̈ ≤ a/(2 |q'|) keep every joint within its speed v and acceleration a.
 use super::JOINTS_MAX;
 use super::chain::Arm;
@@ -12,13 +12,13 @@ use super::pose::{Numbers, Pose, length};
 use crate::profile::{Coefficients, Limits, plan};
 use opengpac::{ConditionOf, Type};
 
-/// Places of a line at which a plan looks.
+/// Points of a line at which a plan looks.
 pub const SAMPLES: usize = 128;
 /// How near to the line the tool must be able to come, m and rad.
 pub const ON_THE_LINE: Tolerance = Tolerance { position: 1e-7, angle: 1e-7, orientation: true };
-/// A joint that moves further than this from one place to the next has gone to another posture.
+/// A joint that moves further than this from one point to the next has gone to another posture.
 const LEAP: f64 = 0.5;
-/// Places from which the goal of a line that cannot be gone is tried, to say why.
+/// Positions from which the goal of a line that cannot be gone is tried, to say why.
 const ATTEMPTS: u32 = 4;
 
 /// A planned line. Poses are x y z (m), then the quaternion w x y z.
@@ -55,7 +55,7 @@ pub struct Wish<'a> {
     /// Of each joint; the jerk is not used.
     pub joints: &'a [Limits],
     pub ranges: Ranges<'a>,
-    /// The least part of the speed asked for that is worth going.
+    /// The minimum part of the speed asked for that is worth going.
     pub slowest: f64,
 }
 
@@ -125,7 +125,7 @@ fn part_of(limits: &Limits, way: f64, most: &Limits) -> Limits {
     Limits { speed: most.speed.min(limits.speed / way), acceleration: most.acceleration.min(limits.acceleration / way), jerk: most.jerk.min(limits.jerk / way) }
 }
 
-/// The joint positions at the next place of a line, from those at the one before; `wish.goal` tells why not.
+/// The joint positions at the next point of a line, from those at the one before; `wish.goal` tells why not.
 pub fn next(arm: &Arm, goal: &Pose, here: &[f64; JOINTS_MAX], wish: &Wish) -> Result<[f64; JOINTS_MAX], Obstacle> {
     let n = arm.joints();
     let found = inverse(arm, goal, &here[..n], wish.ranges, ON_THE_LINE);

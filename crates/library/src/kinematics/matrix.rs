@@ -32,7 +32,7 @@ pub fn solve(a: &Square, b: &[f64; 6]) -> Option<[f64; 6]> {
     Some(x)
 }
 
-/// The eigenvalues of a symmetric matrix, the greatest first (Jacobi's rotations, cyclic).
+/// The eigenvalues of a symmetric matrix, the largest first (Jacobi's rotations, cyclic).
 pub fn eigenvalues(a: &Square) -> [f64; 6] {
     const SWEEPS: usize = 12;
     let mut a = *a;

@@ -10,7 +10,7 @@ pub mod matrix;
 pub mod polyline;
 pub mod pose;
 
-/// The most joints of a chain.
+/// The maximum number of joints of a chain.
 pub const JOINTS_MAX: usize = 16;
 /// A chain is made for another number of joints, or one of its axes or frames is no unit vector or quaternion.
 pub const BAD_CHAIN: u32 = 1;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Straight lines of the tool through poses, joined by blends, planned whole before anything moves.
 //!
-//! The place of the tool goes along a [`Path`] of four coordinates: x, y, z, and the angle by which it has turned since the start, so
+//! The position of the tool goes along a [`Path`] of four coordinates: x, y, z, and the angle by which it has turned since the start, so
 //! that the orientation has a speed and an acceleration too. On a line the orientation turns evenly about one axis; in a blend it goes
-//! from the one turn into the other as the place does (de Casteljau's construction, with turns for lines). Inverse kinematics follows
+//! from the one turn into the other as the position does (de Casteljau's construction, with turns for lines). Inverse kinematics follows
 //! the whole path beforehand, and the path is slowed down as a whole until no joint exceeds its limits anywhere.
 use super::JOINTS_MAX;
 use super::chain::Arm;
@@ -14,11 +14,11 @@ use crate::path::{POINTS_MAX, Part, Passing, Path, plan_in};
 use opengpac::Type;
 
 const ALL: usize = POINTS_MAX + 1;
-/// Places of a path at which a plan looks.
+/// Points of a path at which a plan looks.
 const SAMPLES: usize = 512;
-/// Places within a period at which a change of the pace is checked.
+/// Points within a period at which a change of the pace is checked.
 const PLACES: u32 = 6;
-/// Coordinates that are the place, and that of the angle.
+/// Coordinates that are the position, and that of the angle.
 const SPACE: usize = 3;
 /// Way-points nearer than this, m and rad, are one.
 const SAME: f64 = 1e-8;
@@ -37,7 +37,7 @@ pub struct Polyline {
     pub from: [f64; JOINTS_MAX],
     /// Joint positions at its end.
     pub to: [f64; JOINTS_MAX],
-    /// Maximum acceleration of the place (m/s²) and of the angle (rad/s²).
+    /// Maximum acceleration of the position (m/s²) and of the angle (rad/s²).
     pub acceleration: [f64; 2],
 }
 
@@ -117,7 +117,7 @@ impl Polyline {
         if self.path.points < 2 { self.quaternion[0] } else { between(self.quaternion[after], self.quaternion[after + 1], share) }
     }
 
-    /// Velocity and acceleration of the place and of the angle at a time, as the limits see them.
+    /// Velocity and acceleration of the position and of the angle at a time, as the limits see them.
     fn motion(&self, time_s: f64) -> ([f64; 4], [f64; 4]) {
         let (mut velocity, mut acceleration) = ([0.0; 4], [0.0; 4]);
         self.path.evaluate(time_s, &mut [0.0; 4], &mut velocity, &mut acceleration);
@@ -179,7 +179,7 @@ fn between(from: [f64; 4], to: [f64; 4], share: f64) -> [f64; 4] {
     from.along(from.to(&to), share).quaternion
 }
 
-/// The seven numbers of way-points as poses, up to the first that is none: then its place in the list.
+/// The seven numbers of way-points as poses, up to the first that is none: then its index in the list.
 pub fn read_poses(given: &[Numbers; POINTS_MAX]) -> Result<[Pose; POINTS_MAX], usize> {
     let mut poses = [Pose::IDENTITY; POINTS_MAX];
     for (k, (pose, given)) in poses.iter_mut().zip(given).enumerate() {

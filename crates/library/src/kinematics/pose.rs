@@ -46,6 +46,26 @@ impl Pose {
         Pose { position: self.point(inner.position), quaternion: unit(product(self.quaternion, inner.quaternion)) }
     }
 
+    /// The reference of this frame, seen from it.
+    pub fn inverse(&self) -> Pose {
+        let quaternion = conjugate(self.quaternion);
+        Pose { position: scale(rotate(quaternion, self.position), -1.0), quaternion }
+    }
+
+    /// A position turned by roll, pitch and yaw: about the fixed x, then y, then z axis, rad.
+    pub fn of_rpy(position: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> Pose {
+        let about = [turn([1.0, 0.0, 0.0], roll), turn([0.0, 1.0, 0.0], pitch), turn([0.0, 0.0, 1.0], yaw)];
+        Pose { position, quaternion: product(product(about[2], about[1]), about[0]) }
+    }
+
+    /// Roll, pitch and yaw, rad; pitch is within ± π/2. Where only the difference of roll and yaw is known, roll takes it all.
+    pub fn rpy(&self) -> [f64; 3] {
+        let [x, y, z] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|axis| rotate(self.quaternion, axis));
+        let across = x[0].hypot(x[1]);
+        let pitch = (-x[2]).atan2(across);
+        if across < 1e-9 { [(-z[1]).atan2(y[1]), pitch, 0.0] } else { [y[2].atan2(z[2]), pitch, x[1].atan2(x[0])] }
+    }
+
     /// From here to `goal`: the way (m), and the rotation vector (axis times angle, rad, at most pi), both in the reference frame.
     pub fn to(&self, goal: &Pose) -> ([f64; 3], [f64; 3]) {
         let turn = product(goal.quaternion, conjugate(self.quaternion));
@@ -143,6 +163,16 @@ mod tests {
         assert!(length(subtract(point, [1.0, 3.0, 3.0])) < 1e-15);
         let back = frame.then(&Pose { position: [0.0, 0.0, 0.0], quaternion: conjugate(frame.quaternion) });
         assert!((back.quaternion[0] - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_inverse_leads_back_and_roll_pitch_yaw_are_read_as_they_are_written() {
+        let frame = Pose::of_rpy([1.0, 2.0, 3.0], [0.3, -0.7, 2.0]);
+        let back = frame.inverse().then(&frame);
+        assert!(length(back.position) < 1e-15 && length(rotation_vector(back.quaternion)) < 1e-15);
+        assert!(frame.rpy().iter().zip([0.3, -0.7, 2.0]).all(|(read, written)| (read - written).abs() < 1e-15));
+        let upright = Pose::of_rpy([0.0; 3], [0.4, FRAC_PI_2, 0.1]).rpy();
+        assert!((upright[0] - 0.3).abs() < 1e-7 && (upright[1] - FRAC_PI_2).abs() < 1e-7 && upright[2] == 0.0, "{upright:?}");
     }
 
     #[test]

@@ -80,7 +80,7 @@ impl Composing<'_> {
                     if before == to {
                         continue;
                     }
-                    let message = format!("the condition '{condition}' leads {} elsewhere in each, and their initial lists are one", self.both(first, at));
+                    let message = format!("the condition '{condition}' leads {} to different lists, and their initial lists are one", self.both(first, at));
                     let is_system = SYSTEM.contains(&condition.as_str()) || LIMITS.contains(&condition.as_str());
                     let remedy = if is_system {
                         "let it lead both to lists of their own, to which nothing else leads, or both back".to_owned()

@@ -258,7 +258,7 @@ fn parts_that_run_together_do_not_write_wait_or_end_against_each_other() {
     );
     assert_eq!(
         together(own.clone(), own, apart()),
-        "CompositionConflict: the condition 'enough' leads part 'a' and part 'b' elsewhere in each, and their initial lists are one; rename one: rename={'b.enough': 'b_enough'} at c.py:9"
+        "CompositionConflict: the condition 'enough' leads part 'a' and part 'b' to different lists, and their initial lists are one; rename one: rename={'b.enough': 'b_enough'} at c.py:9"
     );
     assert_eq!(
         refused(plain(), json!({"command_lists": start(&["+s 2ms"])}), json!({"together": true, "transitions": [], "share": ["s"]})),
@@ -294,7 +294,7 @@ fn a_system_condition_that_parts_answer_across_is_refused_with_a_remedy_that_hol
         refused(stopping(a), stopping(b), json!({"together": true, "transitions": [], "rename": {"b.y": "z", "b.last": "z_last", "b.enough": "z_enough"}}))
     };
     let said = together("stop", "give_up");
-    assert!(said.contains("the condition 'time_limit' leads part 'a' and part 'b' elsewhere in each"), "{said}");
+    assert!(said.contains("the condition 'time_limit' leads part 'a' and part 'b' to different lists"), "{said}");
     assert!(said.contains("let it lead both to lists of their own, to which nothing else leads, or both back") && !said.contains("rename"), "{said}");
     assert_eq!((together("stop", "stop"), together("give_up", "give_up")), (String::new(), String::new()), "the remedy holds");
 }

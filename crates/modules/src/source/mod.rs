@@ -19,6 +19,10 @@ impl Backend for Sources {
         Description { kind: "a C or C++ source", endings: &["c", "cpp", "cc", "cxx"] }
     }
 
+    fn is_source(&self) -> bool {
+        true
+    }
+
     /// A text tells no language: its name does.
     fn probe(&self, _bytes: &[u8]) -> bool {
         false

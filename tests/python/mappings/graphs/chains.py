@@ -121,7 +121,7 @@ def echo_against_the_order(stage: Stage) -> Graph:
 
 @graph()
 def echo_within_a_software_source(stage: Stage) -> Graph:
-    """The same delay where the loop is on a processor that is driven from elsewhere."""
+    """The same delay where the loop is on a processor that another one drives."""
     return Graph(
         blocks={"wave": stage.code.scatter(seed=9), "echo": stage.code.echo(g=0.75), "pass": lib.block("gain")(k=-1.0)},
         cells={"u": ["wave.y", "echo.u"], "y": ["echo.y", "pass.u"], "back": ["pass.y", "echo.back"]},

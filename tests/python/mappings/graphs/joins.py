@@ -69,7 +69,7 @@ def diamond_with_a_long_side(stage: Stage) -> Graph:
 
 @graph()
 def join_here_and_there(stage: Stage) -> Graph:
-    """One input is driven in the firing of a processor, the other comes from elsewhere."""
+    """One input is driven in the firing of a processor, the other comes from another processor."""
     return Graph(
         blocks={
             "wave": stage.code.scatter(seed=13),

@@ -17,10 +17,10 @@ pub struct RateLimiter {
     /// limited input
     #[output(unit = "=u")]
     y: f64,
-    /// greatest rise in a second
+    /// maximum rise in a second
     #[param(default = 1.0)]
     rising: f64,
-    /// greatest fall in a second
+    /// maximum fall in a second
     #[param(default = 1.0)]
     falling: f64,
     /// the output does not follow

@@ -74,7 +74,7 @@ impl Step for DifferentialKinematics {
         }
         let span_s = (invocation.time_ns - self.before_ns) as f64 * 1e-9;
         self.before_ns = invocation.time_ns;
-        let ranges = Ranges { least: &self.position_min[..n], greatest: &self.position_max[..n] };
+        let ranges = Ranges { min: &self.position_min[..n], max: &self.position_max[..n] };
         let found = inverse(&arm, &pose, &self.q[..n], ranges, ON_THE_LINE);
         let mut part: f64 = 1.0;
         for i in 0..n {

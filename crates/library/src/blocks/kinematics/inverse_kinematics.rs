@@ -10,7 +10,7 @@ use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 /// The ranges of the joints are respected. Where `goal` is not reached, q is the nearest that was found: then `limit` says which
 /// joint's range is in the way (0: the first), else `unreachable` says how far the tool is from it (m). `singular` comes too
 /// where the minimum singular value of the Jacobian at q is below its preset: small motions of the tool ask for large ones of a joint. Bounded: 80
-/// iterations an attempt, each some 10 µs; one attempt starts from `near`, the others elsewhere in the ranges.
+/// iterations an attempt, each some 10 µs; one attempt starts from `near`, the others from other positions in the ranges.
 /// Source: Sugihara, IEEE Transactions on Robotics 27(5), 2011.
 /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or the goal has no unit quaternion.
 #[derive(FunctionBlock)]
@@ -54,7 +54,7 @@ pub struct InverseKinematics {
     /// whether the orientation of the goal matters
     #[param(default = true)]
     orientation: bool,
-    /// places from which it tries, `near` the first
+    /// joint positions from which it tries, `near` the first
     #[param(default = 1)]
     attempts: u32,
     /// the goal is out of reach; the value is how far, m
@@ -73,7 +73,7 @@ impl Step for InverseKinematics {
         let n = self.n as usize;
         let Some(arm) = self.chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
         let (Some(goal), true) = (Pose::of(&self.goal), self.near[..n].iter().all(|q| q.is_finite())) else { return Outcome::Fault(BAD_POSE) };
-        let ranges = Ranges { least: &self.position_min[..n], greatest: &self.position_max[..n] };
+        let ranges = Ranges { min: &self.position_min[..n], max: &self.position_max[..n] };
         let tolerance = Tolerance { position: self.tolerance, angle: self.angle_tolerance, orientation: self.orientation };
         let found = inverse_anywhere(&arm, &goal, &self.near[..n], ranges, tolerance, self.attempts);
         (self.q, self.reached) = (found.q, found.reached);

@@ -6,7 +6,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// Geometric Jacobian: (v, ω) = J(q) q', the tool's velocity for joint velocities q'.
 ///
 /// Row i of `jacobian` is column i of J: the tool's linear velocity x y z and angular velocity x y z, in the frame in which poses
-/// are given, for a speed of 1 of joint i; so `twist = jacobian.T @ velocity` and `effort = jacobian @ wrench`. `least` is J's least
+/// are given, for a speed of 1 of joint i; so `twist = jacobian.T @ velocity` and `effort = jacobian @ wrench`. `least` is J's smallest
 /// singular value (m and rad mixed), 0 in a singularity. Source: Lynch and Park, *Modern Robotics*, 2017, section 5.1.
 /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite.
 #[derive(FunctionBlock)]

@@ -23,7 +23,7 @@ pub struct LineGenerator {
     /// the planned line
     #[input(asynchronous)]
     line: Line,
-    /// share of the speed that is allowed now, 0 to 1; the least of the joints counts for all
+    /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
     #[input(asynchronous, default = [1.0; 16], sized)]
     r#override: [f64; 16],
     /// the same for the whole cell; both are multiplied
@@ -154,9 +154,9 @@ mod tests {
     const ANGULAR: Limits = Limits { speed: 1.0, acceleration: 5.0, jerk: 50.0 };
     const JOINT: Limits = Limits { speed: 3.0, acceleration: 5.0, jerk: 1.0 };
 
-    fn planned(chain: &Chain, from: &[f64; 6], goal: Pose, greatest: f64) -> Result<Line, Obstacle> {
+    fn planned(chain: &Chain, from: &[f64; 6], goal: Pose, most: f64) -> Result<Line, Obstacle> {
         let arm = chain.read(6).expect("a chain");
-        let ranges = Ranges { least: &[-6.3; 6], greatest: &[greatest; 6] };
+        let ranges = Ranges { min: &[-6.3; 6], max: &[most; 6] };
         plan_line(1.0, &arm, &Wish { from, goal, linear: LINEAR, angular: ANGULAR, joints: &[JOINT; 6], ranges, slowest: 0.02 })
     }
 

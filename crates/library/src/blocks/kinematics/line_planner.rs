@@ -11,8 +11,8 @@ use std::f64::consts::PI;
 /// Line planner: a straight line of the tool, pose(s) = (start + s (goal - start), start turned by s of the angle), s jerk-limited from 0 to 1.
 ///
 /// Execute it once; a `line_generator` bound to its line makes the motion. The whole line is followed by inverse kinematics before
-/// anything moves, at 128 places: where it leaves a joint's range, the reach of the arm or comes too near to a singularity, there is
-/// no line, only a condition. The speed is the one asked for, or what the joints can do at their worst place. It takes about
+/// anything moves, at 128 points: where it leaves a joint's range, the reach of the arm or comes too near to a singularity, there is
+/// no line, only a condition. The speed is the one asked for, or what the joints can do at their worst point. It takes about
 /// a millisecond, and allocates nothing. From rest to rest.
 /// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or the goal has no unit quaternion; 3 a limit is not above 0.
 #[derive(FunctionBlock)]
@@ -68,7 +68,7 @@ pub struct LinePlanner {
     /// maximum jerk of its orientation
     #[param(default = 50.0)]
     angular_jerk: f64,
-    /// least part of the speed asked for that is worth going, 0 to 1
+    /// minimum part of the speed asked for that is worth going, 0 to 1
     #[param(default = 0.02)]
     slowest: f64,
     /// the goal is out of reach; the value is how far, m
@@ -99,7 +99,7 @@ impl Step for LinePlanner {
         let (Some(goal), true) = (Pose::of(&self.goal), self.start[..n].iter().all(|q| q.is_finite())) else { return Outcome::Fault(BAD_POSE) };
         let joints = Limits::of_joints(&self.speed_max[..n], &self.acceleration_max[..n]);
         let (Some(joints), Some((linear, angular))) = (joints, self.limits()) else { return Outcome::Fault(BAD_LIMIT) };
-        let ranges = Ranges { least: &self.position_min[..n], greatest: &self.position_max[..n] };
+        let ranges = Ranges { min: &self.position_min[..n], max: &self.position_max[..n] };
         let wish = Wish { from: &self.start[..n], goal, linear, angular, joints: &joints[..n], ranges, slowest: self.slowest };
         match plan_line((invocation.number + 1) as f64, &arm, &wish) {
             Ok(line) => {

@@ -20,7 +20,7 @@ pub struct PolylineGenerator {
     /// the planned path
     #[input(asynchronous)]
     path: Polyline,
-    /// share of the speed that is allowed now, 0 to 1; the least of the joints counts for all
+    /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
     #[input(asynchronous, default = [1.0; 16], sized)]
     r#override: [f64; 16],
     /// the same for the whole cell; both are multiplied
@@ -120,7 +120,7 @@ mod tests {
 
     fn planned(poses: &[Pose], blend: f64) -> Result<Polyline, (usize, Obstacle)> {
         let chain = six_joints();
-        let ranges = Ranges { least: &[-6.3; 6], greatest: &[6.3; 6] };
+        let ranges = Ranges { min: &[-6.3; 6], max: &[6.3; 6] };
         let wish = Wish { from: &HOME, goal: Pose::IDENTITY, linear: LINEAR, angular: ANGULAR, joints: &[JOINT; 6], ranges, slowest: 0.02 };
         plan_polyline(1.0, &chain.read(6).expect("a chain"), poses, &vec![Passing { blend, speed: 0.3 }; poses.len()], &wish)
     }

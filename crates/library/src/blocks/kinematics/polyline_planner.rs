@@ -10,11 +10,11 @@ use crate::profile::Limits;
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 
-/// Polyline planner: straight lines of the tool through poses, place = pₖ + u (…), joined by parabolic blends of acceleration (u₂ - u₁) w²/(2 d).
+/// Polyline planner: straight lines of the tool through poses, position = pₖ + u (…), joined by parabolic blends of acceleration (u₂ - u₁) w²/(2 d).
 ///
 /// Execute it once; a `polyline_generator` bound to its path makes the motion. Each pose says by how much the tool may pass it (`blend`,
 /// 0: it stops there) and how fast it may go on the way there; the orientation turns evenly between poses. The whole path is followed
-/// by inverse kinematics before anything moves, at 512 places: where it leaves a joint's range, the reach of the arm or comes too near
+/// by inverse kinematics before anything moves, at 512 points: where it leaves a joint's range, the reach of the arm or comes too near
 /// to a singularity, there is no path, only a condition, and `refused` is the pose it was on the way to. The path is slowed down as a
 /// whole until no joint exceeds its limits. Poses that are one count once, so a list is filled up by repeating its last. It takes
 /// some milliseconds: give it a slow source. It allocates nothing. From rest to rest.
@@ -73,7 +73,7 @@ pub struct PolylinePlanner {
     /// maximum acceleration of its orientation
     #[param(default = 5.0, unit = "rad/s^2")]
     angular_acceleration: f64,
-    /// least part of the speed asked for that is worth going, 0 to 1
+    /// minimum part of the speed asked for that is worth going, 0 to 1
     #[param(default = 0.02)]
     slowest: f64,
     /// a pose is out of reach; the value is how far, m
@@ -88,7 +88,7 @@ pub struct PolylinePlanner {
 }
 
 impl PolylinePlanner {
-    /// Of the tool's place and of its orientation; `None` where one is not positive, or a blend is below 0.
+    /// Of the position of the tool and of its orientation; `None` where one is not positive, or a blend is below 0.
     fn limits(&self) -> Option<(Limits, Limits)> {
         let fastest = self.speed.iter().fold(0.0, |most: f64, s| most.max(*s));
         let linear = Limits { speed: fastest, acceleration: self.acceleration, jerk: 1.0 };
@@ -107,7 +107,7 @@ impl Step for PolylinePlanner {
         let joints = Limits::of_joints(&self.speed_max[..n], &self.acceleration_max[..n]);
         let (Some(joints), Some((linear, angular))) = (joints, self.limits()) else { return Outcome::Fault(BAD_LIMIT) };
         let passing: [Passing; POINTS_MAX] = std::array::from_fn(|k| Passing { blend: self.blend[k], speed: self.speed[k] });
-        let ranges = Ranges { least: &self.position_min[..n], greatest: &self.position_max[..n] };
+        let ranges = Ranges { min: &self.position_min[..n], max: &self.position_max[..n] };
         let wish = Wish { from: &self.start[..n], goal: Pose::IDENTITY, linear, angular, joints: &joints[..n], ranges, slowest: self.slowest };
         match plan_polyline((invocation.number + 1) as f64, &arm, &poses, &passing, &wish) {
             Ok(path) => {

@@ -10,7 +10,7 @@ pub struct Maximum {
     /// inputs
     #[input(sized)]
     u: [f64; 16],
-    /// the greatest of them
+    /// the largest of them
     #[output(unit = "=u")]
     y: f64,
 }

@@ -10,7 +10,7 @@ pub struct Minimum {
     /// inputs
     #[input(sized)]
     u: [f64; 16],
-    /// the least of them
+    /// the smallest of them
     #[output(unit = "=u")]
     y: f64,
 }

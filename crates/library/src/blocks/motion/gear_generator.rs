@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_never_faster_than_its_greatest_speed() {
+    fn it_is_never_faster_than_its_maximum_speed() {
         let mut gear = gear(100.0);
         for k in 0..200i64 {
             gear.master = 1.0 + 0.3 * k as f64 * 0.02;

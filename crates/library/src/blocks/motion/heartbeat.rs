@@ -16,7 +16,7 @@ pub struct Heartbeat {
     /// age of the last change
     #[output(unit = "s")]
     age: f64,
-    /// greatest age
+    /// maximum age
     #[param(default = 0.25, unit = "s")]
     limit: f64,
     /// the last change is too old

@@ -44,13 +44,13 @@ pub struct JointReference {
     /// time between two set-points
     #[param(default = 0.02, unit = "s")]
     period: f64,
-    /// least q_r
+    /// minimum q_r
     #[param(default = -1e6, unit = "rad|m")]
     position_min: f64,
-    /// greatest q_r
+    /// maximum q_r
     #[param(default = 1e6, unit = "rad|m")]
     position_max: f64,
-    /// greatest |q_r'|
+    /// maximum |q_r'|
     #[param(default = 1e6, unit = "rad/s|m/s")]
     speed_max: f64,
     /// whether the range is kept to only when the joint is homed
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn it_approaches_a_setpoint_over_its_period_at_any_rate() {
-        // From rest, the greatest speed is reached after one period: ten invocations of 2 ms, twenty of 1 ms.
+        // From rest, the maximum speed is reached after one period: ten invocations of 2 ms, twenty of 1 ms.
         for step in [1, 2] {
             let mut block = reference();
             assert_eq!(block.step(&at(0)), Outcome::Done);

@@ -63,13 +63,13 @@ pub struct JointServo {
     /// invocations over which a new set-point is approached; 1: at once
     #[param(default = 20)]
     interpolation: u32,
-    /// least q_r
+    /// minimum q_r
     #[param(default = -1e6, unit = "rad|m")]
     position_min: f64,
-    /// greatest q_r
+    /// maximum q_r
     #[param(default = 1e6, unit = "rad|m")]
     position_max: f64,
-    /// greatest |q_r'|
+    /// maximum |q_r'|
     #[param(default = 1e6, unit = "rad/s|m/s")]
     speed_max: f64,
     /// whether the range is kept to only when the joint is homed
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn its_reference_stays_in_the_range_and_below_the_greatest_speed() {
+    fn its_reference_stays_in_the_range_and_below_the_maximum_speed() {
         let mut servo = JointServo { position_max: 0.5, speed_max: 2.0, setpoint: 0.0, ..servo() };
         let mut before = 0.0;
         for k in 0..1000i64 {

@@ -48,7 +48,7 @@ pub struct MotionGenerator {
     /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m")]
     position_max: [f64; 16],
-    /// share of the speed that is allowed now, 0 to 1; the least of the joints counts for all
+    /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
     #[input(asynchronous, default = [1.0; 16], sized)]
     r#override: [f64; 16],
     /// the same for the whole cell; both are multiplied

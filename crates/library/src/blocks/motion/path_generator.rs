@@ -9,7 +9,7 @@ const NO_PLAN: u32 = 1;
 const OTHER_SIZE: u32 = 2;
 /// An override is not within 0 and 1.
 const BAD_OVERRIDE: u32 = 3;
-/// Places within a period at which a change of the pace is checked: a short line or blend may lie between two set-points.
+/// Points within a period at which a change of the pace is checked: a short line or blend may lie between two set-points.
 const PLACES: u16 = 6;
 
 /// Path generator: setpoint = q(τ) of a planned path, τ being running time at the pace of the override.
@@ -26,7 +26,7 @@ pub struct PathGenerator {
     /// the planned path
     #[input(asynchronous)]
     path: Path,
-    /// share of the speed that is allowed now, 0 to 1; the least of the joints counts for all
+    /// share of the speed that is allowed now, 0 to 1; the smallest of the joints counts for all
     #[input(asynchronous, default = [1.0; 16], sized)]
     r#override: [f64; 16],
     /// the same for the whole cell; both are multiplied

@@ -10,7 +10,7 @@ const BAD_LIMIT: u32 = 2;
 /// A goal is outside its joint's range.
 const OUT_OF_RANGE: u32 = 3;
 
-/// Trajectory planner: a jerk-limited motion q(t) = start + (goal - start) s(t), all joints arriving together, in the least time that the limits allow.
+/// Trajectory planner: a jerk-limited motion q(t) = start + (goal - start) s(t), all joints arriving together, in the shortest time that the limits allow.
 ///
 /// Execute it once; a `setpoint_generator` bound to its coefficients makes the motion. The motion is from rest to rest on a
 /// straight line in joint space; section 3.4 of Biagiotti and Melchiorri, 2008, has the equations. It allocates nothing.

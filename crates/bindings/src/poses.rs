@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Poses as seven numbers: x y z in m, then the quaternion w x y z.
+use library::kinematics::pose::{self, Numbers, Pose};
+use pyo3::prelude::*;
+
+/// The seven numbers with a quaternion exactly of length 1; None where its length is not near 1, or a number is not finite.
+#[pyfunction]
+pub fn pose_of(numbers: Numbers) -> Option<Numbers> {
+    Pose::of(&numbers).map(|pose| pose.numbers())
+}
+
+/// A position with roll, pitch and yaw, rad.
+#[pyfunction]
+pub fn pose_of_rpy(position: [f64; 3], rpy: [f64; 3]) -> Numbers {
+    Pose::of_rpy(position, rpy).numbers()
+}
+
+/// Roll, pitch and yaw, rad.
+#[pyfunction]
+pub fn pose_rpy(pose: Numbers) -> [f64; 3] {
+    read(pose).rpy()
+}
+
+/// What is `inner` in the frame `outer`, seen from where that is seen from.
+#[pyfunction]
+pub fn pose_then(outer: Numbers, inner: Numbers) -> Numbers {
+    read(outer).then(&read(inner)).numbers()
+}
+
+/// A point of a frame, seen from where the frame is seen from.
+#[pyfunction]
+pub fn pose_point(frame: Numbers, point: [f64; 3]) -> [f64; 3] {
+    read(frame).point(point)
+}
+
+/// What a frame is seen from, seen from it.
+#[pyfunction]
+pub fn pose_inverse(pose: Numbers) -> Numbers {
+    read(pose).inverse().numbers()
+}
+
+/// The distance between two poses, m, and the angle, rad, 0 to pi.
+#[pyfunction]
+pub fn pose_between(from: Numbers, to: Numbers) -> (f64, f64) {
+    let (way, turn) = read(from).to(&read(to));
+    (pose::length(way), pose::length(turn))
+}
+
+/// Of numbers that `pose_of` gave.
+fn read([x, y, z, w, i, j, k]: Numbers) -> Pose {
+    Pose { position: [x, y, z], quaternion: [w, i, j, k] }
+}
