@@ -19,7 +19,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "time-returns", sentence: "an exchange before the last one succeeds or loses the device, and its readings are finite", run: time_returns },
     Check { name: "nan", sentence: "a command that is not a number is refused, or does not come back in the readings", run: nan },
     Check { name: "infinity", sentence: "a command that is infinite is refused, or does not come back in the readings", run: infinity },
-    Check { name: "huge", sentence: "the greatest commands that there are end nothing", run: huge },
+    Check { name: "huge", sentence: "commands of the maximum magnitude end no exchange", run: huge },
     Check { name: "all-bytes", sentence: "no bytes of a command end anything", run: all_bytes },
     Check { name: "allocation", sentence: "an inline exchange allocates nothing", run: allocation },
     Check { name: "waiting", sentence: "an inline exchange does not wait", run: waiting },
