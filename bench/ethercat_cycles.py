@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Eight EtherCAT axes at 1 kHz beside cyclictest, on one emulated segment with SOEM (pysoem) before it: lateness, exchange, allocations.
+"""Eight EtherCAT axes at 1 kHz beside cyclictest, on one emulated segment with SOEM (pysoem) before it: lateness, exchange, allocations;
+and an axis that loses its power and has it again.
 
     python bench/ethercat_cycles.py --minutes 10
 
 As root the segment is on a veth pair in a network namespace of its own, else on a local socket, and without SOEM. cyclictest runs at the
-same time, at the same priority and period. The exit code is 0 where no cycle allocated, all axes moved, and the exchange took at most 1.5
-times SOEM's.
+same time, at the same priority and period. The exit code is 0 where no cycle allocated, the axes moved, the exchange took at most 1.5
+times SOEM's, and the axis was back in OP within 2 s and stood still until it was enabled.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ import shutil
 import statistics
 import subprocess
 import sys
+import time as clock
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +29,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from rows import jitter, kernel
 
+import opengpac as gpac
 from opengpac.drivers import fake
 
 AXES = 8
@@ -35,6 +39,8 @@ BAR = 1.5
 RTTIME_US = 5_000_000
 # The goals of the axes are 0.2 rad to either side.
 MOVED = 0.39
+# An axis that has its power again is in OP within so long, s.
+BACK_S = 2.0
 
 
 def measured(seconds: int, rounds: int, times: int) -> dict[str, Any]:
@@ -85,6 +91,46 @@ def _cyclictest(seconds: int) -> list[str]:
     return ["cyclictest", "-q", "-m", "-t", "1", "-p", str(PRIORITY), "-i", "1000", "-l", str(seconds * 1000)]
 
 
+def power_cycled() -> dict[str, Any]:
+    """How long after its power came back an axis is in OP, s, and by how many counts it moved before it was enabled."""
+    victim = 3
+    with (
+        fake.ethercat(*({"name": f"d{number}", "watchdog": False} for number in range(AXES))) as segment,
+        gpac.System("cell", progress=False) as cell,
+    ):
+        rtp = cell.processor("rtp0")
+        fast = rtp.timer("fast", period="1 ms", priority=PRIORITY)
+        axes = {f"a{number}": {"counts": 10_000, "speed_max": 5.0} for number in range(AXES)}
+        line = rtp.physical_device("line", gpac.drivers.ethercat(segment.interface, axes, lost_after=500), exchange=fast)
+        part = line[f"a{victim}"]
+        joint = gpac.robots.Joint("j", drive=part, on=fast, verb=gpac.robots.joint_follower, max_following_error=100.0).enable()
+        gpac.motion.move_absolute(gpac.Group("arm", joint), goal=[0.3])
+        segment.power(victim, False)
+        _until(lambda: cell.statistics["physical_devices"]["line"]["lost"] is not None, "the device is lost")
+        why = str(cell.statistics["physical_devices"]["line"]["lost"])
+        before = segment.drives()[victim].position
+        segment.power(victim, True)
+        begun = clock.monotonic()
+        cell.reset()
+        _until(lambda: segment.drives()[victim].state == "OP", "the axis is in OP")
+        back_s = clock.monotonic() - begun
+        cycles = line.counters["cycles"]
+        _until(lambda: line.counters["cycles"] > cycles + 500, "cycles go on")
+        drive = segment.drives()[victim]
+        moved, off = abs(drive.position - before), drive.drive
+        joint.enable()
+        _until(lambda: segment.drives()[victim].drive == "operation enabled", "the axis is in operation")
+    return {"back_s": back_s, "moved_counts": moved, "off": off, "why": why}
+
+
+def _until(holds: Callable[[], bool], what: str) -> None:
+    end = clock.monotonic() + 60
+    while not holds():
+        if clock.monotonic() > end:
+            raise TimeoutError(what)
+        clock.sleep(0.005)
+
+
 def problems(found: dict[str, Any]) -> list[str]:
     """What does not hold."""
     wrong: list[str] = []
@@ -92,6 +138,9 @@ def problems(found: dict[str, Any]) -> list[str]:
         wrong.append(f"{found['allocations']} allocations in {found['cycles']} cycles")
     if found["moved"] < MOVED:
         wrong.append(f"the first axis moved by {found['moved']} rad only")
+    cycled = found["power_cycled"]
+    if cycled["back_s"] > BACK_S or cycled["moved_counts"] or cycled["off"] != "switch on disabled":
+        wrong.append(f"a power-cycled axis was not back and at rest: {cycled}")
     if found["peer"] and found["ours"] > BAR * found["peer"]:
         wrong.append(f"an exchange took {found['ours'] / found['peer']:.2f} times SOEM's")
     return wrong
@@ -114,6 +163,10 @@ def show(found: dict[str, Any]) -> None:
     else:
         print("exchange there and back    not compared with pysoem: no right to make a network namespace (run it as root)")
     counters = ", ".join(f"{name} {count}" for name, count in found["counters"].items())
+    cycled = found["power_cycled"]
+    print(f"an axis switched off       {cycled['why']}")
+    back = f"{cycled['back_s']:.2f} s (at most {BACK_S} s)"
+    print(f"and on: in OP after        {back}; moved by {cycled['moved_counts']} counts, {cycled['off']}")
     print(f"releases skipped {found['skipped']}; counters: {counters}")
 
 
@@ -128,6 +181,7 @@ def main() -> int:
         environment = {**os.environ, "OPENGPAC_OWN_NETWORK": "yes"}
         return subprocess.run(["unshare", "--net", sys.executable, *sys.argv], env=environment, check=False).returncode
     found = measured(round(options.minutes * 60), options.rounds, options.times)
+    found["power_cycled"] = power_cycled()
     if options.json:
         print(json.dumps(found))
     else:

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import canopen as canopen_package
-import canopen_peer
 import pytest
 
 import opengpac as gpac
+from drivers.canopen_peer import dictionary
 
 fake = gpac.drivers.fake
 NODE = 5
@@ -154,7 +154,7 @@ def test_terminals_of_a_module_are_inputs_and_outputs_of_a_cell(terminals: fake.
     (there,) = bus.modules()
     assert (door.value.value, level.value.value) == (True, -1.5)
     assert (there.outputs[2], there.analog_outputs, there.state) == (False, [250], "operational")
-    cell.emergency_stop()
+    cell.emergency_stop("tried")
     cell.advance("50 ms")
     (there,) = bus.modules()
     assert (there.outputs[2], there.analog_outputs) == (True, [100]), "safe"
@@ -162,9 +162,9 @@ def test_terminals_of_a_module_are_inputs_and_outputs_of_a_cell(terminals: fake.
 
 def test_an_eds_file_that_another_program_wrote_names_the_objects(bus: fake.CanOpenBus, cell: gpac.System, tmp_path: Path) -> None:
     path = tmp_path / "drive.eds"
-    dictionary = canopen_peer.dictionary(NODE)
-    dictionary[0x1018]["vendor"].default, dictionary[0x1018]["product"].default = 0x6A1C, 0x402
-    canopen_package.export_od(dictionary, str(path))
+    objects = dictionary(NODE)
+    objects[0x1018]["vendor"].default, objects[0x1018]["product"].default = 0x6A1C, 0x402
+    canopen_package.export_od(objects, str(path))
     rtp = cell.processor("rtp0")
     fast = rtp.timer("fast", period="10 ms", priority=80)
     driver = gpac.drivers.canopen(bus.interface, {"x": {"node": NODE, "counts": -1000, "eds": path}})
