@@ -38,13 +38,13 @@ with gpac.System("bench", clock="virtual") as cell:
     rtp = cell.processor("rtp0")
     fast, slow = rtp.timer("fast", period="1 ms", priority=80), rtp.timer("slow", period="20 ms", priority=60)
     arm = gpac.robots.load("ur5e", rtp, on=fast).enable()
-    cell.define_alarm("hot", "the drive is too warm", severity="medium")
+    cell.alarms.define("hot", "the drive is too warm", severity="medium")
     with cell.record(path, cells=True):
         joint = arm["shoulder_pan"]
         sway = SWAY.on(slow).asynch(joint, place=joint.sensed.value, amplitude=0.4, frequency=0.25)
         for _ in range(6):
             cell.advance("1 s")
-        cell.raise_alarm("hot", "ur5e")
+        cell.alarms.trip("hot", source="ur5e")
         for _ in range(6):
             cell.advance("1 s")
         sway.halt()

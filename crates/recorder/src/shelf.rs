@@ -55,7 +55,7 @@ pub fn recordings(folder: &Path) -> Result<Vec<RecordingFile>, Refusals> {
         let entry = entry.map_err(cannot)?;
         // One that goes meanwhile, and what is no file, is none.
         let (Ok(name), Ok(about)) = (entry.file_name().into_string(), entry.metadata()) else { continue };
-        if !about.is_file() || !Path::new(&name).extension().is_some_and(|extension| extension == "mcap") {
+        if !about.is_file() || Path::new(&name).extension().is_none_or(|extension| extension != "mcap") {
             continue;
         }
         let written_unix_s = about.modified().ok().and_then(|time| time.duration_since(UNIX_EPOCH).ok()).map_or(0, |since| since.as_secs());

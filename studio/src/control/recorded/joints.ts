@@ -1,25 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a machine's joints stood: the channels of devices are not recorded, the SVVs that are read from them are.
-import type { Geometry, InstalledInstance } from "../shapes";
+// Where a machine's joints stood: the channels of devices are not recorded, what is read from them is.
+import type { Geometry, GeometryJoint, InstalledInstance } from "../shapes";
 
-/** A machine whose joints follow the SVVs that blocks made of its channels; a joint whose channel nobody recorded follows none. */
+/** How many blocks may lie between a channel and what was recorded of it: one that reads it, one that takes its offset away. */
+const STEPS_MAX = 2;
+
+/** A machine whose joints follow what blocks made of their channels; a joint of which nothing was recorded follows nothing. */
 export function onSvvs(geometry: Geometry, instances: readonly InstalledInstance[], recorded: (name: string) => boolean): Geometry {
-  const made = new Map<string, string>();
-  for (const { blocks } of instances) {
-    for (const { ports } of blocks) {
-      const from = ports.flatMap((port) => (port.cell !== null && !port.writes ? [port.cell] : []));
-      for (const { cell, writes, unit } of ports) {
-        if (cell === null || !writes || !recorded(cell)) continue;
-        for (const channel of from) {
-          const like = ports.find((port) => port.cell === channel)?.unit === unit;
-          if (channel !== cell && like && !made.has(channel)) made.set(channel, cell);
-        }
-      }
+  const made = madeOf(instances);
+  const joint = (of: GeometryJoint): GeometryJoint => (of.svv === null ? of : { ...of, svv: found(of.svv, made, recorded) });
+  return {
+    ...geometry,
+    bodies: geometry.bodies.map((body) => ({ ...body, joint: body.joint && joint(body.joint), joints: body.joints.map(joint) })),
+  };
+}
+
+/** The nearest cell behind a channel that was recorded. */
+function found(channel: string, made: ReadonlyMap<string, readonly string[]>, recorded: (name: string) => boolean): string | null {
+  let reached = [channel];
+  for (let steps = 0; steps <= STEPS_MAX; steps += 1) {
+    const known = reached.find(recorded);
+    if (known !== undefined) return known;
+    reached = reached.flatMap((cell) => made.get(cell) ?? []);
+  }
+  return null;
+}
+
+/** What blocks with one output make of a cell. */
+function madeOf(instances: readonly InstalledInstance[]): ReadonlyMap<string, readonly string[]> {
+  const made = new Map<string, string[]>();
+  for (const { ports } of instances.flatMap(({ blocks }) => blocks)) {
+    const [output, ...more] = ports.flatMap((port) => (port.writes && port.cell !== null ? [port.cell] : []));
+    if (output === undefined || more.length > 0) continue;
+    for (const port of ports) {
+      if (port.writes || port.cell === null) continue;
+      made.set(port.cell, [...(made.get(port.cell) ?? []), output]);
     }
   }
-  const joint = <J extends { svv?: string | null }>(of: J): J => {
-    if (!of.svv || recorded(of.svv)) return of;
-    return { ...of, svv: made.get(of.svv) ?? null };
-  };
-  return { ...geometry, bodies: geometry.bodies.map((body) => ({ ...body, joints: body.joints.map(joint) })) };
+  return made;
 }
