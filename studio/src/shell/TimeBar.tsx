@@ -59,7 +59,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
         <Tag tone="accent">recording</Tag> <strong>{of.name}</strong>
       </span>
       <span className="row steps">
-        <Steps name="log entry" back={() => of.toEntry(true)} on={() => of.toEntry(false)} marks={["⏮", "⏭"]} />
+        <Steps name="log entry" back={() => of.toEntry(true)} on={() => of.toEntry(false)} marks={["|◀", "▶|"]} />
         <Steps
           name="condition"
           back={() => of.toEntry(true, (entry) => entry.kind === "condition")}

@@ -49,7 +49,7 @@ export default function View() {
         {scope.past ? <Span scope={scope} /> : <Counts scope={scope} />}
         <div className="scope-below">
           <Table scope={scope} chosen={chosen} choose={(id) => setChosen((before) => (before === id ? null : id))} />
-          <Parameters scope={scope} />
+          {!scope.past && <Parameters scope={scope} />}
         </div>
       </div>
     </div>
