@@ -54,8 +54,9 @@ def _systems(given: Any) -> Iterable[System]:
 
 
 def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
-    """The one system that a verb, where it is placed and its arguments belong to."""
-    found = dict.fromkeys(system for given in arguments.values() for system in _systems(given))
+    """The one system that a verb, where it is placed and those of the arguments of a call that it is applied to belong to."""
+    names = verb.arguments_signature.parameters
+    found = dict.fromkeys(system for name, given in arguments.items() if name in names for system in _systems(given))
     for system in (verb._own_system(), verb.placed_in):
         if system is not None:
             found[system] = None
@@ -73,23 +74,33 @@ def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
 
 def application_json(verb: Verb[..., Any], bound: BoundArguments) -> dict[str, Any]:
     """A verb applied to its objects and instantiation arguments."""
+    return {**applied(verb, arguments_json(verb, bound.arguments)), "place": here().json()}
+
+
+def arguments_json(verb: Verb[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """The objects and instantiation arguments of a call, as the model takes them. What is no longer there is refused."""
     names = verb.arguments_signature.parameters
-    arguments = {
-        name: argument_json(given, f"argument '{name}' of verb '{verb.name}'")
-        for name, given in bound.arguments.items()
-        if name in names and given is not None
-    }
+    if not names:
+        return {}
+    what = f"of verb '{verb.name}'"
+    return {name: argument_json(one, f"argument '{name}' {what}") for name, one in given.items() if name in names and one is not None}
+
+
+def applied(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """A verb applied to arguments, wherever that is written."""
     return {
         "verb": verb.name, "name": verb.instance_name, "arguments": arguments, "placement": verb.placement,
-        "every": verb.intervals, "owner": None, "place": here().json(),
+        "every": verb.intervals, "owner": None,
     }  # fmt: skip
 
 
-def values_json(verb: Verb[..., Any], bound: BoundArguments, objects: Mapping[str, Any]) -> dict[str, Any]:
+def values_json(verb: Verb[..., Any], arguments: Mapping[str, Any], objects: Mapping[str, Any]) -> dict[str, Any]:
     """The input values that a call gives; those left out take their defaults on the real-time system."""
+    if not verb.input_parameters:
+        return {}
     groups = [given for given in objects.values() if isinstance(given, Group)]
     values: dict[str, Any] = {}
-    for name, given in bound.arguments.items():
+    for name, given in arguments.items():
         if name not in verb.input_parameters:
             continue
         if isinstance(given, Mapping) and len(groups) == 1:
@@ -114,6 +125,8 @@ def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any
 def options_json(kwargs: dict[str, Any], verb: Verb[..., Any]) -> dict[str, Any]:
     """Takes the limits that every start knows out of `kwargs`: `time_limit`, `overruns`, `age_max`."""
     options: dict[str, Any] = {}
+    if not kwargs:
+        return options
     for option, key in (("time_limit", "time_limit_ns"), ("age_max", "age_max_ns")):
         if option in kwargs and option not in verb.input_parameters:
             given = kwargs.pop(option)
