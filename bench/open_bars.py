@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from lines import Line
 
-WAKES = "the source is woken in each call, and the supervisor for its end; its Python takes half of what it took, but no release build was measured since"
+WAKES = "the source is woken in each call, and the supervisor for its end; Python has half of its work left, not measured in release since"
 LANES = "a thread of a lane, the source and the supervisor are woken in each call, and the server's thread for its answer"
 FOOTPRINT = "ours moves 104 bytes a block, the loop 56: behind the first cache that is what counts"
 OPEN = {
