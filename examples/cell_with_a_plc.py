@@ -198,9 +198,9 @@ def main() -> int:
     record = options.output / "cell_with_a_plc.mcap"
     record.unlink(missing_ok=True)
     account = Account()
-    with counterparts() as there, programs.driver(options) as driver, programs.system("cell_with_a_plc", options) as cell:
+    with counterparts() as there, programs.controller(options) as robot, programs.system("cell_with_a_plc", options) as cell:
         cell.record(record, replay=True)
-        line = Line(cell, there, driver)
+        line = Line(cell, there, programs.commanding(robot))
         programs.studio(cell, options)
         line.enable()
         trace = Trace(line.belt.sensed, *(joint.sensed for joint in line.arm))
