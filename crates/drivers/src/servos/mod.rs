@@ -9,9 +9,11 @@
 //! | `bus` | one request at a time: its time, its echo, who is asked again |
 //! | `driver`, `arming` | the exchange; torque, which comes on where the servo is |
 //! | `options`, `calibration` | which servo is which joint, its zero and its ends |
+//! | `any_bytes` | what a fuzzer asks |
 //! | `services`, `scan` | registers, calibration and the search, off the cycle |
 //!
 //! There are two kinds and not one with an option: who has a bus knows its maker's name, and ids, baud rates and models are looked for by it.
+pub(crate) mod any_bytes;
 mod arming;
 mod bus;
 mod calibration;
