@@ -40,15 +40,13 @@ def centering_grasp(blocks: grasping.Blocks) -> gpac.ComposedVerb:
 
 
 class Workcell:
-    """The arm, its hand, the block on the bench, and the verbs; `robot` is the controller that the arm and its hand hang on, if one does."""
+    """The arm, its hand, the block on the bench, and the verbs; `robot` is the controller that moves the arm, where one does."""
 
     def __init__(self, cell: gpac.System, robot: gpac.drivers.fake.ur | None = None) -> None:
         rtp = cell.processor("rtp0")
         self.cell = cell
         self.fast = rtp.timer("fast", period="1 ms", priority=80)
-        self.arm = gpac.robots.load(
-            "ur5e", rtp, on=self.fast, tool=TOOL, scene=SCENES / "bench.xml", driver=programs.commanding(robot)
-        )
+        self.arm = gpac.robots.load("ur5e", rtp, on=self.fast, tool=TOOL, scene=SCENES / "bench.xml", driver=programs.commanding(robot))
         self.robot, self.machine = robot, cell.physical_devices["ur5e"]
         hand = self.machine
         if robot is not None:

@@ -83,6 +83,16 @@ def push(tool: gpac.Channel, force: Sequence[float]) -> gpac.Report:
     ...
 
 
+@gpac.verb(
+    blocks={"sensor": lib.read_vector},
+    instantiation_parameters={"force": "sensor.channel"},
+    command_lists={"start": [activate("sensor", every="1 ms"), wait("0.1 s"), deactivate("sensor")]},
+)
+def settle(force: gpac.Channel) -> gpac.Report:
+    """Waits until a controller has told that nothing touches the tool any more."""
+    ...
+
+
 Push = Callable[[], Callable[[], None]]
 """Pushes the tool of an arm that moves; what it returns is called when that motion has ended."""
 
@@ -97,13 +107,17 @@ def pushed_in_simulation(device: gpac.PhysicalDevice, fast: gpac.Source, log: Ac
     return begin
 
 
-def pushed_by_hand(robot: gpac.drivers.fake.ur, pan: Joint) -> Push:
+def pushed_by_hand(robot: gpac.drivers.fake.ur, device: gpac.PhysicalDevice, fast: gpac.Source, pan: Joint) -> Push:
     """A hand pushes the tool of the arm that a controller moves, when its first joint is a third of its way there."""
+
+    def end() -> None:
+        robot.press([0.0, 0.0, 0.0])
+        settle.on(fast)(device["tool.force"])
 
     def begin() -> Callable[[], None]:
         wait_for_input(pan.sensed, above=pan.sensed.value + gpac.deg(20))
         robot.press([0.0, 60.0, 0.0])
-        return lambda: robot.press([0.0, 0.0, 0.0])
+        return end
 
     return begin
 
@@ -148,9 +162,7 @@ def error_text(report: Moved) -> str:
     return f", {report.error * 1e3:.3f} mrad from the goal"
 
 
-def perform(
-    arm: gpac.Group[Joint], device: gpac.PhysicalDevice, slow: gpac.Source, fast: gpac.Source, pushing: Push, log: Account
-) -> None:
+def perform(arm: gpac.Group[Joint], device: gpac.PhysicalDevice, slow: gpac.Source, fast: gpac.Source, pushing: Push, log: Account) -> None:
     """The moves."""
     home = np.array(arm.values("home"))
     motion = move.on(slow)
@@ -222,7 +234,7 @@ def main() -> int:
         log = Account(trace)
         programs.studio(cell, options)
         print(f"UR5e in {options.clock} time: {', '.join(joint.short_name for joint in arm)}")
-        pushing = pushed_in_simulation(device, fast, log) if robot is None else pushed_by_hand(robot, arm.shoulder_pan)
+        pushing = pushed_in_simulation(device, fast, log) if robot is None else pushed_by_hand(robot, device, fast, arm.shoulder_pan)
         with arm.enabled():
             perform(arm, device, slow, fast, pushing, log)
             summary(cell, trace, arm)

@@ -43,9 +43,7 @@ def add_driver(parser: argparse.ArgumentParser) -> None:
 
 
 @contextmanager
-def controller(
-    options: argparse.Namespace, *, tool: str | None = None, scene: Path | None = None
-) -> Iterator[gpac.drivers.fake.ur | None]:
+def controller(options: argparse.Namespace, *, tool: str | None = None, scene: Path | None = None) -> Iterator[gpac.drivers.fake.ur | None]:
     """The emulated controller that `--driver ur` puts in place of a real one, with such an arm behind it; None: the arm is simulated."""
     if options.driver == "mujoco":
         yield None

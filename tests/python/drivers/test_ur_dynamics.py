@@ -82,7 +82,7 @@ def test_its_gripper_is_a_device_of_its_own_that_closes_with_no_more_force_than_
         assert arm.elbow.state == "standstill"
         hand.disable()
         cell.advance("0.2 s")
-        assert cell.read(device["left_finger.force"])[0] == pytest.approx(0.0, abs=0.1), "without a command it has no force"
+        assert robot.sensor("left_finger") == pytest.approx([0.0], abs=0.1), "without a command it has no force"
 
 
 def test_what_its_model_does_not_have_is_refused() -> None:

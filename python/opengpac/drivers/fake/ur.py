@@ -122,7 +122,7 @@ class ur:
         return found
 
     def sensor(self, name: str) -> list[float]:
-        """What a sensor of its model says, in the units of MuJoCo: where something of its scene really is. Raises CallError where it has none."""
+        """What a sensor of its model says, in the units of MuJoCo, for example where something of its scene is. CallError: it has none."""
         arm = self.arm
         if not isinstance(arm, SimulatedArm):
             refuse(CallError, f"an arm without a model has no sensor '{name}'", "give it one: fake.ur(model='ur5e')")
