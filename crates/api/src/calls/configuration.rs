@@ -109,7 +109,19 @@ crate::calls! {
                 let errand = system.service(&device, &service, Json::Object(arguments.unwrap_or_default()))?;
                 served(system, errand, slice)
             };
-        /// Waits for a service that goes on. Returns what it answers, once.
+        /// Looks on the host of the system for devices that a driver could open; nothing moves. Returns what each is, and the options that
+        /// open it.
+        Configure scan_devices(
+            /// The driver.
+            must kind: String,
+            /// Those of the driver that say where to look.
+            may options: Option<Map<String, Json>>,
+        ) -> Option<Value>: unjournalled, lasts
+            => |system, slice| {
+                let errand = system.scan(&kind, Json::Object(options.unwrap_or_default()))?;
+                served(system, errand, slice)
+            };
+        /// Waits for a service or a search that goes on. Returns what it answers, once.
         Operate device_served(must errand: u64) -> Option<Value>: lasts
             => |system, slice| served(system, errand, slice);
         /// Opens a device that was lost again, with everything that is bound to it.

@@ -11,12 +11,8 @@ use std::sync::LazyLock;
 const READINGS: usize = 32;
 
 static FRAMINGS: LazyLock<Vec<Framing>> = LazyLock::new(|| {
-    let framing = |start: &[u8], length: Option<usize>, end: &[u8], checksum: Option<Checksum>| Framing {
-        start: start.to_vec(),
-        length,
-        end: end.to_vec(),
-        checksum,
-    };
+    let framing =
+        |start: &[u8], length: Option<usize>, end: &[u8], checksum: Option<Checksum>| Framing { start: start.to_vec(), length, end: end.to_vec(), checksum };
     let checksum = |sum, written, mark: &[u8]| Some(Checksum { sum, written, mark: mark.to_vec() });
     vec![
         framing(b"$", None, b"\r\n", checksum(Sum::Xor, Written::Hex, b"*")),
