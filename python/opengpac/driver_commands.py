@@ -14,7 +14,7 @@ from .drivers.catalog import Found, searched
 from .errors import CallError, did_you_mean, refuse
 from .quantities import duration_ns
 from .remote.calls import Remote
-from .remote.connecting import open_session
+from .remote.opening import open_session
 from .top import url_of
 
 

@@ -14,6 +14,9 @@ from ..errors import DeviceFailed, Error, UnknownName, did_you_mean, refusals, r
 from ..quantities import duration_text
 from ..tables import Shown, Table, Tables
 
+Look = Callable[[str, Mapping[str, Any]], builtins.list[dict[str, Any]]]
+"""Lets a driver look for devices: its kind and options to what each is and the options that open it."""
+
 
 class Manual(Shown):
     """What a driver declares: `kind`, `doc`, `class_`, `options`, `safe_state`, `services`, `counters`, `rights`, `scans`."""
@@ -147,7 +150,7 @@ def _here(kind: str, options: Mapping[str, Any]) -> builtins.list[dict[str, Any]
     return json.loads(_native.scan(kind, json.dumps(options)))
 
 
-def searched(look: Callable[[str, Mapping[str, Any]], builtins.list[dict[str, Any]]], kind: str | None, options: Mapping[str, Any]) -> Found:
+def searched(look: Look, kind: str | None, options: Mapping[str, Any]) -> Found:
     """What drivers find by this way to let one look: all that can, where no kind is given."""
     kinds = [manual.kind for manual in list() if manual.scans] if kind is None else [kind]
     found: builtins.list[dict[str, Any]] = []
