@@ -62,16 +62,6 @@ fn claim(file: &File) -> Result<()> {
     check(unsafe { libc::ioctl(file.as_raw_fd(), libc::TIOCEXCL) })
 }
 
-impl Drop for SerialLine {
-    /// Gives it back although the guard may still have a descriptor of it, which would keep lock and flag: a device that was lost is opened anew.
-    fn drop(&mut self) {
-        // SAFETY: the descriptor is open, and the request has no argument.
-        unsafe { libc::ioctl(self.raw(), libc::TIOCNXCL) };
-        // SAFETY: the descriptor is open.
-        unsafe { libc::flock(self.raw(), libc::LOCK_UN) };
-    }
-}
-
 impl SerialLine {
     /// Opens `path` raw (no echo, no line editing, no flow control) and for this program alone, and throws away what had come in before.
     ///
@@ -169,6 +159,9 @@ impl Drop for SerialLine {
         // A pseudo terminal outlives this end, and would keep the flag.
         // SAFETY: the descriptor is open, and the request has no argument.
         let _ = unsafe { libc::ioctl(self.raw(), libc::TIOCNXCL) };
+        // The guard may have this descriptor, too, and would keep the lock: a device that was lost could not be opened anew.
+        // SAFETY: the descriptor is open.
+        let _ = unsafe { libc::flock(self.raw(), libc::LOCK_UN) };
     }
 }
 
