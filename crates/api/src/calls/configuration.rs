@@ -116,13 +116,13 @@ crate::calls! {
             must kind: String,
             /// Those of the driver that say where to look.
             may options: Option<Map<String, Json>>,
-        ) -> Option<Value>: unjournalled, lasts
+        ) -> Option<Value>: unjournalled, lasts, free
             => |system, slice| {
                 let errand = system.scan(&kind, Json::Object(options.unwrap_or_default()))?;
                 served(system, errand, slice)
             };
         /// Waits for a service or a search that goes on. Returns what it answers, once.
-        Operate device_served(must errand: u64) -> Option<Value>: lasts
+        Operate device_served(must errand: u64) -> Option<Value>: lasts, free
             => |system, slice| served(system, errand, slice);
         /// Opens a device that was lost again, with everything that is bound to it.
         Operate reopen_physical_device(must name: String) -> (): commands("name"), told
