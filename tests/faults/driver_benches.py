@@ -20,6 +20,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Self
 
+import axis_benches
 import opengpac as gpac
 from plant import LINGER, Plant
 
@@ -140,6 +141,22 @@ class _Servos(Bench):
 
     def close(self) -> None:
         self.bus.close()
+
+
+class _EtherCat(axis_benches.Axis, Bench):
+    def __init__(self) -> None:
+        super().__init__(gpac.drivers.fake.ethercat("a"))
+
+    def driver(self) -> gpac.drivers.Driver:
+        return axis_benches.ethercat(self.address)
+
+
+class _CanOpen(axis_benches.Axis, Bench):
+    def __init__(self) -> None:
+        super().__init__(gpac.drivers.fake.canopen("a"))
+
+    def driver(self) -> gpac.drivers.Driver:
+        return axis_benches.canopen(self.address)
 
 
 class _Python(Bench):
@@ -311,6 +328,8 @@ BENCHES: dict[str, Callable[[], Bench]] = {
     "text": _Text,
     "feetech": lambda: _Servos("feetech"),
     "dynamixel": lambda: _Servos("dynamixel"),
+    "ethercat": _EtherCat,
+    "canopen": _CanOpen,
     "python": _Python,
     "mujoco": _Mujoco,
     "ur": _Ur,
@@ -319,7 +338,8 @@ BENCHES: dict[str, Callable[[], Bench]] = {
 
 DRIVERS = {
     "modbus": modbus, "text": text, "feetech": lambda address: servos("feetech", address),
-    "dynamixel": lambda address: servos("dynamixel", address), "python": python, "modbus_server": modbus_server, "mujoco": mujoco, "ur": ur,
+    "dynamixel": lambda address: servos("dynamixel", address), "python": python, "ethercat": axis_benches.ethercat,
+    "canopen": axis_benches.canopen, "modbus_server": modbus_server, "mujoco": mujoco, "ur": ur,
 }  # fmt: skip
 """The driver for an address."""
 

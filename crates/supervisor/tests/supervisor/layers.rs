@@ -20,7 +20,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("runtime", &["opengpac", "device", "process-kit", "interconnect", "kernel"]),
     ("guard", &["device", "interconnect", "process-kit"]),
     ("driver-kit", &["device", "process-kit", "interconnect"]),
-    ("cia402", &[]),
+    ("cia402", &["device"]),
     ("canopen", &["cia402", "device"]),
     ("ethercat", &["cia402", "device"]),
     ("drivers", &["canopen", "ethercat", "device", "driver-kit", "process-kit", "interconnect", "suggest"]),
