@@ -31,7 +31,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("replay", &["opengpac", "device", "interconnect", "kernel", "runtime", "modules", "rtp", "mcap"]),
     ("supervisor", &["opengpac", "model", "device", "process-kit", "interconnect", "kernel", "runtime", "drivers", "guard", "modules", "library", "rtp"]),
     ("places", &["opengpac", "device", "process-kit", "interconnect", "kernel", "guard", "shared-memory", "rtp", "modules", "hosts"]),
-    ("recorder", &["model", "supervisor", "mcap", "replay"]),
+    ("recorder", &["model", "suggest", "supervisor", "mcap", "replay"]),
     ("api", &["model", "interconnect", "kernel", "runtime", "supervisor", "places", "recorder"]),
     ("control", &["opengpac", "model", "supervisor", "api"]),
     ("bindings", &["opengpac", "canopen", "ethercat", "device", "model", "guard", "drivers", "supervisor", "api", "places", "control", "recorder", "replay"]),
