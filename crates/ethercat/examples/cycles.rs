@@ -5,6 +5,7 @@ use device::{DeviceError, Driver};
 use serde_json::{Value, json};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::f64::consts::TAU;
 use std::io;
 
 const PERIOD_NS: i64 = 1_000_000;
@@ -79,7 +80,8 @@ fn exchange(driver: &mut dyn Driver, axes: usize, cycles: usize) -> Result<Measu
     for cycle in 0..BEGINS + cycles {
         sleep_until(release_ns);
         let began_ns = now_ns();
-        let goal = 0.2 * (cycle as f64 * 1e-3).sin();
+        // Once to either side in a second.
+        let goal = 0.2 * (cycle as f64 * 1e-3 * TAU).sin();
         commands.chunks_exact_mut(8).for_each(|command| command.copy_from_slice(&goal.to_ne_bytes()));
         let before = ALLOCATIONS.with(Cell::get);
         driver.read(release_ns, &mut readings)?;

@@ -200,3 +200,22 @@ fn an_axis_without_a_limit_of_speed_is_commanded_twice_at_one_time() {
     }
     assert_eq!(rig.server.lock().number(0, 0x607A), 1000, "no time has gone by");
 }
+
+#[test]
+fn a_drive_whose_main_device_is_gone_stops_by_itself() {
+    let interface = format!("local:gone-{}", std::process::id());
+    let server = ethercat::emulator::serve(&interface, ethercat::emulator::Segment::new(&[common::drive("first", 1000)])).unwrap();
+    let _ = device::register(&ethercat::DRIVER);
+    let axes = json!([{ "name": "x", "counts": COUNTS }]);
+    let options = json!({ "interface": interface, "axes": axes, "timeout_ns": 500_000_000, "lost_after": 60_000 });
+    let (mut driver, _) = device::open("ethercat", &options).unwrap();
+    driver.open(0).unwrap();
+    assert!(server.lock().status(0).starts_with("OP"), "{}", server.lock().status(0));
+    // As behind a kill: no safe state, and no frame any more.
+    std::mem::forget(driver);
+    let until = std::time::Instant::now() + common::LONG;
+    while !server.lock().status(0).contains("SyncManager watchdog") {
+        assert!(std::time::Instant::now() < until, "{}", server.lock().status(0));
+        std::thread::yield_now();
+    }
+}

@@ -28,7 +28,8 @@ pub type Server = emulated::Server<Segment>;
 pub fn serve(interface: &str, segment: Segment) -> io::Result<Server> {
     let start = Instant::now();
     // Begun at 1 s, so that no time is 0.
-    serve_at(interface, segment, move || start.elapsed().as_nanos() as u64 + 1_000_000_000)
+    let time = move || start.elapsed().as_nanos() as u64 + 1_000_000_000;
+    serve_by(interface, segment, time, Idle::GoesOn)
 }
 
 /// As [`serve`], at times of one's own: asked for each frame that comes, ns, never less than before. A test then depends on no load.
@@ -36,16 +37,31 @@ pub fn serve(interface: &str, segment: Segment) -> io::Result<Server> {
 /// # Errors
 /// As [`serve`].
 pub fn serve_at(interface: &str, segment: Segment, time: impl FnMut() -> u64 + Send + 'static) -> io::Result<Server> {
-    let link = Link::answering(interface)?;
-    Server::start("ethercat-segment", segment, move |of, until| answer(&link, of, until, time))
+    serve_by(interface, segment, time, Idle::Stands)
 }
 
-fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool, mut time: impl FnMut() -> u64) {
+/// What the time of a segment does while no frame comes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Idle {
+    /// Drives notice that nobody commands them, as real ones do.
+    GoesOn,
+    Stands,
+}
+
+fn serve_by(interface: &str, segment: Segment, time: impl FnMut() -> u64 + Send + 'static, idle: Idle) -> io::Result<Server> {
+    let link = Link::answering(interface)?;
+    Server::start("ethercat-segment", segment, move |of, until| answer(&link, of, until, time, idle))
+}
+
+fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool, mut time: impl FnMut() -> u64, idle: Idle) {
     take_priority();
     let mut frame = [0; FRAME_MAX];
     let mut sender = Sender::nobody();
     while !stop.load(Ordering::Relaxed) {
         if !link.wait(NOTICE) {
+            if idle == Idle::GoesOn {
+                segment.lock().unwrap_or_else(PoisonError::into_inner).go_on(time());
+            }
             continue;
         }
         match link.receive_from(&mut frame, &mut sender) {
