@@ -180,7 +180,6 @@ faults: setup-hosts $(VENV)/tests
 	$(BIN)/python tests/faults/no_jump.py
 	OPENGPAC_UR_SEEDS=100 $(BIN)/python -m pytest -q tests/python/drivers/test_ur.py -k no_order_of_events
 	$(BIN)/python tests/faults/ur_peer.py
-	$(BIN)/python tests/faults/ur_kills.py
 	$(BIN)/python tests/faults/driver_kills.py
 	$(BIN)/python tests/faults/peers.py
 	$(BIN)/python tests/faults/shift.py

@@ -5,15 +5,17 @@ from __future__ import annotations
 
 from lines import Line
 
+WAKES = "the source is woken in each call, and the supervisor for its end; Python has half of its work left, not measured in release since"
+LANES = "a thread of a lane, the source and the supervisor are woken in each call, and the server's thread for its answer"
 FOOTPRINT = "ours moves 104 bytes a block, the loop 56: behind the first cache that is what counts"
 OPEN = {
     ("dispatch", "gain in C, independent, "): FOOTPRINT,
     ("dispatch", "gain in Rust, independent, "): FOOTPRINT,
     ("install", "1 block into a running system"): "two switches of thread and a table of 102 steps, with cold caches",
     ("recording", "tap and recorder attached"): "missed by some hundredths",
-    ("verb", "execute on"): "the threads of the source and of the supervisor are woken in each call",
-    ("verb", "ends at its first firing"): "the threads of the source and of the supervisor are woken in each call",
-    ("remote verb", "move(…), remote"): "the threads of the source and of the supervisor are woken in each call",
+    ("verb", "execute on"): WAKES,
+    ("verb", "ends at its first firing"): WAKES,
+    ("remote verb", "move(…), remote"): LANES,
 }
 """Row, and how the line begins."""
 

@@ -27,7 +27,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import lines
 import open_bars
-from rows import ethercat, hal, hosts, jitter, kernel, planned, processes, recording, remote, verbs, virtual_clock
+from rows import ethercat, hal, hosts, jitter, kernel, planned, processes, recording, remote, servos, verbs, virtual_clock
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,7 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
     "remote": lambda options: remote.measure(options.rounds, options.quick),
     "hosts": lambda options: hosts.measure(options.rounds),
     "ethercat": lambda options: ethercat.measure(options.rounds, options.quick),
+    "servos": lambda options: servos.measure(options.rounds, options.quick),
     "virtual": lambda options: virtual_clock.measure(options.rounds),
 }
 

@@ -198,18 +198,15 @@ def main() -> int:
     record = options.output / "cell_with_a_plc.mcap"
     record.unlink(missing_ok=True)
     account = Account()
-    with counterparts() as there, programs.driver(options) as driver, programs.system("cell_with_a_plc", options) as cell:
+    with counterparts() as there, programs.controller(options) as robot, programs.system("cell_with_a_plc", options) as cell:
         cell.record(record, replay=True)
-        line = Line(cell, there, driver)
+        line = Line(cell, there, programs.commanding(robot))
         programs.studio(cell, options)
         line.enable()
         trace = Trace(line.belt.sensed, *(joint.sensed for joint in line.arm))
         perform(cell, line, there, account)
         trace.save(options.trace, every=0.05)
         counted = {device.name: device.counters for device in cell.physical_devices.values() if device.about.get("counters")}
-    if not record.exists():
-        # `opengpac check` runs nothing, so there is nothing to run once more.
-        return account.verdict()
     account.begin("the run once more, from its record")
     account.expect("the run replayed is the same, bit for bit", gpac.replay(record, trust=True).same)
     plot(record, options.output / "cell_with_a_plc.png")

@@ -2,11 +2,14 @@
 """Centering grasp: a UR5e with two fingers grasps a block that is not where it was taught, without pushing it away.
 
 The fingers close; the arm gives way to the finger that touches first, until the other touches too; then they squeeze, and the verb
-says how wide the block is. The arm lifts it, puts it down and lets it go. The exit code is 0 only if the block was hardly moved.
+says how wide the block is. The arm lifts it, puts it down and lets it go. With `--driver ur` the arm is commanded by the driver of its
+controller and the hand, which has a controller of its own, on Modbus; both are emulated. The exit code is 0 only if the block was hardly
+moved.
 """
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -18,6 +21,9 @@ from grasping import EVERY
 from opengpac import activate
 from opengpac import library as lib
 from programs import SCENES, Account, Trace
+
+TOOL = "two_finger"
+"""The gripper at the arm's flange."""
 
 PUSHED_MAX = 0.002
 """How far the block may be moved by being grasped, m."""
@@ -34,22 +40,32 @@ def centering_grasp(blocks: grasping.Blocks) -> gpac.ComposedVerb:
 
 
 class Workcell:
-    """The arm, its hand, the block on the bench, and the verbs."""
+    """The arm, its hand, the block on the bench, and the verbs; `robot` is the controller that moves the arm, where one does."""
 
-    def __init__(self, cell: gpac.System) -> None:
+    def __init__(self, cell: gpac.System, robot: gpac.drivers.fake.ur | None = None) -> None:
         rtp = cell.processor("rtp0")
         self.cell = cell
         self.fast = rtp.timer("fast", period="1 ms", priority=80)
-        self.arm = gpac.robots.load("ur5e", rtp, on=self.fast, tool="two_finger", scene=SCENES / "bench.xml")
-        self.machine = cell.physical_devices["ur5e"]
-        self.hand = gpac.robots.gripper(self.machine)
+        self.arm = gpac.robots.load("ur5e", rtp, on=self.fast, tool=TOOL, scene=SCENES / "bench.xml", driver=programs.commanding(robot))
+        self.robot, self.machine = robot, cell.physical_devices["ur5e"]
+        hand = self.machine
+        if robot is not None:
+            hand = rtp.physical_device("hand", robot.gripper.driver(period="1 ms", answer="5 s", age_max="5 s"), exchange=self.fast)
+        self.hand = gpac.robots.gripper(hand, name="ur5e.hand")
         self.place: gpac.SVV[Any] = cell.svv("object", "double[3]", unit="m", history=20_000)
         self.blocks = grasping.download(cell)
         cell.place({"*": self.fast})
-        self.trace = Trace(self.place, *(svv for finger in self.hand for svv in (finger.sensed, finger.force)))
+        watched = [self.place] if robot is None else []
+        self.trace = Trace(*watched, *(svv for finger in self.hand for svv in (finger.sensed, finger.force)))
 
-    def watch(self) -> gpac.VerbInstance[Any]:
-        """Keeps the SVV `place`: where the block really is, which no verb of the grasp knows."""
+    def block(self) -> np.ndarray:
+        """Where the block really is, m, which no verb of the grasp knows."""
+        return np.array(self.place.value if self.robot is None else self.robot.sensor("object"))
+
+    def watch(self) -> AbstractContextManager[Any]:
+        """Keeps the SVV `place` in the simulation. An emulated controller knows nothing of the block, as a real one."""
+        if self.robot is not None:
+            return nullcontext()
         watching = gpac.Verb(
             "watch",
             blocks={"camera": lib.block("read_vector")},
@@ -68,17 +84,17 @@ def perform(work: Workcell, offset: float, account: Account) -> None:
         account.end("shift", shift(work.arm, distance=offset), "there")
 
     account.begin("centering grasp")
-    before = np.array(work.place.value)
+    before = work.block()
     report = grasp(work.hand, work.arm, time_limit="20 s")
     account.end("centering grasp", report, "gripped", f", {report.width * 1e3:.2f} mm wide")
     left, right = work.hand.values("sensed")
     account.expect("the block is in the middle of the hand", abs(left - right) < 0.001, f"{abs(left - right) * 1e3:.2f} mm beside it")
-    pushed = float(np.hypot(*(np.array(work.place.value) - before)[:2]))
+    pushed = float(np.hypot(*(work.block() - before)[:2]))
     account.expect("the block is not pushed away", pushed < PUSHED_MAX, f"it moved {pushed * 1e3:.3f} mm")
 
     account.begin("lift")
     account.end("lift", shift(work.arm, distance=0.05, direction=(0.0, 0.0, -1.0)), "there")
-    risen = float(work.place.value[2] - before[2])
+    risen = float(work.block()[2] - before[2])
     account.expect("the block is in the hand", risen > 0.045, f"it rose {risen * 1e3:.1f} mm")
 
     account.begin("put down, and let go")
@@ -89,10 +105,14 @@ def perform(work: Workcell, offset: float, account: Account) -> None:
 def main() -> int:
     """Runs the program; 0 where every verb ended as it should, and the block was not pushed away."""
     parser = programs.parser(__doc__)
+    programs.add_driver(parser)
     parser.add_argument("--offset", type=float, default=15.0, help="how far the arm is beside the block, mm, -20 to 20 (default 15)")
     options = parser.parse_args()
-    with programs.system("centering_grasp", options) as cell:
-        work = Workcell(cell)
+    with (
+        programs.controller(options, tool=TOOL, scene=SCENES / "bench.xml") as robot,
+        programs.system("centering_grasp", options) as cell,
+    ):
+        work = Workcell(cell, robot)
         account = Account(work.trace)
         with work.arm.enabled(), work.hand.enabled(), work.watch():
             perform(work, options.offset * 1e-3, account)

@@ -2,14 +2,15 @@
 """Coordinated motion of the six joints of a UR5e: the example of the paper, on a simulated robot in real time.
 
 The arm is at its home position. It makes moves in the three ways in which a verb can be invoked, meets a force that it does
-not expect, recovers, and ends with a report and a plot. The exit code is 0 only if every move ended as it should.
+not expect, recovers, and ends with a report and a plot. With `--driver ur` it is commanded by the driver of its controller, which is
+emulated. The exit code is 0 only if every move ended as it should.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ import opengpac as gpac
 import programs
 from opengpac import activate, deactivate, execute, on, wait
 from opengpac import library as lib
+from opengpac.cell import wait_for_input
 from opengpac.robots import Joint, Moved, move
 from programs import Account, Trace
 
@@ -81,6 +83,45 @@ def push(tool: gpac.Channel, force: Sequence[float]) -> gpac.Report:
     ...
 
 
+@gpac.verb(
+    blocks={"sensor": lib.read_vector},
+    instantiation_parameters={"force": "sensor.channel"},
+    command_lists={"start": [activate("sensor", every="1 ms"), wait("0.1 s"), deactivate("sensor")]},
+)
+def settle(force: gpac.Channel) -> gpac.Report:
+    """Waits until a controller has told that nothing touches the tool any more."""
+    ...
+
+
+Push = Callable[[], Callable[[], None]]
+"""Pushes the tool of an arm that moves; what it returns is called when that motion has ended."""
+
+
+def pushed_in_simulation(device: gpac.PhysicalDevice, fast: gpac.Source, log: Account) -> Push:
+    """A verb pushes the simulated tool."""
+
+    def begin() -> Callable[[], None]:
+        pushing = push.on(fast).asynch(device["tool.push"], force=[0.0, 60.0, 0.0])
+        return lambda: log.end("push", pushing.wait(), "completed")
+
+    return begin
+
+
+def pushed_by_hand(robot: gpac.drivers.fake.ur, device: gpac.PhysicalDevice, fast: gpac.Source, pan: Joint) -> Push:
+    """A hand pushes the tool of the arm that a controller moves, when its first joint is a third of its way there."""
+
+    def end() -> None:
+        robot.press([0.0, 0.0, 0.0])
+        settle.on(fast)(device["tool.force"])
+
+    def begin() -> Callable[[], None]:
+        wait_for_input(pan.sensed, above=pan.sensed.value + gpac.deg(20))
+        robot.press([0.0, 60.0, 0.0])
+        return end
+
+    return begin
+
+
 class JointTrace(Trace):
     """What the joints were commanded and where they were, collected move by move."""
 
@@ -121,7 +162,7 @@ def error_text(report: Moved) -> str:
     return f", {report.error * 1e3:.3f} mrad from the goal"
 
 
-def perform(arm: gpac.Group[Joint], device: gpac.PhysicalDevice, slow: gpac.Source, fast: gpac.Source, log: Account) -> None:
+def perform(arm: gpac.Group[Joint], device: gpac.PhysicalDevice, slow: gpac.Source, fast: gpac.Source, pushing: Push, log: Account) -> None:
     """The moves."""
     home = np.array(arm.values("home"))
     motion = move.on(slow)
@@ -150,13 +191,13 @@ def perform(arm: gpac.Group[Joint], device: gpac.PhysicalDevice, slow: gpac.Sour
     guarded = guarded_move.on({"sensor": fast, "guard": fast, "*": slow})
     goal = home + gpac.deg([60, 10, 10, 0, 0, 0])
     instance = guarded.asynch(arm, device["tool.force"], goal, speed=0.5, time_limit="10 s")
-    pushing = push.on(fast).asynch(device["tool.push"], force=[0.0, 60.0, 0.0])
+    ended = pushing()
     try:
         report = instance.wait()
         log.end("guarded move", report, "force")
     except UnexpectedForce as error:
         log.end("guarded move", error.report, "force", f", a force of {error.value:.0f} N, raised as {type(error).__name__}")
-    log.end("push", pushing.wait(), "completed")
+    ended()
 
     log.begin("recovery: the same guarded move, and home")
     report = guarded(arm, device["tool.force"], goal, speed=0.5, time_limit="10 s")
@@ -180,18 +221,22 @@ def summary(cell: gpac.System, trace: JointTrace, arm: gpac.Group[Joint]) -> Non
 
 def main() -> int:
     """Runs the program; 0 where every verb ended as it should."""
-    options = programs.parser(__doc__).parse_args()
-    with programs.system("coordinated_motion", options) as cell:
+    parser = programs.parser(__doc__)
+    programs.add_driver(parser)
+    options = parser.parse_args()
+    with programs.controller(options) as robot, programs.system("coordinated_motion", options) as cell:
         rtp = cell.processor("rtp0", core=1 if (os.cpu_count() or 1) > 1 else None)
         fast = rtp.timer("fast", period="1 ms", priority=80)
         slow = rtp.timer("slow", period="20 ms", priority=60)
-        arm = gpac.robots.load("ur5e", rtp, on=fast)
+        arm = gpac.robots.load("ur5e", rtp, on=fast, driver=programs.commanding(robot))
+        device = cell.physical_devices["ur5e"]
         trace = JointTrace(arm)
         log = Account(trace)
         programs.studio(cell, options)
         print(f"UR5e in {options.clock} time: {', '.join(joint.short_name for joint in arm)}")
+        pushing = pushed_in_simulation(device, fast, log) if robot is None else pushed_by_hand(robot, device, fast, arm.shoulder_pan)
         with arm.enabled():
-            perform(arm, cell.physical_devices["ur5e"], slow, fast, log)
+            perform(arm, device, slow, fast, pushing, log)
             summary(cell, trace, arm)
         trace.save(options.trace, every=0.1)
         plot = options.output / "coordinated_motion.png"

@@ -102,9 +102,9 @@ def main() -> int:
     programs.add_driver(parser)
     options = parser.parse_args()
     account = Account()
-    with programs.driver(options, SCENES / "mat.xml") as driver, programs.system("guarded_move", options) as cell:
+    with programs.controller(options, scene=SCENES / "mat.xml") as robot, programs.system("guarded_move", options) as cell:
         fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
-        arm = gpac.robots.load("ur5e", on=fast, scene=SCENES / "mat.xml", driver=driver)
+        arm = gpac.robots.load("ur5e", on=fast, scene=SCENES / "mat.xml", driver=programs.commanding(robot))
         blocks = Blocks(cell.download(BLOCKS / "glide.c"), cell.download(BLOCKS / "tool_line.c"))
         cell.place({"*": fast})
         with arm.enabled():

@@ -43,14 +43,19 @@ def add_driver(parser: argparse.ArgumentParser) -> None:
 
 
 @contextmanager
-def driver(options: argparse.Namespace, scene: Path | None = None) -> Iterator[gpac.drivers.Driver | None]:
-    """The driver of the arm that `--driver` asks for, with an emulated controller in place of a real one; None: it is simulated."""
+def controller(options: argparse.Namespace, *, tool: str | None = None, scene: Path | None = None) -> Iterator[gpac.drivers.fake.ur | None]:
+    """The emulated controller that `--driver ur` puts in place of a real one, with such an arm behind it; None: the arm is simulated."""
     if options.driver == "mujoco":
         yield None
         return
-    with gpac.drivers.fake.ur(gpac.deg([0, -90, 90, -90, -90, 0]), model="ur5e", scene=scene) as robot:
-        # This machine may be late where a controller is not.
-        yield robot.driver(timeout="5 s", silence="5 s")
+    with gpac.drivers.fake.ur(gpac.deg([0, -90, 90, -90, -90, 0]), model="ur5e", tool=tool, scene=scene) as robot:
+        yield robot
+
+
+def commanding(robot: gpac.drivers.fake.ur | None) -> gpac.drivers.Driver | None:
+    """The driver of the arm of that controller."""
+    # This machine may be late where a controller is not.
+    return None if robot is None else robot.driver(timeout="5 s", silence="5 s")
 
 
 def studio(cell: gpac.System, options: argparse.Namespace) -> None:

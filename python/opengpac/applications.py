@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
 
 def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
-    """The one system that a verb, where it is placed and its arguments belong to."""
-    found = dict.fromkeys(system for given in arguments.values() for system in systems_in(given))
+    """The one system that a verb, where it is placed and those of the arguments of a call that it is applied to belong to."""
+    names = verb.arguments_signature.parameters
+    found = dict.fromkeys(system for name, given in arguments.items() if name in names for system in systems_in(given))
     for system in (verb._own_system(), verb.placed_in):
         if system is not None:
             found[system] = None
@@ -47,23 +48,33 @@ def bind(verb: Verb[..., Any], signature: Any, args: Any, kwargs: Mapping[str, A
 
 def application_json(verb: Verb[..., Any], bound: BoundArguments) -> dict[str, Any]:
     """A verb applied to its objects and instantiation arguments."""
+    return {**applied(verb, arguments_json(verb, bound.arguments)), "place": here().json()}
+
+
+def arguments_json(verb: Verb[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """The objects and instantiation arguments of a call, as the model takes them. What is no longer there is refused."""
     names = verb.arguments_signature.parameters
-    arguments = {
-        name: argument_json(given, f"argument '{name}' of verb '{verb.name}'")
-        for name, given in bound.arguments.items()
-        if name in names and given is not None
-    }
+    if not names:
+        return {}
+    what = f"of verb '{verb.name}'"
+    return {name: argument_json(one, f"argument '{name}' {what}") for name, one in given.items() if name in names and one is not None}
+
+
+def applied(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """A verb applied to arguments, wherever that is written."""
     return {
         "verb": verb.name, "name": verb.instance_name, "arguments": arguments, "placement": verb.placement,
-        "every": verb.intervals, "owner": None, "place": here().json(),
+        "every": verb.intervals, "owner": None,
     }  # fmt: skip
 
 
-def values_json(verb: Verb[..., Any], bound: BoundArguments, objects: Mapping[str, Any]) -> dict[str, Any]:
+def values_json(verb: Verb[..., Any], arguments: Mapping[str, Any], objects: Mapping[str, Any]) -> dict[str, Any]:
     """The input values that a call gives; those left out take their defaults on the real-time system."""
+    if not verb.input_parameters:
+        return {}
     groups = [given for given in objects.values() if isinstance(given, Group)]
     values: dict[str, Any] = {}
-    for name, given in bound.arguments.items():
+    for name, given in arguments.items():
         if name not in verb.input_parameters:
             continue
         if isinstance(given, Mapping) and len(groups) == 1:
@@ -88,6 +99,8 @@ def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any
 def options_json(kwargs: dict[str, Any], verb: Verb[..., Any]) -> dict[str, Any]:
     """Takes the limits that every start knows out of `kwargs`: `time_limit`, `overruns`, `age_max`."""
     options: dict[str, Any] = {}
+    if not kwargs:
+        return options
     for option, key in (("time_limit", "time_limit_ns"), ("age_max", "age_max_ns")):
         if option in kwargs and option not in verb.input_parameters:
             given = kwargs.pop(option)
@@ -104,7 +117,7 @@ def checked_application(
     """The application of a call, its system, with the verb entered there, and its objects: for a check."""
     options_json(kwargs, verb)
     bound = bind(verb, signature, args, kwargs)
-    system = system_for(verb, {n: given for n, given in bound.arguments.items() if n in verb.arguments_signature.parameters})
+    system = system_for(verb, bound.arguments)
     system._enter_verb(verb)
     objects = {name: given for name, given in bound.arguments.items() if name in verb.objects}
     return system, {**application_json(verb, bound), "values": _known_values(verb, bound, objects)}, objects
@@ -119,7 +132,7 @@ def checked_values(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], obje
 def _known_values(verb: Verb[..., Any], bound: Any, objects: Mapping[str, Any]) -> dict[str, Any]:
     """The values as far as a check knows them: some are made from what only a run gives."""
     try:
-        return values_json(verb, bound, objects)
+        return values_json(verb, bound.arguments, objects)
     except Error:
         raise
     except Exception:

@@ -26,6 +26,8 @@ class Findings:
     """Statements that ended by an exception of Python's own: nothing is known of them and of what needs them."""
     names: dict[str, Any] = field(default_factory=dict)
     """What the program binds."""
+    recordings: dict[str, tuple[Any, dict[str, Any]]] = field(default_factory=dict)
+    """What it would have recorded, by file: the system and the options."""
 
 
 _findings: Findings | None = None
@@ -34,6 +36,17 @@ _findings: Findings | None = None
 def active() -> bool:
     """Whether a program is being checked."""
     return _findings is not None
+
+
+def would_record(file: str, system: Any, options: dict[str, Any]) -> None:
+    """Remembers a recording that a run would make, for who reads it back."""
+    if _findings is not None:
+        _findings.recordings[file] = (system, options)
+
+
+def recorded(file: str) -> tuple[Any, dict[str, Any]] | None:
+    """The system and the options of a recording that a run would have made before this line; none: the file is another's."""
+    return None if _findings is None else _findings.recordings.get(file)
 
 
 def found() -> Findings:

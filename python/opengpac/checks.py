@@ -44,10 +44,11 @@ class Definitions:
 
     def enter_verb(self, verb: Verb[..., object]) -> None:
         """Enters a verb and the device types of its objects; another definition of the name replaces the one that was there."""
-        self.enter_modules(verb.blocks.values())
+        if verb.has_modules:
+            self.enter_modules(verb.blocks.values())
         for obj in verb.objects.values():
             self.enter_device_type(obj.device_type)
-        text = verb.text()
+        text = verb._text
         if self._verbs.get(verb.name) != text:
             with refusals:
                 self.native.call("define_verb", text)

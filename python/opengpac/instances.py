@@ -9,11 +9,12 @@ from collections.abc import Generator, Mapping
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
 from . import checking, progress, waiting
-from .applications import application_json, bind, options_json, system_for, values_json
+from .applications import application_json, arguments_json, bind, options_json, system_for, values_json
 from .declared import Declared
 from .errors import CallError, Error, InvalidState, gone, refusals, refuse
 from .given import all_taking
 from .planning import plan
+from .prepared import Prepared
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import terminated
 from .tables import Shown, Table
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from .verbs import Verb
 
 R = TypeVar("R", covariant=True)
+
+_read = json.JSONDecoder().raw_decode
 
 
 @all_taking
@@ -88,7 +91,7 @@ class VerbInstance(Shown, Declared, Generic[R]):
         except TypeError as error:
             self.verb.refused_call(error, kwargs)
             raise
-        self._start(values_json(self.verb, bound, self._objects), options)
+        self._start(values_json(self.verb, bound.arguments, self._objects), options)
         return self
 
     def wait(self, timeout: Quantity | None = None) -> R:
@@ -220,7 +223,7 @@ class VerbInstance(Shown, Declared, Generic[R]):
 
 
 def _create(verb: Verb[..., R], bound: Any, once: bool) -> VerbInstance[R]:
-    system = system_for(verb, {n: given for n, given in bound.arguments.items() if n in verb.arguments_signature.parameters})
+    system = system_for(verb, bound.arguments)
     application = application_json(verb, bound)
     native = system._alive()
     system._enter_verb(verb)
@@ -245,7 +248,7 @@ def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance
     bound = bind(verb, verb.signature, args, kwargs)
     instance = _create(verb, bound, once=True)
     try:
-        instance._start(values_json(verb, bound, instance._objects), options)
+        instance._start(values_json(verb, bound.arguments, instance._objects), options)
     except BaseException:
         _drop(instance)
         raise
@@ -268,18 +271,22 @@ def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
     """
     if checking.active():
         return start(verb, args, kwargs).wait()
-    options = options_json(kwargs, verb)
-    bound = bind(verb, verb.signature, args, kwargs)
-    system = system_for(verb, {n: given for n, given in bound.arguments.items() if n in verb.arguments_signature.parameters})
+    options, prepared = options_json(kwargs, verb), Prepared.of(verb)
+    try:
+        given = prepared.bound(verb, args, kwargs)
+    except TypeError as error:
+        verb.refused_call(error, kwargs)
+        raise
+    system = system_for(verb, given)
     native = system._alive()
-    objects = {name: given for name, given in bound.arguments.items() if name in verb.objects}
-    asked = {**application_json(verb, bound), "values": values_json(verb, bound, objects)}
+    objects = {name: given[name] for name in verb.objects if name in given}
+    arguments, values = arguments_json(verb, given), values_json(verb, given, objects)
     system._enter_verb(verb)
     made: list[int] = []
     instance: VerbInstance[R] | None = None
     try:
         with refusals:
-            text = native.performing(json.dumps({**asked, "limits": options}), made, progress.SLICE_NS)
+            text = native.performing(prepared.request(verb, arguments, values, options), made, progress.SLICE_NS)
         system._say_rights()
         if text is not None:
             return _ended(verb, text, objects)
@@ -295,7 +302,7 @@ def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
 
 def _ended(verb: Verb[..., R], text: str, objects: Mapping[str, Any]) -> R:
     """The report of a call that is over; raises where its end is not normal."""
-    report: Any = verb.report_class(json.loads(text))
+    report: Any = verb.report_class(_read(text)[0])
     if not report.normal:
         raise terminated(report, verb, objects)
     return report

@@ -109,6 +109,8 @@ def begin(system: Observed, path: str | os.PathLike[str], svvs: Sequence[str] | 
     options = {"svvs": ["*"] if svvs is None else list(svvs), "cells": cells, "replay": replay}
     if checking.active():
         # Nothing runs, and no file is made that would stand in the way of the run.
+        if system.session is None:
+            checking.would_record(file, system, options)
         return Recording(system, 0, file, {"running": False, "counts": {}, "lost": {}, "bytes": 0, "failure": None})
     with refusals:
         number = system._alive().record(file, **options)["recording"]
@@ -201,11 +203,48 @@ class Recorded(Mapping[str, np.ndarray]):
         return f"recording '{self.path}'{state}: {len(self)} SVVs and cells, {values} values, {sum(self.lost.values()) or 'nothing'} lost"
 
 
+class Unmade(Recorded):
+    """The recording that a program would have made which is only checked: its SVVs, with no value; no log, and no end."""
+
+    def __init__(self, path: str, system: Observed, options: Mapping[str, Any]) -> None:
+        self.path = path
+        self._native = _Nothing()
+        # Of a system that is closed everything that it had is still known.
+        native = system._native
+        with refusals:
+            names = [name for name in native.names()["svvs"] if any(fnmatch.fnmatchcase(name, of) for of in options["svvs"])]
+            abouts = {name: native.svv_about(name) for name in names}
+        self._series = {name: {"type": about["type"], "unit": about["unit"], "count": 0} for name, about in abouts.items()}
+        self._cells: bool = options["cells"]
+        self.complete, self.lost, self.metadata = True, {}, {}
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if self._cells and ":" in name:
+            # Which instances there are, and so which cells, only a run knows.
+            return np.zeros(0, dtype=[("number", "<u8"), ("time", "<f8"), ("value", "<f8")])
+        return super().__getitem__(name)
+
+
+class _Nothing:
+    """A file without a message."""
+
+    def series(self, _: str) -> tuple[bytes, bytes, bytes]:
+        return b"", b"", b""
+
+    def records_json(self, _: str) -> str:
+        return "[]"
+
+    def topics(self) -> list[str]:
+        return []
+
+
 @taking
 def open_recording(path: str | os.PathLike[str]) -> Recorded:
     """Reads the recording at `path`, which `cell.record()` or `opengpac record` has made.
 
     A mapping of names to structured arrays of `number`, `time` (s) and `value`, with `log`, `conditions`, `ends`, `timing` and `lost`.
-    Raises ValueRefused where the file is none.
+    Raises ValueRefused where the file is none. While a program is only checked (`opengpac check`), what it would have recorded itself is
+    there with its names, types and units, and no value.
     """
-    return Recorded(path)
+    unmade = checking.recorded(file := str(Path(path).expanduser().absolute()))
+    return Recorded(path) if unmade is None else Unmade(file, *unmade)

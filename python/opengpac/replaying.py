@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from . import _native
+from . import _native, checking
 from .errors import CallError, refusals, refuse
 from .given import taking
 from .quantities import Quantity, duration_ns
@@ -106,9 +106,13 @@ def replay(
     A record brings the code modules of its blocks, and to replay it is to run them, with all your rights: `trust=True` says that you trust
     wherever the file comes from, also where it is your own. A sequence of SHA-256 digests trusts those modules only. A record of library
     blocks alone brings none. Refused (CallError) is a file that is no record, or brings code that is not trusted, a condition that
-    cannot be read, an SVV that the record does not have.
+    cannot be read, an SVV that the record does not have. While a program is only checked (`opengpac check`), the replay of what it would
+    have recorded itself is one of no firing.
     """
     file = Path(path)
+    unmade = checking.recorded(str(file.expanduser().absolute()))
+    if unmade is not None:
+        return _unplayed(file, unmade[1])
     if not file.exists():
         refuse(CallError, f"there is no record '{file}'", "make one: cell.record('run.mcap', replay=True)")
     asked: dict[str, Any] = {"until": until, "to_ns": None if to is None else duration_ns(to), "show": list(show)}
@@ -117,6 +121,13 @@ def replay(
         asked["with"] = [_module(Path(module)) for module in modules]
         found = json.loads(_native.replay(str(file), json.dumps(asked)))
     return _replay(found)
+
+
+def _unplayed(file: Path, options: Mapping[str, Any]) -> Replay:
+    """The replay of a record that a run would have made."""
+    if not options["replay"]:
+        refuse(CallError, f"in '{file}' there is nothing to replay", "begin it with cell.record(path, replay=True)")
+    return Replay("end", 0, True, "", 0, 0.0, None, "", "nothing ran: the program is only checked")
 
 
 def _module(file: Path) -> tuple[str, str]:

@@ -54,7 +54,8 @@ class Report(Shown):
         self.started = given.get("started_s", 0.0)
         self.time = self.ended - self.started
         self.value = lively(given.get("value"))
-        self.others = tuple(Reported(o["condition"], o.get("block"), o["time_s"] - self.started) for o in given.get("others", []))
+        others = given.get("others")
+        self.others = tuple(Reported(o["condition"], o.get("block"), o["time_s"] - self.started) for o in others) if others else ()
         self.verb = given["verb"]
         self.instance = given["instance"]
         self.command_list = given.get("command_list") or ""

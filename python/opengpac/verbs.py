@@ -13,7 +13,7 @@ from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, ParamSpec, Self, TypeVar, overload
 
 from . import checks, instances
-from .blocks import Blocks, mapping_of, names_of, systems_of, uses_of
+from .blocks import Blocks, mapping_of, modules_of, names_of, systems_of, uses_of
 from .commands import checked
 from .conditions import termination_of
 from .declared import Declared
@@ -205,6 +205,8 @@ class Verb(VerbTables, Declared, Generic[P, R]):
     def _with(self, options: Mapping[str, Any]) -> Self:
         new = copy.copy(self)
         vars(new).update(options)
+        # What its calls have in common is another thing where it is placed or named otherwise.
+        vars(new).pop("_prepared", None)
         return new
 
     # ---- composition ----
@@ -250,8 +252,13 @@ class Verb(VerbTables, Declared, Generic[P, R]):
         """The systems whose code modules it needs: one, or none, of a verb that is in order."""
         return self._own_systems()
 
+    @functools.cached_property
+    def _block_systems(self) -> frozenset[System]:
+        """The systems whose code modules its blocks come from: a definition does not change."""
+        return frozenset(systems_of(self.blocks.values()))
+
     def _own_systems(self) -> set[System]:
-        found = systems_of(self.blocks.values())
+        found = set(self._block_systems)
         for obj in self.objects.values():
             verb = obj.device_type.definition_verb()
             if verb is not None:
@@ -263,6 +270,11 @@ class Verb(VerbTables, Declared, Generic[P, R]):
         """The signature of a call, with the time limit that every verb takes."""
         limit = Parameter("time_limit", Parameter.KEYWORD_ONLY, default=None)
         return self.signature.replace(parameters=[*self.signature.parameters.values(), limit])
+
+    @functools.cached_property
+    def has_modules(self) -> bool:
+        """Whether blocks of it are of code modules of the component data base."""
+        return bool(modules_of(self.blocks.values()))
 
     def json(self) -> dict[str, Any]:
         """The form that the model takes."""
@@ -282,11 +294,13 @@ class Verb(VerbTables, Declared, Generic[P, R]):
 
     def text(self) -> str:
         """`json` as text, made once: a definition does not change."""
-        text = self.__dict__.get("_text")
-        if text is None:
-            with refusals:
-                text = self._text = json.dumps(self.json())
-        return text
+        return self._text
+
+    @functools.cached_property
+    def _text(self) -> str:
+        with refusals:
+            return json.dumps(self.json())
+        raise AssertionError("`refusals` lets no exception pass silently")
 
     @functools.cached_property
     def report_class(self) -> type[Report]:

@@ -77,7 +77,7 @@ async function cursor(page: Page): Promise<number> {
 /** Presses and waits until the cursor is another one. */
 async function press(page: Page, name: string): Promise<[number, number]> {
   const before = await cursor(page);
-  await page.getByRole("group", { name: "Time", exact: true }).getByRole("button", { name, exact: true }).click();
+  await page.getByRole("region", { name: "Time", exact: true }).getByRole("button", { name, exact: true }).click();
   await expect.poll(() => cursor(page)).not.toBe(before);
   return [before, await cursor(page)];
 }

@@ -49,7 +49,7 @@ class Programs:
         paths = [str(Path(_native.__file__).parent.parent), os.environ.get("PYTHONPATH", "")]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
         command = [sys.executable, *by, str(ROOT / path), *words]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, env=environment)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False, env=environment)
         return Run(done.returncode, done.stdout + done.stderr, "")
 
     def compare(self, name: str, trace: str, within: float) -> None:

@@ -9,6 +9,9 @@ from typing import Any
 import pytest
 
 import opengpac as gpac
+from opengpac import cli
+
+PROGRAM = Path(__file__).parents[2] / "examples" / "cell_with_a_plc.py"
 
 
 @pytest.mark.parametrize("driver", ["mujoco", "ur"])
@@ -26,3 +29,10 @@ def test_it_delivers_rejects_stops_recovers_and_is_replayed(programs: Any, tmp_p
     assert steps.max() <= 0.5 * 1e-3 * (1 + 1e-9)
     ends = [end["report"]["condition"] for end in recorded.ends if end["report"]["verb"] == "deliver"]
     assert ends == ["was_delivered", "was_rejected", "emergency_stop", "was_delivered"]
+
+
+def test_it_is_checked_to_its_last_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["check", str(PROGRAM), "--output", str(tmp_path)]) == 0, capsys.readouterr().err
+    told = capsys.readouterr().out
+    assert "0 errors" in told and "not followed" not in told
+    assert "Positions and signals are drawn" in told, "it reads back what it would have recorded"

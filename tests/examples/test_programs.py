@@ -35,10 +35,12 @@ def test_the_program_ends_as_it_should_with_its_trace(programs: Any, program: st
     programs.compare(program, done.trace, WITHIN[program])
 
 
-def test_the_guarded_move_is_the_same_by_the_driver_of_a_controller(programs: Any) -> None:
-    done = programs.run("guarded_move", "--driver", "ur")
+@pytest.mark.parametrize("program", ["coordinated_motion", "guarded_move", "centering_grasp"])
+def test_the_program_ends_as_it_should_by_the_driver_of_a_controller(programs: Any, program: str) -> None:
+    done = programs.run(program, "--driver", "ur")
     assert done.code == 0, done.printed
     assert "All verbs ended as they should" in done.printed
+    assert "should be" not in done.printed and done.trace, "the values that it recorded are written"
 
 
 def test_an_option_that_is_unknown_is_an_error(programs: Any) -> None:

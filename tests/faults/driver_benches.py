@@ -4,23 +4,34 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import json
+import secrets
 import shutil
+import socket
+import struct
 import subprocess
 import sys
 import tempfile
+import threading
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Self
 
 import axis_benches
 import opengpac as gpac
+from plant import LINGER, Plant
 
 PATIENT = "10 s"
 """Any wait of a driver for its device: what ends it here is a kill, and no busy machine."""
 FURNACE = Path(__file__).parents[1] / "python" / "drivers" / "furnace.py"
+RAIL = Path(__file__).parent / "rail.xml"
+HOME = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
+"""Where the arm of Universal Robots stands, rad."""
+SILENT = "1 s"
+"""From when on a plant counts as lost that makes no step, a server's device that nobody asks any more."""
 
 
 class Bench(ABC):
@@ -38,6 +49,14 @@ class Bench(ABC):
     @abstractmethod
     def commanded(self) -> bool:
         """Whether the counterpart has what was commanded."""
+
+    host: str | None = None
+    """The process of its device, where a driver starts that itself: an entry of the native module."""
+
+    @staticmethod
+    def met(_: gpac.PhysicalDevice) -> bool:
+        """Whether the driver knows of its counterpart, so that it misses it when it is gone."""
+        return True
 
     def safe(self) -> bool | None:
         """Whether its outputs are safe; None: a killed process of the driver leaves them as they are, for the device's own watchdog."""
@@ -143,7 +162,7 @@ class _CanOpen(axis_benches.Axis, Bench):
 class _Python(Bench):
     """Its process is the counterpart: a furnace that writes down what happens to it."""
 
-    channel = "heater"
+    channel, host = "heater", "opengpac.driver_process"
 
     def __init__(self) -> None:
         self.folder = tempfile.mkdtemp(prefix="furnace-")
@@ -170,6 +189,102 @@ class _Python(Bench):
         atexit.register(shutil.rmtree, self.folder, ignore_errors=True)
 
 
+class _Mujoco(Bench):
+    """A simulated carriage in a process of its own, which outlives who commands it."""
+
+    channel, host = "x.effort", "run_plant"
+
+    def __init__(self) -> None:
+        self.plant = Plant(f"campaign-{secrets.token_hex(6)}")
+
+    @property
+    def address(self) -> str:
+        return self.plant.name
+
+    def driver(self) -> gpac.drivers.Driver:
+        return mujoco(self.address)
+
+    def commanded(self) -> bool:
+        state = self.plant.state()
+        return state is not None and self.plant.speed(state) != 0.0
+
+    def safe(self) -> bool:
+        state = self.plant.state()
+        return state is not None and state["is_safe"]
+
+    def close(self) -> None:
+        pass
+
+
+class _Ur(Bench):
+    """A controller whose own program brings its arm to rest and ends when nobody commands it; no goal of it ever leapt."""
+
+    channel, value = "shoulder_pan.goal", 1.0
+
+    def __init__(self) -> None:
+        self.robot = gpac.drivers.fake.ur(HOME, lockstep=False)
+
+    @property
+    def address(self) -> str:
+        return self.robot.host
+
+    def driver(self) -> gpac.drivers.Driver:
+        return ur(self.address)
+
+    def commanded(self) -> bool:
+        return abs(self.robot.position[0] - HOME[0]) > 0.01
+
+    def safe(self) -> bool:
+        rests = self.robot.program is None and not any(self.robot.do(lambda: self.robot.arm.velocity))
+        return rests and self.robot.step_max <= gpac.drivers.fake.LEAP_MAX
+
+    def close(self) -> None:
+        self.robot.close()
+
+
+class _ModbusServer(Bench):
+    """A controller of the line that asks for the level again and again, as soon as somebody offers it."""
+
+    channel, value = "level", 2.5
+
+    def __init__(self) -> None:
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.port: int = free.getsockname()[1]
+        self.seen: float | None = None
+        self._ends = threading.Event()
+        self._thread = threading.Thread(target=self._ask, daemon=True)
+        self._thread.start()
+
+    @property
+    def address(self) -> str:
+        return str(self.port)
+
+    def driver(self) -> gpac.drivers.Driver:
+        return modbus_server(self.address)
+
+    @staticmethod
+    def met(device: gpac.PhysicalDevice) -> bool:
+        return device.counters["requests"] > 0
+
+    def commanded(self) -> bool:
+        return self.seen == self.value
+
+    def close(self) -> None:
+        self._ends.set()
+        self._thread.join()
+
+    def _ask(self) -> None:
+        while not self._ends.wait(0.005):
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", self.port), timeout=1.0) as line:
+                while not self._ends.wait(0.005):
+                    line.sendall(struct.pack(">HHHBBHH", 1, 0, 6, 1, 4, 0, 2))
+                    answer = line.recv(64)
+                    if len(answer) != 13:
+                        break
+                    (self.seen,) = struct.unpack(">f", answer[9:])
+
+
 def modbus(address: str) -> gpac.drivers.Driver:
     """A device with one register pair."""
     speed = {"holding": 0, "type": "float", "write": True}
@@ -191,21 +306,40 @@ def python(address: str) -> gpac.drivers.Driver:
     return gpac.drivers.python(FURNACE, folder=address, period="5 ms", age_max=PATIENT)
 
 
-BENCHES = {
+def mujoco(name: str) -> gpac.drivers.Driver:
+    """A carriage in a process of its own."""
+    return gpac.drivers.plant_process(gpac.drivers.mujoco(RAIL), name=name, linger=LINGER, silent=SILENT)
+
+
+def ur(host: str) -> gpac.drivers.Driver:
+    """An arm of Universal Robots."""
+    return gpac.drivers.ur(host, silence=PATIENT, timeout="1 s")
+
+
+def modbus_server(port: str) -> gpac.drivers.Driver:
+    """A level that is offered."""
+    level = {"input": 0, "type": "float", "write": True}
+    return gpac.drivers.modbus_server(f"tcp/127.0.0.1:{port}", channels={"level": level}, silent=SILENT, age_max=PATIENT)
+
+
+BENCHES: dict[str, Callable[[], Bench]] = {
     "modbus": _Modbus,
+    "modbus_server": _ModbusServer,
     "text": _Text,
     "feetech": lambda: _Servos("feetech"),
     "dynamixel": lambda: _Servos("dynamixel"),
     "ethercat": _EtherCat,
     "canopen": _CanOpen,
     "python": _Python,
+    "mujoco": _Mujoco,
+    "ur": _Ur,
 }
 """What a counterpart is made by, for each driver."""
 
 DRIVERS = {
     "modbus": modbus, "text": text, "feetech": lambda address: servos("feetech", address),
     "dynamixel": lambda address: servos("dynamixel", address), "python": python, "ethercat": axis_benches.ethercat,
-    "canopen": axis_benches.canopen,
+    "canopen": axis_benches.canopen, "modbus_server": modbus_server, "mujoco": mujoco, "ur": ur,
 }  # fmt: skip
 """The driver for an address."""
 
@@ -237,9 +371,15 @@ def told(name: str, address: str) -> str:
     return json.dumps({"name": name, "address": address})
 
 
+def kind_of(name: str) -> type[Bench]:
+    """The class of the benches of a driver."""
+    made = BENCHES[name]
+    return made if isinstance(made, type) else _Servos
+
+
 def opened(words: str) -> tuple[str, float, gpac.drivers.Driver]:
     """The channel, its value and the driver, from what was told."""
     asked: dict[str, Any] = json.loads(words)
     name = asked["name"]
-    of = _Servos if name in ("feetech", "dynamixel") else BENCHES[name]
+    of = kind_of(name)
     return of.channel, of.value, DRIVERS[name](asked["address"])

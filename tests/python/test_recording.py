@@ -166,6 +166,38 @@ def test_a_program_without_replay_and_a_check(tmp_path: Path, capsys: pytest.Cap
     assert len(gpac.open_recording(file)["joint1.sensed"]) == 1001
 
 
+READS_BACK = """
+import opengpac as gpac
+cell = gpac.System("checked")
+q, level = cell.svv("joint.q", "double[6]", unit="rad"), cell.svv("level")
+cell.record("run.mcap", {svvs}, replay={replay}, cells=True)
+cell.close()
+print(gpac.replay("run.mcap"))
+recorded = gpac.open_recording("run.mcap")
+print(recorded, recorded["joint.q"]["value"].shape, recorded.unit("joint.q"), len(recorded["move#1:u"]), recorded.ends, recorded.timing)
+print(recorded.names("lev*"))
+"""
+
+
+def test_a_checked_program_reads_back_what_it_would_have_recorded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    program = tmp_path / "program.py"
+    program.write_text(READS_BACK.format(svvs=None, replay=True))
+    assert cli.main(["check", str(program)]) == 0, capsys.readouterr().err
+    told = capsys.readouterr().out.splitlines()
+    assert told[0].startswith("0 firings, every value as it was recorded; nothing ran: the program is only checked")
+    assert "2 SVVs and cells, 0 values, nothing lost (0, 6) rad 0 [] {}" in told[1] and told[2] == "['level']"
+    assert not Path("run.mcap").exists()
+    # What a run would refuse is refused.
+    program.write_text(READS_BACK.format(svvs=["joint.*"], replay=False))
+    assert cli.main(["check", str(program)]) == 1
+    told = capsys.readouterr().err
+    assert "program.py:7:" in told and "there is nothing to replay\n" in told and "cell.record(path, replay=True)" in told
+    assert "program.py:10:" in told and "there is no SVV 'lev*'" in told
+
+
 def test_a_daemon_records_in_its_folder_or_refuses(tmp_path: Path) -> None:
     folder = tmp_path / "records"
     folder.mkdir()

@@ -174,12 +174,14 @@ impl Service {
                 Some(failure) => Err(failure),
                 None => Ok(self.answer(call, answered, made, presence)),
             },
-            (Err(refusals), Some(instance)) => {
-                self.forget(instance);
-                self.sessions.disown(instance);
+            (Err(refusals), made) => {
+                // Where only the wait was refused, the instance goes on: it stays its session's, and in the journal.
+                if let Some(instance) = made.filter(|instance| self.system.state(*instance) == "deleted") {
+                    self.forget(instance);
+                    self.sessions.disown(instance);
+                }
                 Err(refusals.into())
             }
-            (Err(refusals), None) => Err(refusals.into()),
         }
     }
 

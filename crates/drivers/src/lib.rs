@@ -30,6 +30,15 @@ mod stream;
 mod text;
 mod ur;
 
+/// What reads bytes of a machine, for fuzzers: functions that take any, and panic where one is accepted that would be written differently.
+#[doc(hidden)]
+pub mod any_bytes {
+    pub use crate::modbus::any_bytes::modbus;
+    pub use crate::servos::any_bytes::servos;
+    pub use crate::text::any_bytes::text;
+    pub use crate::ur::any_bytes::rtde;
+}
+
 use device::{Declaration, DriverError, Found, Geometry, Manual, Opened};
 pub use driver_kit::conformance::{Report, Settings, sanitizer_in};
 use serde_json::Value;

@@ -10,7 +10,9 @@
 //! | `turn`, `link` | a request and its answer; units on one line take turns |
 //! | `client` | the driver |
 //! | `server` | the other end: channels of this machine, offered to clients |
+//! | `any_bytes` | what a fuzzer asks |
 //! | `services`, `scan` | single registers, identification; the search for units |
+pub(crate) mod any_bytes;
 mod client;
 #[cfg(test)]
 mod codec_tests;

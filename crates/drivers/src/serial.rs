@@ -50,6 +50,18 @@ pub(crate) struct SerialLine {
     file: File,
 }
 
+/// Takes a line for this program: the lock tells programs that ask for it, the flag of the terminal keeps out the others.
+fn claim(file: &File) -> Result<()> {
+    // SAFETY: the descriptor is open.
+    if unsafe { libc::flock(file.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) } != 0 {
+        let why = Error::last_os_error();
+        let busy = why.kind() == ErrorKind::WouldBlock;
+        return Err(if busy { Error::new(ErrorKind::ResourceBusy, "another program has it") } else { why });
+    }
+    // SAFETY: the descriptor is open, and the request has no argument.
+    check(unsafe { libc::ioctl(file.as_raw_fd(), libc::TIOCEXCL) })
+}
+
 impl SerialLine {
     /// Opens `path` raw (no echo, no line editing, no flow control) and for this program alone, and throws away what had come in before.
     ///
@@ -58,23 +70,11 @@ impl SerialLine {
     pub(crate) fn open(path: &str, settings: &Settings) -> Result<SerialLine> {
         // Non-blocking, so that neither a missing carrier nor a full buffer holds anybody up; `poll` waits.
         let file = OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOCTTY | libc::O_NONBLOCK | libc::O_CLOEXEC).open(path)?;
+        claim(&file)?;
         let line = SerialLine { file };
-        line.claim()?;
         line.set(settings)?;
         line.drain_input()?;
         Ok(line)
-    }
-
-    /// Takes it for this program: the lock tells programs that ask for it, the flag of the terminal keeps out the others.
-    fn claim(&self) -> Result<()> {
-        // SAFETY: the descriptor is open.
-        if unsafe { libc::flock(self.raw(), libc::LOCK_EX | libc::LOCK_NB) } != 0 {
-            let why = Error::last_os_error();
-            let busy = why.kind() == ErrorKind::WouldBlock;
-            return Err(if busy { Error::new(ErrorKind::ResourceBusy, "another program has it") } else { why });
-        }
-        // SAFETY: the descriptor is open, and the request has no argument.
-        check(unsafe { libc::ioctl(self.raw(), libc::TIOCEXCL) })
     }
 
     fn set(&self, settings: &Settings) -> Result<()> {
@@ -159,6 +159,9 @@ impl Drop for SerialLine {
         // A pseudo terminal outlives this end, and would keep the flag.
         // SAFETY: the descriptor is open, and the request has no argument.
         let _ = unsafe { libc::ioctl(self.raw(), libc::TIOCNXCL) };
+        // The guard may have this descriptor, too, and would keep the lock: a device that was lost could not be opened anew.
+        // SAFETY: the descriptor is open.
+        let _ = unsafe { libc::flock(self.raw(), libc::LOCK_UN) };
     }
 }
 
@@ -246,6 +249,15 @@ pub(crate) mod tests {
         assert_eq!(line.read(&mut some, Instant::now()).expect("it is there"), 0, "what came before is gone");
         drop(device);
         assert!(line.read(&mut some, soon()).is_err());
+    }
+
+    #[test]
+    fn a_line_that_was_given_back_is_free_though_a_guard_has_a_descriptor_of_it() {
+        let (_device, path) = pty();
+        let line = SerialLine::open(&path, &Settings::default()).expect("it opens");
+        let _kept = line.as_fd().try_clone_to_owned().expect("a guard has it, too");
+        drop(line);
+        SerialLine::open(&path, &Settings::default()).expect("it opens again");
     }
 
     #[test]

@@ -8,6 +8,8 @@
 //! | `fields` | numbers, words, letters |
 //! | `pattern` | `"ST,{weight} kg"`: which of them stand where |
 //! | `talker` | the driver |
+//! | `any_bytes` | what a fuzzer asks |
+pub(crate) mod any_bytes;
 mod fields;
 mod frame;
 mod pattern;

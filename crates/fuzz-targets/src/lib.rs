@@ -29,6 +29,10 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("recordings", recordings::recordings),
     ("control", control::control),
     ("ethercat", ethercat::ethercat),
+    ("modbus", drivers::any_bytes::modbus),
+    ("servos", drivers::any_bytes::servos),
+    ("text", drivers::any_bytes::text),
+    ("rtde", drivers::any_bytes::rtde),
 ];
 
 /// The type parser: a declaration, and after each further line break `name declaration` of a type that it may use. What was read

@@ -124,3 +124,23 @@ fn every_target_is_tested_and_has_a_corpus() {
 fn ethercat_holds() {
     hold("ethercat", CHANGED);
 }
+
+#[test]
+fn modbus_holds() {
+    hold("modbus", CHANGED);
+}
+
+#[test]
+fn servos_hold() {
+    hold("servos", CHANGED);
+}
+
+#[test]
+fn text_holds() {
+    hold("text", CHANGED);
+}
+
+#[test]
+fn rtde_holds() {
+    hold("rtde", CHANGED);
+}

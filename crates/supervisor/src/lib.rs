@@ -30,6 +30,7 @@ mod scripts;
 mod supervise;
 mod system;
 mod waiting;
+mod watchful;
 mod wiring;
 
 pub use calls::apply::DeviceRequest;

@@ -93,6 +93,11 @@ pub(crate) struct Changes {
 }
 
 impl Changes {
+    /// How often something has changed.
+    pub fn count(&self) -> u64 {
+        self.count.load(Ordering::Acquire)
+    }
+
     /// Something has changed. Called with the core locked.
     pub fn tell(&self) {
         self.count.fetch_add(1, Ordering::Release);

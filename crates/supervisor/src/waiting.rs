@@ -5,6 +5,7 @@ use crate::protection::lost::{look_for_lost, next_answer};
 use crate::protection::stopping::watch_inputs;
 use crate::refuse::refuse;
 use crate::system::{Shared, Waited};
+use crate::watchful::Watchful;
 use model::refusal::{Class, Refusals};
 use std::time::{Duration, Instant};
 
@@ -14,11 +15,25 @@ impl Shared {
         &self,
         until_ns: Option<i64>,
         slice: Duration,
+        found: impl FnMut(&mut Core) -> Result<Option<T>, Refusals>,
+    ) -> Result<Waited<T>, Refusals> {
+        self.wait_watchfully(Watchful::At, until_ns, slice, found)
+    }
+
+    /// The same. `watchful`: when it looks by itself rather than sleeps.
+    pub fn wait_watchfully<T>(
+        &self,
+        watchful: Watchful,
+        until_ns: Option<i64>,
+        slice: Duration,
         mut found: impl FnMut(&mut Core) -> Result<Option<T>, Refusals>,
     ) -> Result<Waited<T>, Refusals> {
         let begun = Instant::now();
+        let begun_ns = self.host.now_ns();
         let mut core = self.locked();
         loop {
+            // Before everything that is looked at, so that what comes meanwhile is not overlooked.
+            let seen = self.signs();
             let came = core.drain();
             let result = found(&mut core)?;
             // Those that wait are told of what came: of each other's looks they would never come to rest.
@@ -51,18 +66,29 @@ impl Shared {
                     }
                 }
                 core = self.locked();
-            } else if begun.elapsed() < AWAKE_MAX {
+                continue;
+            }
+            let now_ns = self.host.now_ns();
+            if let Some(end_ns) = watchful.looks_until_ns(begun_ns, now_ns) {
                 // A kernel answers within microseconds: sooner than two threads wake up one after the other.
                 drop(core);
-                (0..PAUSES).for_each(|_| std::hint::spin_loop());
+                while self.signs() == seen && self.host.now_ns() < end_ns {
+                    (0..PAUSES).for_each(|_| std::hint::spin_loop());
+                }
                 core = self.locked();
             } else {
-                let by_clock = until_ns.map_or(left, |until| Duration::from_nanos(u64::try_from(until - self.host.now_ns()).unwrap_or(0)));
+                let next_ns = [until_ns, watchful.looks_next_ns(begun_ns, now_ns)].into_iter().flatten().min();
+                let by_clock = next_ns.map_or(left, |next| Duration::from_nanos(u64::try_from(next - now_ns).unwrap_or(0)));
                 self.changes.wait(core, left.min(by_clock));
                 core = self.locked();
                 look_for_lost(&mut core);
             }
         }
+    }
+
+    /// What shows that something has come: what kernels have told, and what threads have changed.
+    fn signs(&self) -> (u32, u64) {
+        (self.host.rings(), self.changes.count())
     }
 
     /// Virtual clock: time stands still while a tap that holds it has not been read.
@@ -127,8 +153,5 @@ impl Shared {
     }
 }
 
-/// How long a wait looks for an answer by itself before it sleeps: some wake-ups of a thread.
-const AWAKE_MAX: Duration = Duration::from_micros(60);
-
 /// Pauses of the processor between two looks.
-const PAUSES: u32 = 40;
+const PAUSES: u32 = 16;

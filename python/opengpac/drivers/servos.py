@@ -56,13 +56,17 @@ def dynamixel(
     latency: Quantity | None = None,
     retries: int | None = None,
     echo: bool | None = None,
+    watchdog: Quantity | None = None,
 ) -> Driver:
     """Dynamixel servos of the X series (protocol 2.0) on the serial line `port`; as `feetech`.
+
+    `watchdog` (20 ms to 2.54 s in steps of 20 ms; none) is set in the servos themselves, from firmware 38 on: one with torque that hears
+    nothing on the line for so long stands still, whatever has become of this host, and the device is lost.
 
     Models are `xl330-m288`, `xl330-m077`, `xl430-w250`, `xc430-w150`, `xm430-w350`, `xm430-w210`, `xm540-w270`, `xm540-w150`, else `x`;
     the baud rate is 57600 where none is given. A joint has `current` or `load`, whichever its model measures.
     """
-    times = {"period": period, "age_max": age_max, "latency": latency}
+    times = {"period": period, "age_max": age_max, "latency": latency, "watchdog": watchdog}
     return _driver("dynamixel", port, servos, calibration, times, baud=baud, max_speed=max_speed, retries=retries, echo=echo)
 
 

@@ -87,10 +87,10 @@ class Remote(RealTimeSystem):
             made.append(json.loads(answer.body)["go_on"]["arguments"]["instance"])
 
         # One that is interrupted has begun all the same: its answer says what there is to end.
-        answer = self.session.answer("POST", "/v1/call/perform", body, late=goes_on)
-        if not answer.get("waiting"):
-            return json.dumps(answer["result"])
-        made.append(answer["go_on"]["arguments"]["instance"])
+        told = self.session.result_text("POST", "/v1/call/perform", body, goes_on)
+        if isinstance(told, str):
+            return told
+        made.append(told["go_on"]["arguments"]["instance"])
         return None
 
     def ended_fd(self) -> int:

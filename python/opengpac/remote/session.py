@@ -30,6 +30,9 @@ ANSWER_S = 5.0
 AGAIN_S = 10.0
 """How long a request is made again that the system has no time for."""
 
+_RESULT = b'{"result":'
+"""How an answer begins that is a result alone."""
+
 
 class Session:
     """A session, `cell.session`: `name`, `role`, whether it `returned`, and who has command.
@@ -120,15 +123,25 @@ class Session:
         timeout_s: float | None = None,
         late: Callable[[Answer], None] | None = None,
     ) -> dict[str, Any]:
-        """One request; all of its answer. It is made again where the system has no time for it: then it has not acted.
+        """One request; all of its answer. `late` gets the answer to one that was interrupted: `Transport.request`."""
+        return _told(self._answered(method, path, body, timeout_s, late))
 
-        `late` gets the answer to one that was interrupted: `Transport.request`.
-        """
+    def result_text(self, method: str, path: str, body: bytes, late: Callable[[Answer], None]) -> str | dict[str, Any]:
+        """One request; its result as the text that it came as. Where the answer is no result, but says how to go on: all of it."""
+        answer = self._answered(method, path, body, None, late)
+        if answer.status == 200 and answer.body.startswith(_RESULT) and answer.body.endswith(b"}"):
+            # What reads the text looks whether it is JSON.
+            return answer.body[len(_RESULT) : -1].decode()
+        told = _told(answer)
+        return told if told.get("waiting") else json.dumps(told["result"])
+
+    def _answered(self, method: str, path: str, body: bytes, timeout_s: float | None, late: Callable[[Answer], None] | None) -> Answer:
+        """The answer to a request. It is made again where the system has no time for it: then it has not acted."""
         until = time.monotonic() + AGAIN_S
         while True:
             answer = self.transport.request(method, path, body, more=self.headers, timeout_s=timeout_s, late=late)
             if answer.status != 429 or time.monotonic() >= until:
-                return _told(answer)
+                return answer
             time.sleep(answer.again_s)
 
     @property

@@ -6,13 +6,13 @@ Any MJCF file of an arm can be loaded; each actuated joint becomes a logical dev
 
 from .arm import Arm, Payload
 from .arms import load
-from .gripper import Finger, finger_servo, gripper
+from .gripper import Finger, finger_follower, finger_servo, gripper
 from .joints import Joint
 from .kinematics import Axis, Kinematics
 from .motion import MotionTimeout, Moved, move
 from .servos import FollowingError, joint_follower, joint_servo
 
 __all__ = [
-    "Arm", "Axis", "Finger", "FollowingError", "Joint", "Kinematics", "MotionTimeout", "Moved", "Payload", "finger_servo", "gripper",
-    "joint_follower", "joint_servo", "load", "move",
+    "Arm", "Axis", "Finger", "FollowingError", "Joint", "Kinematics", "MotionTimeout", "Moved", "Payload", "finger_follower",
+    "finger_servo", "gripper", "joint_follower", "joint_servo", "load", "move",
 ]  # fmt: skip

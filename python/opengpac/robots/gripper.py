@@ -56,6 +56,40 @@ finger_servo = Verb(
 )
 
 
+finger_follower = Verb(
+    "robot_finger_follower",
+    doc="Tells a gripper that closes the loop itself where a finger is to be and with what force at most, and reads its touch sensor.",
+    blocks={
+        "position": lib.block("read_channel"),
+        "speed": lib.block("read_channel"),
+        "feel": lib.block("read_channel"),
+        "goal": lib.block("write_channel"),
+        "limit": lib.block("write_channel"),
+    },
+    instantiation_parameters={
+        "position": "position.channel",
+        "speed": "speed.channel",
+        "touch": "feel.channel",
+        "goal": "goal.channel",
+        "limit": "limit.channel",
+        "sensed": "position.y",
+        "velocity": "speed.y",
+        "force": "feel.y",
+        "commanded": "goal.u",
+        "force_max": "limit.u",
+    },
+    modes={"goal.u": "asynchronous", "limit.u": "asynchronous"},
+    command_lists={
+        "start": [
+            execute("position"),
+            *(activate(label, every=SERVO_PERIOD) for label in ("position", "speed", "feel", "goal", "limit")),
+            ready(),
+        ]
+    },
+)
+"""What keeps a finger going whose gripper has a controller of its own."""
+
+
 class Finger(LogicalDevice, verb=finger_servo, name="robot_finger"):
     """A sliding finger: position 0 where the fingers meet, more is open.
 
@@ -76,15 +110,26 @@ def gripper(device: PhysicalDevice, *parts: str, on: Source | None = None, name:
 
     `parts` are the machine's parts that are fingers, `left_finger` and `right_finger` where none is named; the touch sensor of each has
     its name. `on` runs their servos, else the source that exchanges with the machine. The group is `NAME`, else `DEVICE.hand`.
+
+    A gripper that is a device of its own and closes the loops itself has the channels `PART.position`, `PART.velocity` and `PART.force`
+    (read), `PART.goal` and `PART.force_max` (written), and its fingers follow with its own stiffness. Whatever its driver is, for
+    example `gpac.drivers.modbus` with these names.
     """
     name = name or f"{device.name}.hand"
     fingers: list[Finger] = []
     try:
         for part in parts or ("left_finger", "right_finger"):
-            made = Finger(f"{name}.{part}", drive=device[part], touch=device[f"sensor.{part}"], on=on or device.source, **parameters)
-            fingers.append(made)
+            fingers.append(Finger(f"{name}.{part}", on=on or device.source, **_driven(device, part), **parameters))
         return Group(name, *fingers)
     except BaseException:
         for finger in fingers:
             finger.delete()
         raise
+
+
+def _driven(device: PhysicalDevice, part: str) -> dict[str, Any]:
+    """What a finger is kept going by, and with which channels."""
+    if f"{part}.goal" not in device.channels:
+        return {"drive": device[part], "touch": device[f"sensor.{part}"]}
+    words = {"position": "position", "speed": "velocity", "touch": "force", "goal": "goal", "limit": "force_max"}
+    return {"verb": finger_follower, **{word: device[f"{part}.{channel}"] for word, channel in words.items()}}

@@ -19,7 +19,7 @@ export function TimeBar() {
   if (recording) return <Recorded key={recording.name} axis={axis} of={recording} />;
   const isStill = source !== axis.live;
   return (
-    <div className={`time-bar ${isStill ? "still" : ""}`} role="group" aria-label="Time">
+    <section className={`time-bar ${isStill ? "still" : ""}`} aria-label="Time">
       <button type="button" aria-pressed={isStill} onClick={() => (isStill ? axis.goLive() : axis.pause())}>
         {isStill ? "Live" : "Pause page"}
       </button>
@@ -30,7 +30,7 @@ export function TimeBar() {
       ) : (
         <span className="quiet small">The page follows the system</span>
       )}
-    </div>
+    </section>
   );
 }
 
@@ -51,7 +51,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
   const step = (back: boolean) => action.run(() => of.step(back));
   const moved = (cursor - of.begins_ns) / 1e9;
   return (
-    <div className="time-bar recorded" role="group" aria-label="Time">
+    <section className="time-bar recorded" aria-label="Time">
       <button type="button" className="primary" onClick={() => axis.goLive()} title={`Back to ${live.version.system}, as it runs`}>
         Live
       </button>
@@ -95,7 +95,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
       </span>
       <Alarms of={of} />
       <Refusals of={[...trouble, ...action.refusals]} />
-    </div>
+    </section>
   );
 }
 

@@ -18,26 +18,10 @@ import scservo_sdk
 import opengpac as gpac
 from afar import until
 from opengpac import activate, library
+from servo_kits import opened
 
 PATIENT: dict[str, Any] = {"latency": "60 s", "age_max": "60 s"}
 KINDS = ["feetech", "dynamixel"]
-
-
-def patient(handler: Any) -> Any:
-    """A port of a maker's kit that waits as long as it must: its own time is less than a switch of threads here may take."""
-
-    class Patient(handler):
-        def isPacketTimeout(self) -> bool:
-            return self.getTimeSinceStart() > 60_000
-
-    return Patient
-
-
-def opened(handler: Any, bus: gpac.drivers.fake.FakeServos) -> Any:
-    """An open port of a maker's kit."""
-    port = patient(handler)(bus.port)
-    assert port.openPort() and port.setBaudRate(1_000_000)
-    return port
 
 
 def test_rustypot_drives_emulated_feetech_servos() -> None:

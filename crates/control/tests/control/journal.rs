@@ -5,6 +5,7 @@ use control::{Options, Server};
 use serde_json::{Value as Json, json};
 use sha2::{Digest, Sha256};
 use std::os::unix::fs::PermissionsExt;
+use std::sync::Arc;
 
 fn options(folder: &Folder) -> Options {
     Options { socket: Some(folder.file("s")), journal: Some(folder.file("j")), ..Options::default() }
@@ -155,6 +156,35 @@ fn a_call_of_a_verb_in_one_request_is_recorded_before_it_starts_and_gone_with_it
     assert!(states(&rig).is_empty());
     let (twin, told) = again(killed(&rig));
     assert!(states(&twin).is_empty(), "{told:?}");
+}
+
+/// A system whose only source fires when it is asked: nothing happens there by itself.
+fn kept_without_a_timer() -> Rig {
+    let system = Arc::new(api::open("cell", "virtual", "{}").unwrap_or_else(|r| panic!("{r:?}")));
+    let say = |name: &str, arguments: Json| api::call(&system, name, &arguments.to_string()).unwrap_or_else(|r| panic!("{name}: {r:?}"));
+    say("processor", json!({ "name": "rtp0" }));
+    say("source", json!({ "processor": "rtp0", "name": "soft", "kind": "software", "priority": 50 }));
+    say("svv", json!({ "name": "y", "type_text": "double" }));
+    let folder = Folder::new();
+    let server = Server::start_watched(system.clone(), &options(&folder), &mut Told::default()).unwrap_or_else(|r| panic!("{r:?}"));
+    Rig { server, system, folder }
+}
+
+#[test]
+fn a_call_whose_wait_alone_is_refused_goes_on_as_its_callers() {
+    let rig = kept_without_a_timer();
+    let session = rig.commander("panel");
+    let mut verb = wave("hold", json!("continue"));
+    verb["command_lists"]["start"]["commands"] = json!([{ "command": "activate", "block": "wave" }]);
+    rig.call(&session, "define_verb", verb);
+    let asked = json!({ "verb": "hold", "arguments": { "y": { "svv": "y" } }, "placement": { "*": "rtp0.soft" }, "slice_ms": 1000 });
+    let (_, answer) = rig.ask("POST", "/v1/call/perform", &[("opengpac-session", &session)], &asked.to_string());
+    assert!(class(&answer) == "InvalidState" && answer.to_string().contains("the wait would have no end"), "{answer}");
+    assert_eq!(states(&rig), ["hold#1 running"]);
+    assert!(!text(&rig.folder).contains("deleted"), "the journal has it: {}", text(&rig.folder));
+    rig.system.halt(rig.system.statistics().instances[0].id).unwrap_or_else(|r| panic!("{r:?}"));
+    let (_, kept) = rig.ask("GET", "/v1/sessions/panel/reports", &[("opengpac-session", &session)], "");
+    assert_eq!(kept["result"]["reports"][0]["report"]["condition"], "halted", "its end is told to its session: {kept}");
 }
 
 #[test]

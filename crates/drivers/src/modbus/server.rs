@@ -19,7 +19,7 @@ use std::os::unix::net::UnixStream;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use tables::Tables;
+pub(super) use tables::Tables;
 
 pub(crate) static DRIVER: Declaration = Declaration {
     class: Class::Worker,

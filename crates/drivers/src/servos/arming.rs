@@ -22,6 +22,7 @@ impl Servos {
         for joint in 0..self.joints.len() {
             self.recognise(joint)?;
             self.store(joint, self.map.torque, &[0])?;
+            self.forget_watchdog(joint)?;
             self.check_settings(joint)?;
             self.clear(joint)?;
         }
@@ -82,7 +83,7 @@ impl Servos {
     }
 
     /// Stores to a register of one servo, which says that it has it.
-    fn store(&mut self, joint: usize, register: Register, bytes: &[u8]) -> Result<(), DeviceError> {
+    pub(super) fn store(&mut self, joint: usize, register: Register, bytes: &[u8]) -> Result<(), DeviceError> {
         let id = self.joints[joint].wired.id;
         let written = self.line()?.write(id, register.address, bytes).map_err(|why| self.gone(&why))?;
         let Some(answered) = written else { return Err(self.wrong(joint, "does not answer; look at its power and its cable")) };
@@ -96,6 +97,7 @@ impl Servos {
     pub(super) fn hold(&mut self, joint: usize) -> Result<(), DeviceError> {
         let counts = self.joints[joint].present.counts;
         self.store(joint, self.map.goal, &self.protocol.goal(counts)[..usize::from(self.map.goal.len)])?;
+        self.set_watchdog(joint)?;
         self.store(joint, self.map.torque, &[1])?;
         let held = &mut self.joints[joint];
         (held.goal, held.has_torque) = (held.wired.angle(counts), true);

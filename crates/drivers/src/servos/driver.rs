@@ -7,6 +7,7 @@ use super::options::{Wanted, Wired};
 use super::protocol::Protocol;
 use super::registers::{Effort, Map, Present, Register};
 use super::services::Desk;
+use super::watchdog::UNIT_NS;
 use device::{Channel, Command, Counters, DeviceError, Driver, Layout, Opened, Part, SafeHandle, Services, Servo, Slot, Type, UNLIMITED};
 use serde_json::json;
 use std::sync::Arc;
@@ -22,6 +23,10 @@ pub(super) struct Servos {
     pub(super) port: String,
     pub(super) timing: Timing,
     max_speed: f64,
+    /// Of the servos themselves, in their units.
+    pub(super) watchdog: Option<u8>,
+    /// Which joint's was looked at last.
+    pub(super) looked: usize,
     channels: Vec<Channel>,
     pub(super) joints: Vec<Joint>,
     pub(super) bus: Option<Bus>,
@@ -74,6 +79,8 @@ impl Servos {
             port: wanted.port,
             timing: wanted.timing,
             max_speed: wanted.max_speed,
+            watchdog: wanted.watchdog,
+            looked: 0,
             channels: layout.into_channels(),
             ids: joints.iter().map(|joint| joint.wired.id).collect(),
             done: vec![false; joints.len()],
@@ -120,6 +127,7 @@ impl Servos {
             return Err(self.wrong(index, &format!("refuses to be read: error {error}")));
         }
         self.counters.add(Count::Exchanges, 1);
+        self.look_at_watchdog()?;
         (0..self.joints.len()).try_for_each(|joint| self.heed(joint))
     }
 
@@ -255,6 +263,10 @@ impl Driver for Servos {
             }
             _ => Vec::new(),
         }
+    }
+
+    fn watchdog_ns(&self) -> Option<i64> {
+        self.watchdog.map(|units| i64::from(units) * UNIT_NS)
     }
 
     fn services(&self) -> Option<Arc<dyn Services>> {

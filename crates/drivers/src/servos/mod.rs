@@ -7,11 +7,13 @@
 //! | `protocol` | the two of them behind one face |
 //! | `registers` | what lies where in a servo, and what its numbers mean |
 //! | `bus` | one request at a time: its time, its echo, who is asked again |
-//! | `driver`, `arming` | the exchange; torque, which comes on where the servo is |
+//! | `driver`, `arming`, `watchdog` | the exchange; torque, which comes on where the servo is; what stops a servo that nobody reaches |
 //! | `options`, `calibration` | which servo is which joint, its zero and its ends |
+//! | `any_bytes` | what a fuzzer asks |
 //! | `services`, `scan` | registers, calibration and the search, off the cycle |
 //!
 //! There are two kinds and not one with an option: who has a bus knows its maker's name, and ids, baud rates and models are looked for by it.
+pub(crate) mod any_bytes;
 mod arming;
 mod bus;
 mod calibration;
@@ -26,30 +28,51 @@ mod services;
 mod sts;
 #[cfg(test)]
 mod tests;
+mod watchdog;
 
-use device::{Class, Declaration, DriverError, Given, Life, Opened, SafeBy, SafeState};
+use device::{Class, Declaration, DriverError, Given, Life, Opened, OptionWord, SafeBy, SafeState};
 use protocol::Protocol;
 
-pub(crate) static FEETECH: Declaration =
-    of("feetech", "Feetech STS servos on a serial bus", |given| open(given, Protocol::Sts), |given| scan::scan(given, Protocol::Sts));
+pub(crate) static FEETECH: Declaration = of(
+    "feetech",
+    "Feetech STS servos on a serial bus",
+    TORQUE_OFF,
+    &options::FEETECH,
+    |given| open(given, Protocol::Sts),
+    |given| scan::scan(given, Protocol::Sts),
+);
 
 pub(crate) static DYNAMIXEL: Declaration = of(
     "dynamixel",
     "Dynamixel servos (protocol 2.0) on a serial bus",
+    SafeState {
+        doc: "torque off: an arm that nothing holds sinks; with option watchdog_ns a servo that nobody reaches stands still by itself, its torque on",
+        ..TORQUE_OFF
+    },
+    &options::DYNAMIXEL,
     |given| open(given, Protocol::Dynamixel),
     |given| scan::scan(given, Protocol::Dynamixel),
 );
 
-const fn of(kind: &'static str, doc: &'static str, open: device::Of<Opened>, scan: device::Scan) -> Declaration {
+const TORQUE_OFF: SafeState = SafeState { doc: "torque off: an arm that nothing holds sinks", by: &[SafeBy::Driver, SafeBy::Guard], within_ns: 500_000_000 };
+
+const fn of(
+    kind: &'static str,
+    doc: &'static str,
+    safe_state: SafeState,
+    options: &'static [OptionWord],
+    open: device::Of<Opened>,
+    scan: device::Scan,
+) -> Declaration {
     Declaration {
         class: Class::Worker,
         life: Life { waits_ns: 0, lost_within_ns: 500_000_000 },
-        safe_state: SafeState { doc: "torque off: an arm that nothing holds sinks", by: &[SafeBy::Driver, SafeBy::Guard], within_ns: 500_000_000 },
+        safe_state,
         services: &services::SERVICES,
         counters: bus::Count::WORDS,
         rights: &["the serial line: be in group dialout"],
         scan: Some(scan),
-        ..Declaration::new(kind, doc, &options::OPTIONS, open)
+        ..Declaration::new(kind, doc, options, open)
     }
 }
 

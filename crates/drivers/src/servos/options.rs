@@ -5,6 +5,7 @@ use super::calibration::{self, Calibration};
 use super::frame::ID_MAX;
 use super::protocol::Protocol;
 use super::registers::{Map, Model, TURN};
+use super::watchdog::{UNIT_NS, UNITS_MAX};
 use device::{DriverError, Given, Kind, OptionWord};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -15,7 +16,7 @@ use std::time::Duration;
 /// What a goal moves at most where nothing is said, rad/s.
 const SPEED: f64 = 3.0;
 
-pub(super) const OPTIONS: [OptionWord; 8] = [
+const COMMON: [OptionWord; 8] = [
     OptionWord::needed("port", Kind::Text, "the serial line: /dev/ttyUSB0, or a link in /dev/serial/by-id"),
     OptionWord::with_default("baud", Kind::Whole, "1000000 (Feetech), 57600 (Dynamixel)", "bits per second").unit("1/s"),
     OptionWord::with_default(
@@ -31,6 +32,15 @@ pub(super) const OPTIONS: [OptionWord; 8] = [
     OptionWord::with_default("echo", Kind::Bool, "tried when it is opened", "whether the adapter gives back what it is given"),
 ];
 
+pub(super) static FEETECH: [OptionWord; 8] = COMMON;
+
+pub(super) static DYNAMIXEL: [OptionWord; 9] = {
+    let [port, baud, servos, calibration, max_speed, retries, latency, echo] = COMMON;
+    let doc = "a servo with torque stands still by itself when nothing is asked on the line for so long: 20 ms to 2.54 s, in steps of 20 ms";
+    let watchdog = OptionWord::with_default("watchdog_ns", Kind::Whole, "none", doc).unit("ns");
+    [port, baud, servos, calibration, max_speed, retries, latency, echo, watchdog]
+};
+
 /// Those that say what is on the line; [`timing`] reads the others.
 #[derive(Deserialize)]
 struct Options {
@@ -39,6 +49,7 @@ struct Options {
     servos: BTreeMap<String, Servo>,
     calibration: Option<PathBuf>,
     max_speed: Option<f64>,
+    watchdog_ns: Option<i64>,
 }
 
 #[derive(Clone, Default, Deserialize)]
@@ -57,6 +68,8 @@ pub(super) struct Wanted {
     pub(super) port: String,
     pub(super) timing: Timing,
     pub(super) max_speed: f64,
+    /// In units of the servo's register.
+    pub(super) watchdog: Option<u8>,
     pub(super) joints: Vec<Wired>,
 }
 
@@ -110,6 +123,8 @@ pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, Driv
     if max_speed.is_nan() || max_speed <= 0.0 {
         return Err(given.wrong("max_speed", "a speed above 0 is asked for"));
     }
+    let watchdog = options.watchdog_ns.map(|ns| units(ns).ok_or_else(|| given.wrong("watchdog_ns", "20 ms to 2.54 s in steps of 20 ms is asked for")));
+    let watchdog = watchdog.transpose()?;
     let calibration = match &options.calibration {
         Some(path) => calibration::read(path).map_err(|problem| given.wrong("calibration", format!("{}: {problem}", path.display())))?,
         None => Calibration::default(),
@@ -129,9 +144,14 @@ pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, Driv
     joints.sort_by_key(|joint| joint.id);
     match joints.len() {
         0 => Err(given.wrong("servos", "it is missing; give name: {\"id\": 1} for each joint, or a calibration; a scan finds ids")),
-        1..=SERVOS_MAX => Ok(Wanted { port: options.port, timing, max_speed, joints }),
+        1..=SERVOS_MAX => Ok(Wanted { port: options.port, timing, max_speed, watchdog, joints }),
         more => Err(given.wrong("servos", format!("{more} are given; one line has at most {SERVOS_MAX}"))),
     }
+}
+
+/// A time in units of the servo's register; none: it has no such value.
+fn units(ns: i64) -> Option<u8> {
+    u8::try_from(ns / UNIT_NS).ok().filter(|units| ns % UNIT_NS == 0 && (1..=UNITS_MAX).contains(&i64::from(*units)))
 }
 
 fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protocol) -> Result<Wired, String> {

@@ -30,6 +30,8 @@ pub(super) struct Map {
     pub(super) error: Register,
     /// What is read in each exchange.
     pub(super) present: Register,
+    /// The watchdog of the servo itself, where it has one.
+    pub(super) watchdog: Option<Register>,
     /// Bits of `error` and what they are called; an empty name: the bit means nothing.
     pub(super) errors: [&'static str; 6],
     /// The bits with which the servo does not go on.
@@ -53,6 +55,7 @@ static STS: Map = Map {
     goal: at(42, 2),
     error: at(65, 1),
     present: at(56, 15),
+    watchdog: None,
     errors: ["voltage", "sensor", "overheat", "overcurrent", "angle", "overload"],
     grave: 0b10_1110,
     bauds: &[1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400],
@@ -69,6 +72,7 @@ static DYNAMIXEL: Map = Map {
     goal: at(116, 4),
     error: at(70, 1),
     present: at(126, 21),
+    watchdog: Some(at(98, 1)),
     errors: ["voltage", "", "overheat", "encoder", "electrical shock", "overload"],
     grave: 0b11_1100,
     bauds: &[57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 115_200, 9_600],

@@ -11,9 +11,11 @@
 //! | `session` | how an arm is brought to follow |
 //! | `options` | how its controller is reached and the arm follows |
 //! | `driver` | the exchange |
+//! | `any_bytes` | what a fuzzer asks |
 //!
 //! The driver is inline. Each firing takes the newest package that has come in and sends one for it, so that it may fire more often than the
 //! controller does. In lockstep a firing waits for the package that is due: virtual time then passes as the controller's does.
+pub(crate) mod any_bytes;
 mod dashboard;
 mod driver;
 mod link;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The life of an instance from start to end.
-use crate::lifecycle::instance::{Instance, Life, Limits, State};
+use crate::lifecycle::instance::{Instance, Limits, State};
 use crate::lifecycle::report::Report;
 use crate::precedence::first;
 use crate::protection::pausing::refuse_paused;
@@ -54,15 +54,7 @@ impl System {
 
     /// The end report of the latest start, waiting at most `slice` of real time. `until_ns`: when to give up, on the system's clock.
     pub fn wait(&self, instance: u64, until_ns: Option<i64>, slice: Duration) -> Result<Waited<Report>, Refusals> {
-        let found = self.shared.wait_for(until_ns, slice, |core| {
-            let instance = core.instances.known(instance)?;
-            match &instance.life {
-                Life::Ended(report) => Ok(Some(report.clone())),
-                Life::Created => Err(invalid_state(&format!("'{}'", instance.name), "created, not started", "wait for", "start it first")),
-                _ => Ok(None),
-            }
-        })?;
-        Ok(found)
+        self.shared.wait_for(until_ns, slice, |core| core.instances.known(instance)?.ended())
     }
 
     /// The report of the latest start, if it has ended.

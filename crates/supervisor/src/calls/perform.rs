@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A call of a verb as one: created, started, waited for and deleted.
+use crate::calls::apply::leave_writers;
+use crate::core::Core;
 use crate::lifecycle::instance::Limits;
 use crate::lifecycle::report::Report;
 use crate::system::{System, Waited};
+use crate::watchful::Watchful;
 use model::definition::Application;
 use model::refusal::Refusals;
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 impl System {
@@ -27,10 +31,37 @@ impl System {
 
     /// The end report of an instance that [`System::perform`] has started, waiting at most `slice` of real time. It is deleted then.
     pub fn performed(&self, instance: u64, slice: Duration) -> Result<Waited<Report>, Refusals> {
-        let waited = self.wait(instance, None, slice)?;
-        if matches!(waited, Waited::Done(_)) {
+        let mut is_deleted = false;
+        let watchful = self.shared.locked().expects(instance);
+        let waited = self.shared.wait_watchfully(watchful, None, slice, |core| {
+            let Some(report) = core.instances.known(instance)?.ended()? else { return Ok(None) };
+            // In the same moment, where nobody else has the definitions: the core is not let go, and taken again, between.
+            if let Ok(mut definitions) = self.shared.definitions.try_lock()
+                && !self.shared.closed.load(Ordering::Acquire)
+            {
+                let found = core.instances.known(instance)?;
+                let (name, plan) = (found.name.clone(), found.plan.clone());
+                core.course(instance).retire()?;
+                leave_writers(&mut definitions, &plan, &name);
+                is_deleted = true;
+            }
+            Ok(Some(report))
+        })?;
+        if matches!(waited, Waited::Done(_)) && !is_deleted {
             self.delete_by(instance, |mut course| course.retire())?;
         }
         Ok(waited)
+    }
+}
+
+impl Core {
+    /// When the end of an instance that has just been started may come.
+    fn expects(&self, instance: u64) -> Watchful {
+        let Some(instance) = self.instances.get(&instance).filter(|instance| instance.ends_in_its_opening().is_none()) else { return Watchful::At };
+        let periods = instance.installed.sources.iter().map(|source| self.host.period_ns(*source));
+        match periods.min() {
+            Some(Some(period_ns)) => Watchful::AtRelease(period_ns),
+            _ => Watchful::At,
+        }
     }
 }

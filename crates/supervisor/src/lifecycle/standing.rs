@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where an instance stands between its start and its end: on its way to an end, coming to rest, in a stage.
 use crate::lifecycle::instance::{Cause, Entries, Instance, Life, Rest};
+use crate::lifecycle::report::Report;
 use crate::refuse::invalid_state;
 use crate::wiring::sequence::Movement;
 use kernel::{Op, SourceId};
@@ -104,6 +105,15 @@ impl Instance {
             lists.join(", ")
         );
         Some(Cause { condition, block: None, value: None, message, time_ns: now_ns, asked_for: false })
+    }
+
+    /// The report of its latest start; nothing before its end. One that was never started is refused.
+    pub fn ended(&self) -> Result<Option<Report>, Refusals> {
+        match &self.life {
+            Life::Ended(report) => Ok(Some(report.clone())),
+            Life::Created => Err(invalid_state(&format!("'{}'", self.name), "created, not started", "wait for", "start it first")),
+            _ => Ok(None),
+        }
     }
 
     /// The condition that ends it where its initial list is over as soon as it is entered and one source has all of it: its first script does

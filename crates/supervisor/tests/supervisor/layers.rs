@@ -58,7 +58,7 @@ const HOUSE: &[(&str, &[&str])] = &[
     ("simulator", &["opengpac", "device", "model", "interconnect", "kernel", "runtime", "guard", "drivers", "api", "supervisor", "control"]),
     (
         "fuzz-targets",
-        &["ethercat", "opengpac", "model", "mcap", "interconnect", "kernel", "runtime", "modules", "library", "rtp", "control", "api", "supervisor"],
+        &["drivers", "ethercat", "opengpac", "model", "mcap", "interconnect", "kernel", "runtime", "modules", "library", "rtp", "control", "api", "supervisor"],
     ),
 ];
 

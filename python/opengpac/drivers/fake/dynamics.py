@@ -12,17 +12,21 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import CallError, DeviceFailed, refuse
+from ...errors import CallError, DeviceFailed, did_you_mean, refuse
 from .arm import CYCLE, JointArm
+from .gripper import Gripper
 
 STIFFNESS, DAMPING = (2 * math.pi * 30.0) ** 2, 4 * math.pi * 30.0
 """The controller's loops, as acceleration for an error: 30 Hz, critically damped."""
 
 
 class SimulatedArm(JointArm):
-    """Six joints of a model. The loops that a control box closes are here: computed torque, within the efforts of the model."""
+    """Six joints of a model. The loops that a control box closes are here: computed torque, within the efforts of the model.
 
-    def __init__(self, position: Sequence[float], leap_max: float, arm: Path, scene: Path | None) -> None:
+    What else the model drives is `gripper`, the fingers of the tool.
+    """
+
+    def __init__(self, position: Sequence[float], leap_max: float, arm: Path, tool: Path | None, scene: Path | None) -> None:
         super().__init__(position, leap_max)
         from ...robots.assembly import assemble
 
@@ -31,28 +35,31 @@ class SimulatedArm(JointArm):
         except ImportError:
             refuse(DeviceFailed, "the Python package 'mujoco' is not installed", "pip install 'opengpac[mujoco]'")
         self._mujoco = mujoco
-        self._model: Any = mujoco.MjModel.from_xml_string(assemble(arm, None, scene))
+        self._model: Any = mujoco.MjModel.from_xml_string(assemble(arm, tool, scene))
         self._model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_ACTUATION)
         self._data: Any = mujoco.MjData(self._model)
         if self._model.nkey:
             mujoco.mj_resetDataKeyframe(self._model, self._data, 0)
         driven = [int(joint) for joint, _ in self._model.actuator_trnid][: len(self.q)]
+        more = range(len(self.q), self._model.nu)
         if len(driven) != len(self.q):
             refuse(CallError, f"model '{arm}' has {len(driven)} driven joints", "give the model of an arm of six")
         self._places = self._model.jnt_qposadr[driven]
         self._speeds = self._model.jnt_dofadr[driven]
         self._efforts = np.abs(self._model.actuator_ctrlrange[: len(self.q)]).max(axis=1)
         self._site: int = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE, "tool")
-        sensor: int = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SENSOR, "tool_force")
-        if min(self._site, sensor) < 0:
+        if min(self._site, mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SENSOR, "tool_force")) < 0:
             refuse(CallError, f"model '{arm}' has no site 'tool' or no sensor 'tool_force'", "give it both: they are its force sensor")
-        self._sensed = slice(int(self._model.sensor_adr[sensor]), int(self._model.sensor_adr[sensor]) + 3)
+        self._sensed = self.sensor("tool_force")
         self._steps = max(1, round(CYCLE / self._model.opt.timestep))
         self._before = np.array(self.q)
         self._data.qpos[self._places] = self.q
         mujoco.mj_forward(self._model, self._data)
         self._data.qfrc_applied[self._speeds] = self._data.qfrc_bias[self._speeds]
         mujoco.mj_forward(self._model, self._data)
+        self.gripper = Gripper(mujoco, self._model, more) if more else None
+        if self.gripper is not None:
+            self.gripper.start(self._data)
 
     def advance(self) -> None:
         """Moves for one cycle: the loops follow the goal from where it was, and the model answers."""
@@ -65,14 +72,36 @@ class SimulatedArm(JointArm):
             self._mujoco.mj_mulM(self._model, data, effort, pull)
             effort += data.qfrc_bias - data.qfrc_passive
             data.qfrc_applied[self._speeds] = np.clip(effort[self._speeds], -self._efforts, self._efforts)
+            if self.gripper is not None:
+                self.gripper.push(data)
             self._mujoco.mj_step(self._model, data)
         self._before = goal
+        if self.gripper is not None:
+            self.gripper.tell(data)
         self.q, self.velocity = data.qpos[self._places].tolist(), data.qvel[self._speeds].tolist()
 
     def rest(self) -> None:
         """Stands where it is."""
         super().rest()
         self._before = np.array(self.q)
+
+    def sensor(self, name: str) -> slice:
+        """Where among the readings of its sensors that of this name lies. Raises CallError where there is none."""
+        number: int = self._mujoco.mj_name2id(self._model, self._mujoco.mjtObj.mjOBJ_SENSOR, name)
+        if number < 0:
+            known = [self._mujoco.mj_id2name(self._model, self._mujoco.mjtObj.mjOBJ_SENSOR, at) for at in range(self._model.nsensor)]
+            refuse(CallError, f"the model has no sensor '{name}'", did_you_mean(name, [name for name in known if name]))
+        first = int(self._model.sensor_adr[number])
+        return slice(first, first + int(self._model.sensor_dim[number]))
+
+    def reading(self, at: slice) -> list[float]:
+        """What lies there, in the units of MuJoCo."""
+        return self._data.sensordata[at].tolist()
+
+    def close(self) -> None:
+        """Ends its gripper."""
+        if self.gripper is not None:
+            self.gripper.close()
 
     def touch(self) -> list[float]:
         """The force of what it touches on its tool, N, in the frame of the base; the weight of the tool is taken away."""

@@ -9,8 +9,9 @@ import pty
 import select
 import tempfile
 import threading
+import time
 import tty
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -53,7 +54,9 @@ _DYNAMIXEL = _Table(
     model=0, torque=64, goal=116, wide=4, position=132, velocity=128, voltage=(144, 2), temperature=146, error=70,
 )  # fmt: skip
 _TABLES = {"feetech": _STS, "dynamixel": _DYNAMIXEL}
-_ACCESS, _LIMIT, _INSTRUCTION, _ALERT = 7, 6, 2, 0x80
+_ACCESS, _LIMIT, _INSTRUCTION, _RANGE, _ALERT = 7, 6, 2, 4, 0x80
+_WATCHDOG, _WATCHDOG_UNIT, _TRIPPED = 98, 0.02, 0xFF
+_GOALS = range(100, 120)
 
 
 class FakeServo:
@@ -63,6 +66,7 @@ class FakeServo:
         self._table = table
         self.id, self.follow = id, follow
         self.registers = bytearray(256)
+        self._heard = 0.0
         self._position = float(position)
         for address, (length, value) in table.set.items():
             self.store(address, length, value)
@@ -110,6 +114,19 @@ class FakeServo:
     def error(self, bits: int) -> None:
         self.registers[self._table.error] = bits
 
+    @property
+    def stopped(self) -> bool:
+        """Whether its watchdog has stopped it; only Dynamixel servos have one."""
+        return self._table is _DYNAMIXEL and self.registers[_WATCHDOG] == _TRIPPED
+
+    def _hear(self, now: float) -> None:
+        """Something was asked on the line. Its watchdog stops it where there was nothing for its time: it stands, and takes no goals."""
+        units, silent = self.registers[_WATCHDOG], now - self._heard
+        self._heard = now
+        if self._table is _DYNAMIXEL and self.torque and 0 < units < _TRIPPED and silent > units * _WATCHDOG_UNIT:
+            self.registers[_WATCHDOG] = _TRIPPED
+            self.store(self._table.goal, self._table.wide, round(self._position))
+
     def _answered(self) -> int:
         """What is wrong with it, as its answers say."""
         return self.error if self._table is _STS else _ALERT * (self.error != 0)
@@ -130,6 +147,8 @@ class FakeServo:
         if table is _DYNAMIXEL:
             if address < table.torque and self.torque:
                 return _ACCESS
+            if address in _GOALS and self.stopped:
+                return _RANGE
             if address == table.goal and not self.value(52, 4) <= int.from_bytes(body, "little", signed=True) <= self.value(48, 4):
                 return _LIMIT
         self.registers[address : address + len(body)] = body
@@ -145,7 +164,8 @@ class FakeServos:
     """A bus of servos; `port` is what a driver opens. It ends with `close()`, or the block of its `with`.
 
     `unplug()` takes its adapter out and `plug()` puts it in again, under the same name. `mute` is how many requests nobody will answer,
-    `garble` how many answers will have a wrong byte; each counts down. `requests` counts what was asked.
+    `garble` how many answers will have a wrong byte; each counts down. `requests` counts what was asked. `clock` (s) is what the watchdogs
+    of the servos go by.
     """
 
     table: _Table
@@ -154,6 +174,7 @@ class FakeServos:
     mute: int = 0
     garble: int = 0
     requests: int = 0
+    clock: Callable[[], float] = time.monotonic
     _folder: Any = field(default_factory=lambda: tempfile.TemporaryDirectory(prefix="servos-"))
     _line: _Line | None = None
 
@@ -199,6 +220,9 @@ class FakeServos:
     def _answers(self, frames: Sts | Dynamixel2, request: Request) -> bytes:
         """What is said to a request, by all who say something."""
         self.requests += 1
+        now = self.clock()
+        for servo in self.servos.values():
+            servo._hear(now)
         if self.mute > 0:
             self.mute -= 1
             return b""
@@ -284,11 +308,13 @@ def servos(
     position: int = 2048,
     follow: float = 0.5,
     echo: bool = False,
+    clock: Callable[[], float] = time.monotonic,
 ) -> FakeServos:
     """Servos on a pseudo terminal, for tests of what moves a real arm: `with gpac.drivers.fake.servos("feetech") as bus:`.
 
     `kind` is that of the driver, `model` one of its models, `position` (counts) where they are; each reading of its position finds a servo
-    nearer to its goal by the share `follow`. `echo`: the adapter gives back what it is given.
+    nearer to its goal by the share `follow`. `echo`: the adapter gives back what it is given. `clock` is what the watchdogs of Dynamixel
+    servos go by, s.
     """
     if kind not in _TABLES:
         refuse(CallError, f"there are no servos of kind {kind!r}", did_you_mean(str(kind), _TABLES) or f"one of {', '.join(_TABLES)}")
@@ -296,4 +322,4 @@ def servos(
     name = model or next(iter(table.numbers))
     if name not in table.numbers:
         refuse(CallError, f"there is no model {name!r} of kind '{kind}' here", f"one of {', '.join(table.numbers)}")
-    return FakeServos(table, {id: FakeServo(table, id, table.numbers[name], position, follow) for id in ids}, echo)
+    return FakeServos(table, {id: FakeServo(table, id, table.numbers[name], position, follow) for id in ids}, echo, clock=clock)

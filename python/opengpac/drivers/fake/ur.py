@@ -20,6 +20,7 @@ from ..driver import Driver
 from ..ur import ur as ur_driver
 from .arm import CYCLE, HOME, JointArm, Refused, motions
 from .dynamics import SimulatedArm, model_of
+from .gripper import Gripper
 from .ur_ports import DASHBOARD, RTDE, SCRIPTS, Dashboard, Peer, Rtde, Scripts
 from .urscript import Program, ScriptError
 
@@ -41,7 +42,8 @@ class ur:
     listens at the ports of a real one. A goal more than `leap_max` (rad) from the one before is a protective stop.
 
     Its joints follow as they are told, or with `model`, `"ur5e"` or an MJCF file, as MuJoCo moves that arm under the loops of a controller;
-    `scene` is what stands around it, as of `gpac.robots.load`. Then the force at its tool is that of what it touches.
+    `tool` is screwed to its flange and `scene` stands around it, as of `gpac.robots.load`. Then the force at its tool is that of what it
+    touches, and the fingers of the tool are its `gripper`, a device of its own: `robot.gripper.driver()`.
     """
 
     def __init__(
@@ -53,17 +55,21 @@ class ur:
         host: str | None = None,
         is_on: bool = True,
         model: str | os.PathLike[str] | None = None,
+        tool: str | os.PathLike[str] | None = None,
         scene: str | os.PathLike[str] | None = None,
     ) -> None:
         if len(position) != 6:
             refuse(CallError, f"{len(position)} joint positions are given to an arm of 6", "give six numbers in rad")
         self.lockstep = lockstep
-        if model is None and scene is not None:
-            refuse(CallError, f"a scene '{scene}' is given without a model", "give both: model='ur5e'")
+        for kind, given in (("scene", scene), ("tool", tool)):
+            if model is None and given is not None:
+                refuse(CallError, f"a {kind} '{given}' is given without a model", "give both: model='ur5e'")
         self.arm = (
             JointArm(position, leap_max)
             if model is None
-            else SimulatedArm(position, leap_max, model_of(model), None if scene is None else Path(scene))
+            else SimulatedArm(
+                position, leap_max, model_of(model), None if tool is None else model_of(tool), None if scene is None else Path(scene)
+            )
         )
         self.is_remote = True
         self.safety, self.mode, self.runtime = NORMAL, RUNNING if is_on else POWER_OFF, STOPPED
@@ -106,6 +112,22 @@ class ur:
     def step_max(self) -> float:
         """The greatest step of a goal from one cycle to the next so far, rad."""
         return self.do(lambda: self.arm.step_max)
+
+    @property
+    def gripper(self) -> Gripper:
+        """The gripper at its tool. Raises CallError where it has none."""
+        found = self.arm.gripper if isinstance(self.arm, SimulatedArm) else None
+        if found is None:
+            refuse(CallError, "this emulated controller has no gripper", "give it one: fake.ur(model='ur5e', tool='two_finger')")
+        return found
+
+    def sensor(self, name: str) -> list[float]:
+        """What a sensor of its model says, in the units of MuJoCo, for example where something of its scene is. CallError: it has none."""
+        arm = self.arm
+        if not isinstance(arm, SimulatedArm):
+            refuse(CallError, f"an arm without a model has no sensor '{name}'", "give it one: fake.ur(model='ur5e')")
+        at = arm.sensor(name)
+        return self.do(lambda: arm.reading(at))
 
     @property
     def program(self) -> str | None:
@@ -190,6 +212,8 @@ class ur:
             # Its thread may end before it is woken: it leaves this pair open.
             self._woken.close()
             self._wakes.close()
+            if isinstance(self.arm, SimulatedArm):
+                self.arm.close()
 
     def do(self, order: Callable[[], Any]) -> Any:
         """Carries something out between two of its cycles, and gives its result."""

@@ -9,7 +9,7 @@
 //! | is one too many | the one that has been silent for the longest gives way |
 use super::tables::Tables;
 use crate::modbus::frame::{FRAME_MAX, framed, mbap};
-use crate::modbus::pdu::{PDU_MAX, Request, refusal};
+use crate::modbus::pdu::{PDU_MAX, refusal};
 use device::Counters;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -47,7 +47,7 @@ impl Shared {
     fn answer(&self, pdu: &[u8], transaction: u16, unit: u8) -> ([u8; FRAME_MAX], usize) {
         self.count(Count::Requests);
         self.asked.fetch_add(1, Ordering::Relaxed);
-        let carried = Request::decode(pdu).and_then(|request| self.tables.lock().unwrap_or_else(PoisonError::into_inner).carry_out(&request));
+        let carried = self.tables.lock().unwrap_or_else(PoisonError::into_inner).carry_out(pdu);
         let answer = carried.unwrap_or_else(|why| {
             self.count(Count::Exceptions);
             refusal(pdu.first().copied().unwrap_or(0), why)

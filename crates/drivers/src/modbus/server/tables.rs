@@ -14,12 +14,12 @@ struct Cell {
 
 /// What lies at each declared address; nothing else is there.
 #[derive(Debug, Default)]
-pub(super) struct Tables {
+pub(in crate::modbus) struct Tables {
     cells: BTreeMap<(Space, u16), Cell>,
 }
 
 impl Tables {
-    pub(super) fn new(places: &[Place]) -> Tables {
+    pub(in crate::modbus) fn new(places: &[Place]) -> Tables {
         let mut cells = BTreeMap::new();
         for place in places {
             for at in 0..place.count() {
@@ -54,9 +54,9 @@ impl Tables {
     }
 
     /// Carries out what a client asks, as a whole or not at all, and gives the answer.
-    pub(super) fn carry_out(&mut self, request: &Request<'_>) -> Result<Pdu, Exception> {
-        match *request {
-            Request::Read { space, address, count } => self.read(request, space, address, count),
+    pub(in crate::modbus) fn carry_out(&mut self, pdu: &[u8]) -> Result<Pdu, Exception> {
+        match Request::decode(pdu)? {
+            request @ Request::Read { space, address, count } => self.read(&request, space, address, count),
             Request::Write { space, address, count, data } => {
                 let is_open = |at| self.cells.get(&(space, at)).is_some_and(|cell| cell.is_open);
                 if !each(address, count)?.all(is_open) {
@@ -71,10 +71,9 @@ impl Tables {
                         cell.value = value;
                     }
                 }
-                // The answer is the request, without the data of more than one.
-                let echo = request.encode();
+                // The answer is the request, without the data where there is a count. One register may have been written by either function.
                 let mut answer = Pdu::EMPTY;
-                answer.put(&echo.bytes()[..5]);
+                answer.put(&pdu[..5]);
                 Ok(answer)
             }
             Request::Identify { .. } => Ok(identity()),

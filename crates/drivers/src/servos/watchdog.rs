@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The watchdog of a servo itself: with its torque on, and nothing asked of anybody on the bus for that time, it stands still and takes no
+//! goals. Goals go out in a frame that nobody answers, so its register is looked at, one servo in each exchange.
+use super::driver::Servos;
+use super::registers::Register;
+use device::DeviceError;
+
+/// What its register counts, ns.
+pub(super) const UNIT_NS: i64 = 20_000_000;
+/// The longest, in these.
+pub(super) const UNITS_MAX: i64 = 127;
+/// In its register: it has stopped the servo.
+const TRIPPED: u32 = 0xff;
+
+impl Servos {
+    fn watched(&self) -> Option<(Register, u8)> {
+        self.map.watchdog.zip(self.watchdog)
+    }
+
+    /// Lets a servo forget that its watchdog has stopped it.
+    pub(super) fn forget_watchdog(&mut self, joint: usize) -> Result<(), DeviceError> {
+        self.watched().map_or(Ok(()), |(register, _)| self.store(joint, register, &[0]))
+    }
+
+    /// Before its torque comes on.
+    pub(super) fn set_watchdog(&mut self, joint: usize) -> Result<(), DeviceError> {
+        self.watched().map_or(Ok(()), |(register, units)| self.store(joint, register, &[units]))
+    }
+
+    /// Looks whether the next servo was stopped by it.
+    pub(super) fn look_at_watchdog(&mut self) -> Result<(), DeviceError> {
+        let Some((register, units)) = self.watched() else { return Ok(()) };
+        self.looked = (self.looked + 1) % self.joints.len();
+        let joint = self.looked;
+        if !self.joints[joint].has_torque || self.ask(joint, register)?.value != TRIPPED {
+            return Ok(());
+        }
+        let ms = i64::from(units) * UNIT_NS / 1_000_000;
+        Err(self.wrong(joint, &format!("was stopped by its own watchdog: nothing was asked on the line for {ms} ms; reset() and enable()")))
+    }
+}

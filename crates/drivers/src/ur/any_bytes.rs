@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Any bytes in place of a controller's messages, for fuzzers: nothing panics, and a sample is of numbers.
+use super::rtde::{Message, decode};
+use super::sample::Sample;
+
+/// A stream of messages, as a controller sends it.
+pub fn rtde(mut bytes: &[u8]) {
+    while let Ok(Some((message, len))) = decode(bytes) {
+        assert!((3..=bytes.len()).contains(&len), "it goes on, and takes no more than there is");
+        assert_eq!(decode(&bytes[..len]), Ok(Some((message, len))), "what follows changes nothing");
+        assert_eq!(decode(&bytes[..len - 1]), Ok(None), "without its last byte it is not whole");
+        if let Message::Data { values, .. } = message {
+            sampled(values);
+        }
+        bytes = &bytes[len..];
+    }
+    sampled(bytes);
+}
+
+fn sampled(values: &[u8]) {
+    let Some(sample) = Sample::decode(values) else { return };
+    let numbers = sample.position.iter().chain(&sample.velocity).chain(&sample.force).chain(&sample.analog);
+    assert!(numbers.chain([&sample.timestamp, &sample.speed_scaling]).all(|number| number.is_finite()), "{sample:?}");
+}

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The gripper at the tool of an emulated arm: a controller of its own holds its fingers, and speaks Modbus."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..driver import Driver
+from ..modbus import modbus as modbus_driver
+from .modbus import Modbus
+
+STIFFNESS, DAMPING = 150.0, 6.0
+"""Its loops: N for each metre between goal and finger, and for each m/s."""
+PITCH = 10
+"""Registers from finger to finger."""
+_READ = {"position": ("int16", 1e-5, "m"), "velocity": ("int16", 1e-4, "m/s"), "force": ("uint16", 1e-3, "N")}
+_WRITTEN = {"goal": ("int16", 1e-5, "m"), "force_max": ("uint16", 1e-3, "N")}
+
+
+class Gripper:
+    """The fingers of a model, each a spring of limited force about its goal; `address` is that of its Modbus server.
+
+    Finger k has its registers from `10 k` on: the input registers position (10 µm), velocity (0.1 mm/s) and the force that its pad feels
+    (mN), the holding registers goal (10 µm) and greatest force (mN). It has no force until it is told one.
+    """
+
+    def __init__(self, mujoco: Any, model: Any, actuators: range) -> None:
+        self.fingers: list[str] = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_ACTUATOR, actuator) for actuator in actuators]
+        joints = [int(model.actuator_trnid[actuator][0]) for actuator in actuators]
+        sensors = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SENSOR, name) for name in self.fingers]
+        self._places, self._speeds = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
+        self._pads: list[int | None] = [None if sensor < 0 else int(model.sensor_adr[sensor]) for sensor in sensors]
+        self._effort_max = np.abs(model.actuator_ctrlrange[actuators]).max(axis=1)
+        self._tables = Modbus((1,), serial=False)
+        for finger in range(len(self.fingers)):
+            for at in range(len(_WRITTEN)):
+                self._tables.put("holding", PITCH * finger + at, 0)
+
+    @property
+    def address(self) -> str:
+        """Where it speaks Modbus."""
+        return self._tables.address
+
+    def driver(self, **options: Any) -> Driver:
+        """The driver for it, for `gpac.robots.gripper`: a channel for each register, `left_finger.goal`."""
+        channels: dict[str, dict[str, Any]] = {}
+        for finger, name in enumerate(self.fingers):
+            for table, words in (("input", _READ), ("holding", _WRITTEN)):
+                for at, (word, (kind, scale, unit)) in enumerate(words.items(), PITCH * finger):
+                    channels[f"{name}.{word}"] = {table: at, "type": kind, "scale": scale, "unit": unit, "write": table == "holding"}
+        return modbus_driver(self.address, channels=channels, **options)
+
+    def start(self, data: Any) -> None:
+        """Stands where the fingers are, and answers from now on."""
+        self.tell(data)
+        for finger, place in enumerate(self._places):
+            self._put("holding", finger, "goal", _WRITTEN, data.qpos[place])
+        self._tables.start()
+
+    def close(self) -> None:
+        """Ends it."""
+        self._tables.close()
+
+    def push(self, data: Any) -> None:
+        """Applies the forces of its motors, for a step of the model."""
+        for finger, (place, speed) in enumerate(zip(self._places, self._speeds, strict=True)):
+            goal, most = (self._get(finger, word) for word in _WRITTEN)
+            spring = np.clip(STIFFNESS * (goal - data.qpos[place]), -most, most)
+            effort = spring - DAMPING * data.qvel[speed] + data.qfrc_bias[speed] - data.qfrc_passive[speed]
+            data.qfrc_applied[speed] = np.clip(effort, -self._effort_max[finger], self._effort_max[finger])
+
+    def tell(self, data: Any) -> None:
+        """What is read of it: where its fingers are, and what they feel."""
+        for finger, (place, speed, pad) in enumerate(zip(self._places, self._speeds, self._pads, strict=True)):
+            felt = 0.0 if pad is None else data.sensordata[pad]
+            for word, value in (("position", data.qpos[place]), ("velocity", data.qvel[speed]), ("force", felt)):
+                self._put("input", finger, word, _READ, value)
+
+    def _put(self, table: str, finger: int, word: str, of: dict[str, tuple[str, float, str]], value: float) -> None:
+        kind, scale, _ = of[word]
+        least, most = (-0x8000, 0x7FFF) if kind == "int16" else (0, 0xFFFF)
+        self._tables.put(table, PITCH * finger + [*of].index(word), min(max(round(value / scale), least), most), kind)
+
+    def _get(self, finger: int, word: str) -> float:
+        kind, scale, _ = _WRITTEN[word]
+        return scale * self._tables.get("holding", PITCH * finger + [*_WRITTEN].index(word), kind)
