@@ -59,12 +59,13 @@ from .modules import Module, StructType
 from .parameters import each, input, required
 from .physical import Channel, Part, PhysicalDevice
 from .points import Point, Points
+from .processors import Processor
 from .quantities import Quantity, deg
 from .recordings import Recorded, Recording, open_recording
 from .remote.connecting import connect
 from .replaying import Difference, Replay, replay
 from .reports import Report
-from .sources import Processor, Source
+from .sources import Source
 from .studio import Studio
 from .suspension import Holding, holding
 from .svvs import SVV, Predicate, Snapshot
@@ -72,7 +73,10 @@ from .system import System
 from .verbs import Verb
 
 from .decorated import verb  # isort: skip
-from .definitions import DefinitionFile, load, save  # isort: skip
+from .definitions.contents import DefinitionFile
+from .definitions.reading import load
+
+from .definitions.saving import save  # isort: skip
 
 if TYPE_CHECKING:
     from . import cell, motion, robots

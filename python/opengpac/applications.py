@@ -3,59 +3,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from inspect import BoundArguments
 from typing import TYPE_CHECKING, Any
 
-from .devices import LogicalDevice
-from .errors import CallError, UnknownName, did_you_mean, refuse
+from .arguments import argument_json, systems_in
+from .errors import CallError, Error, UnknownName, did_you_mean, refuse
 from .groups import Group
-from .physical import Channel, Part
 from .places import here
 from .quantities import duration_ns
-from .svvs import SVV
 
 if TYPE_CHECKING:
     from .system import System
     from .verbs import Verb
 
 
-def argument_json(given: Any, what: str) -> dict[str, Any]:
-    """What an instantiation parameter or object is given, as the model takes it."""
-    if isinstance(given, SVV):
-        return {"svv": given._named()}
-    if isinstance(given, Channel):
-        given.device._here()
-        return {"channel": {"device": given.device.name, "channel": given.name}}
-    if isinstance(given, Part):
-        given.device._here()
-        return {"part": {"device": given.device.name, "part": given.name}}
-    for device in given if isinstance(given, Group | list | tuple) else [given]:
-        if isinstance(device, LogicalDevice):
-            device._here()
-    if isinstance(given, LogicalDevice):
-        return {"device": given.name}
-    if isinstance(given, Group):
-        return {"devices": [device.name for device in given]}
-    if isinstance(given, list | tuple) and given:
-        if all(isinstance(g, SVV) for g in given):
-            return {"svvs": [g._named() for g in given]}
-        if all(isinstance(g, LogicalDevice) for g in given):
-            return {"devices": [g.name for g in given]}
-    refuse(CallError, f"{what} is {given!r}", "give an SVV, a channel or part of a physical device, or a logical device")
-
-
-def _systems(given: Any) -> Iterable[System]:
-    if isinstance(given, SVV | LogicalDevice | Channel | Part):
-        return [given.system]
-    if isinstance(given, Group | list | tuple):
-        return [system for g in given for system in _systems(g)]
-    return []
-
-
 def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
     """The one system that a verb, where it is placed and its arguments belong to."""
-    found = dict.fromkeys(system for given in arguments.values() for system in _systems(given))
+    found = dict.fromkeys(system for given in arguments.values() for system in systems_in(given))
     for system in (verb._own_system(), verb.placed_in):
         if system is not None:
             found[system] = None
@@ -69,6 +34,15 @@ def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
             f"write {verb.name}.on(source)(…), or {verb.name}.on(system)(…)",
         )
     return next(iter(found))
+
+
+def bind(verb: Verb[..., Any], signature: Any, args: Any, kwargs: Mapping[str, Any]) -> Any:
+    """The arguments of a call by the names of the verb's parameters. Raises `CallError` where they do not fit."""
+    try:
+        return signature.bind(*args, **kwargs)
+    except TypeError as error:
+        verb.refused_call(error, kwargs)
+        raise
 
 
 def application_json(verb: Verb[..., Any], bound: BoundArguments) -> dict[str, Any]:
@@ -122,3 +96,31 @@ def options_json(kwargs: dict[str, Any], verb: Verb[..., Any]) -> dict[str, Any]
     if "overruns" in kwargs and "overruns" not in verb.input_parameters:
         options["overruns"] = kwargs.pop("overruns")
     return options
+
+
+def checked_application(
+    verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any
+) -> tuple[System, dict[str, Any], dict[str, Any]]:
+    """The application of a call, its system, with the verb entered there, and its objects: for a check."""
+    options_json(kwargs, verb)
+    bound = bind(verb, signature, args, kwargs)
+    system = system_for(verb, {n: given for n, given in bound.arguments.items() if n in verb.arguments_signature.parameters})
+    system._enter_verb(verb)
+    objects = {name: given for name, given in bound.arguments.items() if name in verb.objects}
+    return system, {**application_json(verb, bound), "values": _known_values(verb, bound, objects)}, objects
+
+
+def checked_values(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], objects: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a start of an instance: for a check."""
+    options_json(kwargs, verb)
+    return _known_values(verb, bind(verb, verb.inputs_signature, args, kwargs), objects)
+
+
+def _known_values(verb: Verb[..., Any], bound: Any, objects: Mapping[str, Any]) -> dict[str, Any]:
+    """The values as far as a check knows them: some are made from what only a run gives."""
+    try:
+        return values_json(verb, bound, objects)
+    except Error:
+        raise
+    except Exception:
+        return {}

@@ -6,8 +6,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from inspect import Parameter, Signature
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
+from . import trial
 from .declared import Declared
 from .errors import CallError, DefinitionError, UnknownName, did_you_mean, refuse
 from .given import all_taking
@@ -20,6 +21,14 @@ if TYPE_CHECKING:
     from .quantities import Quantity
     from .system import System
     from .trial import Trial
+
+
+class FunctionBlock(Declared):
+    """A function block: an application subroutine (`Block`) or a data flow graph (`Graph`). From outside the two look the same."""
+
+    def _tried(self, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
+        """As `run` says, with the values in one dictionary."""
+        raise NotImplementedError
 
 
 class Item:
@@ -49,7 +58,7 @@ class Item:
 
 
 @all_taking
-class Block(Shown, Declared):
+class Block(Shown, FunctionBlock):
     """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`."""
 
     def __init__(self, interface: Mapping[str, Any], module: str = "library", system: System | None = None) -> None:
@@ -115,9 +124,10 @@ class Block(Shown, Declared):
         >>> lib.lowpass.run(alpha=0.5, u=[1.0, 1.0]).y
         array([0.5 , 0.75])
         """
-        from .trial import run
+        return self._tried(steps, every, values)
 
-        return run(self, steps, every, values)
+    def _tried(self, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
+        return trial.run(self, steps, every, given)
 
     def source_json(self) -> dict[str, Any]:
         """What the model calls it."""
@@ -216,14 +226,12 @@ Names: TypeAlias = "Sequence[Name] | Name"
 
 def use_of(block: object, label: str) -> BlockUse:
     """The use that a value of `blocks=` stands for."""
-    from .graphs import Graph
-
     if isinstance(block, BlockUse):
         return block
     if isinstance(block, Occurrence):
         return block._use
-    if isinstance(block, Block | Graph):
-        return BlockUse(block, {})
+    if isinstance(block, FunctionBlock):
+        return BlockUse(cast("Block | Graph", block), {})
     refuse(
         DefinitionError,
         f"block '{label}' is {block!r}, not a function block",

@@ -79,6 +79,9 @@ class ComposedVerb(Verb[..., Report]):
     `output_values`, which hold one line for each part.
     """
 
+    _definition_kind = "compositions"
+    """What it is in a file of definitions."""
+
     def __init__(self, composition: Composition) -> None:
         self.composition = composition
         self._parts = dict(composition.parts)
@@ -303,6 +306,9 @@ def then(verb: AnyVerb, condition: str | None, following: AnyVerb, label: str | 
     step = _Step(tuple(chain.parts), condition, label, here())
     parts = {**chain.parts, label: following}
     return ComposedVerb(dataclasses.replace(chain, name="_then_".join(parts), parts=parts, steps=(*chain.steps, step), place=here()))
+
+
+Verb._chain = staticmethod(then)
 
 
 def _labelled(parts: Parts | Iterable[AnyVerb], name: str) -> dict[str, AnyVerb]:

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-from . import _native, programs, studio, system
+from . import _native, opened, programs, studio, system
 from .drivers.simulated import mujoco_folder
 from .errors import CallError, FileFailed, refusals, refuse
 
@@ -123,11 +123,11 @@ def _of_program(given: argparse.Namespace) -> system.System:
         if getattr(given, word) is not None:
             refuse(CallError, f"--{word} is given, and program '{given.program}' makes the system", "say it there")
     made = programs.run(given, "opengpac.rts")
-    opened = [s for s in system._open.values() if not s.closed and any(s is value for value in made.values())]
-    if len(opened) != 1:
-        left = f"program '{given.program}' leaves {len(opened)} systems open"
+    there = [s for s in opened.systems() if not s.closed and any(s is value for value in made.values())]
+    if len(there) != 1:
+        left = f"program '{given.program}' leaves {len(there)} systems open"
         refuse(CallError, left, "let it make one, without 'with', as a global name")
-    return opened[0]
+    return there[0]
 
 
 def _token_new(given: argparse.Namespace) -> int:

@@ -10,7 +10,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self, get_args, get_origin
 
+from .arguments import Argument, argument_json, systems_in
+from .checks import check_device_type
 from .declared import Declared
+from .enabling import enable
 from .errors import CallError, DefinitionError, Error, UnknownName, did_you_mean, gone, refusals, refuse
 from .given import all_taking, pair_of, taking, whole
 from .modules import PYTHON_TYPES, type_json
@@ -147,7 +150,7 @@ class _Definition:
 
 
 @all_taking
-class LogicalDevice(Shown, Declared):
+class LogicalDevice(Shown, Declared, Argument):
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
     `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `on` is where its verb runs, the other arguments are its
@@ -159,6 +162,9 @@ class LogicalDevice(Shown, Declared):
     `SecondWriter` names both), `"queue"` (its start waits, in order) or `"abort"` (the other ends with `aborted`, and it follows).
     The type says it for all its devices, `class Joint(..., arbitration="queue")`, and `Joint(..., arbitration="abort")` for one.
     """
+
+    _definition_kind = "device_types"
+    """What its type is in a file of definitions."""
 
     _definition: ClassVar[_Definition]
     _text: ClassVar[tuple[_Definition, str]]
@@ -172,8 +178,6 @@ class LogicalDevice(Shown, Declared):
         decided: str = arbitration or (inherited.arbitration if inherited else "refuse")
         check_arbitration(decided, f"device type '{cls.__name__}'")
         cls._definition = _Definition(name or cls.__name__, verb or (inherited.verb if inherited else None), decided, here())
-        from .checks import check_device_type
-
         check_device_type(cls)
         if verb is not None and cls._definition.name not in verb._supported:
             verb._supported.append(cls._definition.name)
@@ -190,8 +194,6 @@ class LogicalDevice(Shown, Declared):
         verb: Verb[..., Any] | None = None,
         **arguments: Any,
     ) -> None:
-        from .applications import _systems, argument_json
-
         if arbitration is not None:
             check_arbitration(arbitration, f"device '{name}'")
 
@@ -209,7 +211,9 @@ class LogicalDevice(Shown, Declared):
                 did_you_mean(wrong, [*sorted(known), *parameters]),
             )
         candidates = (
-            {s for v in given.values() for s in _systems(v)} | ({on.system} if on is not None else set()) | ({system} if system else set())
+            {s for v in given.values() for s in systems_in(v)}
+            | ({on.system} if on is not None else set())
+            | ({system} if system else set())
         )
         if len(candidates) != 1:
             refuse(
@@ -308,6 +312,10 @@ class LogicalDevice(Shown, Declared):
                 made = cls._text = (cls._definition, json.dumps(cls.definition_json()))
         return made[1]
 
+    def _argument(self) -> dict[str, Any]:
+        self._here()
+        return {"device": self.name}
+
     @property
     def short_name(self) -> str:
         """The last word of its name: `elbow` of `arm.elbow`."""
@@ -321,8 +329,6 @@ class LogicalDevice(Shown, Declared):
 
     def enable(self, timeout: Quantity | None = "10 s") -> Self:
         """Starts its verb instance and returns when that has come to `gpac.ready()`. Enabling an enabled device is nothing."""
-        from .groups import enable
-
         self._here()
         enable([self], optional_ns(timeout, "the timeout"))
         return self

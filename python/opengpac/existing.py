@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from .devices import LogicalDevice, ParameterMember, SvvMember, _Definition
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
+from .instances import VerbInstance
 from .physical import PhysicalDevice
 from .places import here
-from .sources import Processor, Source
+from .processors import Processor
+from .sources import Source
+from .verbs import Verb
 
 if TYPE_CHECKING:
-    from .instances import VerbInstance
     from .system import System
-    from .verbs import Verb
 
 R = TypeVar("R")
 D = TypeVar("D", bound=LogicalDevice)
@@ -41,8 +42,6 @@ def fill(system: System) -> None:
 
 def instance(system: System, name: str, verb: Verb[..., R] | None) -> VerbInstance[R]:
     """As `System.instance` says."""
-    from .instances import VerbInstance
-
     known = {i["name"]: i for i in system.statistics["instances"]}
     found = known.get(name)
     if found is None:
@@ -54,7 +53,6 @@ def instance(system: System, name: str, verb: Verb[..., R] | None) -> VerbInstan
 
 def _verb(name: str) -> Any:
     """A verb of which its name is known only: its reports are plain, and what it raises is `Terminated`."""
-    from .verbs import Verb
 
     class Unwritten(Verb[..., Any]):
         def __init__(self) -> None:

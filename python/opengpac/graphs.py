@@ -9,8 +9,10 @@ from collections.abc import Mapping
 from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any
 
-from .blocks import Block, Blocks, BlockUse, Item, Occurrence, mapping_of, systems_of, use_of, uses_of
-from .declared import Declared
+from . import graph_trial
+from .blocks import Block, Blocks, BlockUse, FunctionBlock, Item, Occurrence, mapping_of, systems_of, use_of, uses_of
+from .checks import check_graph
+from .definitions import saving
 from .errors import DefinitionError, UnknownName, did_you_mean, refuse
 from .faces import GraphPort, items_of
 from .given import all_taking, taking, whole
@@ -37,7 +39,7 @@ def ratio(n: int) -> dict[str, int]:
 
 
 @all_taking
-class Graph(Pictured, Declared):
+class Graph(Pictured, FunctionBlock):
     """A data flow graph: blocks, and ρ as three mappings. Outside it looks like a subroutine, and stands wherever one may.
 
     `inputs`, `outputs` and `cells` map a port or local cell of the graph to ports of its blocks; `modes` relaxes the mode of a
@@ -50,6 +52,9 @@ class Graph(Pictured, Declared):
     >>> smooth.insert("limit", lib.limit, between=("gain.y", "filter.u")).cells
     {'scaled': ['gain.y', 'limit.u'], 'limit': ['limit.y', 'filter.u']}
     """
+
+    _definition_kind = "graphs"
+    """What it is in a file of definitions."""
 
     _settable = frozenset({"layout"})
 
@@ -85,9 +90,7 @@ class Graph(Pictured, Declared):
 
         `layout`, the positions of its boxes as an editor draws them, is written as it is.
         """
-        from .definitions import save
-
-        save(path, self)
+        saving.save(path, self)
 
     def _ports(self, mapping: Mapping[str, list[str]]) -> dict[str, GraphPort]:
         return {name: GraphPort(self, name, ports) for name, ports in mapping.items()}
@@ -117,9 +120,10 @@ class Graph(Pictured, Declared):
         >>> twice.run(u=[1.0, 2.0]).y
         array([2., 4.])
         """
-        from .faces import run
+        return self._tried(steps, every, values)
 
-        return run(self, steps, every, values)
+    def _tried(self, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
+        return graph_trial.run(self, steps, every, given)
 
     @property
     def items(self) -> Mapping[str, Any]:
@@ -229,8 +233,6 @@ class Graph(Pictured, Declared):
         return "; ".join(named)
 
     def _check(self) -> None:
-        from .checks import check_graph
-
         systems = systems_of(self.blocks.values())
         check_graph(self, next(iter(systems), None))
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
 
 import numpy as np
 
-from . import checking
+from .arguments import Argument
 from .declared import Declared
 from .devices import LogicalDevice
-from .errors import CallError, InvalidState, UnknownName, did_you_mean, refusals, refuse
+from .enabling import enable
+from .errors import CallError, UnknownName, did_you_mean, refuse
 from .given import all_taking
 from .quantities import Quantity, optional_ns
 from .tables import Shown, Table, identifiers
@@ -24,7 +25,7 @@ D = TypeVar("D", bound=LogicalDevice)
 
 
 @all_taking
-class Group(Shown, Declared, Generic[D]):
+class Group(Shown, Declared, Argument, Generic[D]):
     """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each.
 
     A member of its devices may be set in all of them: `arm.max_speed = 0.5`, `arm.kp = [80, 80, 40]`, `arm.kp = {"elbow": 60}`.
@@ -151,6 +152,9 @@ class Group(Shown, Declared, Generic[D]):
     def _called(self) -> str:
         return f"group '{self.name}'"
 
+    def _argument(self) -> dict[str, Any]:
+        return {"devices": [device._argument()["device"] for device in self._devices]}
+
     def __iter__(self) -> Iterator[D]:
         return iter(self._devices)
 
@@ -201,43 +205,3 @@ class Group(Shown, Declared, Generic[D]):
 
 def _short(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
-    """Starts the verb instances of all, then waits until each is ready; those begun are disabled again if one fails."""
-    if checking.active():
-        return
-    begun: list[LogicalDevice] = []
-    identities: dict[str, int] = {}
-    try:
-        for device in devices:
-            native = device.system._alive()
-            if device.state in ("standstill", "moving"):
-                continue
-            with refusals:
-                identities[device.name] = native.enable(device.name)
-            begun.append(device)
-        for device in begun[:1]:
-            device.system._say_rights()
-        for device in begun:
-            with refusals:
-                in_time = device.system._native.wait_enabled(device.name, timeout_ns)
-            if not in_time:
-                _not_ready(device, identities[device.name], timeout_ns)
-    except BaseException:
-        for device in begun:
-            if device.state != "disabled":
-                device.disable()
-        raise
-
-
-def _not_ready(device: LogicalDevice, identity: int, timeout_ns: int | None) -> None:
-    from .reports import Report, terminated
-
-    native, verb = device.system._native, device.verb
-    if device.state in ("disabled", "fault") and identity and verb is not None:
-        report = native.report(identity)
-        if report is not None:
-            raise terminated(Report(report), verb)
-        refuse(InvalidState, f"device '{device.name}' was disabled before it was ready")
-    raise TimeoutError(f"device '{device.name}' was not ready within {(timeout_ns or 0) * 1e-9:g} s; it is {device.state}")

@@ -9,10 +9,11 @@ from collections.abc import Generator, Mapping
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast
 
 from . import checking, progress, waiting
-from .applications import application_json, options_json, system_for, values_json
+from .applications import application_json, bind, options_json, system_for, values_json
 from .declared import Declared
 from .errors import CallError, Error, InvalidState, gone, refusals, refuse
 from .given import all_taking
+from .planning import plan
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import terminated
 from .tables import Shown, Table
@@ -217,14 +218,6 @@ class VerbInstance(Shown, Declared, Generic[R]):
         return f"verb instance {about['name']} of {self.verb.name}: {about['state']}{where}{blocks}"
 
 
-def _bind(verb: Verb[..., Any], signature: Any, args: Any, kwargs: Mapping[str, Any]) -> Any:
-    try:
-        return signature.bind(*args, **kwargs)
-    except TypeError as error:
-        verb.refused_call(error, kwargs)
-        raise
-
-
 def _create(verb: Verb[..., R], bound: Any, once: bool) -> VerbInstance[R]:
     system = system_for(verb, {n: given for n, given in bound.arguments.items() if n in verb.arguments_signature.parameters})
     application = application_json(verb, bound)
@@ -239,16 +232,16 @@ def _create(verb: Verb[..., R], bound: Any, once: bool) -> VerbInstance[R]:
 def create(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
     """`verb.new_instance(...)`."""
     if checking.active():
-        return cast("VerbInstance[R]", checking.plan(verb, args, kwargs, verb.arguments_signature))
-    return _create(verb, _bind(verb, verb.arguments_signature, args, kwargs), once=False)
+        return cast("VerbInstance[R]", plan(verb, args, kwargs, verb.arguments_signature))
+    return _create(verb, bind(verb, verb.arguments_signature, args, kwargs), once=False)
 
 
 def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
     """`verb.asynch(...)`: one that cannot be started is deleted again."""
     if checking.active():
-        return cast("VerbInstance[R]", checking.plan(verb, args, kwargs, verb.signature))
+        return cast("VerbInstance[R]", plan(verb, args, kwargs, verb.signature))
     options = options_json(kwargs, verb)
-    bound = _bind(verb, verb.signature, args, kwargs)
+    bound = bind(verb, verb.signature, args, kwargs)
     instance = _create(verb, bound, once=True)
     try:
         instance._start(values_json(verb, bound, instance._objects), options)
@@ -275,7 +268,7 @@ def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
     if checking.active():
         return start(verb, args, kwargs).wait()
     options = options_json(kwargs, verb)
-    bound = _bind(verb, verb.signature, args, kwargs)
+    bound = bind(verb, verb.signature, args, kwargs)
     system = system_for(verb, {n: given for n, given in bound.arguments.items() if n in verb.arguments_signature.parameters})
     native = system._alive()
     objects = {name: given for name, given in bound.arguments.items() if name in verb.objects}
@@ -305,29 +298,3 @@ def _ended(verb: Verb[..., R], text: str, objects: Mapping[str, Any]) -> R:
     if not report.normal:
         raise terminated(report, verb, objects)
     return report
-
-
-def application(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any) -> tuple[System, dict[str, Any], dict[str, Any]]:
-    """The application of a call, its system, with the verb entered there, and its objects: for a check."""
-    options_json(kwargs, verb)
-    bound = _bind(verb, signature, args, kwargs)
-    system = system_for(verb, {n: given for n, given in bound.arguments.items() if n in verb.arguments_signature.parameters})
-    system._enter_verb(verb)
-    objects = {name: given for name, given in bound.arguments.items() if name in verb.objects}
-    return system, {**application_json(verb, bound), "values": _known_values(verb, bound, objects)}, objects
-
-
-def checked_values(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], objects: Mapping[str, Any]) -> dict[str, Any]:
-    """The values of a start of an instance: for a check."""
-    options_json(kwargs, verb)
-    return _known_values(verb, _bind(verb, verb.inputs_signature, args, kwargs), objects)
-
-
-def _known_values(verb: Verb[..., Any], bound: Any, objects: Mapping[str, Any]) -> dict[str, Any]:
-    """The values as far as a check knows them: some are made from what only a run gives."""
-    try:
-        return values_json(verb, bound, objects)
-    except Error:
-        raise
-    except Exception:
-        return {}

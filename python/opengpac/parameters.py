@@ -6,16 +6,14 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 from .blocks import Names, names_of
+from .devices import LogicalDevice
 from .errors import REFUSALS, CallError, DefinitionError, Error, refuse
 from .given import taking
 from .places import Place, here
 from .values import plain
-
-if TYPE_CHECKING:
-    from .devices import LogicalDevice
 
 absent: Any = object()
 """What stands for a default that was not given."""
@@ -149,8 +147,6 @@ class Object:
 @taking
 def each(device_type: type[LogicalDevice]) -> Object:
     """Several logical devices of a type: a group, or a sequence of devices."""
-    from .devices import LogicalDevice
-
     if not (isinstance(device_type, type) and issubclass(device_type, LogicalDevice)):
         refuse(DefinitionError, f"gpac.each() is given {device_type!r}", "give a class of logical devices")
     return Object(device_type, True)
@@ -158,8 +154,6 @@ def each(device_type: type[LogicalDevice]) -> Object:
 
 def objects_of(objects: Mapping[str, Any] | None) -> dict[str, Object]:
     """`objects=`: name → device type, or `gpac.each(type)`."""
-    from .devices import LogicalDevice
-
     found: dict[str, Object] = {}
     for name, given in (objects or {}).items():
         if isinstance(given, type) and issubclass(given, LogicalDevice):

@@ -9,21 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .arguments import Argument
 from .declared import Declared
 from .drivers.catalog import safe_state_text
 from .errors import CallError, UnknownName, did_you_mean, refusals, refuse
 from .places import here
 from .services import Services
+from .sources import Source
 from .tables import Shown, Table, Tables, identifiers
 from .values import dtype_of
 
 if TYPE_CHECKING:
     from .realtime import RealTimeSystem
-    from .sources import Source
     from .system import System
 
 
-class Channel(Declared):
+class Channel(Declared, Argument):
     """A channel of a physical device: `name`, `type`, `unit`, and whether it is written."""
 
     def __init__(self, device: PhysicalDevice, described: Mapping[str, Any]) -> None:
@@ -51,13 +52,15 @@ class Channel(Declared):
         self.device._here()
         return self.full_name
 
+    def _argument(self) -> dict[str, Any]:
+        self.device._here()
+        return {"channel": {"device": self.device.name, "channel": self.name}}
+
     def raises(self, source: Source) -> None:
         """Lets it raise a trigger or software source, of any processor, each time it goes from zero to something else.
 
         It is looked at in each firing of the source that exchanges with its device; what the first reading finds raises nothing.
         """
-        from .sources import Source
-
         if not isinstance(source, Source):
             refuse(CallError, f"channel '{self.device.name}.{self.name}' is to raise {source!r}", "give a source: rtp.trigger('door')")
         native = self.device._here()
@@ -107,7 +110,7 @@ def _channel_table(title: str, channels: Mapping[str, Channel]) -> Table:
     return Table(title, ["channel", "type", "unit", "way"], rows)
 
 
-class Part(_Channels):
+class Part(_Channels, Argument):
     """A part of a machine, for example a joint. `about` is what the driver says of it: range, limits, gains that suit it."""
 
     def __init__(self, device: PhysicalDevice, about: Mapping[str, Any]) -> None:
@@ -121,6 +124,10 @@ class Part(_Channels):
         """Its channels by their short names."""
         prefix = f"{self.name}."
         return {n.removeprefix(prefix): c for n, c in self.device.channels.items() if n.startswith(prefix)}
+
+    def _argument(self) -> dict[str, Any]:
+        self.device._here()
+        return {"part": {"device": self.device.name, "part": self.name}}
 
     def _find(self, name: str) -> Channel:
         if name not in self.channels:

@@ -1,21 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real-time processors and their interrupt sources."""
+"""Interrupt sources, and where blocks are placed on them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from .declared import Declared
-from .drivers import Driver
 from .errors import CallError, refusals, refuse
-from .given import all_taking
-from .physical import PhysicalDevice
-from .places import here
-from .quantities import Quantity, duration_ns
-from .tables import Shown, Table
 
 if TYPE_CHECKING:
+    from .processors import Processor
     from .system import System
 
 
@@ -46,63 +41,6 @@ class Source(Declared):
         return f"{self.kind} {self.name}{period}, priority {self.priority}"
 
 
-@all_taking
-class Processor(Shown, Declared):
-    """A real-time processor: one instruction stream, with interrupt sources and the physical devices that it can reach."""
-
-    def __init__(self, system: System, name: str) -> None:
-        self.system = system
-        self.name = name
-
-    def timer(self, name: str, period: Quantity, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """A timer: releases at the multiples of `period` from the epoch. A larger priority (1 to 98) preempts a smaller one."""
-        return self._source(name, "timer", duration_ns(period, f"the period of timer '{name}'"), priority, virtual_cost)
-
-    def trigger(self, name: str, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """A source that a device event or `request()` raises; it runs the blocks that are placed on it."""
-        return self._source(name, "trigger", 0, priority, virtual_cost)
-
-    def software(self, name: str, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """A source that other processors raise: what it runs takes their values synchronously."""
-        return self._source(name, "software", 0, priority, virtual_cost)
-
-    def physical_device(self, name: str, driver: Driver, exchange: Source) -> PhysicalDevice:
-        """Opens a driver. Its channels are read at the start of each firing of `exchange` and written at its end."""
-        if not isinstance(driver, Driver):
-            refuse(CallError, f"physical device '{name}' is given {driver!r}", "give a driver: gpac.drivers.mujoco('arm.xml')")
-        if not isinstance(exchange, Source):
-            refuse(CallError, f"physical device '{name}' is given exchange={exchange!r}", "give the interrupt source that serves it")
-        with refusals:
-            described = self.system._alive().physical_device(
-                self.name, name, driver.kind, exchange.name, cast(dict[str, Any], driver.options), here().json()
-            )
-        device = PhysicalDevice(self.system, name, exchange, described)
-        self.system.physical_devices[name] = device
-        return device
-
-    def _source(self, name: str, kind: str, period_ns: int, priority: int, cost: Quantity) -> Source:
-        if isinstance(priority, bool) or not isinstance(priority, int):
-            refuse(CallError, f"the priority of source '{name}' is {priority!r}", "give a whole number, 1 to 98; a larger one preempts")
-        if period_ns < 0:
-            refuse(CallError, f"the period of timer '{name}' is {period_ns / 1e9:g} s", "time does not run backwards")
-        if not 0 <= priority <= 255:
-            refuse(CallError, f"the priority of source '{name}' is {priority}", "give a whole number, 1 to 98; a larger one preempts")
-        with refusals:
-            self.system._alive().source(self.name, name, kind, priority, period_ns, duration_ns(cost, "the virtual cost"))
-        source = Source(self.system, self, name, kind, period_ns, priority)
-        self.system.sources[source.name] = source
-        return source
-
-    def _table(self) -> Table:
-        own = [s for s in self.system.sources.values() if s.processor is self]
-        rows = [(s.name, s.kind, f"{s.period * 1e3:g} ms" if s.kind == "timer" else "", s.priority) for s in own]
-        return Table(f"processor {self.name}", ["source", "kind", "period", "priority"], rows)
-
-    def __repr__(self) -> str:
-        sources = [s.name.split(".", 1)[1] for s in self.system.sources.values() if s.processor is self]
-        return f"processor {self.name} of system '{self.system.name}': {', '.join(sources) or 'no interrupt sources'}"
-
-
 def placement_json(placement: Mapping[Any, Any]) -> dict[str, str]:
     """Pattern → source, as the model takes it."""
     placed: dict[str, str] = {}
@@ -111,14 +49,3 @@ def placement_json(placement: Mapping[Any, Any]) -> dict[str, str]:
             refuse(CallError, f"'{pattern}' is placed on {source!r}", "give an interrupt source: rtp.timer(...)")
         placed[str(pattern)] = source.name
     return placed
-
-
-def system_of(where: Any) -> System:
-    """The system of a source, a processor or itself."""
-    from .system import System
-
-    if isinstance(where, System):
-        return where
-    if isinstance(where, Source | Processor):
-        return where.system
-    refuse(CallError, f"a verb cannot be placed on {where!r}", "give an interrupt source, {'label': source}, or a system")

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 from urllib.parse import urlsplit
 
-from . import _native, checking, programs
+from . import _native, checking, opened, programs
 from .errors import CallError, FileFailed, NotAllowed, refusals, refuse
 
 if TYPE_CHECKING:
@@ -179,8 +179,6 @@ def add_to(commands: Any) -> None:
 
 
 def _studio(given: argparse.Namespace) -> int:
-    from . import system
-
     # Before the program runs: it need not move a machine for a page that is not there.
     built(None if given.page is None else Path(given.page))
     signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -192,12 +190,12 @@ def _studio(given: argparse.Namespace) -> int:
                 programs.run(given)
             except SystemExit as ended:
                 code = ended.code
-            for left in list(system._open.values()):
+            for left in opened.systems():
                 shown.left(left)
     except KeyboardInterrupt:
         code = 0
     finally:
-        for left in list(system._open.values()):
+        for left in opened.systems():
             left.close()
     if isinstance(code, str):
         print(code, file=sys.stderr)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from .arguments import Argument
 from .declared import Declared
 from .errors import CallError, Error, UnknownName, ValueRefused, gone, refusals, refuse
 from .tables import Shown, Table
@@ -48,7 +49,7 @@ class Predicate:
         return self._text
 
 
-class SVV(Shown, Declared, Generic[T]):
+class SVV(Shown, Declared, Argument, Generic[T]):
     """A state vector variable. `value`, `number` and `time` are its newest publication; setting `value` writes it.
 
     `history[-100:]` is a structured array of the last values with `number`, `time` (s) and `value`. A comparison, `svv > 1.0`,
@@ -77,6 +78,9 @@ class SVV(Shown, Declared, Generic[T]):
         if known is not self and known._asked != self._asked:
             refuse(UnknownName, f"the SVV '{self.name}' that this stands for is gone: it was deleted, and another has its name", "use that")
         return self.name
+
+    def _argument(self) -> dict[str, Any]:
+        return {"svv": self._named()}
 
     def _is_there(self) -> bool:
         """Whether it has not been deleted; another of its name does not count."""

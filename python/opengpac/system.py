@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import atexit
 import contextlib
 import json
 import logging
@@ -13,9 +12,8 @@ import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
-from weakref import WeakValueDictionary
 
-from . import checking, existing, files, forks, hosts, programs, restart
+from . import checking, existing, files, forks, hosts, opened, programs, restart
 from .adoption import TakenOver, taken_over
 from .checks import Definitions
 from .commanded import Commanded
@@ -27,12 +25,13 @@ from .modules import Module, type_json
 from .physical import PhysicalDevice
 from .places import here
 from .processes import processes_json
+from .processors import Processor
 from .quantities import Quantity, optional_ns
 from .realtime import Embedded, RealTimeSystem
-from .remote import connecting
+from .remote import opening
 from .remote.calls import Remote
 from .remote.session import Session
-from .sources import Processor, Source, placement_json
+from .sources import Source, placement_json
 from .studio import Studio
 from .svvs import SVV
 from .timed import Timed
@@ -44,8 +43,6 @@ if TYPE_CHECKING:
 
 R = TypeVar("R")
 D = TypeVar("D", bound=LogicalDevice)
-
-_open: WeakValueDictionary[str, System] = WeakValueDictionary()
 
 _logger = logging.getLogger("opengpac")
 
@@ -89,11 +86,11 @@ class System(Commanded, Timed, Declared):
             refuse(CallError, f"the name of a system is {name!r}", "give a name, for example 'cell'")
         if "://" in name:
             refuse(CallError, f"the name of a system is {name!r}, which is a URL", f"connect to the system there: gpac.connect({name!r})")
-        _close_last(name)
+        opened.close_last(name)
         virtual = clock == "virtual" or checking.active()
         url = None if checking.active() else os.environ.get("OPENGPAC_SYSTEM")
         if url:
-            session = connecting.instead(url, name, virtual, interconnect)
+            session = opening.instead(url, name, virtual, interconnect)
             self._begin(Remote(session), name, virtual, progress, session)
         else:
             link = {"kind": interconnect, "seed": seed} if interconnect == "message" else interconnect
@@ -110,7 +107,7 @@ class System(Commanded, Timed, Declared):
             with refusals:
                 self._native.close()
             raise
-        _open[name] = self
+        opened.keep(self, name)
         programs.made(self)
 
     def _begin(self, native: RealTimeSystem, name: str, virtual: bool, progress: bool | None, session: Session | None = None) -> None:
@@ -305,8 +302,7 @@ class System(Commanded, Timed, Declared):
         """
         if not self.closed:
             self.closed = True
-            if _open.get(self.name) is self:
-                del _open[self.name]
+            opened.forget(self)
             if self._studio is not None:
                 self._studio.stop()
             with refusals:
@@ -342,8 +338,7 @@ class System(Commanded, Timed, Declared):
         """This is a process that was forked from the system's: nothing of it is here."""
         self._native = cast("RealTimeSystem", instead)
         self.closed, self._studio, self.session = True, None, None
-        if _open.get(self.name) is self:
-            del _open[self.name]
+        opened.forget(self)
 
     def _alive(self) -> RealTimeSystem:
         if self.closed and not isinstance(self._native, forks.NotHere):
@@ -378,21 +373,3 @@ class System(Commanded, Timed, Declared):
 
 def _short(name: Any) -> str:
     return str(name.get("name", name)) if isinstance(name, dict) else str(name)
-
-
-def _close_last(name: str) -> None:
-    """A system of that name is rebuilt, unless something runs in it."""
-    last = _open.get(name)
-    if last is None:
-        return
-    running = last._running()
-    if running:
-        refuse(InUse, f"system '{name}' exists and runs {', '.join(running)}", "halt them, or close the system first: system.close()")
-    last.close()
-
-
-@atexit.register
-def _close_all() -> None:
-    for system in list(_open.values()):
-        system._abandon()
-        system.close()

@@ -9,16 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _native, faces
-from .blocks import Block
+from . import _native
 from .errors import CallError, ValueRefused, did_you_mean, refusals, refuse
 from .given import whole
 from .quantities import Quantity, duration_ns
 from .values import plain
 
 if TYPE_CHECKING:
-    from .blocks import Item
-    from .graphs import Graph
+    from .blocks import Block, Item
 
 
 _TIMES_MAX = 10_000_000
@@ -68,13 +66,6 @@ def _series(item: Item, value: Any) -> tuple[Any, int]:
     if len(shape) > _depth(item):
         return plain(value, f"input '{item.name}'"), shape[0]
     return plain(value, f"input '{item.name}'"), 0
-
-
-def try_one(block: Block | Graph, steps: int, every: Quantity, given: Mapping[str, Any]) -> Trial:
-    """Tries a block or graph for so many invocations."""
-    if isinstance(block, Block):
-        return run(block, steps, every, given)
-    return faces.run(block, steps, every, given)
 
 
 def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:

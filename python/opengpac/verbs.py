@@ -8,25 +8,28 @@ import functools
 import inspect
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from inspect import Parameter, Signature
-from typing import TYPE_CHECKING, Any, Generic, ParamSpec, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, ParamSpec, Self, TypeVar, overload
 
-from . import checks
+from . import checks, instances
 from .blocks import Blocks, mapping_of, names_of, systems_of, uses_of
 from .commands import checked
 from .conditions import Termination, termination_of
 from .declared import Declared
+from .definitions import saving
 from .errors import CallError, DefinitionError, Terminated, did_you_mean, refusals, refuse
 from .given import all_taking
 from .graphs import mode_json
 from .parameters import Object, input_of, objects_of, requirement_of
 from .pictures import Pictured, verb_svg
 from .places import Place, here
+from .processors import system_of
 from .quantities import Quantity, duration_ns, optional_ns
 from .reports import Report
 from .signatures import arguments_signature, call_signature, inputs_signature
+from .sources import Source, placement_json
 from .suspension import Holding, cut_off_json, suspend_json
 from .tables import CallSignature
 
@@ -84,6 +87,12 @@ class Verb(Pictured, Declared, Generic[P, R]):
     simple verb wait(seconds=None)
       start        over                 ends, returns nothing
     """
+
+    _definition_kind = "verbs"
+    """What it is in a file of definitions."""
+
+    _chain: ClassVar[Callable[[Verb[..., Any], str | None, Verb[..., Any], str | None], ComposedVerb]]
+    """What `then` does: `composition`, which stands above this, gives it."""
 
     _settable = frozenset({"layout"})
 
@@ -160,9 +169,7 @@ class Verb(Pictured, Declared, Generic[P, R]):
     def __call__(self, *args: Any, time_limit: Quantity | None, **kwargs: Any) -> R: ...
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """Creates an instance, starts it, waits for its end and deletes it; gives the report or raises."""
-        from .instances import call
-
-        return call(self, args, kwargs)
+        return instances.call(self, args, kwargs)
 
     @overload
     def asynch(self, *args: P.args, **kwargs: P.kwargs) -> VerbInstance[R]: ...
@@ -170,22 +177,16 @@ class Verb(Pictured, Declared, Generic[P, R]):
     def asynch(self, *args: Any, time_limit: Quantity | None, **kwargs: Any) -> VerbInstance[R]: ...
     def asynch(self, *args: Any, **kwargs: Any) -> Any:
         """Creates and starts an instance and returns at once; its `wait()` waits for the end and deletes it."""
-        from .instances import start
-
-        return start(self, args, kwargs)
+        return instances.start(self, args, kwargs)
 
     def new_instance(self, *args: Any, **kwargs: Any) -> VerbInstance[R]:
         """Creates an instance, to be started as often as wanted: `vi = move.new_instance(arm)`, `vi.start(goal, speed)`."""
-        from .instances import create
-
-        return create(self, args, kwargs)
+        return instances.create(self, args, kwargs)
 
     # ---- options ----
 
     def on(self, where: Any = None, *, every: Mapping[str, Quantity] | None = None) -> Verb[P, R]:
         """This verb placed: on one source, or `{"planner": slow, "generator": fast}`, or in a system; `every` changes intervals."""
-        from .sources import Source, placement_json, system_of
-
         changed = {str(label): duration_ns(t, f"the interval of '{label}'") for label, t in (every or {}).items()}
         options: dict[str, Any] = {"intervals": {**self.intervals, **changed}}
         if isinstance(where, Source):
@@ -214,9 +215,7 @@ class Verb(Pictured, Declared, Generic[P, R]):
         `approach.then("contact", grasp)` goes on in the firing in which the contact is reported, without Python. It can be chained;
         `gpac.compose("pick", approach.then("contact", grasp))` gives the whole a name.
         """
-        from .composition import then
-
-        return then(self, condition, following, label)
+        return Verb._chain(self, condition, following, label)
 
     def __rshift__(self, following: Verb[..., Any]) -> ComposedVerb:
         """`approach >> grasp`: this verb, and the other one when this one is done, that is at each of its normal ends."""
@@ -230,9 +229,7 @@ class Verb(Pictured, Declared, Generic[P, R]):
 
         `layout`, the positions of its boxes and lists as an editor draws them, is written as it is.
         """
-        from .definitions import save
-
-        save(path, self)
+        saving.save(path, self)
 
     def _defined_at(self) -> Place:
         return here()

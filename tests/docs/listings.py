@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from opengpac import system
+from opengpac import opened
 
 ROOT = Path(__file__).parent.parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *sorted((ROOT / "docs" / "drivers").glob("*.md"))]
@@ -90,7 +90,7 @@ class Program:
     def close(self) -> None:
         """Ends the program: what a process does at its exit."""
         self.names = {}
-        for made in list(system._open.values()):
+        for made in opened.systems():
             made.close()
 
     def check(self, listing: Listing) -> None:

@@ -36,6 +36,11 @@ impl Motion {
         motion
     }
 
+    /// As [`Motion::at`]; `None` where a number is not finite.
+    pub fn begin(positions: &[f64], velocities: &[f64]) -> Option<Motion> {
+        positions.iter().chain(velocities).all(|x| x.is_finite()).then(|| Motion::at(positions, velocities))
+    }
+
     /// Where joint `i` is.
     pub fn state(&self, i: usize) -> State {
         if !self.is_line {

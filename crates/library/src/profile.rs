@@ -33,6 +33,22 @@ pub struct Limits {
     pub jerk: f64,
 }
 
+impl Limits {
+    /// Whether each of them is a finite number above 0.
+    pub fn are_positive(&self) -> bool {
+        [self.speed, self.acceleration, self.jerk].iter().all(|limit| limit.is_finite() && *limit > 0.0)
+    }
+
+    /// Those of each joint where jerk is not limited; `None` where one is not positive.
+    pub fn of_joints(speed: &[f64], acceleration: &[f64]) -> Option<[Limits; JOINTS_MAX]> {
+        let mut limits = [Limits { speed: 0.0, acceleration: 0.0, jerk: 1.0 }; JOINTS_MAX];
+        for (limit, (speed, acceleration)) in limits.iter_mut().zip(speed.iter().zip(acceleration)) {
+            (limit.speed, limit.acceleration) = (*speed, *acceleration);
+        }
+        limits[..speed.len()].iter().all(Limits::are_positive).then_some(limits)
+    }
+}
+
 /// Phase times of s: 2 (2 jerk + acceleration) + cruise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Phases {

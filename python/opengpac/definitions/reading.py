@@ -12,7 +12,7 @@ from pathlib import Path as File
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from .. import checks, library
-from ..blocks import Block, BlockUse
+from ..blocks import Block, BlockUse, systems_of
 from ..composition import ComposedVerb, compose, together
 from ..conditions import Termination
 from ..devices import LogicalDevice, parameter, svv
@@ -224,8 +224,6 @@ class _Reading:
     # ---- definitions ----
 
     def _definitions(self, uses: Mapping[str, BlockUse]) -> checks.Definitions:
-        from ..blocks import systems_of
-
         system = next(iter(systems_of(uses.values())), self.system)
         return system._definitions if system is not None else checks.without_system()
 

@@ -6,22 +6,20 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path as File
-from typing import Any
+from typing import Any, cast
 
 from .. import files
 from ..blocks import modules_of
 from ..errors import FileFailed
 from ..given import taking
-from ..graphs import Graph
 from ..places import Place
-from ..verbs import Verb
 from .form import FORMAT, VERSION, findings
 from .merging import merged
 from .parsing import error_of, is_toml, parsed
 from .positions import lines_of
 from .rendering import json_file, toml_file
 from .shortening import long, short
-from .trees import KINDS, Collected, Definition, Tree
+from .trees import KINDS, Collected, Definition, Tree, kind_of
 
 
 @taking
@@ -91,7 +89,7 @@ def _modules(definitions: tuple[Definition, ...], file: File) -> dict[str, str]:
     """The code modules of the blocks: name → file, beside this one where that can be said."""
     found: dict[str, str] = {}
     for definition in definitions:
-        uses = definition.blocks.values() if isinstance(definition, Graph | Verb) else ()
+        uses = cast(Any, definition).blocks.values() if kind_of(definition) not in (None, "device_types") else ()
         for use in _all(uses):
             block = use.block
             if block.system is not None or block.module != "library":
@@ -104,7 +102,7 @@ def _all(uses: Any) -> list[Any]:
     """The uses of subroutines, those in graphs too."""
     found: list[Any] = []
     for use in uses:
-        found += _all(use.block.blocks.values()) if isinstance(use.block, Graph) else [use]
+        found += _all(use.block.blocks.values()) if kind_of(use.block) == "graphs" else [use]
     return found
 
 

@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from .. import _native
 from ..errors import refusals
 from ..quantities import duration_ns, is_duration
 from .trees import Tree
@@ -24,8 +25,6 @@ def short(kind: str, key: str, tree: Tree) -> Tree:
 
 def long(kind: str, key: str, tree: Tree) -> Tree:
     """The long form of what a file has under `key`; what only files hold stays beside it."""
-    from .. import _native
-
     tree = {"name": key} | tree
     if kind == "compositions":
         steps = [{"condition": None} | step | {"from": _names(step["from"])} for step in tree.get("transitions", [])]

@@ -5,15 +5,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-from ..composition import ComposedVerb
-from ..devices import LogicalDevice
 from ..errors import CallError, refuse
-from ..graphs import Graph
 from ..values import plain
-from ..verbs import Verb
 from .naming import name_of
+
+if TYPE_CHECKING:
+    from ..composition import ComposedVerb
+    from ..devices import LogicalDevice
+    from ..graphs import Graph
+    from ..verbs import Verb
 
 Tree: TypeAlias = dict[str, Any]
 Definition: TypeAlias = "Graph | Verb[..., Any] | type[LogicalDevice]"
@@ -27,6 +29,12 @@ _WHOLE: dict[str, Tree] = {
 KINDS = ("graphs", "verbs", "device_types", "compositions")
 
 
+def kind_of(definition: object) -> str | None:
+    """What it is in a file of definitions, one of `KINDS`; None for anything else. A device type is a class, the others are objects."""
+    kind = getattr(definition, "_definition_kind", None)
+    return kind if isinstance(definition, type) == (kind == "device_types") else None
+
+
 class Collected:
     """The definitions that go into a file: kind → key → tree. A composition brings its parts, a device type its verb.
 
@@ -37,18 +45,19 @@ class Collected:
         self.trees: dict[str, dict[str, Tree]] = {kind: {} for kind in KINDS}
         self._kinds = dict(present or {})
 
-    def add(self, definition: Definition) -> str:
+    def add(self, definition: Any) -> str:
         """Takes a definition and what it needs of the same file, and gives its key."""
-        if isinstance(definition, ComposedVerb):
-            return self._put("compositions", definition.name, self._composition(definition))
-        if isinstance(definition, Verb):
-            return self._put("verbs", definition.name, verb_tree(definition))
-        if isinstance(definition, Graph):
-            return self._put("graphs", definition.name, graph_tree(definition))
-        if isinstance(definition, type) and issubclass(definition, LogicalDevice):
-            verb = definition.definition_verb()
-            tree = device_type_tree(definition)
-            return self._put("device_types", definition.definition_name(), tree | {"verb": self.add(verb) if verb is not None else None})
+        match kind_of(definition):
+            case "compositions":
+                return self._put("compositions", definition.name, self._composition(definition))
+            case "verbs":
+                return self._put("verbs", definition.name, verb_tree(definition))
+            case "graphs":
+                return self._put("graphs", definition.name, graph_tree(definition))
+            case "device_types":
+                verb = definition.definition_verb()
+                tree = device_type_tree(definition) | {"verb": self.add(verb) if verb is not None else None}
+                return self._put("device_types", definition.definition_name(), tree)
         refuse(CallError, f"cannot save {definition!r}", "save a graph, a verb or a device type")
 
     def _composition(self, verb: ComposedVerb) -> Tree:
@@ -143,8 +152,9 @@ def _bare_graph(tree: Tree, graph: Graph) -> Tree:
 
 def _bare_use(use: Tree, block: Any) -> None:
     use.pop("place", None)
-    if isinstance(block, Graph):
-        use["block"] = {"graph": _bare_graph(use["block"]["graph"], block)}
+    inner = use["block"].get("graph")
+    if inner is not None:
+        use["block"] = {"graph": _bare_graph(inner, block)}
 
 
 def _layout(definition: Any) -> Tree:

@@ -10,7 +10,10 @@ from types import ModuleType
 from typing import Any, Literal, NamedTuple
 
 from ..blocks import Block, Item
+from ..devices import LogicalDevice
+from ..graphs import Graph
 from ..tables import Shown, Table
+from ..verbs import Verb
 
 Kind = Literal["block", "graph", "verb", "device type"]
 
@@ -94,10 +97,6 @@ def block_component(block: Block, category: str, origin: str, source: str = "") 
 
 def members(module: ModuleType, prefix: str, origin: str) -> list[Component]:
     """The graphs, verbs and device types that a Python module makes public."""
-    from ..devices import LogicalDevice
-    from ..graphs import Graph
-    from ..verbs import Verb
-
     public: Iterable[str] = getattr(module, "__all__", [name for name in vars(module) if not name.startswith("_")])
     found: list[Component] = []
     for name in public:

@@ -21,6 +21,7 @@ from typing import Any
 
 from .. import _native
 from ..blocks import Block
+from ..checks import without_system
 from ..errors import Error, refusals
 from .components import Component, Problem, block_component, members
 
@@ -117,8 +118,6 @@ def _is_code(file: Path) -> bool:
 
 
 def _of_file(file: Path, origin: str) -> Iterator[Component]:
-    from ..checks import without_system
-
     module = f"{origin.replace('.', '_')}:{file.stem.removeprefix('lib')}"
     code = _built(file) if file.suffix in _SOURCES else file
     for interface in without_system().enter_module(module, str(code)):

@@ -1,32 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Opening a session, and the system that it gives."""
+"""`gpac.connect`: a remote system, as the same object that an embedded one is."""
 
 from __future__ import annotations
 
 import os
-import re
-import ssl
-import sys
-from collections.abc import Mapping
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
-from .. import checking
-from ..errors import CallError, ValueRefused, refuse
+from .. import checking, opened
+from ..existing import fill
 from ..given import taking
-from ..quantities import Quantity, duration_ns
-from .address import Address, address
+from ..quantities import Quantity
+from ..system import System
+from .address import address
 from .calls import Remote
-from .session import Session
-from .transport import Transport
-
-if TYPE_CHECKING:
-    from ..system import System
-
-File = str | os.PathLike[str]
-
-_opened: dict[tuple[str, str], Session] = {}
-"""The sessions of this process, by URL and name: one that was lost is its own to take up, even if the system thinks that it lives."""
+from .opening import open_session
 
 
 @taking
@@ -55,102 +41,16 @@ def connect(
 
     In a program that `opengpac check` follows it is an embedded system with nothing in it.
     """
-    from ..existing import fill
-    from ..system import System
-
     if checking.active():
         address(url)
         return System(name or "elsewhere", clock="virtual")
     session = open_session(url, name, token=token, ca=ca, certificate=certificate, command=command, lost_after=lost_after)
     system = System.__new__(System)
     system._begin(Remote(session), session.version["system"], session.version["clock"] == "virtual", progress, session)
-    _keep(system)
+    opened.keep(system, f"{session.url} {session.name}")
     try:
         fill(system)
     except BaseException:
         system.close()
         raise
     return system
-
-
-def _keep(system: System) -> None:
-    """It is closed when the interpreter ends, if nobody closed it before."""
-    from ..system import _open
-
-    assert system.session is not None
-    _open[f"{system.session.url} {system.session.name}"] = system
-
-
-def instead(url: str, name: str, virtual: bool, interconnect: str | Mapping[str, Any]) -> Session:
-    """The session of a program that makes a system of its own, where `OPENGPAC_SYSTEM` says that it is to be a daemon's."""
-    if interconnect != "memory":
-        refuse(
-            CallError,
-            f"system '{name}' is made with interconnect={interconnect!r}, and OPENGPAC_SYSTEM says that it is the one at {url}",
-            "leave the interconnect out, or the variable",
-        )
-    session = open_session(url, re.sub(r"[^A-Za-z0-9._-]", "-", name))
-    there = session.version["clock"]
-    if (there == "virtual") != virtual:
-        session.close()
-        wanted = "virtual" if virtual else "monotonic"
-        refuse(
-            CallError,
-            f"system '{name}' has the {wanted} clock, and the one at {url}, which OPENGPAC_SYSTEM names, the {there} clock",
-            f"start that one with --clock {wanted}",
-        )
-    session.whole = True
-    return session
-
-
-def open_session(
-    url: object,
-    name: str | None,
-    *,
-    token: str | None = None,
-    ca: File | None = None,
-    certificate: File | None = None,
-    command: bool = True,
-    lost_after: Quantity = "5 s",
-) -> Session:
-    """A session with the system at a URL, in command where that is asked for; as `connect` says."""
-    to = address(url)
-    named = re.sub(r"[^A-Za-z0-9._-]", "-", f"{Path(sys.argv[0]).stem or 'python'}-{os.getpid()}") if name is None else name
-    if not isinstance(named, str):
-        refuse(CallError, f"the name of a session is {name!r}", "give a name, for example 'operator'")
-    lost_after_ns = duration_ns(lost_after, "lost_after")
-    if lost_after_ns <= 0:
-        refuse(ValueRefused, f"lost_after is {lost_after!r}", "give 1 s to 60 s")
-    transport = Transport(to, token if token is not None else os.environ.get("OPENGPAC_TOKEN"), _tls(to, ca, certificate))
-    before = _opened.get((to.url, named))
-    take_up = before is not None and before.lost
-    try:
-        session = Session(transport, named, lost_after_ns, take_up)
-    except BaseException:
-        transport.close()
-        raise
-    _opened[to.url, named] = session
-    if command:
-        try:
-            session.take_command()
-        except BaseException:
-            session.close()
-            raise
-    return session
-
-
-def _tls(to: Address, ca: File | None, certificate: File | None) -> ssl.SSLContext | None:
-    """What is trusted, and who this is, for an address with TLS."""
-    if not to.secure:
-        if ca is not None or certificate is not None:
-            refuse(CallError, f"{to} has no TLS, and is given a certificate", "write https://HOST:PORT, or leave ca= and certificate= out")
-        return None
-    trusted, own = ca or os.environ.get("OPENGPAC_CA"), certificate or os.environ.get("OPENGPAC_CERTIFICATE")
-    try:
-        context = ssl.create_default_context(cafile=trusted)
-        if own:
-            context.load_cert_chain(own)
-    except OSError as error:
-        files = " and ".join(f"'{file}'" for file in (trusted, own) if file)
-        refuse(CallError, f"cannot use the certificates of {files}: {error}", "give files in PEM form")
-    return context

@@ -16,7 +16,8 @@ from .. import drivers, files
 from ..errors import CallError, PlacementError, UnknownName, did_you_mean, refuse
 from ..given import taking
 from ..physical import Part, PhysicalDevice
-from ..sources import Processor, Source
+from ..processors import Processor
+from ..sources import Source
 from ..system import System
 from . import urdf
 from .arm import Arm

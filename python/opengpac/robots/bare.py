@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from ..drivers import Driver
 from ..errors import CallError, DefinitionError, refuse
 from ..physical import PhysicalDevice
-from ..sources import Processor, Source
+from ..processors import Processor
+from ..sources import Source
 from .kinematics import Kinematics
 
 

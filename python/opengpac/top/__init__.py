@@ -11,7 +11,7 @@ from typing import Any
 
 from ..errors import CallError, refuse
 from ..remote.calls import Remote
-from ..remote.connecting import open_session
+from ..remote.opening import open_session
 from ..remote.session import Session
 from .board import ORDERS, View, board
 from .finding import Found, daemons

@@ -4,8 +4,10 @@ use super::JOINTS_MAX;
 use super::chain::Arm;
 use super::inverse::{Ranges, inverse};
 use super::line::ON_THE_LINE;
-use super::pose::Pose;
+use super::pose::{Numbers, Pose};
+use super::{BAD_CHAIN, BAD_LIMIT, NO_PLAN};
 use crate::pace;
+use opengpac::{Condition, ConditionOf};
 
 /// How often a step that a joint cannot make is halved before the motion ends.
 const HALVINGS: u32 = 6;
@@ -17,11 +19,11 @@ pub struct Follower {
     /// Which plan is under way.
     plan: f64,
     /// Its time, s, and how fast that passes.
-    pub time_s: f64,
-    pub pace: f64,
+    time_s: f64,
+    pace: f64,
     before_ns: i64,
     /// Joint positions of the invocation before.
-    pub q: [f64; JOINTS_MAX],
+    q: [f64; JOINTS_MAX],
 }
 
 /// A stretch of path time: from where, for how long, the pace at its beginning and end, and the slope between.
@@ -34,9 +36,98 @@ pub struct Stretch {
     pub slope: f64,
 }
 
+/// A planned motion of the tool, which a generator follows.
+pub trait Way {
+    /// Which plan it is: 1, 2, …
+    fn plan(&self) -> f64;
+    /// Joint positions at its beginning and at its end.
+    fn ends(&self) -> (&[f64; JOINTS_MAX], &[f64; JOINTS_MAX]);
+    /// How long it takes as planned, s.
+    fn duration_s(&self) -> f64;
+    /// The part of it that is done at a time of its own, 0 to 1.
+    fn progress(&self, time_s: f64) -> f64;
+    /// Where the tool is to be at a time of its own.
+    fn pose(&self, time_s: f64) -> Pose;
+    /// Whether its accelerations allow a stretch of it to be gone at a pace that changes so.
+    fn allows(&self, stretch: Stretch) -> bool;
+}
+
+/// What one invocation of a generator is given, a number for each joint.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    pub r#override: &'a [f64],
+    pub cell_override: &'a [f64],
+    pub holding: bool,
+    pub speed_max: &'a [f64],
+    pub time_ns: i64,
+}
+
+/// What one invocation of a generator gives.
+#[derive(Clone, Copy, Debug)]
+pub struct Followed {
+    pub setpoint: [f64; JOINTS_MAX],
+    pub pose: Numbers,
+    pub progress: f64,
+    /// The last set-point is stored.
+    pub complete: bool,
+    /// It rests, as it was asked to.
+    pub held: bool,
+    /// The arm cannot follow from here: how much is done, 0 to 1.
+    pub singular: Option<f64>,
+}
+
+impl Followed {
+    /// Reports the conditions that have come.
+    pub fn report(&self, finished: &mut Condition, held: &mut Condition, singular: &mut ConditionOf<f64>) {
+        if self.complete {
+            finished.report();
+        }
+        if self.held {
+            held.report();
+        }
+        if let Some(done) = self.singular {
+            singular.report(done);
+        }
+    }
+}
+
+/// Checks that there is a plan, and one for `n` joints; the error is the code of a fault.
+pub fn check(plan: f64, joints: i32, n: usize) -> Result<(), u32> {
+    match plan {
+        plan if plan < 1.0 => Err(NO_PLAN),
+        _ if joints != n as i32 => Err(BAD_CHAIN),
+        _ => Ok(()),
+    }
+}
+
 impl Follower {
+    /// One invocation of a generator: path time passes at the pace that the overrides allow, or comes to rest, and the joints follow.
+    ///
+    /// # Errors
+    /// The code of a fault: an override is not within 0 and 1.
+    pub fn follow(&mut self, arm: &Arm, way: &impl Way, asked: &Asked) -> Result<Followed, u32> {
+        let allowed = pace::allowed(asked.r#override, asked.cell_override).ok_or(BAD_LIMIT)?;
+        let wanted = if asked.holding { 0.0 } else { allowed };
+        let (from, to) = way.ends();
+        let span_s = self.begin(way.plan(), from, wanted, asked.time_ns);
+        let is_followed = self.go_on(arm, span_s, wanted, asked.speed_max, |time_s| way.pose(time_s), |stretch| way.allows(stretch));
+        let progress = way.progress(self.time_s);
+        let complete = self.time_s >= way.duration_s();
+        if complete {
+            self.q = *to;
+        }
+        Ok(Followed {
+            setpoint: self.q,
+            pose: way.pose(self.time_s).numbers(),
+            progress,
+            complete,
+            held: asked.holding && (self.pace == 0.0 || complete),
+            singular: (!is_followed).then_some(progress),
+        })
+    }
+
     /// Begins where a plan is new; the time since the invocation before, s. At the beginning the planned speed is 0: any pace will do.
-    pub fn begin(&mut self, plan: f64, from: &[f64; JOINTS_MAX], wanted: f64, time_ns: i64) -> f64 {
+    fn begin(&mut self, plan: f64, from: &[f64; JOINTS_MAX], wanted: f64, time_ns: i64) -> f64 {
         if plan != self.plan {
             *self = Follower { plan, time_s: 0.0, pace: wanted, before_ns: time_ns, q: *from };
         }
@@ -47,7 +138,7 @@ impl Follower {
 
     /// Advances the path time by `span_s` at the pace that is wanted, as far as `fits` and the maximum joint speeds allow. False: no joint
     /// could follow, and nothing has changed but that it stands.
-    pub fn go_on(&mut self, arm: &Arm, span_s: f64, wanted: f64, speed_max: &[f64], pose: impl Fn(f64) -> Pose, fits: impl Fn(Stretch) -> bool) -> bool {
+    fn go_on(&mut self, arm: &Arm, span_s: f64, wanted: f64, speed_max: &[f64], pose: impl Fn(f64) -> Pose, fits: impl Fn(Stretch) -> bool) -> bool {
         if span_s <= 0.0 {
             return true;
         }

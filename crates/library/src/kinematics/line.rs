@@ -10,7 +10,7 @@ use super::chain::Arm;
 use super::inverse::{Found, Ranges, Tolerance, in_the_way, inverse, inverse_anywhere};
 use super::pose::{Numbers, Pose, length};
 use crate::profile::{Coefficients, Limits, plan};
-use opengpac::Type;
+use opengpac::{ConditionOf, Type};
 
 /// Places of a line at which a plan looks.
 pub const SAMPLES: usize = 128;
@@ -68,6 +68,17 @@ pub enum Obstacle {
     Limit(usize),
     /// The arm comes so near to a singularity that only this part of the speed is possible.
     Singular(f64),
+}
+
+impl Obstacle {
+    /// Reports it as the condition that a planner has for it.
+    pub fn report(self, unreachable: &mut ConditionOf<f64>, limit: &mut ConditionOf<i32>, singular: &mut ConditionOf<f64>) {
+        match self {
+            Obstacle::Unreachable(distance) => unreachable.report(distance),
+            Obstacle::Limit(joint) => limit.report(joint as i32),
+            Obstacle::Singular(part) => singular.report(part),
+        }
+    }
 }
 
 /// Plans line number `number` (from 1). The caller has checked that numbers are finite and limits positive.

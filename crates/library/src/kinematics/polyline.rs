@@ -7,7 +7,7 @@
 //! the whole path beforehand, and the path is slowed down as a whole until no joint exceeds its limits anywhere.
 use super::JOINTS_MAX;
 use super::chain::Arm;
-use super::follower::Stretch;
+use super::follower::{Stretch, Way};
 use super::line::{Obstacle, Wish, next};
 use super::pose::{Numbers, Pose, length};
 use crate::path::{POINTS_MAX, Part, Passing, Path, plan_in};
@@ -112,8 +112,46 @@ impl Polyline {
         }
     }
 
-    /// Where the tool is to be at a time.
-    pub fn pose(&self, time_s: f64) -> Pose {
+    /// The orientation at a share of the line after a way-point.
+    fn turned(&self, after: usize, share: f64) -> [f64; 4] {
+        if self.path.points < 2 { self.quaternion[0] } else { between(self.quaternion[after], self.quaternion[after + 1], share) }
+    }
+
+    /// Velocity and acceleration of the place and of the angle at a time, as the limits see them.
+    fn motion(&self, time_s: f64) -> ([f64; 4], [f64; 4]) {
+        let (mut velocity, mut acceleration) = ([0.0; 4], [0.0; 4]);
+        self.path.evaluate(time_s, &mut [0.0; 4], &mut velocity, &mut acceleration);
+        (velocity, acceleration)
+    }
+
+    /// Whether the limits allow the planned motion at a time to pass at a pace that changes at `slope`.
+    fn fits(&self, time_s: f64, pace: f64, slope: f64) -> bool {
+        let (velocity, planned) = self.motion(time_s);
+        let together = crate::pace::acceleration;
+        let space: [f64; SPACE] = std::array::from_fn(|i| together(velocity[i], planned[i], pace, slope));
+        let angle = together(velocity[SPACE], planned[SPACE], pace, slope);
+        crate::pace::within(length(space), self.acceleration[0]) && crate::pace::within(angle, self.acceleration[1])
+    }
+}
+
+impl Way for Polyline {
+    fn plan(&self) -> f64 {
+        self.path.plan
+    }
+
+    fn ends(&self) -> (&[f64; JOINTS_MAX], &[f64; JOINTS_MAX]) {
+        (&self.from, &self.to)
+    }
+
+    fn duration_s(&self) -> f64 {
+        self.path.duration
+    }
+
+    fn progress(&self, time_s: f64) -> f64 {
+        if time_s >= self.path.duration { 1.0 } else { time_s / self.path.duration }
+    }
+
+    fn pose(&self, time_s: f64) -> Pose {
         let mut place = [0.0; SPACE + 1];
         self.path.evaluate(time_s, &mut place, &mut [0.0; SPACE + 1], &mut [0.0; SPACE + 1]);
         let quaternion = match self.path.part(time_s) {
@@ -127,33 +165,11 @@ impl Polyline {
         Pose { position: [place[0], place[1], place[2]], quaternion }
     }
 
-    /// The orientation at a share of the line after a way-point.
-    fn turned(&self, after: usize, share: f64) -> [f64; 4] {
-        if self.path.points < 2 { self.quaternion[0] } else { between(self.quaternion[after], self.quaternion[after + 1], share) }
-    }
-
-    /// Velocity and acceleration of the place and of the angle at a time, as the limits see them.
-    fn motion(&self, time_s: f64) -> ([f64; 4], [f64; 4]) {
-        let (mut velocity, mut acceleration) = ([0.0; 4], [0.0; 4]);
-        self.path.evaluate(time_s, &mut [0.0; 4], &mut velocity, &mut acceleration);
-        (velocity, acceleration)
-    }
-
-    /// Whether the limits allow a stretch of the path to be gone at a pace that changes so.
-    pub fn allows(&self, stretch: Stretch) -> bool {
+    fn allows(&self, stretch: Stretch) -> bool {
         (0..=PLACES).all(|k| {
             let share = f64::from(k) / f64::from(PLACES);
             self.fits(stretch.time_s + stretch.way_s * share, stretch.pace + (stretch.after - stretch.pace) * share, stretch.slope)
         })
-    }
-
-    /// Whether the limits allow the planned motion at a time to pass at a pace that changes at `slope`.
-    fn fits(&self, time_s: f64, pace: f64, slope: f64) -> bool {
-        let (velocity, planned) = self.motion(time_s);
-        let together = crate::pace::acceleration;
-        let space: [f64; SPACE] = std::array::from_fn(|i| together(velocity[i], planned[i], pace, slope));
-        let angle = together(velocity[SPACE], planned[SPACE], pace, slope);
-        crate::pace::within(length(space), self.acceleration[0]) && crate::pace::within(angle, self.acceleration[1])
     }
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::kinematics::chain::Chain;
-use crate::kinematics::follower::{Follower, Stretch};
+use crate::kinematics::follower::{Asked, Follower, Stretch, Way, check};
 use crate::kinematics::line::Line;
 use crate::kinematics::pose::Pose;
-use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE, NO_PLAN};
+use crate::kinematics::{BAD_CHAIN, BAD_POSE, JOINTS_MAX};
 use crate::pace;
 use crate::profile::{duration_s, evaluate};
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
@@ -69,54 +69,79 @@ impl Step for LineGenerator {
         let n = self.n as usize;
         let (chain, line) = (self.chain, self.line);
         let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
-        if line.plan < 1.0 {
-            return Outcome::Fault(NO_PLAN);
+        if let Err(code) = check(line.plan, line.joints, n) {
+            return Outcome::Fault(code);
         }
-        if line.joints != n as i32 {
-            return Outcome::Fault(BAD_CHAIN);
-        }
-        let (Some(start), Some(goal)) = (Pose::of(&line.start), Pose::of(&line.goal)) else { return Outcome::Fault(BAD_POSE) };
-        let Some(allowed) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
-        let wanted = if self.holding { 0.0 } else { allowed };
-        let span_s = self.follower.begin(line.plan, &line.from, wanted, invocation.time_ns);
-        let way = start.to(&goal);
-        let pose = |time_s| start.along(way, along(&line, time_s).0);
-        if !self.follower.go_on(&arm, span_s, wanted, &self.speed_max[..n], pose, |stretch| allows(&line, stretch)) {
-            self.singular.report(along(&line, self.follower.time_s).0);
-        }
-        self.complete = self.follower.time_s >= duration_s(&line.profile);
-        if self.complete {
-            self.follower.q = line.to;
-            self.finished.report();
-        }
-        if self.holding && (self.follower.pace == 0.0 || self.complete) {
-            self.held.report();
-        }
-        self.setpoint = self.follower.q;
-        self.progress = along(&line, self.follower.time_s).0;
-        self.pose = start.along(way, self.progress).numbers();
+        let Some(way) = Drawn::of(&line) else { return Outcome::Fault(BAD_POSE) };
+        let asked = Asked {
+            r#override: &self.r#override[..n], cell_override: &self.cell_override[..n], holding: self.holding, speed_max: &self.speed_max[..n],
+            time_ns: invocation.time_ns,
+        };
+        let now = match self.follower.follow(&arm, &way, &asked) {
+            Ok(now) => now,
+            Err(code) => return Outcome::Fault(code),
+        };
+        (self.setpoint, self.pose, self.progress, self.complete) = (now.setpoint, now.pose, now.progress, now.complete);
+        now.report(&mut self.finished, &mut self.held, &mut self.singular);
         Outcome::Done
     }
 }
 
-/// s and its rate.
-fn along(line: &Line, time_s: f64) -> (f64, f64) {
-    let (mut s, mut rate) = ([0.0], [0.0]);
-    evaluate(&line.profile, time_s, &mut s, &mut rate);
-    (s[0], rate[0])
+/// A line with what its poses give.
+struct Drawn<'a> {
+    line: &'a Line,
+    start: Pose,
+    way: ([f64; 3], [f64; 3]),
 }
 
-/// Whether the line's acceleration allows a stretch of it to be gone at a pace that changes so.
-fn allows(line: &Line, stretch: Stretch) -> bool {
-    let (begin, end) = (along(line, stretch.time_s).1, along(line, stretch.time_s + stretch.way_s).1);
-    let planned = if stretch.way_s > 0.0 { (end - begin) / stretch.way_s } else { 0.0 };
-    let fits = |rate, at| pace::within(pace::acceleration(rate, planned, at, stretch.slope), line.slope);
-    fits(begin, stretch.pace) && fits(end, stretch.after)
+impl Drawn<'_> {
+    /// `None` where a pose of the line has no unit quaternion.
+    fn of(line: &Line) -> Option<Drawn<'_>> {
+        let (start, goal) = (Pose::of(&line.start)?, Pose::of(&line.goal)?);
+        Some(Drawn { line, start, way: start.to(&goal) })
+    }
+
+    /// s and its rate.
+    fn along(&self, time_s: f64) -> (f64, f64) {
+        let (mut s, mut rate) = ([0.0], [0.0]);
+        evaluate(&self.line.profile, time_s, &mut s, &mut rate);
+        (s[0], rate[0])
+    }
+}
+
+impl Way for Drawn<'_> {
+    fn plan(&self) -> f64 {
+        self.line.plan
+    }
+
+    fn ends(&self) -> (&[f64; JOINTS_MAX], &[f64; JOINTS_MAX]) {
+        (&self.line.from, &self.line.to)
+    }
+
+    fn duration_s(&self) -> f64 {
+        duration_s(&self.line.profile)
+    }
+
+    fn progress(&self, time_s: f64) -> f64 {
+        self.along(time_s).0
+    }
+
+    fn pose(&self, time_s: f64) -> Pose {
+        self.start.along(self.way, self.along(time_s).0)
+    }
+
+    fn allows(&self, stretch: Stretch) -> bool {
+        let (begin, end) = (self.along(stretch.time_s).1, self.along(stretch.time_s + stretch.way_s).1);
+        let planned = if stretch.way_s > 0.0 { (end - begin) / stretch.way_s } else { 0.0 };
+        let fits = |rate, at| pace::within(pace::acceleration(rate, planned, at, stretch.slope), self.line.slope);
+        fits(begin, stretch.pace) && fits(end, stretch.after)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kinematics::NO_PLAN;
     use crate::kinematics::chain::samples::{HOME, six_joints};
     use crate::kinematics::inverse::Ranges;
     use crate::kinematics::line::{Obstacle, Wish, plan_line};

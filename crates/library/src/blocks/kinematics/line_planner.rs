@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::kinematics::chain::Chain;
 use crate::kinematics::inverse::Ranges;
-use crate::kinematics::line::{Line, Obstacle, Wish, plan_line};
+use crate::kinematics::line::{Line, Wish, plan_line};
 use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
 use crate::profile::{Limits, duration_s};
@@ -83,14 +83,11 @@ pub struct LinePlanner {
 }
 
 impl LinePlanner {
-    fn limits(&self, joints: &mut [Limits]) -> Option<(Limits, Limits)> {
-        let positive = |limit: &Limits| [limit.speed, limit.acceleration, limit.jerk].iter().all(|x| x.is_finite() && *x > 0.0);
-        for (i, limit) in joints.iter_mut().enumerate() {
-            *limit = Limits { speed: self.speed_max[i], acceleration: self.acceleration_max[i], jerk: 1.0 };
-        }
+    /// Of the tool's position and of its orientation; `None` where one is not positive.
+    fn limits(&self) -> Option<(Limits, Limits)> {
         let linear = Limits { speed: self.speed, acceleration: self.acceleration, jerk: self.jerk };
         let angular = Limits { speed: self.angular_speed, acceleration: self.angular_acceleration, jerk: self.angular_jerk };
-        (joints.iter().all(positive) && positive(&linear) && positive(&angular)).then_some((linear, angular))
+        (linear.are_positive() && angular.are_positive()).then_some((linear, angular))
     }
 }
 
@@ -100,8 +97,8 @@ impl Step for LinePlanner {
         let chain = self.chain;
         let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
         let (Some(goal), true) = (Pose::of(&self.goal), self.start[..n].iter().all(|q| q.is_finite())) else { return Outcome::Fault(BAD_POSE) };
-        let mut joints = [Limits { speed: 0.0, acceleration: 0.0, jerk: 0.0 }; 16];
-        let Some((linear, angular)) = self.limits(&mut joints[..n]) else { return Outcome::Fault(BAD_LIMIT) };
+        let joints = Limits::of_joints(&self.speed_max[..n], &self.acceleration_max[..n]);
+        let (Some(joints), Some((linear, angular))) = (joints, self.limits()) else { return Outcome::Fault(BAD_LIMIT) };
         let ranges = Ranges { least: &self.position_min[..n], greatest: &self.position_max[..n] };
         let wish = Wish { from: &self.start[..n], goal, linear, angular, joints: &joints[..n], ranges, slowest: self.slowest };
         match plan_line((invocation.number + 1) as f64, &arm, &wish) {
@@ -110,9 +107,7 @@ impl Step for LinePlanner {
                 self.duration = duration_s(&line.profile);
                 return Outcome::Done;
             }
-            Err(Obstacle::Unreachable(distance)) => self.unreachable.report(distance),
-            Err(Obstacle::Limit(joint)) => self.limit.report(joint as i32),
-            Err(Obstacle::Singular(part)) => self.singular.report(part),
+            Err(obstacle) => obstacle.report(&mut self.unreachable, &mut self.limit, &mut self.singular),
         }
         // No line: a generator bound to this one does not move.
         (self.line.plan, self.target, self.duration) = (0.0, self.start, 0.0);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+use crate::kinematics::BAD_CHAIN;
 use crate::kinematics::chain::Chain;
-use crate::kinematics::follower::Follower;
+use crate::kinematics::follower::{Asked, Follower, check};
 use crate::kinematics::polyline::Polyline;
-use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, NO_PLAN};
-use crate::pace;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
 /// Polyline generator: setpoint = q with forward(q) = pose(τ) of a planned path of the tool, τ being running time at the pace of the override.
@@ -67,33 +66,19 @@ impl Step for PolylineGenerator {
         let n = self.n as usize;
         let chain = self.chain;
         let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
-        let line = &self.path;
-        if line.path.plan < 1.0 {
-            return Outcome::Fault(NO_PLAN);
+        if let Err(code) = check(self.path.path.plan, self.path.joints, n) {
+            return Outcome::Fault(code);
         }
-        if line.joints != n as i32 {
-            return Outcome::Fault(BAD_CHAIN);
-        }
-        let Some(allowed) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };
-        let wanted = if self.holding { 0.0 } else { allowed };
-        let duration = line.path.duration;
-        let done = |time_s: f64| if time_s >= duration { 1.0 } else { time_s / duration };
-        let span_s = self.follower.begin(line.path.plan, &line.from, wanted, invocation.time_ns);
-        let followed = self.follower.go_on(&arm, span_s, wanted, &self.speed_max[..n], |time_s| line.pose(time_s), |stretch| line.allows(stretch));
-        if !followed {
-            self.singular.report(done(self.follower.time_s));
-        }
-        self.complete = self.follower.time_s >= duration;
-        if self.complete {
-            self.follower.q = line.to;
-            self.finished.report();
-        }
-        if self.holding && (self.follower.pace == 0.0 || self.complete) {
-            self.held.report();
-        }
-        self.setpoint = self.follower.q;
-        self.progress = done(self.follower.time_s);
-        self.pose = line.pose(self.follower.time_s).numbers();
+        let asked = Asked {
+            r#override: &self.r#override[..n], cell_override: &self.cell_override[..n], holding: self.holding, speed_max: &self.speed_max[..n],
+            time_ns: invocation.time_ns,
+        };
+        let now = match self.follower.follow(&arm, &self.path, &asked) {
+            Ok(now) => now,
+            Err(code) => return Outcome::Fault(code),
+        };
+        (self.setpoint, self.pose, self.progress, self.complete) = (now.setpoint, now.pose, now.progress, now.complete);
+        now.report(&mut self.finished, &mut self.held, &mut self.singular);
         Outcome::Done
     }
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use crate::kinematics::chain::Chain;
 use crate::kinematics::inverse::Ranges;
-use crate::kinematics::line::{Obstacle, Wish};
+use crate::kinematics::line::Wish;
 use crate::kinematics::polyline::{Polyline, plan_polyline, read_poses};
 use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_LIMIT, BAD_POSE};
@@ -88,16 +88,13 @@ pub struct PolylinePlanner {
 }
 
 impl PolylinePlanner {
-    fn limits(&self, joints: &mut [Limits]) -> Option<(Limits, Limits)> {
-        let positive = |limit: &Limits| [limit.speed, limit.acceleration].iter().all(|x| x.is_finite() && *x > 0.0);
-        for (i, limit) in joints.iter_mut().enumerate() {
-            *limit = Limits { speed: self.speed_max[i], acceleration: self.acceleration_max[i], jerk: 1.0 };
-        }
+    /// Of the tool's place and of its orientation; `None` where one is not positive, or a blend is below 0.
+    fn limits(&self) -> Option<(Limits, Limits)> {
         let fastest = self.speed.iter().fold(0.0, |most: f64, s| most.max(*s));
         let linear = Limits { speed: fastest, acceleration: self.acceleration, jerk: 1.0 };
         let angular = Limits { speed: self.angular_speed, acceleration: self.angular_acceleration, jerk: 1.0 };
         let ways = self.speed.iter().all(|s| s.is_finite() && *s > 0.0) && self.blend.iter().all(|b| b.is_finite() && *b >= 0.0);
-        (ways && joints.iter().all(positive) && positive(&linear) && positive(&angular)).then_some((linear, angular))
+        (ways && linear.are_positive() && angular.are_positive()).then_some((linear, angular))
     }
 }
 
@@ -107,8 +104,8 @@ impl Step for PolylinePlanner {
         let chain = self.chain;
         let Some(arm) = chain.read(n) else { return Outcome::Fault(BAD_CHAIN) };
         let (Ok(poses), true) = (read_poses(&self.poses), self.start[..n].iter().all(|q| q.is_finite())) else { return Outcome::Fault(BAD_POSE) };
-        let mut joints = [Limits { speed: 0.0, acceleration: 0.0, jerk: 1.0 }; 16];
-        let Some((linear, angular)) = self.limits(&mut joints[..n]) else { return Outcome::Fault(BAD_LIMIT) };
+        let joints = Limits::of_joints(&self.speed_max[..n], &self.acceleration_max[..n]);
+        let (Some(joints), Some((linear, angular))) = (joints, self.limits()) else { return Outcome::Fault(BAD_LIMIT) };
         let passing: [Passing; POINTS_MAX] = std::array::from_fn(|k| Passing { blend: self.blend[k], speed: self.speed[k] });
         let ranges = Ranges { least: &self.position_min[..n], greatest: &self.position_max[..n] };
         let wish = Wish { from: &self.start[..n], goal: Pose::IDENTITY, linear, angular, joints: &joints[..n], ranges, slowest: self.slowest };
@@ -119,11 +116,7 @@ impl Step for PolylinePlanner {
             }
             Err((at, obstacle)) => {
                 self.refused = at as i32;
-                match obstacle {
-                    Obstacle::Unreachable(distance) => self.unreachable.report(distance),
-                    Obstacle::Limit(joint) => self.limit.report(joint as i32),
-                    Obstacle::Singular(part) => self.singular.report(part),
-                }
+                obstacle.report(&mut self.unreachable, &mut self.limit, &mut self.singular);
             }
         }
         // No path: a generator bound to this one does not move.

@@ -109,10 +109,8 @@ impl Step for MotionGenerator {
         let n = self.n as usize;
         let first = self.before_ns < 0;
         if first {
-            if !self.start[..n].iter().chain(&self.start_velocity[..n]).all(|x| x.is_finite()) {
-                return Outcome::Fault(NOT_FINITE);
-            }
-            self.motion = Motion::at(&self.start[..n], &self.start_velocity[..n]);
+            let Some(motion) = Motion::begin(&self.start[..n], &self.start_velocity[..n]) else { return Outcome::Fault(NOT_FINITE) };
+            self.motion = motion;
             self.origin = self.start;
         }
         let Some(rate) = pace::allowed(&self.r#override[..n], &self.cell_override[..n]) else { return Outcome::Fault(BAD_LIMIT) };

@@ -65,14 +65,10 @@ pub struct PathPlanner {
 impl Step for PathPlanner {
     fn step(&mut self, invocation: &Invocation) -> Outcome {
         let n = self.n as usize;
-        let mut limits = [Limits { speed: 0.0, acceleration: 0.0, jerk: 1.0 }; 16];
-        for (i, limit) in limits[..n].iter_mut().enumerate() {
-            (limit.speed, limit.acceleration) = (self.speed_max[i], self.acceleration_max[i]);
-        }
         let positive = |x: &f64| x.is_finite() && *x > 0.0;
-        if !limits[..n].iter().all(|l| positive(&l.speed) && positive(&l.acceleration)) || !self.speed.iter().all(positive) {
+        let (Some(limits), true) = (Limits::of_joints(&self.speed_max[..n], &self.acceleration_max[..n]), self.speed.iter().all(positive)) else {
             return Outcome::Fault(BAD_LIMIT);
-        }
+        };
         let finite = |q: &[f64; 16]| q[..n].iter().all(|x| x.is_finite());
         if !finite(&self.start) || !self.points.iter().all(finite) || !self.blend.iter().all(|b| b.is_finite() && *b >= 0.0) {
             return Outcome::Fault(NOT_FINITE);
