@@ -1,18 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Exchanges of our main device and of SOEM (pysoem) with one emulated segment, in turns. Runs in a network namespace of its own, where it
-makes a veth pair: `unshare --net python ethercat_peer.py EXCHANGE DRIVES ROUNDS TIMES` prints a list of rounds, ns."""
+"""An independent EtherCAT main device, SOEM by pysoem, on the interface `ec0`: what an exchange of its takes."""
 
 from __future__ import annotations
 
-import json
 import statistics
-import subprocess
-import sys
 import time
 
 import pysoem
-
-from opengpac.drivers import fake
 
 PATIENCE_US = 10_000_000
 CONTROL, MODE = 0, 12
@@ -20,7 +14,7 @@ VELOCITY = 9
 
 
 def soem(times: int) -> float:
-    """The median exchange of a main device that nobody here wrote, its drives in operation."""
+    """The median exchange of so many, ns, with all drives in operation."""
     main = pysoem.Master()
     main.open("ec0")
     main.config_init()
@@ -48,20 +42,3 @@ def soem(times: int) -> float:
     main.write_state()
     main.close()
     return statistics.median(spans)
-
-
-def main() -> None:
-    exchange, drives, rounds, times = sys.argv[1], *map(int, sys.argv[2:])
-    for words in ("link add ec0 type veth peer name ec1", "link set ec0 up", "link set ec1 up"):
-        subprocess.run(["ip", *words.split()], check=True)
-    measured: list[dict[str, float]] = []
-    with fake.ethercat(*({"name": f"d{number}", "watchdog": False} for number in range(drives)), interface="ec1"):
-        for _ in range(rounds):
-            peer = soem(times)
-            run = subprocess.run([exchange, "ec0", str(drives), str(times)], check=True, capture_output=True, text=True)
-            measured.append({"ours": float(run.stdout), "peer": peer})
-    print(json.dumps(measured))
-
-
-if __name__ == "__main__":
-    main()

@@ -338,3 +338,29 @@ class Calls(Asking):
     def stop_recording(self, recording: int) -> Any:
         """Ends a recording. Returns how it stands; where it still runs, it is to be called again."""
         return self._ask("stop_recording", {"recording": recording})
+
+    def recordings(self, folder: str | None = None) -> list[Any]:
+        """Returns the recordings of a folder, the newest first."""
+        return self._ask("recordings", {"folder": folder})
+
+    def recorded(self, path: str) -> Any:
+        """Returns what a recording is: when, of what, how it ended. One that is under way is told as far as
+        it is on the disk."""
+        return self._ask("recorded", {"path": path})
+
+    def recorded_at(self, path: str, time_ns: int, names: list[str] | None = None, topics: list[str] | None = None, known: dict[str, Any] | None = None) -> Any:
+        """Returns what was at a time of a recording."""
+        return self._ask("recorded_at", {"path": path, "time_ns": time_ns, "names": names, "topics": topics, "known": known})
+
+    def recorded_messages(self, path: str, topic: str, since: int | None = None) -> Any:
+        """Returns messages of a channel that has no values, `/log`, `/ends`, …"""
+        return self._ask("recorded_messages", {"path": path, "topic": topic, "since": since})
+
+    def recorded_span(self, path: str, names: list[str], from_ns: int, to_ns: int, columns: int, since: int | None = None) -> Any:
+        """Returns SVVs and cells over a span of a recording, drawn together into columns, with exact sums."""
+        return self._ask("recorded_span", {"path": path, "names": names, "from_ns": from_ns, "to_ns": to_ns, "columns": columns, "since": since})
+
+    def recorded_firing(self, path: str, time_ns: int, back: bool | None = None) -> int | None:
+        """Returns the time of the next firing of a recording that stored a value, or of the one before; null
+        where there is none."""
+        return self._ask("recorded_firing", {"path": path, "time_ns": time_ns, "back": back})

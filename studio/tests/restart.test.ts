@@ -72,7 +72,7 @@ test("a recording is begun from the page, seen to grow, and stopped", async () =
   await row.getByText("records", { exact: true }).waitFor();
   await row.getByRole("button", { name: "Stop" }).click();
   await row.getByText("complete").waitFor();
-  expect(await row.locator("td.number").first().textContent()).toMatch(/[1-9].* (B|KiB|MiB)$/);
+  expect(await row.locator("td.number").last().textContent()).toMatch(/[1-9].* (B|KiB|MiB)$/);
   expect(statSync(join(folder, "run.mcap")).size).toBeGreaterThan(0);
   // A name with a folder in it is refused: the words of the system stand beside the button.
   await page.getByLabel("File").fill("no/such.mcap");

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Self
 
+import axis_benches
 import opengpac as gpac
 
 PATIENT = "10 s"
@@ -123,6 +124,22 @@ class _Servos(Bench):
         self.bus.close()
 
 
+class _EtherCat(axis_benches.Axis, Bench):
+    def __init__(self) -> None:
+        super().__init__(gpac.drivers.fake.ethercat("a"))
+
+    def driver(self) -> gpac.drivers.Driver:
+        return axis_benches.ethercat(self.address)
+
+
+class _CanOpen(axis_benches.Axis, Bench):
+    def __init__(self) -> None:
+        super().__init__(gpac.drivers.fake.canopen("a"))
+
+    def driver(self) -> gpac.drivers.Driver:
+        return axis_benches.canopen(self.address)
+
+
 class _Python(Bench):
     """Its process is the counterpart: a furnace that writes down what happens to it."""
 
@@ -179,13 +196,16 @@ BENCHES = {
     "text": _Text,
     "feetech": lambda: _Servos("feetech"),
     "dynamixel": lambda: _Servos("dynamixel"),
+    "ethercat": _EtherCat,
+    "canopen": _CanOpen,
     "python": _Python,
 }
 """What a counterpart is made by, for each driver."""
 
 DRIVERS = {
     "modbus": modbus, "text": text, "feetech": lambda address: servos("feetech", address),
-    "dynamixel": lambda address: servos("dynamixel", address), "python": python,
+    "dynamixel": lambda address: servos("dynamixel", address), "python": python, "ethercat": axis_benches.ethercat,
+    "canopen": axis_benches.canopen,
 }  # fmt: skip
 """The driver for an address."""
 

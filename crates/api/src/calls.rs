@@ -6,6 +6,7 @@ mod configuration;
 mod devices;
 mod instances;
 mod observation;
+mod recorded;
 mod recordings;
 mod software;
 mod values;
@@ -15,7 +16,7 @@ use std::collections::HashMap;
 use std::sync::{LazyLock, OnceLock};
 
 /// The calls by subject.
-const SUBJECTS: [&[Call]; 9] = [
+const SUBJECTS: [&[Call]; 10] = [
     configuration::CONFIGURATION,
     software::SOFTWARE,
     devices::DEVICES,
@@ -25,6 +26,7 @@ const SUBJECTS: [&[Call]; 9] = [
     alarms::ALARMS,
     observation::OBSERVATION,
     recordings::RECORDINGS,
+    recorded::RECORDED,
 ];
 
 static BY_NAME: LazyLock<HashMap<&str, &Call>> = LazyLock::new(|| SUBJECTS.into_iter().flatten().map(|call| (call.name, call)).collect());

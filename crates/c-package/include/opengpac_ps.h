@@ -268,6 +268,30 @@ void opengpac_close(opengpac_system *system);
  *       Returns how a recording stands.
  *   stop_recording(recording) -> RecordingSummary
  *       Ends a recording. Returns how it stands; where it still runs, it is to be called again.
+ *   recordings([folder]) -> list of RecordingFile
+ *       Returns the recordings of a folder, the newest first.
+ *         folder: Over the control interface it is the daemon's own, and is left out.
+ *   recorded(path) -> Recorded
+ *       Returns what a recording is: when, of what, how it ended. One that is under way is told as far as it
+ *       is on the disk.
+ *   recorded_at(path, time_ns, [names], [topics], [known]) -> RecordedAt
+ *       Returns what was at a time of a recording.
+ *         time_ns: On the system's clock.
+ *         names: Names of SVVs and cells.
+ *         topics: Names of other channels, `/installed`, `/statistics`, `/alarms`, …
+ *         known: Times of the messages that the caller has, by channel: they are not told again.
+ *   recorded_messages(path, topic, [since]) -> RecordedMessages
+ *       Returns messages of a channel that has no values, `/log`, `/ends`, …
+ *         since: The number of the first one.
+ *   recorded_span(path, names, from_ns, to_ns, columns, [since]) -> RecordedSpan
+ *       Returns SVVs and cells over a span of a recording, drawn together into columns, with exact sums.
+ *         columns: Columns of each channel, 10,000 at the most: as many values as lie in one are drawn
+ *         together.
+ *         since: The `next` of the part before.
+ *   recorded_firing(path, time_ns, [back]) -> integer or null
+ *       Returns the time of the next firing of a recording that stored a value, or of the one before; null
+ *       where there is none.
+ *         back: The one before.
  * ---- end of the calls ----
  *
  * A verb: {"name", "blocks": {label: {"block": {"subroutine": "library.pid"}, "constants": {}}}, "instantiation_parameters": {name: [ports]},

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Reads and writes objects of nodes, one after another, beside the cycle.
 use crate::frame::{Came, Frame};
-use crate::link::{Link, Place};
+use crate::link::Link;
 use crate::message::{self, Message};
 use crate::nmt::NODE_MAX;
+use crate::place::Place;
 use crate::sdo::{Answered, TIMEOUT, Transfer};
 use cia402::{Entry, abort_name};
 use std::fmt;
@@ -31,10 +32,10 @@ pub enum Refused {
 impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Refused::Silent => write!(f, "does not answer"),
-            Refused::Aborted(code) => write!(f, "refuses with {code:#010x}, {}", abort_name(*code)),
-            Refused::Broken => write!(f, "answers what is no SDO"),
-            Refused::Link(error) => write!(f, "is not reached: {error}"),
+            Refused::Silent => write!(f, "it does not answer"),
+            Refused::Aborted(code) => write!(f, "it refuses with {code:#010x}, {}", abort_name(*code)),
+            Refused::Broken => write!(f, "it answers what is no SDO"),
+            Refused::Link(error) => write!(f, "it is not reached: {error}"),
         }
     }
 }

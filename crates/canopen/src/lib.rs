@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! CANopen: drives by CiA 402 as axes, and an emulated bus that stands for them.
+//! CANopen: drives by CiA 402 as axes, modules of inputs and outputs by CiA 401, and an emulated bus that stands for them.
 //!
 //! | | |
 //! |---|---|
 //! | [`frame`], [`message`], [`sdo`], [`nmt`], [`pdo`] | frames of CAN and what they say by CiA 301: functions over bytes |
-//! | [`link`] | what carries frames: SocketCAN, a local socket, an emulated bus of this process |
+//! | [`link`], [`place`] | what carries frames: SocketCAN, a local socket, an emulated bus of this process |
+//! | [`eds`] | electronic data sheets: the objects of a device by name |
 //! | [`client`] | reads and writes objects of nodes, beside the cycle |
-//! | [`DRIVER`] | the driver `canopen`: an axis for each drive |
+//! | [`DRIVER`] | the driver `canopen`: an axis for each drive, channels for each module |
 //! | [`emulator`] | an emulated bus |
 pub mod client;
 mod driver;
+pub mod eds;
 pub mod emulator;
 pub mod frame;
 pub mod link;
 pub mod message;
 pub mod nmt;
 pub mod pdo;
+pub mod place;
 pub mod sdo;
 
 pub use driver::DRIVER;

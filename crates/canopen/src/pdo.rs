@@ -6,11 +6,18 @@ use cia402::{Entry, Mode};
 pub type Word = u32;
 
 pub const CONTROL: Word = 0x6040_0010;
+pub const MODE: Word = 0x6060_0008;
 pub const STATUS: Word = 0x6041_0010;
 pub const POSITION: Word = 0x6064_0020;
 pub const VELOCITY: Word = 0x606C_0020;
 pub const TORQUE: Word = 0x6077_0010;
 pub const ERROR: Word = 0x603F_0010;
+pub const MODE_SHOWN: Word = 0x6061_0008;
+
+/// PDOs of a direction.
+pub const PDOS: usize = 4;
+/// Bytes of a PDO at most.
+pub const LEN_MAX: usize = 8;
 
 /// One PDO of a node: its objects in their order, at most 8 bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -18,24 +25,37 @@ pub struct Pdo {
     pub words: Vec<Word>,
 }
 
-/// What the controller sends to a drive: PDO 1.
-pub fn outputs(mode: Mode) -> Pdo {
-    let target = match mode {
+/// The PDOs of a node in one direction; one without objects is not used.
+pub type Pdos = [Pdo; PDOS];
+
+/// The target of a drive in a mode.
+pub fn target(mode: Mode) -> Word {
+    match mode {
         Mode::Velocity => 0x60FF_0020,
         Mode::Torque => 0x6071_0010,
         Mode::Position | Mode::Homing => 0x607A_0020,
-    };
-    Pdo { words: vec![CONTROL, target] }
+    }
+}
+
+/// What the controller sends to a drive: PDO 1, and PDO 2 where it serves a brake.
+pub fn outputs(mode: Mode, brake: Option<Word>) -> Pdos {
+    let mut pdos = Pdos::default();
+    pdos[0].words = vec![CONTROL, target(mode), MODE];
+    pdos[1].words = brake.into_iter().collect();
+    pdos
 }
 
 /// What a drive sends: PDO 1 and 2.
-pub fn inputs() -> [Pdo; 2] {
-    [Pdo { words: vec![STATUS, POSITION, TORQUE] }, Pdo { words: vec![VELOCITY, ERROR] }]
+pub fn inputs() -> Pdos {
+    let mut pdos = Pdos::default();
+    pdos[0].words = vec![STATUS, POSITION, TORQUE];
+    pdos[1].words = vec![VELOCITY, ERROR, MODE_SHOWN];
+    pdos
 }
 
 /// Whether a drive may lack it.
 pub fn is_optional(word: Word) -> bool {
-    matches!(word, TORQUE | VELOCITY | ERROR)
+    matches!(word, TORQUE | VELOCITY | ERROR | MODE | MODE_SHOWN)
 }
 
 /// The entry of an object.
@@ -60,17 +80,19 @@ impl Pdo {
     }
 }
 
-fn len(word: Word) -> usize {
+/// Bytes of an object.
+pub fn len(word: Word) -> usize {
     (word & 0xFF) as usize / 8
 }
 
-/// A signed number of 2 or 4 bytes in process data; 0 where it is not. Real-time safe.
-pub fn number(bytes: &[u8], at: Option<usize>, len: usize) -> i32 {
-    let part = at.and_then(|at| bytes.get(at..at + len));
-    match part {
-        Some([a, b]) => i32::from(i16::from_le_bytes([*a, *b])),
-        Some([a, b, c, d]) => i32::from_le_bytes([*a, *b, *c, *d]),
-        _ => 0,
+/// An object in process data, as a signed number of 1, 2 or 4 bytes; none: it is not there. Real-time safe.
+pub fn number(bytes: &[u8], pdo: &Pdo, of: Word) -> Option<i32> {
+    let at = pdo.at(of)?;
+    match bytes.get(at..at + len(of))? {
+        [a] => Some((*a as i8).into()),
+        [a, b] => Some(i16::from_le_bytes([*a, *b]).into()),
+        [a, b, c, d] => Some(i32::from_le_bytes([*a, *b, *c, *d])),
+        _ => None,
     }
 }
 
@@ -79,11 +101,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_of_a_drive_fits_into_three_frames() {
-        let [first, second] = inputs();
-        assert_eq!((outputs(Mode::Position).len(), first.len(), second.len()), (6, 8, 6));
+    fn all_of_a_drive_fits_into_four_frames() {
+        let [first, second, ..] = inputs();
+        let [told, brake, ..] = outputs(Mode::Position, Some(0x60FE_0120));
+        assert_eq!((told.len(), brake.len(), first.len(), second.len()), (7, 4, 8, 7));
         assert_eq!((first.at(STATUS), first.at(TORQUE), second.at(ERROR), first.at(ERROR)), (Some(0), Some(6), Some(4), None));
-        assert_eq!(number(&[0, 0, 0xFE, 0xFF], Some(2), 2), -2);
-        assert_eq!(number(&[0, 0], Some(1), 4), 0);
+        let bytes = [0x37, 0x02, 0xFE, 0xFF, 0xFF, 0xFF, 5, 0];
+        assert_eq!((number(&bytes, &first, POSITION), number(&bytes, &first, ERROR), number(&bytes[..5], &first, POSITION)), (Some(-2), None, None));
     }
 }

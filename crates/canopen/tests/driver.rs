@@ -21,7 +21,7 @@ fn drives_come_to_operation_and_nothing_moves_before_it_is_engaged() {
 }
 
 #[test]
-fn an_axis_follows_its_goal_at_its_greatest_speed_and_holds_where_it_is_left() {
+fn an_axis_follows_its_goal_at_its_maximum_speed_and_holds_where_it_is_left() {
     let mut rig = Rig::new();
     let mut before = 1.0;
     for _ in 0..100 {
@@ -122,7 +122,7 @@ fn without_its_controller_a_drive_stops_by_itself() {
     assert_eq!(rig.driver.watchdog_ns(), Some(100_000_000));
     rig.now_ns += 150_000_000;
     let lost = rig.exchange(&[Some(1.0)]).unwrap_err().message;
-    assert_eq!(lost, "its drives have stopped by themselves: no command came for their timeout of 100 ms");
+    assert_eq!(lost, "its nodes have stopped by themselves: no command came for their timeout of 100 ms");
     assert_eq!((rig.bus.with(|bus| bus.number(X, 0x603F, 0)) as u16, rig.bus.with(|bus| bus.state(X))), (0x8130, "pre-operational".to_owned()));
     rig.reset();
     rig.until(&[Some(1.0)], "in operation again", |rig| rig.status("x") == OPERATION_ENABLED);
@@ -189,12 +189,12 @@ fn objects_are_read_and_written_beside_the_cycle() {
     let mut rig = Rig::new();
     let read = |rig: &Rig, index: u32| rig.call("read_object", json!({ "axis": "y", "index": index }));
     assert_eq!(read(&rig, 0x1008).unwrap()["text"], "second");
-    assert!(read(&rig, 0x100A).unwrap()["text"].as_str().unwrap().starts_with("emulated drive of OpenGPAC"), "in segments");
+    assert!(read(&rig, 0x100A).unwrap()["text"].as_str().unwrap().starts_with("emulated node of OpenGPAC"), "in segments");
     rig.exchange(&[]).unwrap();
     rig.call("write_object", json!({ "axis": "y", "index": 0x6065, "value": 777, "bits": 32 })).unwrap();
     assert_eq!(read(&rig, 0x6065).unwrap()["number"], 777);
     rig.call("save", json!({ "axis": "y" })).unwrap();
-    assert_eq!(read(&rig, 0x5555).unwrap_err(), "axis 'y' (node 6) refuses with 0x06020000, the object does not exist");
+    assert_eq!(read(&rig, 0x5555).unwrap_err(), "axis 'y' (node 6): it refuses with 0x06020000, the object does not exist");
     assert_eq!(rig.call("read_object", json!({ "axis": "z", "index": 1 })).unwrap_err(), "there is no axis 'z'; the axes are x, y");
     let wrong = rig.call("nmt", json!({ "axis": "x", "command": "go" })).unwrap_err();
     assert_eq!(wrong, "command is start, stop, pre_operational, reset or reset_communication");

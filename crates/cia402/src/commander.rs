@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The side that commands a drive: which control word and which target it is told in each cycle.
-use crate::{DISABLE_VOLTAGE, DriveState, Mode, QUICK_STOP, RESET};
+//! The side that commands a drive: which control word, which mode and which target it is told in each cycle.
+use crate::brake::{Brake, BrakeOptions};
+use crate::homing::{ANSWERS, Homed, Homing, HomingStep};
+use crate::states::{DISABLE_VOLTAGE, DriveState, ENABLE, Mode, QUICK_STOP, RESET};
 
 /// Scales and limits of an axis.
 #[derive(Clone, Copy, Debug)]
@@ -16,11 +18,26 @@ pub struct Scale {
     pub rated_torque: f64,
 }
 
-/// What a drive is told. It is switched on while it is engaged, its target begins where it is, and it comes to rest when it is stopped.
+/// What a drive is told until the next cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Told {
+    pub control: u16,
+    pub mode: Mode,
+    /// In the drive's own units; of a torque only 16 bits are used.
+    pub target: i32,
+    /// What the output of its brake carries; none: it has none, or its drive serves it.
+    pub brake: Option<u32>,
+}
+
+/// Decides what a drive is told. It is switched on while it is engaged, its target begins where it is, and it comes to rest when it is
+/// stopped. A brake is released only while the motor holds the axis, and the motor holds the axis until the brake has closed.
 #[derive(Clone, Debug)]
 pub struct Commander {
     scale: Scale,
+    status: u16,
     state: DriveState,
+    /// The mode that the drive says it is in.
+    mode: i8,
     /// Counts: where it is, and what it is told.
     position: f64,
     target: f64,
@@ -30,18 +47,51 @@ pub struct Commander {
     is_stopped: bool,
     /// It has been in operation since it was engaged.
     was_enabled: bool,
+    /// Cycles for which a status that says "in operation" may still be the one from before it was told to leave.
+    stale: u32,
     resets: bool,
+    homing: Option<Homing>,
+    homed: Homed,
+    brake: Option<Brake>,
 }
 
+/// No axis is faster, in whatever it is counted: what is multiplied by a time stays a number.
+const SPEED_MAX: f64 = 1e15;
+
 impl Commander {
-    pub fn new(scale: Scale) -> Commander {
-        Commander { scale, state: DriveState::NotReady, position: 0.0, target: 0.0, is_wanted: false, is_stopped: false, was_enabled: false, resets: false }
+    pub fn new(scale: Scale, brake: Option<BrakeOptions>) -> Commander {
+        Commander {
+            scale,
+            status: 0,
+            state: DriveState::NotReady,
+            mode: 0,
+            position: 0.0,
+            target: 0.0,
+            is_wanted: false,
+            is_stopped: false,
+            was_enabled: false,
+            stale: 0,
+            resets: false,
+            homing: None,
+            homed: Homed::No,
+            brake: brake.map(Brake::new),
+        }
     }
 
-    /// Takes its status word, and where it is (counts).
-    pub fn see(&mut self, status: u16, position: i32) {
-        (self.state, self.position) = (DriveState::of(status), f64::from(position));
-        self.was_enabled = self.is_wanted && (self.was_enabled || self.state == DriveState::OperationEnabled);
+    /// Takes its status word, where it is (counts), and the mode that it says it is in; 0 where it does not say.
+    pub fn see(&mut self, status: u16, position: i32, mode: i8) {
+        (self.status, self.state, self.position, self.mode) = (status, DriveState::of(status), f64::from(position), mode);
+        let is_enabled = self.state == DriveState::OperationEnabled;
+        self.stale = if is_enabled { self.stale.saturating_sub(1) } else { 0 };
+        self.was_enabled = self.is_wanted && (self.was_enabled || is_enabled && self.stale == 0);
+    }
+
+    pub fn scale(&self) -> Scale {
+        self.scale
+    }
+
+    pub fn status(&self) -> u16 {
+        self.status
     }
 
     pub fn state(&self) -> DriveState {
@@ -83,41 +133,114 @@ impl Commander {
         self.resets = true;
     }
 
+    /// Begins to look for its home. Nobody has it engaged.
+    pub fn home(&mut self) {
+        (self.is_wanted, self.was_enabled) = (false, false);
+        (self.homing, self.homed) = (Some(Homing::default()), Homed::GoingOn);
+    }
+
+    pub fn homed(&self) -> Homed {
+        self.homed
+    }
+
+    /// Ends a search for its home.
+    pub fn leave_homing(&mut self) {
+        if self.homing.take().is_some() {
+            self.homed = Homed::Failed;
+        }
+    }
+
     /// Comes to rest, until nobody engages it any more.
     pub fn stop(&mut self) {
+        self.leave_homing();
+        if let Some(brake) = &mut self.brake {
+            brake.tell(false, 0.0);
+        }
         (self.is_wanted, self.is_stopped, self.was_enabled) = (false, true, false);
     }
 
-    /// The control word and the target (in the drive's own units) until the next cycle, which comes after `span_s`.
-    pub fn tell(&mut self, command: f64, is_engaged: bool, span_s: f64) -> (u16, f64) {
+    /// What it is told until the next cycle, which comes after `span_s`. Real-time safe.
+    pub fn tell(&mut self, command: f64, is_engaged: bool, span_s: f64) -> Told {
+        if is_engaged && self.homing.is_some() {
+            // What engages it expects that it follows.
+            self.stop();
+        }
         self.is_stopped &= is_engaged;
         let is_torque = self.scale.mode == Mode::Torque;
         self.is_wanted = !self.is_stopped && (is_engaged || self.is_wanted && !is_torque);
         self.was_enabled &= self.is_wanted;
-        let is_moving = is_engaged && command.is_finite() && self.state == DriveState::OperationEnabled && self.is_wanted;
+        let is_held = self.state == DriveState::OperationEnabled && (self.is_wanted || self.homing.is_some());
+        if let Some(brake) = &mut self.brake {
+            brake.tell(is_held, span_s);
+        }
+        let is_open = self.brake.is_none_or(|brake| brake.is_open());
+        let is_moving = is_engaged && command.is_finite() && is_held && is_open;
         let target = self.target(is_moving.then_some(command), span_s);
-        (self.control(), target)
+        self.told(target)
     }
 
-    /// The same without a command: its target is where it is.
-    pub fn tell_idle(&mut self) -> (u16, f64) {
+    /// The same without a command: its target is where it is. Real-time safe.
+    pub fn tell_idle(&mut self) -> Told {
         self.target = self.position;
-        let target = if self.scale.mode == Mode::Position { self.position } else { 0.0 };
-        (self.control(), target)
+        self.told(self.rest())
+    }
+
+    /// What somebody else tells it where this process is gone: a quick stop, with the brake closed. No drive goes to its target while it stops;
+    /// one that did would not leave where it was.
+    pub fn last_words(&self) -> Told {
+        let closed = self.brake.map(|mut brake| {
+            brake.tell(false, 0.0);
+            brake.word()
+        });
+        Told { control: QUICK_STOP, mode: self.scale.mode, target: self.rest().round() as i32, brake: closed }
+    }
+
+    /// The target of an axis that does not move.
+    fn rest(&self) -> f64 {
+        if self.scale.mode == Mode::Position { self.position } else { 0.0 }
+    }
+
+    fn told(&mut self, target: f64) -> Told {
+        let control = self.control();
+        if self.state == DriveState::OperationEnabled && control != ENABLE && self.homing.is_none() {
+            self.stale = ANSWERS;
+        }
+        let target = if self.scale.mode == Mode::Torque { i32::from(target.round() as i16) } else { target.round() as i32 };
+        let mode = if self.homing.is_some() { Mode::Homing } else { self.scale.mode };
+        Told { control, mode, target, brake: self.brake.map(|brake| brake.word()) }
     }
 
     fn control(&mut self) -> u16 {
         if std::mem::take(&mut self.resets) && self.state == DriveState::Fault {
             return RESET;
         }
+        let (is_open, is_closed) = self.brake.map_or((true, true), |brake| (brake.is_open(), brake.is_closed()));
+        if self.homing.is_some() && self.state == DriveState::OperationEnabled && !is_open {
+            return ENABLE;
+        }
+        if let Some(homing) = &mut self.homing {
+            match homing.step(self.status, self.mode) {
+                HomingStep::Tell(control) => return control,
+                HomingStep::Attained => self.homed = Homed::Yes,
+                HomingStep::Failed => self.homed = Homed::Failed,
+            }
+            self.homing = None;
+        }
         match (self.is_stopped, self.is_wanted) {
-            (true, _) if matches!(self.state, DriveState::OperationEnabled | DriveState::QuickStopActive) => QUICK_STOP,
+            (true, _) if self.is_powered() && (self.brake.is_none() || !is_closed) => QUICK_STOP,
+            // The motor holds the axis until its brake has closed.
+            (false, _) if self.state == DriveState::QuickStopActive && !is_closed => QUICK_STOP,
+            (false, false) if self.state == DriveState::OperationEnabled && !is_closed => ENABLE,
             (false, true) => self.state.towards_operation(),
-            _ => DISABLE_VOLTAGE,
+            (true, _) | (false, false) => DISABLE_VOLTAGE,
         }
     }
 
-    /// Never further than its greatest speed leads in the time.
+    fn is_powered(&self) -> bool {
+        matches!(self.state, DriveState::OperationEnabled | DriveState::QuickStopActive)
+    }
+
+    /// Never further than its maximum speed leads in the time.
     fn target(&mut self, command: Option<f64>, span_s: f64) -> f64 {
         let Scale { mode, counts, offset, speed_max, rated_torque } = self.scale;
         match mode {
@@ -126,10 +249,9 @@ impl Commander {
                     // Where it is: so it does not jump when it comes into operation.
                     self.target = self.position;
                 } else if let Some(position) = command {
-                    // Without a limit of speed there is none, whatever the time.
-                    let most = if speed_max.is_finite() { (speed_max * counts.abs() * span_s).max(0.0) } else { f64::INFINITY };
-                    let wish = (position * counts + offset).clamp(f64::from(i32::MIN), f64::from(i32::MAX));
-                    self.target += (wish - self.target).clamp(-most, most);
+                    let step_max = (speed_max * counts.abs()).min(SPEED_MAX) * span_s;
+                    let wish = (position * counts + offset).clamp(i32::MIN.into(), i32::MAX.into());
+                    self.target += (wish - self.target).clamp(-step_max, step_max);
                 }
                 self.target
             }
@@ -142,50 +264,83 @@ impl Commander {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ENABLE, SHUT_DOWN, SWITCH_ON};
+    use crate::states::{SHUT_DOWN, SWITCH_ON};
 
     const OFF: u16 = 0x50;
     const ENABLED: u16 = 0x37;
 
     fn commander(mode: Mode) -> Commander {
-        Commander::new(Scale { mode, counts: -1000.0, offset: 500.0, speed_max: 2.0, rated_torque: 4.0 })
+        Commander::new(Scale { mode, counts: -1000.0, offset: 500.0, speed_max: 2.0, rated_torque: 4.0 }, None)
+    }
+
+    fn told(of: &mut Commander, command: f64, is_engaged: bool) -> (u16, i32) {
+        let Told { control, target, .. } = of.tell(command, is_engaged, 0.01);
+        (control, target)
     }
 
     #[test]
     fn an_axis_comes_into_operation_where_it_is_and_moves_no_faster_than_it_may() {
         let mut x = commander(Mode::Position);
         for (status, control) in [(OFF, SHUT_DOWN), (0x31, SWITCH_ON), (0x33, ENABLE)] {
-            x.see(status, 400);
-            assert_eq!(x.tell(9.0, true, 0.01), (control, 400.0));
+            x.see(status, 400, 0);
+            assert_eq!(told(&mut x, 9.0, true), (control, 400));
         }
-        x.see(ENABLED, 400);
-        assert_eq!(x.tell(9.0, true, 0.01), (ENABLE, 380.0));
-        assert_eq!(x.tell(f64::NAN, true, 0.01), (ENABLE, 380.0));
-        assert_eq!(x.tell(0.0, false, 0.01), (ENABLE, 380.0), "nobody engages it: it holds");
+        x.see(ENABLED, 400, 0);
+        assert_eq!(told(&mut x, 9.0, true), (ENABLE, 380));
+        assert_eq!(told(&mut x, f64::NAN, true), (ENABLE, 380));
+        assert_eq!(told(&mut x, 0.0, false), (ENABLE, 380), "nobody engages it: it holds");
     }
 
     #[test]
     fn a_stop_lasts_until_nobody_engages_it() {
         let mut x = commander(Mode::Velocity);
-        x.see(ENABLED, 0);
-        assert_eq!(x.tell(1.0, true, 0.01), (ENABLE, -1000.0));
+        x.see(ENABLED, 0, 0);
+        assert_eq!(told(&mut x, 1.0, true), (ENABLE, -1000));
         x.stop();
-        assert_eq!(x.tell(1.0, true, 0.01), (QUICK_STOP, 0.0));
-        x.see(OFF, 0);
-        assert_eq!(x.tell(1.0, true, 0.01), (DISABLE_VOLTAGE, 0.0));
-        x.tell(0.0, false, 0.01);
-        assert_eq!(x.tell(1.0, true, 0.01).0, SHUT_DOWN);
+        assert_eq!(told(&mut x, 1.0, true), (QUICK_STOP, 0));
+        x.see(OFF, 0, 0);
+        assert_eq!(told(&mut x, 1.0, true), (DISABLE_VOLTAGE, 0));
+        told(&mut x, 0.0, false);
+        assert_eq!(told(&mut x, 1.0, true).0, SHUT_DOWN);
     }
 
     #[test]
     fn one_that_leaves_operation_by_itself_is_not_switched_on_again_unseen() {
         let mut x = commander(Mode::Torque);
-        x.see(OFF, 0);
+        x.see(OFF, 0, 0);
         x.tell(0.0, true, 0.01);
         assert!(!x.has_dropped(), "it is on its way");
-        x.see(ENABLED, 0);
-        assert_eq!(x.tell(2.0, true, 0.01), (ENABLE, -500.0));
-        x.see(OFF, 0);
+        x.see(ENABLED, 0, 0);
+        assert_eq!(told(&mut x, 2.0, true), (ENABLE, -500));
+        x.see(OFF, 0, 0);
         assert!(x.has_dropped());
+    }
+
+    #[test]
+    fn a_status_from_before_it_was_switched_off_is_no_operation_that_it_could_leave() {
+        let mut x = commander(Mode::Torque);
+        x.see(ENABLED, 0, 0);
+        x.tell(2.0, true, 0.01);
+        assert_eq!(told(&mut x, 0.0, false).0, DISABLE_VOLTAGE);
+        // It is engaged again before the drive has answered.
+        x.see(ENABLED, 0, 0);
+        x.tell(2.0, true, 0.01);
+        x.see(ENABLED, 0, 0);
+        x.tell(2.0, true, 0.01);
+        x.see(OFF, 0, 0);
+        assert!(!x.has_dropped(), "it was told so");
+        assert_eq!(told(&mut x, 2.0, true).0, SHUT_DOWN);
+    }
+
+    #[test]
+    fn the_last_words_are_a_quick_stop_where_it_is_with_the_brake_closed() {
+        let scale = Scale { mode: Mode::Position, counts: 1000.0, offset: 0.0, speed_max: 2.0, rated_torque: 4.0 };
+        let mut x = Commander::new(scale, Some(BrakeOptions { bit: 2, ..BrakeOptions::default() }));
+        for _ in 0..20 {
+            x.see(ENABLED, 400, 0);
+            x.tell(0.4, true, 0.01);
+        }
+        assert_eq!(x.tell(0.4, true, 0.01).brake, Some(0), "released");
+        assert_eq!(x.last_words(), Told { control: QUICK_STOP, mode: Mode::Position, target: 400, brake: Some(4) });
     }
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Homing by the drive: what it is told from cycle to cycle until it is home, and what its answers say.
-use crate::{DriveState, ENABLE, Mode};
+use crate::states::{DriveState, ENABLE, Mode};
 
 /// Begins homing, on its rising edge: a bit of the control word in mode 6.
 const START: u16 = 0x10;
@@ -9,13 +9,23 @@ const REACHED: u16 = 1 << 10;
 const ATTAINED: u16 = 1 << 12;
 const ERROR: u16 = 1 << 13;
 /// So many cycles pass before an answer is one to the start, and not what was there before.
-const ANSWERS: u32 = 8;
+pub(crate) const ANSWERS: u32 = 8;
 
 /// A drive that is on its way home.
 #[derive(Clone, Debug, Default)]
 pub struct Homing {
     /// Cycles in mode 6 and in operation.
     cycles: u32,
+}
+
+/// How an axis has come home, as its channel shows it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Homed {
+    #[default]
+    No = 0,
+    GoingOn = 1,
+    Yes = 2,
+    Failed = 3,
 }
 
 /// What comes next.
@@ -55,13 +65,14 @@ impl Homing {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::states::SHUT_DOWN;
 
     const HOMING: i8 = Mode::Homing as i8;
 
     #[test]
     fn it_is_switched_on_started_by_an_edge_and_waited_for() {
         let mut homing = Homing::default();
-        assert_eq!(homing.step(DriveState::SwitchOnDisabled.status(), 8), HomingStep::Tell(crate::SHUT_DOWN));
+        assert_eq!(homing.step(DriveState::SwitchOnDisabled.status(), 8), HomingStep::Tell(SHUT_DOWN));
         let enabled = DriveState::OperationEnabled.status();
         assert_eq!(homing.step(enabled | ATTAINED | REACHED, 8), HomingStep::Tell(ENABLE), "not yet in its mode");
         assert_eq!(homing.step(enabled | ATTAINED | REACHED, HOMING), HomingStep::Tell(ENABLE));

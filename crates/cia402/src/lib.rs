@@ -4,19 +4,22 @@
 //! | | |
 //! |---|---|
 //! | [`DriveState`], [`Mode`], [`error_name`] | states, modes, errors by name |
-//! | [`Commander`] | the side that commands one: control words and targets, nothing leaps |
-//! | [`Homing`] | homing by the drive: what it is told, cycle by cycle |
+//! | [`Commander`], [`Brake`], [`Homing`] | the side that commands one: control words and targets, nothing leaps, no load falls |
+//! | [`axis`] | an axis of a driver: its options, its channels, its services |
 //! | [`Entry`], [`abort_name`] | an object's entry, and why a device refuses an access to it |
-//! | [`emulated`] | an emulated drive: its objects, its state machine, and a motor that follows |
+//! | [`emulated`] | an emulated drive: its objects, its state machine, and a motor that follows; what serves a bus of them |
 //!
-//! Nothing here knows a bus, a clock or a driver.
+//! Nothing here knows a bus.
+pub mod axis;
+mod brake;
 mod commander;
 pub mod emulated;
 mod homing;
 mod objects;
 mod states;
 
-pub use commander::{Commander, Scale};
-pub use homing::{Homing, HomingStep};
+pub use brake::{Brake, BrakeOptions};
+pub use commander::{Commander, Scale, Told};
+pub use homing::{Homed, Homing, HomingStep};
 pub use objects::{Entry, abort_name};
 pub use states::{DISABLE_VOLTAGE, DriveState, ENABLE, Mode, QUICK_STOP, RESET, SHUT_DOWN, SWITCH_ON, error_name};

@@ -8,6 +8,13 @@ pub struct Entry {
     pub sub: u8,
 }
 
+impl Entry {
+    /// As a mapping of process data has it: index, subindex and bits in one number.
+    pub const fn mapped(self, bits: u8) -> u32 {
+        (self.index as u32) << 16 | (self.sub as u32) << 8 | bits as u32
+    }
+}
+
 /// What an SDO abort code says.
 pub fn abort_name(code: u32) -> &'static str {
     match code {

@@ -1,16 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Where callers record: by plain names, in the one folder that the daemon was started with for that.
+//! Where callers record, and what they read back: by plain names, in the one folder that the daemon was started with for that.
 use crate::failure::Failure;
 use model::refusal::Class;
 use serde_json::{Map, Value as Json};
 use std::path::{Component, Path};
 
-/// The `path` of a call `record` becomes one in the folder. Errors: there is no folder, the name is no plain one.
-pub fn place(folder: Option<&Path>, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
-    let Some(name) = arguments.get("path").and_then(Json::as_str) else { return Ok(()) };
+/// The `path` of a call on recordings becomes one in the folder, which `recordings` lists. Errors: there is no folder, the name is no
+/// plain one.
+pub fn place(folder: Option<&Path>, call: &str, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
+    if call != "recordings" && !arguments.contains_key("path") {
+        return Ok(());
+    }
     let Some(folder) = folder else {
         return Err(Failure::new(Class::NotAllowed, "this daemon has no folder for recordings".to_owned(), "start it with --records FOLDER"));
     };
+    if call == "recordings" {
+        arguments.insert("folder".to_owned(), Json::String(folder.display().to_string()));
+        return Ok(());
+    }
+    // What is no text is refused by the call itself.
+    let Some(name) = arguments.get("path").and_then(Json::as_str) else { return Ok(()) };
     if !matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(_)]) {
         return Err(Failure::new(Class::CallError, format!("a recording cannot be named {name:?}"), "give a name without folders, for example 'run.mcap'"));
     }
@@ -24,9 +33,21 @@ mod tests {
     use super::*;
     use serde_json::json;
 
+    fn asked(folder: Option<&str>, call: &str, mut arguments: Json) -> Result<Json, Failure> {
+        let map = arguments.as_object_mut().expect("an object");
+        place(folder.map(Path::new), call, map).map(|()| arguments)
+    }
+
     fn placed(folder: Option<&str>, name: &str) -> Result<String, Failure> {
-        let Json::Object(mut arguments) = json!({ "path": name }) else { panic!("an object") };
-        place(folder.map(Path::new), &mut arguments).map(|()| arguments["path"].as_str().expect("a text").to_owned())
+        asked(folder, "recorded_at", json!({ "path": name })).map(|arguments| arguments["path"].as_str().expect("a text").to_owned())
+    }
+
+    #[test]
+    fn the_folder_that_is_listed_is_the_daemons_own() {
+        let listed = |folder| asked(folder, "recordings", json!({ "folder": "/etc" }));
+        assert_eq!(listed(Some("/var/records")).ok(), Some(json!({ "folder": "/var/records" })));
+        assert!(listed(None).is_err_and(|why| why.class() == Class::NotAllowed));
+        assert_eq!(asked(None, "stop_recording", json!({ "recording": 7 })).ok(), Some(json!({ "recording": 7 })), "has no path");
     }
 
     #[test]

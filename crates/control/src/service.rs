@@ -207,8 +207,8 @@ impl Service {
         {
             self.files.resolve(options)?;
         }
-        if call.name == "record" {
-            crate::records::place(self.records.as_deref(), &mut asked.arguments)?;
+        if call.subject == "recordings" {
+            crate::records::place(self.records.as_deref(), call.name, &mut asked.arguments)?;
         }
         // Before the start, so that an end which comes at once is not nobody's.
         if let (Some(presence), "start", Some(instance)) = (presence, call.name, instance) {

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What an open driver has beside its exchange: services and counters. The code that opens a driver takes them before it goes to the thread of its
 //! source, and keeps them.
-use crate::{Counters, Driver, DriverError, Services, check_service, find};
+use crate::counters::Counters;
+use crate::driver::Driver;
+use crate::error::DriverError;
+use crate::registry::find;
+use crate::services::{Services, check_service};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::sync::Arc;

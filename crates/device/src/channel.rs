@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A channel of a physical device, and what it says of itself.
-use crate::Type;
+use crate::types::Type;
 
 /// Which way a channel goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -52,7 +52,7 @@ macro_rules! counters {
 }
 
 /// The counters of one open device: the driver counts, anyone reads, nobody waits. An index is a variant of what [`counters!`](crate::counters)
-/// declares, or a number where words come from elsewhere.
+/// declares, or a number where a driver outside this crate tells its words when it is loaded.
 #[derive(Debug)]
 pub struct Counters {
     words: &'static [CounterWord],

@@ -1,58 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The declaration of a driver: what a program, a manual and the registry know of it before it is opened.
-use crate::{CounterWord, Driver, DriverError, Geometry, Given, Life, Loaded, SafeState, Scan, ServiceWord};
+use crate::class::Class;
+use crate::counters::CounterWord;
+use crate::error::DriverError;
+use crate::life::{Life, SafeState};
+use crate::opening::{Loaded, Opened};
+use crate::options::Given;
+use crate::services::{Scan, ServiceWord};
+use crate::shapes::Geometry;
+use crate::words::OptionWord;
 use serde_json::Value;
-use std::fmt;
-
-/// Where a driver exchanges its values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Class {
-    /// On the thread of its source: its reads and writes are bounded, and neither allocate nor wait.
-    Inline,
-    /// On a thread of its own; the newest values are exchanged, each with its age.
-    Worker,
-    /// In a process of its own under the guard.
-    Process,
-}
-
-impl fmt::Display for Class {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Class::Inline => "inline",
-            Class::Worker => "worker",
-            Class::Process => "process",
-        })
-    }
-}
-
-/// What the value of an option is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    Text,
-    Number,
-    /// A whole number.
-    Whole,
-    Bool,
-    List,
-    /// Names with values.
-    Table,
-}
-
-/// An option of a driver.
-#[derive(Clone, Copy, Debug)]
-pub struct OptionWord {
-    pub name: &'static str,
-    pub kind: Kind,
-    /// Unit of a number, or empty.
-    pub unit: &'static str,
-    /// What it is where it is left out, in words; none: it must be given.
-    pub default: Option<&'static str>,
-    /// One line.
-    pub doc: &'static str,
-}
-
-/// A driver that has been made and not opened, and what it says of its machine: `{"parts": [Part, …], …}`; see [`Part`](crate::Part).
-pub type Opened = (Box<dyn Driver>, Value);
 
 /// What a driver does with its checked options, without a driver of it being open: it makes one, draws its machine, tries its files.
 pub type Of<T> = fn(&Given<'_>) -> Result<T, DriverError>;
@@ -82,7 +39,7 @@ pub struct Declaration {
     pub scan: Option<Scan>,
     /// Makes it. It may allocate, read files and load libraries.
     pub open: Of<Opened>,
-    /// Bodies, joints, shapes and meshes of its machine, for who draws it; without opening it.
+    /// Bodies, joints, shapes and meshes of its machine, for whatever draws it; without opening it.
     pub geometry: Option<Of<Option<Geometry>>>,
     /// Tries the files that its options name, so that what is wrong with one ends no process but a child.
     pub trial: Option<Of<()>>,
@@ -120,22 +77,5 @@ impl Declaration {
             in_virtual_time: None,
             loaded: None,
         }
-    }
-}
-
-impl OptionWord {
-    /// One that must be given.
-    pub const fn needed(name: &'static str, kind: Kind, doc: &'static str) -> OptionWord {
-        OptionWord { name, kind, unit: "", default: None, doc }
-    }
-
-    /// One that may be left out; `default` says what it is then.
-    pub const fn with_default(name: &'static str, kind: Kind, default: &'static str, doc: &'static str) -> OptionWord {
-        OptionWord { name, kind, unit: "", default: Some(default), doc }
-    }
-
-    /// With a unit.
-    pub const fn unit(self, unit: &'static str) -> OptionWord {
-        OptionWord { unit, ..self }
     }
 }

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a driver does.
-use crate::{Channel, Counters, SafeHandle, Services};
+use crate::channel::Channel;
+use crate::counters::Counters;
+use crate::error::DeviceError;
+use crate::safe_handle::SafeHandle;
+use crate::services::Services;
 use std::sync::Arc;
-
-/// Why a device could not be read or written. It becomes the condition `device_lost` of the verbs that use the device.
-#[derive(Debug)]
-pub struct DeviceError {
-    /// For people.
-    pub message: String,
-}
 
 /// A driver. Its device is brought to its safe state by up to three: the driver itself ([`Driver::safe_state`]), the guard, where this process
 /// can do nothing any more ([`Driver::safe_handles`]), and the device, where nobody commands it any more ([`Driver::watchdog_ns`]).

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Why a driver could not be made.
-use crate::Class;
+//! Why a driver could not be made, and why its device could not be read or written.
+use crate::class::Class;
 use std::path::PathBuf;
 use thiserror::Error;
 
@@ -37,4 +37,11 @@ pub enum DriverError {
     /// The driver's own words.
     #[error("{0}")]
     Failed(String),
+}
+
+/// Why a device could not be read or written. It becomes the condition `device_lost` of the verbs that use the device.
+#[derive(Debug)]
+pub struct DeviceError {
+    /// For people.
+    pub message: String,
 }

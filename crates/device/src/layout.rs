@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Where the channels of a device lie in its readings and in its commands.
-use crate::{Channel, Direction};
+use crate::channel::{Channel, Direction};
 
 /// The channels of a driver, each behind the one before it that goes the same way.
 #[derive(Clone, Debug, Default)]
@@ -97,7 +97,7 @@ impl Slot {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Type;
+    use crate::types::Type;
 
     #[test]
     fn channels_lie_behind_one_another_each_way() {

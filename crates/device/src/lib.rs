@@ -18,8 +18,10 @@
 //! | [`SafeHandle`] | what the guard writes when the process of the driver is gone |
 //!
 //! Nothing here knows a kernel, a verb, a thread or a process.
+mod accepted;
 mod beside;
 mod channel;
+mod class;
 mod counters;
 mod declaration;
 mod driver;
@@ -29,6 +31,7 @@ mod lent;
 mod life;
 mod loaded;
 mod manual;
+mod opening;
 mod options;
 mod part;
 mod registry;
@@ -38,26 +41,31 @@ mod shapes;
 mod told;
 mod types;
 mod watchdog;
+mod words;
 mod worker;
 
+pub use accepted::options_of;
 pub use beside::{Beside, Unserved};
 pub use channel::{Channel, Direction};
+pub use class::Class;
 pub use counters::{CounterWord, Counters};
-pub use declaration::{Class, Declaration, Kind, Of, Opened, OptionWord, StandIn};
-pub use driver::{DeviceError, Driver};
-pub use error::DriverError;
+pub use declaration::{Declaration, Of, StandIn};
+pub use driver::Driver;
+pub use error::{DeviceError, DriverError};
 pub use layout::{Layout, Slot};
 pub use lent::{interpreter, lend_interpreter};
 pub use life::{Life, SafeBy, SafeState};
-pub use loaded::{Loaded, Loader, lend_loader, load};
+pub use loaded::{Loader, lend_loader, load};
 pub use manual::{CounterAbout, Manual, OptionAbout, SafeStateAbout, ServiceAbout};
+pub use opening::{Loaded, Opened};
 pub use options::Given;
 pub use part::{Command, Part, Servo, UNLIMITED};
-pub use registry::{check, declarations, find, geometry, in_virtual_time, open, options_of, register, scan, try_options};
+pub use registry::{check, declarations, find, geometry, in_virtual_time, open, register, scan, try_options};
 pub use safe_handle::SafeHandle;
 pub use services::{Found, Scan, ServiceWord, Services, check_service};
 pub use shapes::{Body, Geometry, Joint, JointKind, Mesh, Shape};
 pub use told::Told;
 pub use types::{Number, Type};
 pub use watchdog::{check_timeout, timeout_message};
+pub use words::{Kind, OptionWord};
 pub use worker::{Pace, Worker, lend_worker};

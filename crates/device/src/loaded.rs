@@ -1,23 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Drivers that come in a file while the program runs: `name@/path/of/file.so`. What loads such a file is lent by the program that opens drivers, as
 //! nothing here knows a linker; any process that is asked for such a kind loads the file by itself.
-use crate::{Declaration, DriverError, Found, Given, Opened};
+use crate::declaration::Declaration;
+use crate::error::DriverError;
 use std::path::Path;
 use std::sync::{PoisonError, RwLock};
-
-/// What makes drivers of a declaration that was loaded: a function pointer knows no file, this does.
-pub trait Loaded: Send + Sync {
-    /// As [`Declaration::open`].
-    ///
-    /// # Errors
-    /// The driver's own.
-    fn open(&self, given: &Given<'_>) -> Result<Opened, DriverError>;
-    /// As [`Declaration::scan`].
-    ///
-    /// # Errors
-    /// The driver's own.
-    fn scan(&self, given: &Given<'_>) -> Result<Vec<Found>, DriverError>;
-}
 
 /// Reads the drivers of a file: it gives the declaration of each. A driver stays known for the life of its process.
 pub type Loader = fn(&Path) -> Result<Vec<&'static Declaration>, DriverError>;

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The declaration of a driver in a form that can be sent and printed.
-use crate::{CounterWord, Declaration, Kind, OptionWord, SafeState, ServiceWord, options_of};
+use crate::accepted::options_of;
+use crate::counters::CounterWord;
+use crate::declaration::Declaration;
+use crate::life::SafeState;
+use crate::services::ServiceWord;
+use crate::words::OptionWord;
 use serde::{Deserialize, Serialize};
 
 /// What a driver declares of itself.
@@ -119,22 +124,5 @@ impl From<&CounterWord> for CounterAbout {
 impl From<&SafeState> for SafeStateAbout {
     fn from(of: &SafeState) -> SafeStateAbout {
         SafeStateAbout { doc: of.doc.into(), by: of.by.iter().map(ToString::to_string).collect(), within_ns: of.within_ns }
-    }
-}
-
-impl Kind {
-    /// Each of them.
-    pub const ALL: [Kind; 6] = [Kind::Text, Kind::Number, Kind::Whole, Kind::Bool, Kind::List, Kind::Table];
-
-    /// Its name in a manual.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kind::Text => "text",
-            Kind::Number => "number",
-            Kind::Whole => "whole",
-            Kind::Bool => "bool",
-            Kind::List => "list",
-            Kind::Table => "table",
-        }
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options that a driver is given, checked against those that it declares.
-use crate::{DriverError, Kind, OptionWord};
+use crate::error::DriverError;
+use crate::words::{Kind, OptionWord};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
@@ -23,7 +24,7 @@ impl<'a> Given<'a> {
         }
     }
 
-    /// As [`check`](Self::check), where any of them may be left out: who looks for devices does not know them all.
+    /// As [`check`](Self::check), where any of them may be left out: a search for devices does not know them all.
     pub(crate) fn check_known<'w>(kind: &'a str, options: &Value, words: impl Iterator<Item = &'w OptionWord> + Clone) -> Result<Given<'a>, DriverError> {
         let wrong = |option: &str, problem: String| Err(DriverError::Option { kind: kind.into(), option: option.into(), problem });
         let given: Map<String, Value> = match options {

@@ -8,12 +8,12 @@ pub struct Part {
     pub name: String,
     /// Unit of its position: `rad` (hinge) or `m` (slide).
     pub unit: &'static str,
-    /// Least and greatest position. [`UNLIMITED`] either way where the model has no limit.
+    /// Minimum and maximum position. [`UNLIMITED`] either way where the model has no limit.
     pub range_min: f64,
     pub range_max: f64,
-    /// Greatest effort either way, N.m or N; [`UNLIMITED`] where the model has no limit.
+    /// Maximum effort either way, N.m or N; [`UNLIMITED`] where the model has no limit.
     pub effort_max: f64,
-    /// Greatest speed either way, rad/s or m/s; [`UNLIMITED`] where the model has no limit.
+    /// Maximum speed either way, rad/s or m/s; [`UNLIMITED`] where the model has no limit.
     pub speed_max: f64,
     /// Position at the start: the model's keyframe `home`, or its zero configuration.
     pub home: f64,
@@ -23,7 +23,7 @@ pub struct Part {
     pub command: Command,
 }
 
-/// What a joint takes from who commands it.
+/// What a joint takes from what commands it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Command {

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The drivers of this process, by name. Nobody but the driver's own crate names one: it registers its declaration, and a program asks for
 //! it by a text.
-use crate::declaration::{Class, Declaration, Opened};
+use crate::accepted::{accepted, has_own_timeout};
+use crate::class::Class;
+use crate::declaration::Declaration;
+use crate::error::DriverError;
 use crate::loaded;
+use crate::manual::Manual;
+use crate::opening::Opened;
 use crate::options::Given;
-use crate::watchdog::{self, TIMEOUT};
+use crate::services::Found;
+use crate::shapes::Geometry;
+use crate::watchdog;
 use crate::worker;
-use crate::{DriverError, Found, Geometry, Manual, OptionWord};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::sync::{PoisonError, RwLock};
@@ -54,7 +60,7 @@ pub fn find(kind: &str) -> Result<&'static Declaration, DriverError> {
 /// `timeout_ns` of any driver). Never on the real-time path. Errors: an unknown kind, a wrong option, and each driver's own.
 pub fn open(kind: &str, options: &Value) -> Result<Opened, DriverError> {
     let of = find(kind)?;
-    let given = Given::check(of.kind, options, words(of))?;
+    let given = Given::check(of.kind, options, accepted(of))?;
     let (pace, given) = match of.class {
         Class::Worker => worker::pace(&given, &of.life).map(|(pace, rest)| (Some(pace), rest))?,
         Class::Inline | Class::Process => (None, given),
@@ -88,7 +94,7 @@ fn tell(of: &'static Declaration, about: &mut Value) {
 /// An unknown kind, an option that is wrong, unknown or missing.
 pub fn check(kind: &str, options: &Value) -> Result<(), DriverError> {
     let of = find(kind)?;
-    Given::check(of.kind, options, words(of)).map(|_| ())
+    Given::check(of.kind, options, accepted(of)).map(|_| ())
 }
 
 /// Bodies, joints, shapes and meshes of the machine that a driver of this kind and these options stands for; nothing where it has
@@ -96,7 +102,7 @@ pub fn check(kind: &str, options: &Value) -> Result<(), DriverError> {
 /// path. Errors: those of [`open`], for a model that is not there any more.
 pub fn geometry(kind: &str, options: &Value) -> Result<Option<Geometry>, DriverError> {
     let of = find(kind)?;
-    of.geometry.map_or(Ok(None), |geometry| geometry(&Given::check(of.kind, options, words(of))?))
+    of.geometry.map_or(Ok(None), |geometry| geometry(&Given::check(of.kind, options, accepted(of))?))
 }
 
 /// Tries the files that the options name, as the driver declares it; without a trial nothing is tried.
@@ -105,7 +111,7 @@ pub fn geometry(kind: &str, options: &Value) -> Result<Option<Geometry>, DriverE
 /// What is wrong with them.
 pub fn try_options(kind: &str, options: &Value) -> Result<(), DriverError> {
     let of = find(kind)?;
-    of.trial.map_or(Ok(()), |trial| trial(&Given::check(of.kind, options, words(of))?))
+    of.trial.map_or(Ok(()), |trial| trial(&Given::check(of.kind, options, accepted(of))?))
 }
 
 /// The driver and options that stand for these where time is virtual, where nothing can run at a pace of its own.
@@ -120,11 +126,6 @@ pub fn in_virtual_time(kind: &str, options: &Value) -> (String, Value) {
     (kind, options)
 }
 
-/// The options of a driver for a manual: its own, and those that each of its class has.
-pub fn options_of(of: &'static Declaration) -> Vec<&'static OptionWord> {
-    words(of).collect()
-}
-
 /// Looks for devices that the driver `kind` could open; `options` say where, and need not say more.
 ///
 /// # Errors
@@ -132,16 +133,6 @@ pub fn options_of(of: &'static Declaration) -> Vec<&'static OptionWord> {
 pub fn scan(kind: &str, options: &Value) -> Result<Vec<Found>, DriverError> {
     let of = find(kind)?;
     let scan = of.scan.ok_or_else(|| DriverError::NoScan { kind: of.kind.into() })?;
-    let given = Given::check_known(of.kind, options, words(of))?;
+    let given = Given::check_known(of.kind, options, accepted(of))?;
     of.loaded.map_or_else(|| scan(&given), |loaded| loaded.scan(&given))
-}
-
-fn has_own_timeout(of: &Declaration) -> bool {
-    of.options.iter().any(|word| word.name == TIMEOUT.name)
-}
-
-/// The options of a driver, and those that each of its class has.
-pub(crate) fn words(of: &'static Declaration) -> impl Iterator<Item = &'static OptionWord> + Clone {
-    let of_class: &[OptionWord] = if of.class == Class::Worker { &worker::WORDS } else { &[] };
-    of.options.iter().chain((!has_own_timeout(of)).then_some(&TIMEOUT)).chain(of_class)
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a driver does beside its cycle: commands with typed arguments, and the search for devices.
-use crate::{DeviceError, DriverError, Given, Kind, OptionWord};
+use crate::error::{DeviceError, DriverError};
+use crate::options::Given;
+use crate::words::{Kind, OptionWord};
 use serde_json::Value;
 
 /// A service of a driver: a command off the cycle, as reading an object of a drive or homing it.

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Services and counters that a driver tells when it is made. A declaration is written before a program runs; a driver that stands for others, a class
 //! in Python for instance, learns what it carries out and counts from what it stands for.
-use crate::{CounterAbout, CounterWord, Declaration, Kind, OptionAbout, OptionWord, ServiceAbout, ServiceWord};
+use crate::counters::CounterWord;
+use crate::declaration::Declaration;
+use crate::manual::{CounterAbout, OptionAbout, ServiceAbout};
+use crate::services::ServiceWord;
+use crate::words::{Kind, OptionWord};
 use serde::Deserialize;
 use serde_json::Value;
 use std::sync::{Mutex, PoisonError};

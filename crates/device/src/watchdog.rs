@@ -4,7 +4,16 @@
 //!
 //! Option `timeout_ns` of every driver that runs in place (a plant in a process of its own has it in that process). It begins with the first
 //! command that moves anything: a device that is at rest has nothing to time out.
-use crate::{Channel, Counters, Declaration, DeviceError, Driver, DriverError, Given, Kind, Opened, OptionWord, SafeHandle, Services};
+use crate::channel::Channel;
+use crate::counters::Counters;
+use crate::declaration::Declaration;
+use crate::driver::Driver;
+use crate::error::{DeviceError, DriverError};
+use crate::opening::Opened;
+use crate::options::Given;
+use crate::safe_handle::SafeHandle;
+use crate::services::Services;
+use crate::words::{Kind, OptionWord};
 use std::sync::Arc;
 
 /// Shorter than any source can promise.

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options of a driver that exchanges on a thread of its own. The program that opens drivers lends the thread: nothing here knows one.
-use crate::{Driver, DriverError, Given, Kind, Life, OptionWord};
+use crate::driver::Driver;
+use crate::error::DriverError;
+use crate::life::Life;
+use crate::options::Given;
+use crate::words::{Kind, OptionWord};
 use std::sync::OnceLock;
 
 /// How often a worker exchanges where nothing is said, ns.

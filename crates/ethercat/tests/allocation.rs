@@ -63,17 +63,17 @@ fn a_cycle_allocates_nothing_with_all_axes_in_op() {
     assert_eq!(allocations(&mut rig, 1000, |_, _| {}), 0);
     // Two frames that do not come back, one that is changed; a drive that has a fault for a while.
     let disturb = |rig: &Rig, cycle: usize| match cycle % 20 {
-        5 => rig.server.segment().lose(2),
-        15 => rig.server.segment().spoil(1),
+        5 => rig.server.lock().lose(2),
+        15 => rig.server.lock().spoil(1),
         _ => {}
     };
     assert_eq!(allocations(&mut rig, 1000, disturb), 0);
     assert_eq!((rig.counter("frames_lost") > 0, rig.counter("cycles") > 2000), (true, true));
     // An axis whose voltage goes and comes: the device is lost, which allocates its reason, and comes back.
-    rig.server.segment().power(3, false);
+    rig.server.lock().power(3, false);
     let lost = (0..3).find_map(|_| rig.exchange(&[]).err()).expect("lost within three cycles");
     assert!(lost.message.contains("axis 'a3' at place 3"), "{}", lost.message);
-    rig.server.segment().power(3, true);
+    rig.server.lock().power(3, true);
     rig.reset();
     rig.until(&goals, "all in operation again", |rig| names.iter().all(|name| rig.status(name) == OPERATION_ENABLED));
     assert_eq!(allocations(&mut rig, 1000, disturb), 0);

@@ -40,9 +40,9 @@ fn a_load_never_falls() {
         watched(&mut rig, &[], 1.5, |_| true);
     }
     rig.driver.safe_state();
-    let seen = rig.server.segment().counts().frames;
+    let seen = rig.server.lock().counts().frames;
     watched(&mut rig, &[], 1.5, |rig| rig.status("hoist") == SWITCH_ON_DISABLED);
-    assert!(rig.server.segment().counts().frames - seen >= 30, "the motor has held it until the brake was closed");
+    assert!(rig.server.lock().counts().frames - seen >= 30, "the motor has held it until the brake was closed");
     for _ in 0..100 {
         watched(&mut rig, &[], 1.5, |_| true);
     }

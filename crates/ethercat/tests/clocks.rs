@@ -41,7 +41,7 @@ fn clocks_keep_to_the_host_and_outputs_are_there_before_sync0() {
     let clocks = Clocks { sync0: Sync0 { cycle_ns: PERIOD_NS as u32, shift_ns: SHIFT_NS }, now_ns: &|| host_ns(host_time.load(Ordering::Relaxed)) };
     let line = bring_up(&mut bus, &wanted, 1_000_000_000, Some(&clocks)).unwrap();
     for (position, delay_ns) in [0, 420, 1_720, 1_810].into_iter().enumerate() {
-        assert!(server.segment().synced(position).delay_ns.abs_diff(delay_ns) <= 1, "{:?}", server.segment().synced(position));
+        assert!(server.lock().synced(position).delay_ns.abs_diff(delay_ns) <= 1, "{:?}", server.lock().synced(position));
     }
     for station in &line.stations {
         bus.write(station.subdevice.station, AL_CONTROL, &(State::Op as u16).to_le_bytes()).unwrap();
@@ -52,7 +52,7 @@ fn clocks_keep_to_the_host_and_outputs_are_there_before_sync0() {
     let mut random = 1u64;
     for number in 0..12_000 {
         if number == 4_000 {
-            server.segment().forget_synced();
+            server.lock().forget_synced();
         }
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let late_ns = (random >> 33) % LATE_NS;
@@ -63,7 +63,7 @@ fn clocks_keep_to_the_host_and_outputs_are_there_before_sync0() {
         assert_eq!(cycle.wait(LONG).unwrap(), Replied::Whole);
     }
 
-    let (segment, now_ns) = (server.segment(), time_ns.load(Ordering::Relaxed));
+    let (segment, now_ns) = (server.lock(), time_ns.load(Ordering::Relaxed));
     let reference = segment.system_ns(0, now_ns);
     assert!(reference.abs_diff(host_ns(now_ns)) < 6_000, "the reference keeps to the host: {reference} at {}", host_ns(now_ns));
     for position in 0..4 {
@@ -84,7 +84,7 @@ fn axes_with_sync0_go_to_op_and_follow() {
     let mut rig = Rig::with(&[drive("first", 1000), drive("second", 2000)], json!({ "axes": axes, "sync0_ns": 1_000_000 }));
     rig.until(&[Some(1.5)], "there", |rig| rig.double("x.position") == 1.5);
     assert_eq!(rig.status("x"), OPERATION_ENABLED);
-    let synced = rig.server.segment().synced(0);
+    let synced = rig.server.lock().synced(0);
     assert!(synced.sync0 > 0, "{synced:?}");
 }
 

@@ -32,7 +32,7 @@ fn of_a_million_changed_frames_none_is_taken() {
     cycle.outputs().copy_from_slice(&std::array::from_fn::<u8, OUTPUTS, _>(|of| of as u8));
     cycle.send(Some(0)).unwrap();
     let mut answer = cycle.sent().to_vec();
-    assert!(rig.server.segment().pass(&mut answer, 5_000_000_000));
+    assert!(rig.server.lock().pass(&mut answer, 5_000_000_000));
     assert_eq!(cycle.check(&answer), Ok(Replied::Whole));
 
     let places = places(&answer);
@@ -76,6 +76,6 @@ fn a_segment_survives_any_frame() {
             frame[16] %= 15;
             frame.extend([0; 4]);
         }
-        rig.server.segment().pass(&mut frame, 6_000_000_000);
+        rig.server.lock().pass(&mut frame, 6_000_000_000);
     }
 }

@@ -14,13 +14,13 @@ fn a_segment_comes_to_op_and_nothing_moves_before_it_is_engaged() {
     }
     assert_eq!((rig.double("x.position"), rig.double("y.position")), (1.0, 2.0));
     assert_eq!((rig.status("x"), rig.status("y")), (SWITCH_ON_DISABLED, SWITCH_ON_DISABLED));
-    let segment = rig.server.segment();
+    let segment = rig.server.lock();
     assert_eq!((segment.state(0), segment.state(1)), (Some(State::Op), Some(State::Op)));
     assert_eq!((segment.number(0, 0x607A), segment.number(1, 0x607A)), (1000, 2000), "what is commanded is what is measured");
 }
 
 #[test]
-fn an_axis_follows_its_goal_at_its_greatest_speed_and_holds_where_it_is_left() {
+fn an_axis_follows_its_goal_at_its_maximum_speed_and_holds_where_it_is_left() {
     let mut rig = Rig::new();
     let mut before = 1.0;
     for _ in 0..1000 {
@@ -56,12 +56,12 @@ fn a_pulled_cable_is_named_in_the_third_cycle() {
     for (cut, named) in [(0, "the cable to 'x' is out"), (1, "axis 'y' at place 1 does not answer")] {
         let mut rig = Rig::new();
         rig.exchange(&[]).unwrap();
-        rig.server.segment().cut(cut);
+        rig.server.lock().cut(cut);
         rig.exchange(&[]).unwrap();
         rig.exchange(&[]).unwrap();
         let lost = rig.exchange(&[]).unwrap_err().message;
         assert!(lost.contains(named), "{lost}");
-        rig.server.segment().heal();
+        rig.server.lock().heal();
         rig.reset();
         rig.exchange(&[]).unwrap();
         assert_eq!(rig.double("y.position"), 2.0);
@@ -72,11 +72,11 @@ fn a_pulled_cable_is_named_in_the_third_cycle() {
 fn a_drive_that_was_switched_off_joins_again_and_does_not_move() {
     let mut rig = Rig::new();
     rig.until(&[None, Some(2.5)], "there", |rig| rig.double("y.position") == 2.5);
-    rig.server.segment().power(1, false);
+    rig.server.lock().power(1, false);
     let lost = (0..3).find_map(|_| rig.exchange(&[None, Some(2.5)]).err()).expect("lost within three cycles").message;
     assert!(lost.contains("axis 'y' at place 1 does not answer"), "{lost}");
-    rig.server.segment().power(1, true);
-    assert_eq!(rig.server.segment().state(1), Some(State::Init));
+    rig.server.lock().power(1, true);
+    assert_eq!(rig.server.lock().state(1), Some(State::Init));
     rig.reset();
     for _ in 0..50 {
         rig.exchange(&[]).unwrap();
@@ -89,8 +89,8 @@ fn a_drive_that_was_switched_off_joins_again_and_does_not_move() {
 fn a_drive_that_came_back_by_itself_is_named_with_its_state() {
     let mut rig = Rig::new();
     rig.exchange(&[]).unwrap();
-    rig.server.segment().power(0, false);
-    rig.server.segment().power(0, true);
+    rig.server.lock().power(0, false);
+    rig.server.lock().power(0, true);
     let lost = (0..3).find_map(|_| rig.exchange(&[]).err()).expect("lost within three cycles").message;
     assert!(lost.contains("axis 'x' at place 0 does not answer"), "it has no station address any more: {lost}");
 }
@@ -99,26 +99,26 @@ fn a_drive_that_came_back_by_itself_is_named_with_its_state() {
 fn lost_and_spoiled_frames_are_counted_and_two_of_them_are_survived() {
     let mut rig = Rig::new();
     rig.exchange(&[]).unwrap();
-    rig.server.segment().lose(2);
+    rig.server.lock().lose(2);
     rig.exchange(&[]).unwrap();
     rig.exchange(&[]).unwrap();
     rig.exchange(&[]).unwrap();
     assert_eq!(rig.counter("frames_lost"), 2);
     assert_eq!(rig.counter("cycles"), 4);
-    rig.server.segment().power(0, true);
+    rig.server.lock().power(0, true);
 }
 
 #[test]
 fn a_fault_is_named_and_reset() {
     let mut rig = Rig::new();
     rig.until(&[Some(1.0)], "in operation", |rig| rig.status("x") == OPERATION_ENABLED);
-    rig.server.segment().fail(0, 0x7121);
+    rig.server.lock().fail(0, 0x7121);
     let fault = (0..3).find_map(|_| rig.exchange(&[Some(1.0)]).err()).expect("a fault").message;
     assert_eq!(fault, "axis 'x' has a fault, 0x7121: motor blocked; remove its cause, then reset the device");
     rig.reset();
     rig.until(&[Some(1.0)], "in operation again", |rig| rig.status("x") == OPERATION_ENABLED);
     // One that is not engaged loses no device; the service resets it.
-    rig.server.segment().fail(1, 0x7121);
+    rig.server.lock().fail(1, 0x7121);
     rig.until(&[], "a fault", |rig| rig.status("y") == 0x08);
     call(&*services(&rig), "reset_fault", json!({ "axis": "y" })).unwrap();
     rig.until(&[], "reset", |rig| rig.status("y") == SWITCH_ON_DISABLED);
@@ -163,7 +163,7 @@ fn a_scan_lists_what_is_there_and_changes_nothing() {
     let found = device::scan("ethercat", &json!({ "interface": rig.interface })).unwrap();
     assert_eq!(found[1].what, "1: 'second', vendor 0x00006a1c, product 0x00000402, revision 0x00000001, serial 2");
     rig.exchange(&[]).unwrap();
-    assert_eq!(rig.server.segment().state(0), Some(State::Op));
+    assert_eq!(rig.server.lock().state(0), Some(State::Op));
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn drives_whose_commands_stay_away_stop_by_themselves() {
     rig.pass_by(150_000_000);
     let lost = (0..3).find_map(|_| rig.exchange(&[Some(1.0)]).err()).expect("lost within three cycles").message;
     assert!(lost.contains("axis 'x' has a fault, 0x8130: communication was lost"), "{lost}");
-    let status = rig.server.segment().status(1);
+    let status = rig.server.lock().status(1);
     assert!(status.contains("SAFEOP with error 0x001b, SyncManager watchdog"), "{status}");
 }
 
@@ -198,5 +198,24 @@ fn an_axis_without_a_limit_of_speed_is_commanded_twice_at_one_time() {
     for goal in [f64::MAX, f64::MIN] {
         rig.write_again(goal);
     }
-    assert_eq!(rig.server.segment().number(0, 0x607A), 1000, "no time has gone by");
+    assert_eq!(rig.server.lock().number(0, 0x607A), 1000, "no time has gone by");
+}
+
+#[test]
+fn a_drive_whose_main_device_is_gone_stops_by_itself() {
+    let interface = format!("local:gone-{}", std::process::id());
+    let server = ethercat::emulator::serve(&interface, ethercat::emulator::Segment::new(&[common::drive("first", 1000)])).unwrap();
+    let _ = device::register(&ethercat::DRIVER);
+    let axes = json!([{ "name": "x", "counts": COUNTS }]);
+    let options = json!({ "interface": interface, "axes": axes, "timeout_ns": 500_000_000, "lost_after": 60_000 });
+    let (mut driver, _) = device::open("ethercat", &options).unwrap();
+    driver.open(0).unwrap();
+    assert!(server.lock().status(0).starts_with("OP"), "{}", server.lock().status(0));
+    // As behind a kill: no safe state, and no frame any more.
+    std::mem::forget(driver);
+    let until = std::time::Instant::now() + common::LONG;
+    while !server.lock().status(0).contains("SyncManager watchdog") {
+        assert!(std::time::Instant::now() < until, "{}", server.lock().status(0));
+        std::thread::yield_now();
+    }
 }

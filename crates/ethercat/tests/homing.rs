@@ -99,7 +99,7 @@ fn a_stop_a_fault_a_limit_of_time_and_a_lost_device_end_it() {
 
     let failed = home(&mut rig, slowly.clone(), |rig| {
         if begun(rig) {
-            rig.server.segment().fail(0, 0x7121)
+            rig.server.lock().fail(0, 0x7121)
         }
     })
     .unwrap_err();
@@ -123,7 +123,7 @@ fn a_stop_a_fault_a_limit_of_time_and_a_lost_device_end_it() {
 
     let lost = home(&mut rig, slowly, |rig| {
         if rig.exchange(&[]).is_ok() && rig.bytes("x.homing") == [1] {
-            rig.server.segment().cut(1);
+            rig.server.lock().cut(1);
         }
     });
     assert_eq!(lost.unwrap_err(), "axis 'x': homing ended: the device was lost or closed");

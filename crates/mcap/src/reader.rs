@@ -175,36 +175,41 @@ impl<R: Read> Reader<R> {
             self.state = State::CutOff;
             return Ok(());
         }
-        let damaged = |what| Unreadable::Damaged { at: self.begins, what };
-        let (size, sum, compression, packed) = chunk(Rest(&self.packed)).ok_or_else(|| damaged(SHORT))?;
-        match compression.as_str() {
-            "" => self.content.extend(packed),
-            "lz4" if size <= LEN_MAX => {
-                let read = lz4_flex::frame::FrameDecoder::new(packed).take(size).read_to_end(&mut self.content);
-                read.map_err(|_| damaged("a chunk cannot be decompressed"))?;
-            }
-            "lz4" => return Err(damaged("no chunk is as long as this one says")),
-            _ => return Err(Unreadable::Compressed { how: compression }),
-        }
-        if self.content.len() as u64 != size {
-            return Err(damaged("a chunk is not as long as it says"));
-        }
-        if sum != 0 && crc32fast::hash(&self.content) != sum {
-            return Err(damaged("a chunk has another checksum than it says"));
-        }
-        Ok(())
+        unpack(&self.packed, self.begins, &mut self.content)
     }
+}
+
+/// Puts the records of a chunk whose fields these are into `content`, which is empty. `at`: where the chunk begins in the file.
+pub(crate) fn unpack(fields: &[u8], at: u64, content: &mut Vec<u8>) -> Result<(), Unreadable> {
+    let damaged = |what| Unreadable::Damaged { at, what };
+    let (size, sum, compression, packed) = chunk(Rest(fields)).ok_or_else(|| damaged(SHORT))?;
+    match compression.as_str() {
+        "" => content.extend(packed),
+        "lz4" if size <= LEN_MAX => {
+            let read = lz4_flex::frame::FrameDecoder::new(packed).take(size).read_to_end(content);
+            read.map_err(|_| damaged("a chunk cannot be decompressed"))?;
+        }
+        "lz4" => return Err(damaged("no chunk is as long as this one says")),
+        _ => return Err(Unreadable::Compressed { how: compression }),
+    }
+    if content.len() as u64 != size {
+        return Err(damaged("a chunk is not as long as it says"));
+    }
+    if sum != 0 && crc32fast::hash(content) != sum {
+        return Err(damaged("a chunk has another checksum than it says"));
+    }
+    Ok(())
 }
 
 /// Bytes of a record before its fields: its code and their length.
 const HEAD: u64 = 9;
 
 /// No record and no chunk is longer: what says so is damaged.
-const LEN_MAX: u64 = 1 << 32;
+pub(crate) const LEN_MAX: u64 = 1 << 32;
 
 const BUFFER: usize = 1 << 16;
 
-const SHORT: &str = "a record is shorter than its fields";
+pub(crate) const SHORT: &str = "a record is shorter than its fields";
 
 /// Reads `len` bytes, or to the end: false then. Memory is taken for what is there, whatever `len` says.
 fn fill(source: &mut impl Read, len: u64, into: &mut Vec<u8>) -> io::Result<bool> {
@@ -219,7 +224,7 @@ fn chunk(mut fields: Rest<'_>) -> Option<(u64, u32, String, &[u8])> {
 }
 
 /// A record; none where its fields end before it does.
-fn record(code: u8, mut fields: Rest<'_>) -> Option<Record<'_>> {
+pub(crate) fn record(code: u8, mut fields: Rest<'_>) -> Option<Record<'_>> {
     Some(match code {
         CHANNEL => {
             let (id, _schema) = (fields.u16()?, fields.u16()?);

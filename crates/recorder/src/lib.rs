@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The recorder: what a running system does, into an MCAP file, by ordinary threads; and reading such a file.
+//! The recorder: what a running system does, into an MCAP file, by ordinary threads; and reading such a file: all of it
+//! ([`Recording`]), or in place what was at a time or over a span ([`Archive`]).
 //!
 //! One thread drains the sources each 20 ms into pages: every value of the chosen SVVs (a tap), the log, end reports, how the
 //! interrupt sources do, and where it is asked for all that the run needs to be run again (the crate `replay`). Another one writes the
@@ -10,17 +11,27 @@
 //! back with the same bits. A million values of `double` are about 60 MB before compression, which costs less than a tenth of a core at
 //! 64 channels of 1 kHz, so neither batches nor another encoding are needed. Chunks are compressed with LZ4, and whole when they reach
 //! the file: of a process that was killed everything up to its last chunk, a second at most, can be read.
+mod about;
+mod archive;
+mod digest;
 mod file;
 mod json;
+mod numbers;
 mod page;
 mod reader;
 mod recorder;
 mod room;
+mod shelf;
 mod sources;
+mod state;
 
+pub use about::{Recorded, RecordedChannel, RecordedEnd};
+pub use archive::{Archive, RecordedMessage};
+pub use digest::{Samples, Span, Sums, Trace};
 pub use file::Sink;
 pub use reader::{Recording, Series};
 pub use recorder::{Options, Recorder, Summary};
+pub use shelf::{RecordingFile, opened, recordings};
 
 /// Name of the metadata record with what was recorded: system, version, clock, configuration.
 pub const ABOUT: &str = "opengpac";
@@ -30,5 +41,13 @@ pub const LOST: &str = "lost";
 pub const LOG: &str = "/log";
 /// End reports, as `ends` gives them.
 pub const ENDS: &str = "/ends";
+/// What was installed, as `installed` gives it, whenever it became another; lists and states of instances come from the log.
+pub const INSTALLED: &str = "/installed";
+/// Statistics, once a second and where the log had something new.
+pub const STATISTICS: &str = "/statistics";
+/// Alarms, as `alarms` gives them, whenever they became others.
+pub const ALARMS: &str = "/alarms";
+/// The shape of a physical device, as `geometry` gives it: followed by its name.
+pub const GEOMETRY: &str = "/geometry/";
 /// What was lost, when: `{"channel", "count"}`.
 pub const LOSSES: &str = "/lost";

@@ -139,8 +139,8 @@ impl Recording {
     }
 }
 
-const OURS: &str = "take a file that cell.record() has made";
+pub(crate) const OURS: &str = "take a file that cell.record() has made";
 
-fn cannot_read(path: &Path, why: &dyn std::fmt::Display, remedy: &str) -> Refusals {
+pub(crate) fn cannot_read(path: &Path, why: &dyn std::fmt::Display, remedy: &str) -> Refusals {
     vec![Refusal::new(Class::ValueRefused, format!("cannot read recording '{}': {why}", path.display())).remedy(remedy)]
 }

@@ -5,6 +5,7 @@ use crate::file::{Book, Sink};
 use crate::page::Page;
 use crate::room::{ROOM, Room};
 use crate::sources::{Inputs, Numbered, Source, Timing, Values};
+use crate::state;
 use indexmap::IndexMap;
 use model::refusal::{Class, Refusal, Refusals};
 use serde::{Deserialize, Serialize};
@@ -102,6 +103,7 @@ impl Recorder {
 
     /// The same into any sink, with `room` bytes for what waits for it, and without a place in the system.
     pub fn start_in(system: &System, sink: Box<dyn Sink>, path: &Path, options: &Options, room: usize) -> Result<Arc<Recorder>, Refusals> {
+        let state_of = state::State::new(system.observer());
         let values = Values::new(system.tap_all(&options.svvs, options.cells)?);
         values.tap.hold_time();
         let (log, ends, timing) = (Numbered::log(system.observer()), Numbered::ends(system.observer()), Timing::new(system.observer()));
@@ -121,7 +123,17 @@ impl Recorder {
         let (room, state, observer) = (recorder.room.clone(), recorder.state.clone(), system.observer());
         let stops = recorder.stops.clone();
         let writer = spawn("recorder-disk", move || write(&room, book, &state, &observer, &stops, said)).map_err(cannot)?;
-        let drain = Drain { room: recorder.room.clone(), stops: recorder.stops.clone(), is_virtual: system.is_virtual(), values, log, ends, timing, inputs };
+        let drain = Drain {
+            room: recorder.room.clone(),
+            stops: recorder.stops.clone(),
+            is_virtual: system.is_virtual(),
+            values,
+            log,
+            ends,
+            timing,
+            state: state_of,
+            inputs,
+        };
         let drained = spawn("recorder", move || drain.run()).map_err(|why| {
             recorder.room.close();
             cannot(why)
@@ -222,6 +234,7 @@ struct Drain {
     log: Numbered<Entry>,
     ends: Numbered<End>,
     timing: Timing,
+    state: state::State,
     inputs: Option<Inputs>,
 }
 
@@ -232,9 +245,11 @@ impl Drain {
         loop {
             let stops = self.stops.load(Ordering::Acquire);
             page.renew(channels);
+            let heard = self.log.next();
             self.log.drain(&mut page);
             self.ends.drain(&mut page);
             self.timing.drain(&mut page);
+            self.state.drain(&mut page, self.log.next() > heard);
             self.values.tap.heard(self.log.next(), self.ends.next());
             self.values.drain(&mut page);
             self.inputs.iter_mut().for_each(|inputs| inputs.drain(&mut page));

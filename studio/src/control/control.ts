@@ -7,13 +7,14 @@ import { Refused } from "./refusals";
 import { type Asker, answer, request } from "./requests";
 import { Session } from "./session";
 import type { Role, Version } from "./shapes";
+import type { Source } from "./source";
 import { Started } from "./started";
 import { Stream } from "./stream";
 import { Topics } from "./topics";
 import { Watched } from "./watched";
 
 /** The real-time system, as the page sees it: looking, commanding, and what comes by itself. */
-export class Control {
+export class Control implements Source {
   /** What answers; another one where the system was started again. */
   readonly met: Watched<Version>;
   /** How often the system was started again since the page was opened. */
@@ -25,6 +26,7 @@ export class Control {
   readonly values: LiveValues;
   readonly started = new Started();
   readonly alarms: Alarming;
+  readonly past = null;
   readonly #asker: Asker;
 
   constructor(token: string | null, version: Version) {
@@ -39,6 +41,10 @@ export class Control {
     this.topics = new Topics(this.stream);
     this.values = new LiveValues(this.stream);
     this.alarms = new Alarming(() => this.look("alarms", {}));
+  }
+
+  get origin(): Source {
+    return this;
   }
 
   get version(): Version {

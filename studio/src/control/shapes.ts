@@ -1376,10 +1376,121 @@ export interface Reading {
   time_ns: number;
 }
 
+/** A recording. */
+export interface Recorded {
+  /** Name of the system. */
+  system: string;
+  /** Version of OpenGPAC that wrote it. */
+  version: string;
+  /** `virtual` or `monotonic`. */
+  clock: string;
+  /** When the clock of the system stood at 0, s since 1970. */
+  epoch_unix_s: number;
+  /** First and last time in it, ns on the system's clock. */
+  begins_ns: number;
+  ends_ns: number;
+  /** False where the file has no end: it is under way, or its recorder was killed, or the disk was full. */
+  complete: boolean;
+  /** It can be run again: `opengpac replay`. */
+  replay: boolean;
+  channels: RecordedChannel[];
+  /** Other channels: `/log`, `/ends`, … */
+  topics: string[];
+  /** Verbs that were installed, in the order of their names; of a long recording those of its beginning. */
+  verbs: string[];
+  /** How verb instances ended; of a long recording the first ones. */
+  ends: RecordedEnd[];
+  /** Messages that are not in it, by channel, where there are any. */
+  lost: { [name: string]: number };
+  /** What the file says of the system: `configuration` is the answer of the call of that name as JSON. */
+  metadata: { [name: string]: string };
+}
+
+/** What was at a time of a recording. */
+export interface RecordedAt {
+  /** Values that were stored last; null: there was none yet. */
+  values: { [name: string]: Reading | null };
+  /** Messages of other channels that came last, with their times; null: there was none yet. What is known is left out. */
+  messages: { [name: string]: RecordedMessage | null };
+}
+
+/** An SVV or private cell of a recording. */
+export interface RecordedChannel {
+  /** Of a cell `INSTANCE:CELL`. */
+  name: string;
+  /** `svv` or `cell`. */
+  kind: string;
+  type_text: string;
+  unit: string;
+  /** Numbers that one value has. */
+  components: number;
+}
+
+/** An end of a verb instance. */
+export interface RecordedEnd {
+  instance: string;
+  /** The condition that ended it. */
+  condition: string;
+  time_s: number;
+}
+
+/** A message of a channel that has no values. */
+export interface RecordedMessage {
+  /** On the system's clock. */
+  time_ns: number;
+  message: unknown;
+}
+
+/** Messages of a channel in their order. */
+export interface RecordedMessages {
+  messages: RecordedMessage[];
+  /** The number of the next one, where there may be more: to be asked for with `since`. */
+  next: number | null;
+}
+
+/** Some channels over a span. */
+export interface RecordedSpan {
+  channels: RecordedTrace[];
+  /** Where this is not all, `since` of the call that goes on: what that returns follows what is here, and its sums are more. */
+  next: number | null;
+}
+
+/** What one number of a channel was over a span; every finite value counts once. */
+export interface RecordedSums {
+  count: number;
+  /** 0 where there is no value. */
+  min: number;
+  max: number;
+  sum: number;
+  /** The sum of squares. */
+  squares: number;
+}
+
+/** One channel over a span. */
+export interface RecordedTrace {
+  /**
+   * What was stored last before the span; of each column the first value, the last, and of each number the minimum and the maximum,
+   * whole values with their own times. In base64, little endian: (i64 time in ns, u64 number) of all, then the numbers as f64.
+   */
+  samples: string;
+  /** Of each number, over all values of the span. */
+  sums: RecordedSums[];
+}
+
 /** A recording that has begun. */
 export interface RecordingBegun {
   /** Its number. */
   recording: number;
+}
+
+/** A file in a folder of recordings. */
+export interface RecordingFile {
+  /** Its plain name. */
+  name: string;
+  /** Its size in bytes. */
+  bytes: number;
+  /** When it was written last, s since 1970. */
+  written_unix_s: number;
 }
 
 /** How a recording stands, or ended. */
@@ -2809,6 +2920,76 @@ export interface Calls {
       recording: number;
     };
     result: RecordingSummary;
+  };
+  /** Returns the recordings of a folder, the newest first. */
+  recordings: {
+    role: "observe";
+    arguments: {
+      /** Over the control interface it is the daemon's own, and is left out. */
+      folder?: string;
+    };
+    result: RecordingFile[];
+  };
+  /** Returns what a recording is: when, of what, how it ended. One that is under way is told as far as it is on the disk. */
+  recorded: {
+    role: "observe";
+    arguments: {
+      path: string;
+    };
+    result: Recorded;
+  };
+  /** Returns what was at a time of a recording. */
+  recorded_at: {
+    role: "observe";
+    arguments: {
+      path: string;
+      /** On the system's clock. */
+      time_ns: number;
+      /** Names of SVVs and cells. */
+      names?: string[];
+      /** Names of other channels, `/installed`, `/statistics`, `/alarms`, … */
+      topics?: string[];
+      /** Times of the messages that the caller has, by channel: they are not told again. */
+      known?: { [name: string]: number };
+    };
+    result: RecordedAt;
+  };
+  /** Returns messages of a channel that has no values, `/log`, `/ends`, … */
+  recorded_messages: {
+    role: "observe";
+    arguments: {
+      path: string;
+      topic: string;
+      /** The number of the first one. */
+      since?: number;
+    };
+    result: RecordedMessages;
+  };
+  /** Returns SVVs and cells over a span of a recording, drawn together into columns, with exact sums. */
+  recorded_span: {
+    role: "observe";
+    arguments: {
+      path: string;
+      names: string[];
+      from_ns: number;
+      to_ns: number;
+      /** Columns of each channel, 10,000 at the most: as many values as lie in one are drawn together. */
+      columns: number;
+      /** The `next` of the part before. */
+      since?: number;
+    };
+    result: RecordedSpan;
+  };
+  /** Returns the time of the next firing of a recording that stored a value, or of the one before; null where there is none. */
+  recorded_firing: {
+    role: "observe";
+    arguments: {
+      path: string;
+      time_ns: number;
+      /** The one before. */
+      back?: boolean;
+    };
+    result: number | null;
   };
 }
 

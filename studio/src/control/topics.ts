@@ -62,6 +62,8 @@ export interface Kept<T> {
   dropped: number;
   /** What is of earlier runs: the system was started again since. Nothing of it is present. */
   earlier: T[];
+  /** Of a recording: what comes behind the cursor. */
+  later?: readonly T[];
 }
 
 export type { Shared };

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Refusal } from "../control/refusals";
 import type { Reading } from "../control/shapes";
+import type { Values, Watcher } from "../control/source";
 import type { Stream } from "../control/stream";
 
 /** How often values come, ms: to be read by a person, and to be seen moving. */
 export const READ_MS = 100;
 export const MOVE_MS = 33;
-
-/** Who watches a value: told in an animation frame, at most once. `missing`: why there is none. */
-export type Watcher = (reading: Reading | null, missing: Refusal[] | null) => void;
 
 /**
  * The present values of SVVs and private cells, outside of React: a value that changes costs one write into one element.
@@ -16,7 +14,7 @@ export type Watcher = (reading: Reading | null, missing: Refusal[] | null) => vo
  * All that is watched at one rate is one subscription of the stream. Names that the system does not know are left out of it, and told
  * to their watchers.
  */
-export class LiveValues {
+export class LiveValues implements Values {
   readonly #read: Group;
   readonly #move: Group;
 
@@ -33,6 +31,11 @@ export class LiveValues {
   /** The last value that came, where anybody watches it. */
   latest(name: string): Reading | undefined {
     return this.#read.latest(name) ?? this.#move.latest(name);
+  }
+
+  /** All that is watched, as it came last. */
+  readings(): ReadonlyMap<string, Reading> {
+    return new Map([...this.#read.readings(), ...this.#move.readings()]);
   }
 
   /** Forgets all readings: another run of the system answers than before. */
@@ -90,6 +93,10 @@ class Group {
 
   latest(name: string): Reading | undefined {
     return this.#cells.get(name)?.reading ?? undefined;
+  }
+
+  readings(): [string, Reading][] {
+    return [...this.#cells].flatMap(([name, { reading }]): [string, Reading][] => (reading ? [[name, reading]] : []));
   }
 
   forget(): void {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Alarm, Severity } from "../control/shapes";
 import { Refusals, Tag } from "../design/parts";
-import { useAction, useControl, useWatched } from "./context";
+import { useAction, useLive, useWatched } from "./context";
 import { addressOf } from "./route";
 
 const RANKS: Severity[] = ["low", "medium", "high", "critical"];
@@ -20,7 +20,7 @@ export function foremost(alarms: Alarm[]): Alarm | null {
 
 /** The alarms that are raised, in every view: the first of them in words, how many there are, acknowledging. */
 export function AlarmBar() {
-  const control = useControl();
+  const control = useLive();
   const action = useAction();
   const alarms = useWatched(control.alarms.latest);
   // The emergency stop has a line of its own.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Statistics } from "../control/shapes";
 import { Refusals } from "../design/parts";
-import { useAction, useControl, useWatched } from "./context";
+import { useAction, useLive, useWatched } from "./context";
 
 /** What runs although no session commands: started by the program that the system is part of, or by a session that has left. */
 export function moving(now: Statistics | null): string[] {
@@ -10,7 +10,7 @@ export function moving(now: Statistics | null): string[] {
 
 /** Who commands the system. It is taken by the first command; here it is given back, or taken from another one. */
 export function CommandHolder(props: { now: Statistics | null }) {
-  const control = useControl();
+  const control = useLive();
   const holder = useWatched(control.command.holder);
   const name = useWatched(control.session.name);
   const action = useAction();

@@ -2,11 +2,11 @@
 import { useEffect } from "react";
 import type { Statistics } from "../control/shapes";
 import { Refusals } from "../design/parts";
-import { type Action, useAction, useControl, useWatched } from "./context";
+import { type Action, useAction, useLive, useWatched } from "./context";
 
 /** A press of the emergency stop, and what became of it: the message of one that failed leaves when it is no longer true. */
 export function useEmergencyStop(now: Statistics | null): Action {
-  const control = useControl();
+  const control = useLive();
   const action = useAction();
   const connection = useWatched(control.stream.connection);
   const isLatched = now !== null && now.emergency !== null;
@@ -20,7 +20,7 @@ export function useEmergencyStop(now: Statistics | null): Action {
 
 /** The button: one press, no question, no command. It stands at the same place in every view, state and width. */
 export function EmergencyStop(props: { press: Action }) {
-  const control = useControl();
+  const control = useLive();
   const name = useWatched(control.session.name);
   if (!control.may("operate")) return null;
   return (
@@ -37,7 +37,7 @@ export function EmergencyStop(props: { press: Action }) {
 
 /** While it is latched: its cause, and the reset. A press that failed, with a way to put its message away. */
 export function Stopped(props: { now: Statistics | null; press: Action }) {
-  const control = useControl();
+  const control = useLive();
   const action = useAction();
   const cause = props.now?.emergency ?? null;
   return (

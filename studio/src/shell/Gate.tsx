@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-import { useCallback, useEffect, useState } from "react";
+import { useCallback, useEffect, useMemo, useState } from "react";
 import { type Control, connect } from "../control/control";
 import { Refused, refusalsOf } from "../control/refusals";
 import { forgetToken, keepToken } from "../control/token";
 import { Refusals } from "../design/parts";
-import { ControlContext } from "./context";
+import { Axis, AxisContext } from "./axis";
+import { ControlContext, SourceContext } from "./context";
 import { Shell } from "./Shell";
 
 /** How often a system that does not answer is asked again, ms. */
@@ -47,10 +48,15 @@ export function Gate(props: { token: string | null }) {
     setToken(given);
   }, []);
 
+  const axis = useMemo(() => control && new Axis(control), [control]);
   if (control) {
     return (
       <ControlContext value={control}>
-        <Shell />
+        <AxisContext value={axis}>
+          <SourceContext value={control}>
+            <Shell />
+          </SourceContext>
+        </AxisContext>
       </ControlContext>
     );
   }

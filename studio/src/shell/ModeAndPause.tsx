@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Mode, Statistics } from "../control/shapes";
 import { Refusals } from "../design/parts";
-import { useAction, useControl } from "./context";
+import { useAction, useLive } from "./context";
 
 /** The mode of the cell, and the pause of its program. */
 export function ModeAndPause(props: { now: Statistics | null }) {
-  const control = useControl();
+  const control = useLive();
   const action = useAction();
   const { now } = props;
   if (!now) return null;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Suspense, useEffect } from "react";
 import { Empty } from "../design/parts";
+import { useAxis } from "./axis";
 import { Boundary } from "./Boundary";
-import { useControl, useWatched } from "./context";
+import { SourceContext, useLive, useWatched } from "./context";
 import { useCutOffWarning } from "./cutOff";
 import { Navigation } from "./Navigation";
 import { useRoute } from "./route";
@@ -12,7 +13,8 @@ import "./shell.css";
 
 /** The frame of the studio: what is always seen, and the view that is open. */
 export function Shell() {
-  const control = useControl();
+  const control = useLive();
+  const source = useWatched(useAxis().source);
   const route = useRoute();
   const view = views.find((one) => one.name === route.view);
   useCutOffWarning();
@@ -22,16 +24,22 @@ export function Shell() {
   const isHeard = useWatched(control.stream.connection) === "open";
   const Part = view?.part;
   return (
-    <div className="shell" data-heard={isHeard ? "yes" : "no"}>
+    <div className="shell" data-heard={isHeard || source.past !== null ? "yes" : "no"}>
       <button type="button" className="skip" onClick={() => document.getElementById("main")?.focus()}>
         To the view
       </button>
       <TopBar />
       <Navigation present={view?.name ?? ""} />
       <main id="main" tabIndex={-1} aria-label={view?.title}>
-        <Boundary key={view?.name}>
+        <Boundary key={`${view?.name} ${source.version.run} ${source.version.system}`}>
           <Suspense fallback={<p className="quiet wait">Loading…</p>}>
-            {Part ? <Part /> : <Empty title={`There is no view '${route.view}'`}>Choose one of the views in the navigation.</Empty>}
+            {Part ? (
+              <SourceContext value={source}>
+                <Part />
+              </SourceContext>
+            ) : (
+              <Empty title={`There is no view '${route.view}'`}>Choose one of the views in the navigation.</Empty>
+            )}
           </Suspense>
         </Boundary>
       </main>

@@ -4,13 +4,14 @@ import { seconds } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
 import { AlarmBar } from "./AlarmBar";
 import { CommandHolder } from "./CommandHolder";
-import { useControl, useTopic, useWatched } from "./context";
+import { useLive, useTopic, useWatched } from "./context";
 import { EmergencyStop, Stopped, useEmergencyStop } from "./EmergencyStop";
 import { ModeAndPause } from "./ModeAndPause";
+import { TimeBar } from "./TimeBar";
 
 /** Always seen: which system, whether it is heard, who commands, mode and pause, what is raised, the emergency stop. */
 export function TopBar() {
-  const control = useControl();
+  const control = useLive();
   const now = useTopic(control.topics.statistics);
   const statisticsTrouble = useWatched(control.topics.statistics.trouble);
   const sessionTrouble = useWatched(control.session.trouble);
@@ -34,6 +35,7 @@ export function TopBar() {
       <Restarted />
       <Stopped now={now} press={press} />
       <AlarmBar />
+      <TimeBar />
       <Refusals of={[...sessionTrouble, ...statisticsTrouble]} />
     </div>
   );
@@ -42,7 +44,7 @@ export function TopBar() {
 const SAID = { connecting: "connecting", broken: "not heard", out: "not let in" };
 
 function Heard() {
-  const control = useControl();
+  const control = useLive();
   const connection = useWatched(control.stream.connection);
   if (connection === "open") return <Tag tone="good">live</Tag>;
   return <Tag tone={connection === "connecting" ? "plain" : "bad"}>{SAID[connection]}</Tag>;
@@ -50,7 +52,7 @@ function Heard() {
 
 /** A connection that is lost, over the whole width: nothing on the page is of now. */
 function Unheard() {
-  const control = useControl();
+  const control = useLive();
   const connection = useWatched(control.stream.connection);
   const since = useSince(connection === "broken");
   if (connection === "out") {
@@ -71,7 +73,7 @@ function Unheard() {
 
 /** The system was started again: what the page knew is of an earlier run. */
 function Restarted() {
-  const control = useControl();
+  const control = useLive();
   const restarts = useWatched(control.restarts);
   const [known, setKnown] = useState(0);
   if (restarts === known) return null;

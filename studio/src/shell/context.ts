@@ -2,16 +2,24 @@
 import { createContext, useCallback, useContext, useState, useSyncExternalStore } from "react";
 import type { Control } from "../control/control";
 import { type Refusal, refusalsOf } from "../control/refusals";
-import type { Shared } from "../control/topics";
+import type { Source, Topic } from "../control/source";
 import type { Watched } from "../control/watched";
 
 export const ControlContext = createContext<Control | null>(null);
+export const SourceContext = createContext<Source | null>(null);
 
-/** The running system. */
-export function useControl(): Control {
+/** The running system itself: for what stands in every view, and for what acts. */
+export function useLive(): Control {
   const control = useContext(ControlContext);
   if (!control) throw new Error("there is no connected system around this part of the page");
   return control;
+}
+
+/** What the views show: the running system, the same standing still, or a recording. */
+export function useControl(): Source {
+  const source = useContext(SourceContext);
+  if (!source) throw new Error("there is no connected system around this part of the page");
+  return source;
 }
 
 /** The present value of something watched; the part is drawn anew when it changes. */
@@ -20,7 +28,7 @@ export function useWatched<T>(watched: Watched<T>): T {
 }
 
 /** The latest of a topic that comes by itself: statistics, what is installed, log, ends. */
-export function useTopic<T>(shared: Shared<T>): T | null {
+export function useTopic<T>(shared: Topic<T>): T | null {
   return useSyncExternalStore(shared.watch, shared.get);
 }
 

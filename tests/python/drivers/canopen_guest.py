@@ -94,6 +94,73 @@ def drive(said: dict[str, Any]) -> None:
         joint.enable()
         until("it is in operation", lambda: peer.state == 0x37)
         said["joined"] = [joint.sensed.value, before, peer.state]
+        joint.disable()
+        line.services.home(axis="x", method=35, speed=2.0, position=-0.5)
+        said["home"] = [peer.value["position"].raw, peer.node.sdo[0x6098].raw, peer.node.sdo[0x6099][1].raw]
+        until("the mode is the axis's again", lambda: peer.value["mode"].raw == 8)
+        joint.enable()
+        gpac.motion.move_absolute(gpac.Group("arm", joint), goal=[-0.4])
+        until("it is where it is to be", lambda: peer.value["position"].raw == -400)
+        said["moved_from_home"] = [joint.sensed.value, peer.state]
+    peer.close()
+
+
+def brake(said: dict[str, Any]) -> None:
+    """What our driver does with the output of the peer's brake."""
+    from canopen_peer import Peer
+
+    import opengpac as gpac
+
+    peer = Peer("vcan0", NODE)
+    axis = {"node": NODE, "counts": 1000, "brake": {"release_ns": 20_000_000, "close_ns": 20_000_000}}
+    with gpac.System("hoist", progress=False) as cell:
+        rtp = cell.processor("rtp0")
+        fast = rtp.timer("fast", period="20 ms", priority=80)
+        driver = gpac.drivers.canopen("vcan0", {"x": axis}, cycle="20 ms", timeout="60 s", heartbeat="60 s", lost_after=3000)
+        line = rtp.physical_device("line", driver, exchange=fast)
+        joint = gpac.robots.Joint("j", drive=line["x"], on=fast, verb=gpac.robots.joint_follower, max_following_error=100.0)
+        output = peer.node.sdo[0x60FE]
+        said["brake_closed"] = [output[1].raw, output[2].raw, peer.node.sdo[0x605A].raw]
+        joint.enable()
+        until("it is released", lambda: output[1].raw == 0)
+        said["brake_released"] = peer.state
+        cell.emergency_stop("tried")
+        until("it is closed", lambda: output[1].raw == 1)
+        until("it is off", lambda: peer.state == 0x50)
+        said["brake_stopped"] = [output[1].raw, peer.state]
+    peer.close()
+
+
+def module(said: dict[str, Any]) -> None:
+    """What our driver does with a module of inputs and outputs."""
+    from canopen_peer import Module
+
+    import opengpac as gpac
+    from opengpac.cell import AnalogInput, AnalogOutput, DigitalInput, DigitalOutput, set_output
+
+    peer = Module("vcan0", 7)
+    peer.put(0x6000, 2, 0x08)
+    peer.put(0x6401, 2, -1500)
+    channels = {
+        "door": {"input": 11}, "lamp": {"output": 9, "safe": True}, "level": {"analog_input": 1, "scale": 0.001, "unit": "m"},
+        "valve": {"analog_output": 0, "scale": 0.01, "unit": "V", "safe": 1.0},
+    }  # fmt: skip
+    with gpac.System("terminals", progress=False) as cell:
+        rtp = cell.processor("rtp0")
+        fast = rtp.timer("fast", period="20 ms", priority=80)
+        io = {"io": {"node": 7, "channels": channels}}
+        driver = gpac.drivers.canopen("vcan0", modules=io, cycle="20 ms", timeout="60 s", heartbeat="60 s", lost_after=3000)
+        line = rtp.physical_device("line", driver, exchange=fast)
+        until("safe values", lambda: peer.at(0x6200, 2) == 0x02 and peer.at(0x6411, 1) == 100)
+        said["module_told"] = [peer.at(0x6206, 2), peer.at(0x6207, 2), peer.at(0x6443, 1), peer.at(0x6444, 1), peer.at(0x1029, 1)]
+        door, level = DigitalInput("door", line["io.door"]).enable(), AnalogInput("level", line["io.level"]).enable()
+        lamp, valve = DigitalOutput("lamp", line["io.lamp"]).enable(), AnalogOutput("valve", line["io.valve"], low=0, high=10).enable()
+        until("inputs", lambda: door.value.value and level.value.value == -1.5)
+        said["module_inputs"] = [bool(door.value.value), level.value.value]
+        set_output(lamp, False)
+        set_output(valve, 2.5)
+        until("outputs", lambda: peer.at(0x6200, 2) == 0 and peer.at(0x6411, 1) == 250)
+        said["module_outputs"] = [peer.at(0x6200, 2), peer.at(0x6411, 1), dict(line.counters)["frames_refused"]]
     peer.close()
 
 
@@ -105,6 +172,8 @@ def main() -> None:
         prepare()
         if sys.argv[2:] != ["try"]:
             drive(said)
+            brake(said)
+            module(said)
     except BaseException:
         said["failed"] = traceback.format_exc()
     (folder / "said.json").write_text(json.dumps(said))

@@ -3,12 +3,16 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
+import canopen as canopen_package
 import pytest
 
 import opengpac as gpac
+from drivers.canopen_peer import dictionary
 
 fake = gpac.drivers.fake
 NODE = 5
@@ -99,3 +103,75 @@ def test_what_is_wrong_is_refused_with_its_remedy(cell: gpac.System) -> None:
         rtp = cell.processor("rtp0")
         fast = rtp.timer("fast", period="10 ms", priority=80)
         rtp.physical_device("line", gpac.drivers.canopen("can0", {"x": {"node": 200, "counts": 1}}), exchange=fast)
+
+
+def test_an_axis_is_homed_by_its_drive(cell: gpac.System) -> None:
+    with fake.canopen({"name": "x", "node": NODE, "position": 1000, "watchdog": False, "limits": [-2000, 5000]}) as bus:
+        x = joint(cell, bus.interface)
+        line = cell.physical_devices["line"]
+        with concurrent.futures.ThreadPoolExecutor() as pool:
+            homing = pool.submit(line.services.home, axis="x", method=17, speed=10.0, position=0.5)
+            while not homing.done():
+                cell.advance("10 ms")
+            homing.result()
+        cell.advance("0.1 s")
+        assert (bus.drives()[0].position, bus.drives()[0].drive) == (500, "switch on disabled")
+        x.enable()
+        gpac.motion.move_absolute(gpac.Group("arm", x), goal=[0.6])
+        assert (bus.drives()[0].position, bus.drives()[0].mode) == (600, 8)
+
+
+@pytest.fixture
+def terminals() -> Iterator[fake.CanOpenBus]:
+    module = {"inputs": 8, "outputs": 8, "analog_inputs": 1, "analog_outputs": 1}
+    with fake.canopen({"name": "io", "node": 7, "watchdog": False, "module": module}) as bus:
+        yield bus
+
+
+def module(cell: gpac.System, bus: fake.CanOpenBus, channels: dict[str, Any], **options: Any) -> gpac.PhysicalDevice:
+    """A module with these channels."""
+    rtp = cell.processor("rtp0")
+    fast = rtp.timer("fast", period="10 ms", priority=80)
+    driver = gpac.drivers.canopen(bus.interface, modules={"io": {"node": 7, "channels": channels, **options}})
+    return rtp.physical_device("line", driver, exchange=fast)
+
+
+def test_terminals_of_a_module_are_inputs_and_outputs_of_a_cell(terminals: fake.CanOpenBus, cell: gpac.System) -> None:
+    from opengpac.cell import AnalogInput, AnalogOutput, DigitalInput, DigitalOutput, set_output
+
+    bus = terminals
+    line = module(cell, bus, {
+        "door": {"input": 5}, "lamp": {"output": 2, "safe": True},
+        "level": {"analog_input": 0, "scale": 0.001, "unit": "m"}, "valve": {"analog_output": 0, "scale": 0.01, "unit": "V", "safe": 1.0},
+    })  # fmt: skip
+    door, level = DigitalInput("door", line["io.door"]).enable(), AnalogInput("level", line["io.level"]).enable()
+    lamp, valve = DigitalOutput("lamp", line["io.lamp"]).enable(), AnalogOutput("valve", line["io.valve"], low=0, high=10).enable()
+    bus.put(7, "input", 5, True)
+    bus.put(7, "analog_input", 0, -1500)
+    set_output(lamp, False)
+    set_output(valve, 2.5)
+    cell.advance("50 ms")
+    (there,) = bus.modules()
+    assert (door.value.value, level.value.value) == (True, -1.5)
+    assert (there.outputs[2], there.analog_outputs, there.state) == (False, [250], "operational")
+    cell.emergency_stop("tried")
+    cell.advance("50 ms")
+    (there,) = bus.modules()
+    assert (there.outputs[2], there.analog_outputs) == (True, [100]), "safe"
+
+
+def test_an_eds_file_that_another_program_wrote_names_the_objects(bus: fake.CanOpenBus, cell: gpac.System, tmp_path: Path) -> None:
+    path = tmp_path / "drive.eds"
+    objects = dictionary(NODE)
+    objects[0x1018]["vendor"].default, objects[0x1018]["product"].default = 0x6A1C, 0x402
+    canopen_package.export_od(objects, str(path))
+    rtp = cell.processor("rtp0")
+    fast = rtp.timer("fast", period="10 ms", priority=80)
+    driver = gpac.drivers.canopen(bus.interface, {"x": {"node": NODE, "counts": -1000, "eds": path}})
+    line = rtp.physical_device("line", driver, exchange=fast)
+    assert line.services.read_object(axis="x", object="identity.product")["number"] == 0x402
+    assert line.services.read_object(axis="x", object="position")["number"] == 1000
+    line.services.write_object(axis="x", object="Target Torque", value=-3)
+    assert line.services.read_object(axis="x", object="target torque")["number"] == -3
+    with pytest.raises(gpac.Error, match="names no object 'positon'"):
+        line.services.read_object(axis="x", object="positon")

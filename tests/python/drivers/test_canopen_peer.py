@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Our driver and a drive on the package `canopen`, which nobody here wrote, on a virtual CAN bus. Where there is no user-mode Linux the
-closing lines of the run say so (`conftest.py`)."""
+"""Our driver with a drive and a module on the package `canopen`, which nobody here wrote, on a virtual CAN bus. Where
+there is no user-mode Linux the closing lines of the run say so (`conftest.py`)."""
 
 from __future__ import annotations
 
@@ -40,3 +40,17 @@ if user_mode_linux.missing() is None:
         assert said["recovered"] == [1.5, 0x37]
         assert "node 5 (axis 'x') has started anew" in said["restarted"]
         assert said["joined"] == [1.5, 0x50, 0x37], "off until it is enabled, and where it was"
+
+    def test_the_drive_looks_for_its_home_and_the_axis_goes_on_from_there(said: dict[str, Any]) -> None:
+        assert said["home"] == [-500, 35, 2000], "position, method and speed in counts"
+        assert said["moved_from_home"] == [-0.4, 0x37]
+
+    def test_a_brake_is_released_by_the_motor_and_closed_by_a_stop(said: dict[str, Any]) -> None:
+        assert said["brake_closed"] == [1, 1, 6], "closed, its bit is the controller's, and the motor holds behind a quick stop"
+        assert said["brake_released"] == 0x37
+        assert said["brake_stopped"] == [1, 0x50]
+
+    def test_a_module_has_its_safe_values_and_its_terminals_are_channels(said: dict[str, Any]) -> None:
+        assert said["module_told"] == [0xFF, 0x02, 1, 100, 2], "error modes and values, and that it stops without its controller"
+        assert said["module_inputs"] == [True, -1.5]
+        assert said["module_outputs"] == [0, 250, 0]

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What a drive is told before it exchanges process data.
-use super::axis::Axis;
+//! What a node is told before it exchanges process data.
+use super::station::{MappedBy, Station, What};
 use crate::client::{Client, Refused};
 use crate::nmt::Command;
-use crate::pdo::{self, Pdo};
+use crate::pdo::{self, LEN_MAX, PDOS, Pdo};
 use cia402::{Entry, Mode};
 
 /// Bits of a PDO's identifier: it is not used; nobody may ask for it.
@@ -13,10 +13,13 @@ const NOT_ASKED_FOR: u32 = 0x4000_0000;
 const EACH_SYNC: u8 = 1;
 /// What a drive does without its controller (0x6007): a quick stop.
 const QUICK_STOP: i16 = 3;
-/// Profile of drives, in the lower half of a node's type.
+/// What a module does without its controller (0x1029): it stops, and its outputs have their error values.
+const STOPS: u8 = 2;
+/// Profiles, in the lower half of a node's type.
 const DRIVES: u32 = 402;
+const MODULES: u32 = 401;
 
-/// What all drives of a bus are told.
+/// What all nodes of a bus are told.
 pub struct Terms {
     pub own_node: u8,
     pub timeout_ns: i64,
@@ -24,57 +27,105 @@ pub struct Terms {
     pub cycle_ns: i64,
 }
 
+/// Which way PDOs go: their parameters, their mappings, and the identifier of the first.
+#[derive(Clone, Copy)]
+struct Way {
+    parameters: u16,
+    mappings: u16,
+    identifier: u16,
+}
+
+const RECEIVED: Way = Way { parameters: 0x1400, mappings: 0x1600, identifier: 0x200 };
+const SENT: Way = Way { parameters: 0x1800, mappings: 0x1A00, identifier: 0x180 };
+
 struct Told<'a> {
     client: &'a mut Client,
     node: u8,
-    name: String,
+    title: String,
+    mapping: MappedBy,
 }
 
-/// Configures the drive of an axis: it is pre-operational then, and moves nothing.
+/// Configures a node: it is pre-operational then, and moves nothing.
 ///
 /// # Errors
-/// For people: the drive does not answer, is none, or lacks what is needed.
-pub fn configure(client: &mut Client, axis: &mut Axis, terms: &Terms) -> Result<(), String> {
-    let (node, name) = (axis.node, axis.name.clone());
-    client.send(&Command::PreOperational.frame(node)).map_err(|error| error.to_string())?;
-    let mut told = Told { client, node, name };
-    told.recognise(axis.scale.mode)?;
-    told.watch(terms, axis.is_watched)?;
-    told.write(0x6060, 0, &[axis.scale.mode as u8])?;
-    told.pace(terms)?;
-    let mut outputs = pdo::outputs(axis.scale.mode);
-    told.map(0x1400, 0x1600, 0x200 + u32::from(node), &mut outputs)?;
-    let [first, second] = &mut axis.inputs;
-    told.map(0x1800, 0x1A00, 0x180 + u32::from(node), first)?;
-    told.map(0x1801, 0x1A01, 0x280 + u32::from(node), second)?;
-    for unused in [0x1401, 0x1402, 0x1403, 0x1802, 0x1803] {
-        told.drop_pdo(unused)?;
+/// For people: it does not answer, is of another profile than it should be, or lacks what is needed.
+pub fn configure(client: &mut Client, station: &mut Station, terms: &Terms) -> Result<(), String> {
+    client.send(&Command::PreOperational.frame(station.node)).map_err(|error| error.to_string())?;
+    let mut told = Told { client, node: station.node, title: station.title(), mapping: station.mapping };
+    told.recognise(station)?;
+    told.watch(terms, station.is_watched)?;
+    match &station.what {
+        What::Axis(axis) => {
+            told.try_write(0x6007, 0, &QUICK_STOP.to_le_bytes())?;
+            for (of, value) in axis.settings() {
+                told.try_write(of.index, of.sub, &value)?;
+            }
+            told.write(0x6060, 0, &[axis.mode as u8])?;
+            told.pace(terms)?;
+        }
+        What::Module(module) => {
+            told.count(module.groups())?;
+            told.try_write(0x1029, 1, &[STOPS])?;
+            for (of, value) in module.settings() {
+                told.try_write(of.index, of.sub, &value)?;
+            }
+        }
     }
+    leave_out(station)?;
+    let is_needed = |word| station.needs(word);
+    let (mut inputs, mut outputs) = (station.inputs.clone(), station.outputs.clone());
+    for number in 0..PDOS {
+        told.map(RECEIVED, number as u16, &mut outputs[number], is_needed)?;
+        told.map(SENT, number as u16, &mut inputs[number], is_needed)?;
+    }
+    (station.inputs, station.outputs) = (inputs, outputs);
+    match station.mode() {
+        Some(mode) => told.check_mapped(mode, station),
+        None => Ok(()),
+    }
+}
+
+/// What the EDS file of a node says cannot be mapped is not asked for.
+fn leave_out(station: &mut Station) -> Result<(), String> {
+    let Some(eds) = station.eds.clone() else { return Ok(()) };
+    let cannot = |word: &pdo::Word| eds.object(pdo::entry(*word)).is_none_or(|object| !object.is_mappable);
+    let words = || station.inputs.iter().chain(&station.outputs).flat_map(|pdo| pdo.words.iter().copied());
+    if let Some(word) = words().find(|word| station.needs(*word) && cannot(word)) {
+        return Err(format!("{}: its EDS file has no object {:#06x}:{} that can be mapped", station.title(), word >> 16, word >> 8 & 0xFF));
+    }
+    station.inputs.iter_mut().chain(&mut station.outputs).for_each(|pdo| pdo.words.retain(|word| !cannot(word)));
     Ok(())
 }
 
 impl Told<'_> {
     fn wrong(&self, index: u16, sub: u8, why: &Refused) -> String {
-        let (node, name) = (self.node, &self.name);
+        let title = &self.title;
         match why {
-            Refused::Silent => {
-                format!("node {node} (axis '{name}') does not answer; look at its power, its number, the bit rate and the terminating resistors")
-            }
-            Refused::Link(error) => format!("node {node} (axis '{name}') is not reached: {error}; is the interface up?"),
-            _ => format!("node {node} (axis '{name}') object {index:#06x}:{sub}: it {why}"),
+            Refused::Silent => format!("{title} does not answer; look at its power, its number, the bit rate and the terminating resistors"),
+            Refused::Link(error) => format!("{title} is not reached: {error}; is the interface up?"),
+            _ => format!("{title} object {index:#06x}:{sub}: {why}"),
         }
     }
 
     fn read(&mut self, index: u16, sub: u8) -> Result<u32, String> {
         let value = self.client.upload(self.node, Entry { index, sub }).map_err(|why| self.wrong(index, sub, &why))?;
-        Ok(value.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte)))
+        Ok(number(&value))
+    }
+
+    /// The same, of an object that a node may lack.
+    fn try_read(&mut self, index: u16, sub: u8) -> Result<Option<u32>, String> {
+        match self.client.upload(self.node, Entry { index, sub }) {
+            Ok(value) => Ok(Some(number(&value))),
+            Err(Refused::Aborted(_)) => Ok(None),
+            Err(why) => Err(self.wrong(index, sub, &why)),
+        }
     }
 
     fn write(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<(), String> {
         self.client.download(self.node, Entry { index, sub }, value).map_err(|why| self.wrong(index, sub, &why))
     }
 
-    /// The same, of an object that a drive may lack, or have otherwise; false: it refuses.
+    /// The same, of an object that a node may lack, or have otherwise; false: it refuses.
     fn try_write(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<bool, String> {
         match self.client.download(self.node, Entry { index, sub }, value) {
             Ok(()) => Ok(true),
@@ -83,36 +134,55 @@ impl Told<'_> {
         }
     }
 
-    fn recognise(&mut self, mode: Mode) -> Result<(), String> {
-        let (node, name) = (self.node, self.name.clone());
-        let kind = self.read(0x1000, 0)?;
-        if kind & 0xFFFF != DRIVES {
-            return Err(format!("node {node} (axis '{name}') is no drive by CiA 402: it is of profile {}", kind & 0xFFFF));
+    /// It is what it is asked for as: profile, mode, and the product of its data sheet.
+    fn recognise(&mut self, station: &Station) -> Result<(), String> {
+        let title = self.title.clone();
+        let profile = self.read(0x1000, 0)? & 0xFFFF;
+        let (wanted, kind) = if station.mode().is_some() { (DRIVES, "drive by CiA 402") } else { (MODULES, "module by CiA 401") };
+        if profile != wanted {
+            return Err(format!("{title} is no {kind}: it is of profile {profile}"));
+        }
+        if let Some(eds) = &station.eds {
+            for (sub, what, expected) in [(1, "vendor", eds.vendor), (2, "product", eds.product)] {
+                let is = self.try_read(0x1018, sub)?;
+                if let (Some(expected), Some(is)) = (expected, is)
+                    && expected != is
+                {
+                    return Err(format!("{title} is not what its EDS file describes: its {what} is {is:#010x}, that of the file {expected:#010x}"));
+                }
+            }
         }
         // Which modes it has: a bit each, where it says so.
-        let bit = mode as u32 - 1;
-        match self.client.upload(node, Entry { index: 0x6502, sub: 0 }) {
-            Ok(modes) if modes.len() == 4 && u32::from_le_bytes([modes[0], modes[1], modes[2], modes[3]]) >> bit & 1 == 0 => {
-                Err(format!("node {node} (axis '{name}') has no mode {} (cyclic synchronous {mode:?}); object 0x6502 says which it has", mode as u8))
+        let Some(mode) = station.mode() else { return Ok(()) };
+        match self.try_read(0x6502, 0)? {
+            Some(modes) if modes >> (mode as u32 - 1) & 1 == 0 => {
+                Err(format!("{title} has no mode {} (cyclic synchronous {mode:?}); object 0x6502 says which it has", mode as u8))
             }
-            Ok(_) | Err(Refused::Aborted(_)) => Ok(()),
-            Err(why) => Err(self.wrong(0x6502, 0, &why)),
+            _ => Ok(()),
         }
     }
 
-    /// The drive says that it is there, and watches whether this controller is.
+    /// It has as many terminals as channels need: each group's object, how many subindices are needed, and what they are.
+    fn count(&mut self, groups: impl Iterator<Item = (u16, u8, &'static str)>) -> Result<(), String> {
+        for (index, needed, what) in groups {
+            let has = self.try_read(index, 0)?.unwrap_or(0);
+            if has < needed.into() {
+                return Err(format!("{} has {has} {what} (object {index:#06x}:0), and a channel needs number {needed}", self.title));
+            }
+        }
+        Ok(())
+    }
+
+    /// The node says that it is there, and watches whether this controller is.
     fn watch(&mut self, terms: &Terms, is_watched: bool) -> Result<(), String> {
         let ms = |ns: i64| (ns / 1_000_000) as u16;
         self.write(0x1017, 0, &ms(terms.heartbeat_ns).to_le_bytes())?;
         let consumed = if is_watched { u32::from(terms.own_node) << 16 | u32::from(ms(terms.timeout_ns)) } else { 0 };
         let has_watchdog = self.try_write(0x1016, 1, &consumed.to_le_bytes())?;
         if is_watched && !has_watchdog {
-            return Err(format!(
-                "node {} (axis '{}') cannot watch for this controller: it refuses object 0x1016:1; with \"watchdog\": false it is used without",
-                self.node, self.name
-            ));
+            return Err(format!("{} cannot watch for this controller: it refuses object 0x1016:1; with \"watchdog\": false it is used without", self.title));
         }
-        self.try_write(0x6007, 0, &QUICK_STOP.to_le_bytes()).map(drop)
+        Ok(())
     }
 
     /// How long a cycle is, where the drive wants to know it.
@@ -128,15 +198,34 @@ impl Told<'_> {
         self.try_write(0x60C2, 2, &power.to_le_bytes()).map(drop)
     }
 
-    /// Maps objects into a PDO that goes with each SYNC; one that the drive may lack, and does not map, is left out.
-    fn map(&mut self, index: u16, mapping: u16, id: u32, wanted: &mut Pdo) -> Result<(), String> {
+    /// Has a PDO carry these objects with each SYNC; one that the node may lack, and does not map, is left out. One that carries none is not used.
+    fn map(&mut self, way: Way, number: u16, wanted: &mut Pdo, is_needed: impl Fn(pdo::Word) -> bool) -> Result<(), String> {
+        let (index, mapping) = (way.parameters + number, way.mappings + number);
+        if self.mapping == MappedBy::Node {
+            *wanted = self.mapped(index, mapping)?;
+        }
+        if wanted.is_empty() {
+            return self.drop_pdo(index);
+        }
         let before = self.read(index, 1)?;
         self.write(index, 1, &(before | UNUSED).to_le_bytes())?;
+        if self.mapping == MappedBy::Driver {
+            self.write_mapping(mapping, wanted, is_needed)?;
+        }
+        if wanted.is_empty() {
+            return Ok(());
+        }
+        self.write(index, 2, &[EACH_SYNC])?;
+        let id = u32::from(way.identifier + 0x100 * number) + u32::from(self.node);
+        self.write(index, 1, &(id | before & NOT_ASKED_FOR).to_le_bytes())
+    }
+
+    fn write_mapping(&mut self, mapping: u16, wanted: &mut Pdo, is_needed: impl Fn(pdo::Word) -> bool) -> Result<(), String> {
         self.write(mapping, 0, &[0])?;
         let mut mapped = Pdo::default();
         for word in std::mem::take(&mut wanted.words) {
             let sub = mapped.words.len() as u8 + 1;
-            if !pdo::is_optional(word) {
+            if is_needed(word) {
                 self.write(mapping, sub, &word.to_le_bytes())?;
             } else if !self.try_write(mapping, sub, &word.to_le_bytes())? {
                 continue;
@@ -144,23 +233,39 @@ impl Told<'_> {
             mapped.words.push(word);
         }
         *wanted = mapped;
-        if wanted.is_empty() {
-            return Ok(());
-        }
-        self.write(mapping, 0, &[wanted.words.len() as u8])?;
-        self.write(index, 2, &[EACH_SYNC])?;
-        self.write(index, 1, &(id | before & NOT_ASKED_FOR).to_le_bytes())
+        if wanted.is_empty() { Ok(()) } else { self.write(mapping, 0, &[wanted.words.len() as u8]) }
     }
 
-    /// Uses a PDO no more, where the drive has it.
-    fn drop_pdo(&mut self, index: u16) -> Result<(), String> {
-        match self.client.upload(self.node, Entry { index, sub: 1 }) {
-            Ok(id) if id.len() == 4 => {
-                let id = u32::from_le_bytes([id[0], id[1], id[2], id[3]]) | UNUSED;
-                self.try_write(index, 1, &id.to_le_bytes()).map(drop)
-            }
-            Ok(_) | Err(Refused::Aborted(_)) => Ok(()),
-            Err(why) => Err(self.wrong(index, 1, &why)),
+    /// The objects that a PDO of the node carries as it is; none where it is not used, or has what is not counted in bytes.
+    fn mapped(&mut self, index: u16, mapping: u16) -> Result<Pdo, String> {
+        let is_used = self.try_read(index, 1)?.is_some_and(|id| id & UNUSED == 0);
+        let count = if is_used { self.try_read(mapping, 0)?.unwrap_or(0) } else { 0 };
+        let words: Vec<u32> = (1..=count.min(64) as u8).map(|sub| self.read(mapping, sub)).collect::<Result<_, _>>()?;
+        let (is_whole, pdo) = (words.iter().all(|word| (word & 0xFF).is_multiple_of(8)), Pdo { words });
+        Ok(if is_whole && pdo.len() <= LEN_MAX { pdo } else { Pdo::default() })
+    }
+
+    /// A drive that keeps its own mapping exchanges what an axis needs.
+    fn check_mapped(&self, mode: Mode, station: &Station) -> Result<(), String> {
+        let has = |pdos: &pdo::Pdos, word| pdos.iter().any(|pdo| pdo.at(word).is_some());
+        let outputs = [pdo::CONTROL, pdo::target(mode)].into_iter().find(|word| !has(&station.outputs, *word));
+        let inputs = [pdo::STATUS, pdo::POSITION].into_iter().find(|word| !has(&station.inputs, *word));
+        match outputs.or(inputs) {
+            Some(word) => Err(format!("{} does not exchange object {:#06x}; let the driver write the PDOs: \"pdos\": \"written\"", self.title, word >> 16)),
+            None => Ok(()),
         }
     }
+
+    /// Uses a PDO no more, where the node has it.
+    fn drop_pdo(&mut self, index: u16) -> Result<(), String> {
+        match self.try_read(index, 1)? {
+            Some(id) => self.try_write(index, 1, &(id | UNUSED).to_le_bytes()).map(drop),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A value of up to 4 bytes without a sign.
+fn number(value: &[u8]) -> u32 {
+    value.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
 }

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The declaration of the driver.
-use super::axis::{Axis, part};
-use super::counters::COUNTERS;
+use super::axis::Axis;
+use super::counters::Count;
 use super::device::{CanOpen, OBJECT};
-use super::options::{self, HEARTBEAT_NS, Options};
+use super::module::Module;
+use super::options::{self, HEARTBEAT_NS, ModuleOptions, Options, Terminal, data_sheet};
 use super::services::SERVICES;
+use super::station::{Station, What};
 use crate::client::Client;
-use crate::emulator::DriveOptions;
-use crate::link::Place;
+use crate::emulator::{NodeOptions, Terminals};
+use crate::place::Place;
 use cia402::Entry;
+use cia402::axis::part;
 use device::{Class, Declaration, DriverError, Found, Given, Kind, Layout, Life, Opened, OptionWord, Part, SafeBy, SafeState};
 use serde::Deserialize;
 use serde_json::json;
@@ -19,22 +22,29 @@ pub static DRIVER: Declaration = Declaration {
     class: Class::Inline,
     life: Life { waits_ns: 0, lost_within_ns: 4 * HEARTBEAT_NS },
     safe_state: SafeState {
-        doc: "quick stop: each axis comes to rest along its own ramp and is switched off",
+        doc: "quick stop: each axis comes to rest along its own ramp and is switched off; each output of a module has its safe value",
         by: &[SafeBy::Driver, SafeBy::Guard, SafeBy::Device],
         within_ns: 0,
     },
     services: &SERVICES,
-    counters: &COUNTERS,
+    counters: Count::WORDS,
     scan: Some(scan),
-    ..Declaration::new("canopen", "drives by CiA 402 on CANopen, an axis each", &OPTIONS, open)
+    ..Declaration::new("canopen", "drives by CiA 402 on CANopen, an axis each, and modules by CiA 401", &OPTIONS, open)
 };
 
-const OPTIONS: [OptionWord; 7] = [
+const OPTIONS: [OptionWord; 8] = [
     OptionWord::needed("interface", Kind::Text, "the interface of SocketCAN, `can0`; or `local:NAME` of an emulated bus, `emulated` for one of its own"),
-    OptionWord::needed(
+    OptionWord::with_default(
         "axes",
         Kind::List,
-        "a table each: name, node, counts (to a unit of position); and mode, unit, speed_max, range, rated_torque, offset, watchdog",
+        "none",
+        "a table each: name, node, counts (to a unit of position); and mode, unit, speed_max, range, rated_torque, offset, brake, watchdog, pdos, eds",
+    ),
+    OptionWord::with_default(
+        "modules",
+        Kind::List,
+        "none",
+        "a table each: name, node, channels; a channel by its name: input, output, analog_input or analog_output, and scale, offset, unit, safe",
     ),
     OptionWord::with_default("cycle_ns", Kind::Whole, "10 ms", "the period of the source that exchanges it, as the drives are told").unit("ns"),
     OptionWord::with_default("timeout_ns", Kind::Whole, "100 ms", "the watchdog of the drives: without a heartbeat for so long they stop by themselves")
@@ -48,11 +58,41 @@ const OPTIONS: [OptionWord; 7] = [
 fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let options: Options = options::read(given)?;
     let mut layout = Layout::default();
-    let axes: Vec<Axis> = options.axes.iter().map(|axis| Axis::new(axis, &mut layout)).collect();
-    let parts: Vec<Part> = options.axes.iter().filter_map(part).collect();
-    let emulated = || options.axes.iter().map(|axis| DriveOptions { name: axis.name.clone(), node: axis.node, position: 0, watchdog: None }).collect();
-    let place = Place::of(&options.interface, emulated);
-    Ok((Box::new(CanOpen::new(&options, place, axes, layout.into_channels())), json!({ "parts": parts })))
+    let mut stations = Vec::new();
+    for of in &options.axes {
+        let axis = Station::new(of.node, &of.axis.name, What::Axis(Box::new(Axis::new(of, &mut layout))));
+        let eds = data_sheet(given, of.eds.as_deref())?;
+        stations.push(Station { is_watched: of.watchdog != Some(false), mapping: of.pdos.mapping(), eds, ..axis });
+    }
+    for of in &options.modules {
+        let module = Station::new(of.node, &of.name, What::Module(Module::new(of, &mut layout)));
+        stations.push(Station { is_watched: of.watchdog != Some(false), eds: data_sheet(given, of.eds.as_deref())?, ..module });
+    }
+    let parts: Vec<Part> = options.axes.iter().filter_map(|of| part(&of.axis)).collect();
+    let place = Place::of(&options.interface, || emulated(&options));
+    Ok((Box::new(CanOpen::new(&options, place, stations, layout.into_channels())), json!({ "parts": parts })))
+}
+
+/// The nodes of an emulated bus that has what is asked for.
+fn emulated(options: &Options) -> Vec<NodeOptions> {
+    let axes = options.axes.iter().map(|of| NodeOptions { name: of.axis.name.clone(), node: of.node, ..NodeOptions::default() });
+    let modules = options.modules.iter().map(|of| NodeOptions { name: of.name.clone(), node: of.node, module: Some(terminals(of)), ..NodeOptions::default() });
+    axes.chain(modules).collect()
+}
+
+/// As many as the channels of a module need.
+fn terminals(of: &ModuleOptions) -> Terminals {
+    let mut all = Terminals::default();
+    for channel in of.channels.values() {
+        let (count, number) = match channel.terminal() {
+            Terminal::Input(number) => (&mut all.inputs, number),
+            Terminal::Output(number) => (&mut all.outputs, number),
+            Terminal::AnalogInput(number) => (&mut all.analog_inputs, number),
+            Terminal::AnalogOutput(number) => (&mut all.analog_outputs, number),
+        };
+        *count = (*count).max(number + 1);
+    }
+    all
 }
 
 #[derive(Deserialize)]
@@ -62,6 +102,8 @@ struct Where {
 
 /// How long a node may take to say what it is.
 const ANSWER: Duration = Duration::from_millis(300);
+/// Profile of modules, in the lower half of a node's type.
+const MODULES: u32 = 401;
 
 fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
     let Where { interface: Some(interface) } = given.read()? else {
@@ -83,7 +125,12 @@ fn scan(given: &Given<'_>) -> Result<Vec<Found>, DriverError> {
             "node {node}: '{name}', profile {}, vendor {vendor:#010x}, product {product:#010x}, revision {revision:#010x}, serial {serial}",
             kind & 0xFFFF
         );
-        Found { what, options: json!({ "interface": interface, "axes": [{ "name": format!("axis{node}"), "node": node, "counts": 1 }] }) }
+        let options = if kind & 0xFFFF == MODULES {
+            json!({ "interface": interface, "modules": [{ "name": format!("module{node}"), "node": node, "channels": {} }] })
+        } else {
+            json!({ "interface": interface, "axes": [{ "name": format!("axis{node}"), "node": node, "counts": 1 }] })
+        };
+        Found { what, options }
     });
     Ok(found.collect())
 }

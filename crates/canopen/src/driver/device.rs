@@ -1,26 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver in its life: brings its drives to operation, exchanges, comes to rest.
-use super::axis::Axis;
+//! The driver in its life: brings its nodes to operation, exchanges, comes to rest.
 use super::bring_up::{Terms, configure};
-use super::counters::{self as count, COUNTERS};
-use super::heard::{Heard, Missing};
+use super::counters::Count;
+use super::heard::Missing;
 use super::options::Options;
-use super::services::Shared;
+use super::services::{Beside, Nodes};
+use super::station::{Station, What};
 use crate::client::Client;
 use crate::frame::{self, Came, Frame};
-use crate::link::{Link, Place};
+use crate::link::Link;
 use crate::message::{self, Message};
 use crate::nmt::{self, Command, NODE_MAX, NodeState};
+use crate::place::Place;
+use cia402::Commander;
+use cia402::axis::Shared;
 use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// What the cycle hears: emergencies, process data, heartbeats.
-const HEARD: [(u16, u16); 4] = [(0x080, 0x780), (0x180, 0x780), (0x280, 0x780), (0x700, 0x780)];
+const HEARD: [(u16, u16); 6] = [(0x080, 0x780), (0x180, 0x780), (0x280, 0x780), (0x380, 0x780), (0x480, 0x780), (0x700, 0x780)];
 /// Frames that a cycle takes at most: the rest is for the next.
 const TAKEN_MAX: usize = 1024;
-/// How long drives may take to send their first process data, and one cycle off the clock.
+/// How long nodes may take to send their first process data, and one cycle off the clock.
 const TO_OPERATION: Duration = Duration::from_secs(5);
 const ANSWER: Duration = Duration::from_millis(100);
 /// An object, from a node that may be busy with its storage.
@@ -28,15 +30,15 @@ pub const OBJECT: Duration = Duration::from_secs(1);
 
 pub struct CanOpen {
     place: Place,
-    axes: Vec<Axis>,
-    heard: Vec<Heard>,
-    /// The axis of each node.
+    /// The axes first, then the modules.
+    stations: Vec<Station>,
+    /// The station of each node.
     by_node: [Option<u8>; NODE_MAX as usize + 1],
     channels: Vec<Channel>,
     terms: Terms,
     lost_after: u32,
     counters: Arc<Counters>,
-    shared: Arc<Shared>,
+    beside: Arc<Beside>,
     link: Option<Box<dyn Link>>,
     /// A SYNC was sent since the last reading.
     has_asked: bool,
@@ -46,22 +48,22 @@ pub struct CanOpen {
 }
 
 impl CanOpen {
-    pub fn new(options: &Options, place: Place, axes: Vec<Axis>, channels: Vec<Channel>) -> CanOpen {
+    pub fn new(options: &Options, place: Place, stations: Vec<Station>, channels: Vec<Channel>) -> CanOpen {
         let mut by_node = [None; NODE_MAX as usize + 1];
-        for (index, axis) in axes.iter().enumerate() {
-            by_node[usize::from(axis.node & NODE_MAX)] = Some(index as u8);
+        for (index, station) in stations.iter().enumerate() {
+            by_node[usize::from(station.node & NODE_MAX)] = Some(index as u8);
         }
-        let names = axes.iter().map(|axis| (axis.name.clone(), axis.node)).collect();
+        let shared = Shared::new(&format!("the bus on '{place}'"), stations.iter().map(Station::beside));
+        let data_sheets = stations.iter().map(|station| station.eds.clone()).collect();
         CanOpen {
-            shared: Arc::new(Shared::new(place.clone(), names)),
+            beside: Arc::new(Beside { shared, axes: options.axes.len(), data_sheets }),
             place,
-            heard: axes.iter().map(|_| Heard::default()).collect(),
-            axes,
+            stations,
             by_node,
             channels,
             terms: Terms { own_node: options.own_node, timeout_ns: options.timeout_ns, heartbeat_ns: options.heartbeat_ns, cycle_ns: options.cycle_ns },
             lost_after: options.lost_after,
-            counters: Arc::new(Counters::new(&COUNTERS)),
+            counters: Arc::new(Counters::new(Count::WORDS)),
             link: None,
             has_asked: false,
             is_bus_off: false,
@@ -77,22 +79,21 @@ impl CanOpen {
     fn start(&mut self) -> Result<(), String> {
         self.link = None;
         let mut client = Client::open(&self.place, OBJECT).map_err(|error| self.on(error))?;
-        for axis in &mut self.axes {
-            axis.inputs = crate::pdo::inputs();
-            configure(&mut client, axis, &self.terms)?;
+        for station in &mut self.stations {
+            station.expect();
+            configure(&mut client, station, &self.terms)?;
         }
         self.link = Some(self.place.open(&HEARD).map_err(|error| self.on(error))?);
-        self.heard.iter_mut().for_each(Heard::expect);
-        for node in self.axes.iter().map(|axis| axis.node) {
+        for node in self.stations.iter().map(|station| station.node) {
             client.send(&Command::Start.frame(node)).map_err(|error| error.to_string())?;
         }
         (self.is_bus_off, self.written_ns, self.beaten_ns) = (false, None, None);
         self.exchange_idle()?;
         self.reset_faults()?;
         // What was said of them before they were started is old.
-        self.heard.iter_mut().for_each(Heard::expect);
+        self.stations.iter_mut().for_each(|station| station.heard.expect());
         self.has_asked = false;
-        self.shared.reach(client);
+        self.beside.shared.reach(Nodes { client, of_axes: self.stations.iter().map(|station| station.node).collect() });
         Ok(())
     }
 
@@ -100,15 +101,14 @@ impl CanOpen {
     fn exchange_idle(&mut self) -> Result<(), String> {
         let end = Instant::now() + TO_OPERATION;
         loop {
-            self.heard.iter_mut().for_each(|heard| heard.is_fresh = false);
+            self.stations.iter_mut().for_each(|station| station.heard.is_fresh = false);
             self.send_idle();
             let until = Instant::now() + ANSWER;
             loop {
                 self.receive(0).map_err(|error| self.on(error))?;
-                let Some(silent) = self.heard.iter().position(|heard| !heard.is_fresh) else { return Ok(()) };
+                let Some(silent) = self.stations.iter().find(|station| !station.heard.is_fresh && station.answers()) else { return Ok(()) };
                 if Instant::now() > end {
-                    let Axis { name, node, .. } = &self.axes[silent];
-                    return Err(format!("node {node} (axis '{name}') sends no process data within {} s of its start", TO_OPERATION.as_secs()));
+                    return Err(format!("{} sends no process data within {} s of its start", silent.title(), TO_OPERATION.as_secs()));
                 }
                 if Instant::now() > until {
                     break;
@@ -121,7 +121,8 @@ impl CanOpen {
     /// Faults that are there already go; one that comes again is told when its axis is engaged.
     fn reset_faults(&mut self) -> Result<(), String> {
         for _ in 0..4 {
-            self.axes.iter_mut().filter(|axis| axis.commander.is_faulty()).for_each(|axis| axis.commander.reset());
+            let commanders = self.stations.iter_mut().filter_map(Station::axis_mut).map(|axis| &mut axis.moved.commander);
+            commanders.filter(|commander| commander.is_faulty()).for_each(Commander::reset);
             self.exchange_idle()?;
         }
         self.exchange_idle()
@@ -135,31 +136,27 @@ impl CanOpen {
                 None => break,
                 Some(Came::Frame(frame)) => self.take(&frame, now_ns),
                 Some(Came::Report { classes, controller }) => self.note(classes, controller),
-                Some(Came::Strange) => self.counters.add(count::REFUSED, 1),
+                Some(Came::Strange) => self.counters.add(Count::Refused, 1),
             }
         }
         let overflowed = self.link.as_ref().map_or(0, |link| link.overflowed());
-        self.counters.set(count::OVERFLOWED, u64::from(overflowed));
+        self.counters.set(Count::Overflowed, u64::from(overflowed));
         Ok(())
     }
 
     fn take(&mut self, frame: &Frame, now_ns: i64) {
         // Other nodes of the bus are nobody's here.
-        let Some(axis) = self.by_node[usize::from(frame.id & 0x7F)] else { return };
-        let (axis, heard) = (&mut self.axes[usize::from(axis)], &mut self.heard[usize::from(axis)]);
+        let Some(station) = self.by_node[usize::from(frame.id & 0x7F)] else { return };
+        let station = &mut self.stations[usize::from(station)];
         match message::read(frame) {
-            Some(Message::Pdo { number: number @ (1 | 2), bytes, .. }) if axis.take(number, bytes) => {
-                if number == 1 {
-                    heard.fresh(now_ns);
-                }
-            }
-            Some(Message::Heartbeat { state, .. }) => heard.heartbeat(now_ns, state),
+            Some(Message::Pdo { number, bytes, .. }) if station.take(number, bytes, now_ns) => {}
+            Some(Message::Heartbeat { state, .. }) => station.heard.heartbeat(now_ns, state),
             Some(Message::Emergency { code, .. }) => {
-                heard.data(now_ns);
-                axis.heed(code);
-                self.counters.add(count::EMERGENCIES, 1);
+                station.heard.data(now_ns);
+                station.heed(code);
+                self.counters.add(Count::Emergencies, 1);
             }
-            _ => self.counters.add(count::REFUSED, 1),
+            _ => self.counters.add(Count::Refused, 1),
         }
     }
 
@@ -167,28 +164,35 @@ impl CanOpen {
     fn note(&mut self, classes: u32, controller: u8) {
         if classes & frame::BUS_OFF != 0 {
             self.is_bus_off = true;
-            self.counters.add(count::BUS_OFF, 1);
+            self.counters.add(Count::BusOff, 1);
         }
         if classes & frame::RESTARTED != 0 {
             self.is_bus_off = false;
         }
         if classes & frame::CONTROLLER != 0 && controller & frame::PASSIVE != 0 {
-            self.counters.add(count::PASSIVE, 1);
+            self.counters.add(Count::Passive, 1);
         }
     }
 
     fn send(&mut self, frame: &Frame) {
         let sent = self.link.as_mut().is_some_and(|link| link.send(frame).is_ok());
         // What is not sent brings no process data back: the readings tell it.
-        self.counters.add(count::UNSENT, u64::from(!sent));
+        self.counters.add(Count::Unsent, u64::from(!sent));
     }
 
     fn send_idle(&mut self) {
-        for index in 0..self.axes.len() {
-            let frame = self.axes[index].told_idle();
-            self.send(&frame);
-        }
+        self.stations.iter_mut().for_each(Station::tell_idle);
+        self.send_told();
         self.send(&nmt::sync());
+    }
+
+    /// Sends what all are told.
+    fn send_told(&mut self) {
+        for index in 0..self.stations.len() {
+            for frame in self.stations[index].frames().into_iter().flatten() {
+                self.send(&frame);
+            }
+        }
     }
 
     /// What is wrong with the bus or a node, at this cycle.
@@ -198,22 +202,22 @@ impl CanOpen {
                 self.on("the adapter has left the bus (bus off): look at the cables, the terminating resistors and the bit rate; then reset the device"),
             );
         }
-        for (axis, heard) in self.axes.iter().zip(&mut self.heard) {
-            if self.has_asked && !std::mem::take(&mut heard.is_fresh) {
-                heard.cycles += 1;
-                self.counters.add(count::LOST, 1);
+        for station in &mut self.stations {
+            let answers = station.answers();
+            if self.has_asked && answers && !std::mem::take(&mut station.heard.is_fresh) {
+                station.heard.cycles += 1;
+                self.counters.add(Count::Lost, 1);
             }
-            let (missing, beats) = heard.missing(now_ns, self.terms.heartbeat_ns, self.lost_after);
-            self.counters.add(count::MISSED, beats);
-            let (name, node) = (&axis.name, axis.node);
+            let (missing, beats) = station.heard.missing(now_ns, self.terms.heartbeat_ns, self.lost_after);
+            self.counters.add(Count::Missed, beats);
             let what = match missing {
                 None => continue,
                 Some(Missing::Left(NodeState::BootUp)) => "has started anew: it was without power, or was reset".to_owned(),
                 Some(Missing::Left(state)) => format!("has left operation: it is {state}"),
-                Some(Missing::Cycles) => format!("sends no process data for {} cycles: its cable is out, or it has no power", heard.cycles),
+                Some(Missing::Cycles) => format!("sends no process data for {} cycles: its cable is out, or it has no power", station.heard.cycles),
                 Some(Missing::Beats) => "has missed its heartbeat: its cable is out, or it has no power".to_owned(),
             };
-            return Some(format!("node {node} (axis '{name}') {what}"));
+            return Some(format!("{} {what}", station.title()));
         }
         None
     }
@@ -236,19 +240,20 @@ impl Driver for CanOpen {
         let came = link.settle(release_ns).and_then(|()| self.receive(release_ns));
         came.map_err(|error| DeviceError { message: self.on(error) })?;
         let late = self.written_ns.is_some_and(|written| release_ns - written > self.terms.timeout_ns);
-        if late && self.axes.iter().any(|axis| axis.is_watched) {
+        if late && self.stations.iter().any(|station| station.is_watched) {
             return Err(DeviceError {
-                message: format!("its drives have stopped by themselves: no command came for their timeout of {} ms", self.terms.timeout_ns as f64 * 1e-6),
+                message: format!("its nodes have stopped by themselves: no command came for their timeout of {} ms", self.terms.timeout_ns as f64 * 1e-6),
             });
         }
         if let Some(message) = self.lost(release_ns) {
+            self.beside.shared.homes.end();
             return Err(DeviceError { message });
         }
         self.has_asked = false;
-        for axis in &self.axes {
-            axis.show(readings);
+        for station in &self.stations {
+            station.show(readings);
         }
-        match self.axes.iter().find_map(Axis::fault) {
+        match self.stations.iter().find_map(Station::fault) {
             Some(message) => Err(DeviceError { message }),
             None => Ok(()),
         }
@@ -260,26 +265,35 @@ impl Driver for CanOpen {
         }
         let span_s = (release_ns - self.written_ns.unwrap_or(release_ns)).max(0) as f64 * 1e-9;
         self.written_ns = Some(release_ns);
-        for (index, engaged) in engaged.iter().enumerate().take(self.axes.len()) {
-            if self.shared.resets[index].swap(false, Ordering::Relaxed) {
-                self.axes[index].commander.reset();
+        for (index, station) in self.stations.iter_mut().enumerate() {
+            let can_home = station.can_home();
+            match &mut station.what {
+                // Each axis has one written channel, and they are in front of those of the modules.
+                What::Axis(axis) => {
+                    let (commander, is_engaged) = (&mut axis.moved.commander, engaged[index]);
+                    if self.beside.shared.resets(index) {
+                        commander.reset();
+                    }
+                    self.beside.shared.homes.serve(index, commander, can_home, is_engaged);
+                    axis.tell(commands, is_engaged, span_s);
+                }
+                What::Module(module) => module.tell(commands),
             }
-            let frame = self.axes[index].told(commands, *engaged, span_s);
-            self.send(&frame);
         }
+        self.send_told();
         // A drive hears it four times before its patience ends, and never without a source that goes on.
         if self.beaten_ns.is_none_or(|beaten| release_ns - beaten >= self.terms.timeout_ns / 4 || release_ns < beaten) {
             self.beaten_ns = Some(release_ns);
             self.send(&nmt::heartbeat(self.terms.own_node, NodeState::Operational));
         }
         self.send(&nmt::sync());
-        self.counters.add(count::CYCLES, 1);
+        self.counters.add(Count::Cycles, 1);
         self.has_asked = true;
         Ok(())
     }
 
     fn safe_state(&mut self) {
-        self.axes.iter_mut().for_each(|axis| axis.commander.stop());
+        self.stations.iter_mut().for_each(Station::stop);
         if self.link.is_some() {
             self.send_idle();
         }
@@ -288,21 +302,21 @@ impl Driver for CanOpen {
     fn close(&mut self) {
         self.safe_state();
         self.link = None;
-        self.shared.leave();
+        self.beside.shared.leave();
     }
 
     fn safe_handles(&self) -> Vec<SafeHandle> {
         let Some(descriptor) = self.link.as_ref().and_then(|link| link.duplicate()) else { return Vec::new() };
-        let frames = self.axes.iter().map(Axis::last_word).chain([nmt::sync()]);
+        let frames = self.stations.iter().flat_map(|station| station.last_frames().into_iter().flatten()).chain([nmt::sync()]);
         vec![SafeHandle { descriptor, writes: frames.map(|frame| (0, frame.encoded().to_vec())).collect(), latches: false }]
     }
 
     fn watchdog_ns(&self) -> Option<i64> {
-        self.axes.iter().any(|axis| axis.is_watched).then_some(self.terms.timeout_ns)
+        self.stations.iter().any(|station| station.is_watched).then_some(self.terms.timeout_ns)
     }
 
     fn services(&self) -> Option<Arc<dyn Services>> {
-        Some(self.shared.clone())
+        Some(self.beside.clone())
     }
 
     fn counters(&self) -> Option<Arc<Counters>> {

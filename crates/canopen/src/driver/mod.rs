@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver `canopen`: drives of a bus as axes.
+//! The driver `canopen`: drives of a bus as axes, modules of inputs and outputs as channels.
 mod axis;
 mod bring_up;
 mod counters;
 mod declaration;
 mod device;
 mod heard;
+mod module;
 mod options;
 mod services;
+mod station;
 
 pub use declaration::DRIVER;

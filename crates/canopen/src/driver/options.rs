@@ -1,9 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options of the driver, checked.
+use super::station::MappedBy;
+use crate::eds::Eds;
 use crate::nmt::NODE_MAX;
-use cia402::{Mode, Scale};
-use device::{DriverError, Given, UNLIMITED};
+use crate::pdo::PDOS;
+use cia402::axis;
+use device::{DriverError, Given};
 use serde::Deserialize;
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Where nothing is said.
 const TIMEOUT_NS: i64 = 100_000_000;
@@ -14,13 +22,19 @@ const OWN_NODE: u8 = 127;
 /// The longest time that a node can be told.
 const TOLD_NS_MAX: i64 = 65_535_000_000;
 /// The identifiers of a bus of 1 Mbit/s have no room for more.
-const AXES_MAX: usize = 32;
+const NODES_MAX: usize = 32;
+/// A PDO has room for so many digital terminals; the others together for so many analog ones.
+const DIGITAL_MAX: u8 = 64;
+const ANALOG_MAX: u8 = 4 * (PDOS as u8 - 1);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
     interface: String,
+    #[serde(default)]
     axes: Vec<AxisOptions>,
+    #[serde(default)]
+    modules: Vec<ModuleOptions>,
     timeout_ns: Option<i64>,
     cycle_ns: Option<i64>,
     heartbeat_ns: Option<i64>,
@@ -32,10 +46,11 @@ struct Written {
 pub struct Options {
     pub interface: String,
     pub axes: Vec<AxisOptions>,
-    /// The watchdog of the drives.
+    pub modules: Vec<ModuleOptions>,
+    /// The watchdog of the nodes.
     pub timeout_ns: i64,
     pub cycle_ns: i64,
-    /// How often a drive says that it is there.
+    /// How often a node says that it is there.
     pub heartbeat_ns: i64,
     pub lost_after: u32,
     pub own_node: u8,
@@ -43,59 +58,153 @@ pub struct Options {
 
 /// An axis, as it is asked for.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub struct AxisOptions {
-    pub name: String,
+    #[serde(flatten)]
+    pub axis: axis::AxisOptions,
     /// Its number on the bus.
     pub node: u8,
-    #[serde(default)]
-    pub mode: Commanded,
-    /// Counts to a unit of position.
-    pub counts: f64,
-    #[serde(default)]
-    pub unit: Unit,
-    /// Units of position per second.
-    pub speed_max: Option<f64>,
-    pub range: Option<[f64; 2]>,
-    /// N.m or N.
-    pub rated_torque: Option<f64>,
-    /// Counts at position 0.
-    #[serde(default)]
-    pub offset: f64,
     /// Whether the drive is to watch for this controller.
     pub watchdog: Option<bool>,
+    #[serde(default)]
+    pub pdos: PdosFrom,
+    /// Its electronic data sheet.
+    pub eds: Option<PathBuf>,
+    #[serde(flatten)]
+    rest: Map<String, Value>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
-pub enum Commanded {
+pub enum PdosFrom {
     #[default]
-    Position,
-    Velocity,
-    Torque,
+    Written,
+    Device,
 }
 
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub enum Unit {
-    #[default]
-    Rad,
-    M,
+/// A module of inputs and outputs, as it is asked for.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModuleOptions {
+    pub name: String,
+    pub node: u8,
+    /// By name.
+    pub channels: BTreeMap<String, ChannelOptions>,
+    pub watchdog: Option<bool>,
+    pub eds: Option<PathBuf>,
 }
 
-impl AxisOptions {
-    pub fn scale(&self) -> Scale {
-        let mode = match self.mode {
-            Commanded::Position => Mode::Position,
-            Commanded::Velocity => Mode::Velocity,
-            Commanded::Torque => Mode::Torque,
-        };
-        let speed_max = self.speed_max.unwrap_or(f64::INFINITY);
-        Scale { mode, counts: self.counts, offset: self.offset, speed_max, rated_torque: self.rated_torque.unwrap_or(1.0) }
+/// A channel of a module: the terminal that it is, and what its counts mean.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelOptions {
+    input: Option<u8>,
+    output: Option<u8>,
+    analog_input: Option<u8>,
+    analog_output: Option<u8>,
+    scale: Option<f64>,
+    offset: Option<f64>,
+    unit: Option<String>,
+    safe: Option<Value>,
+}
+
+/// A terminal of a module, counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Terminal {
+    Input(u8),
+    Output(u8),
+    AnalogInput(u8),
+    AnalogOutput(u8),
+}
+
+impl fmt::Display for Terminal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Terminal::Input(number) => write!(f, "digital input {number}"),
+            Terminal::Output(number) => write!(f, "digital output {number}"),
+            Terminal::AnalogInput(number) => write!(f, "analog input {number}"),
+            Terminal::AnalogOutput(number) => write!(f, "analog output {number}"),
+        }
+    }
+}
+
+impl Terminal {
+    pub fn is_input(self) -> bool {
+        matches!(self, Terminal::Input(_) | Terminal::AnalogInput(_))
     }
 
-    pub fn is_watched(&self) -> bool {
-        self.watchdog != Some(false)
+    fn is_digital(self) -> bool {
+        matches!(self, Terminal::Input(_) | Terminal::Output(_))
+    }
+
+    fn number(self) -> u8 {
+        match self {
+            Terminal::Input(number) | Terminal::Output(number) | Terminal::AnalogInput(number) | Terminal::AnalogOutput(number) => number,
+        }
+    }
+}
+
+impl ChannelOptions {
+    fn terminals(&self) -> impl Iterator<Item = Terminal> {
+        let digital = [self.input.map(Terminal::Input), self.output.map(Terminal::Output)];
+        let analog = [self.analog_input.map(Terminal::AnalogInput), self.analog_output.map(Terminal::AnalogOutput)];
+        digital.into_iter().chain(analog).flatten()
+    }
+
+    /// The one that it is: that there is one was checked.
+    pub fn terminal(&self) -> Terminal {
+        self.terminals().next().unwrap_or(Terminal::Input(0))
+    }
+
+    pub fn scale(&self) -> f64 {
+        self.scale.unwrap_or(1.0)
+    }
+
+    pub fn offset(&self) -> f64 {
+        self.offset.unwrap_or(0.0)
+    }
+
+    pub fn unit(&self) -> &str {
+        self.unit.as_deref().unwrap_or("")
+    }
+
+    /// Its safe value: off, or 0 counts where nothing is said.
+    pub fn safe(&self) -> f64 {
+        match &self.safe {
+            Some(Value::Bool(on)) => f64::from(u8::from(*on)),
+            Some(value) => value.as_f64().unwrap_or(self.offset()),
+            None => self.offset(),
+        }
+    }
+
+    fn problem(&self) -> Option<String> {
+        let terminals: Vec<Terminal> = self.terminals().collect();
+        let [terminal] = terminals[..] else { return Some("is one of input, output, analog_input and analog_output".to_owned()) };
+        let maximum = if terminal.is_digital() { DIGITAL_MAX } else { ANALOG_MAX };
+        if terminal.number() >= maximum {
+            return Some(format!("is {terminal}; they are 0 to {}", maximum - 1));
+        }
+        if terminal.is_digital() && (self.scale.is_some() || self.offset.is_some() || self.unit.is_some()) {
+            return Some("is digital: it has no scale, offset or unit".to_owned());
+        }
+        if !self.scale().is_normal() || !self.offset().is_finite() {
+            return Some(format!("has scale {} and offset {}: its value is counts × scale + offset", self.scale(), self.offset()));
+        }
+        match &self.safe {
+            Some(_) if terminal.is_input() => Some("is an input: it has no safe value".to_owned()),
+            Some(value) if terminal.is_digital() != value.is_boolean() || !(value.is_boolean() || value.is_number()) => {
+                Some(format!("has the safe value {value}; a digital output has true or false, an analog one a number"))
+            }
+            _ => None,
+        }
+    }
+}
+
+impl PdosFrom {
+    pub fn mapping(self) -> MappedBy {
+        match self {
+            PdosFrom::Written => MappedBy::Driver,
+            PdosFrom::Device => MappedBy::Node,
+        }
     }
 }
 
@@ -119,53 +228,74 @@ pub fn read(given: &Given<'_>) -> Result<Options, DriverError> {
         own_node: u8::try_from(own_node).ok().filter(|node| is_node(*node)).ok_or_else(|| given.wrong("own_node", "nodes are 1 to 127"))?,
         interface: written.interface,
         axes: written.axes,
+        modules: written.modules,
     };
     if !(250_000..=1_000_000_000).contains(&options.cycle_ns) {
         return Err(given.wrong("cycle_ns", "0.25 ms to 1 s: the period of the source that exchanges it"));
     }
-    check_axes(given, &options)?;
+    check_axes(&options).map_err(|problem| given.wrong("axes", problem))?;
+    check_modules(&options).map_err(|problem| given.wrong("modules", problem))?;
+    check_nodes(&options).map_err(|problem| given.wrong("axes", problem))?;
     Ok(options)
+}
+
+/// The electronic data sheet of a node.
+///
+/// # Errors
+/// The file cannot be read, or is none.
+pub fn data_sheet(given: &Given<'_>, file: Option<&Path>) -> Result<Option<Arc<Eds>>, DriverError> {
+    let Some(path) = file else { return Ok(None) };
+    let failed = |problem: String| given.wrong("eds", format!("'{}': {problem}", path.display()));
+    let bytes = std::fs::read(path).map_err(|error| failed(error.to_string()))?;
+    Eds::read(&bytes).map(|eds| Some(Arc::new(eds))).map_err(failed)
 }
 
 fn is_node(node: u8) -> bool {
     (1..=NODE_MAX).contains(&node)
 }
 
-fn check_axes(given: &Given<'_>, options: &Options) -> Result<(), DriverError> {
-    let wrong = |problem: String| Err(given.wrong("axes", problem));
-    if options.axes.is_empty() || options.axes.len() > AXES_MAX {
-        return wrong(format!("{} are named; 1 to {AXES_MAX} axes are on a bus", options.axes.len()));
+fn check_axes(options: &Options) -> Result<(), String> {
+    for of in &options.axes {
+        axis::unknown(&of.axis.name, &of.rest, &["node", "watchdog", "pdos", "eds"])?;
     }
-    for (index, axis) in options.axes.iter().enumerate() {
-        let name = &axis.name;
-        for before in &options.axes[..index] {
-            if before.name == *name {
-                return wrong(format!("'{name}' is named twice"));
+    axis::check(options.axes.iter().map(|of| &of.axis))
+}
+
+fn check_modules(options: &Options) -> Result<(), String> {
+    for module in &options.modules {
+        let name = &module.name;
+        for (index, (channel, of)) in module.channels.iter().enumerate() {
+            if channel == "error" {
+                return Err(format!("'{name}': its channel 'error' is that of its emergencies; give this one another name"));
             }
-            if before.node == axis.node {
-                return wrong(format!("'{}' and '{name}' are both node {}", before.name, axis.node));
+            if let Some(problem) = of.problem() {
+                return Err(format!("'{name}': channel '{channel}' {problem}"));
+            }
+            if let Some((other, _)) = module.channels.iter().take(index).find(|(_, before)| before.terminal() == of.terminal()) {
+                return Err(format!("'{name}': '{other}' and '{channel}' are both {}", of.terminal()));
             }
         }
-        if !is_node(axis.node) || axis.node == options.own_node {
-            return wrong(format!("'{name}': node is {}; nodes are 1 to 127, and {} is this controller (own_node)", axis.node, options.own_node));
+    }
+    Ok(())
+}
+
+fn check_nodes(options: &Options) -> Result<(), String> {
+    let axes = options.axes.iter().map(|of| (&of.axis.name, of.node));
+    let nodes: Vec<(&String, u8)> = axes.chain(options.modules.iter().map(|of| (&of.name, of.node))).collect();
+    if nodes.is_empty() || nodes.len() > NODES_MAX {
+        return Err(format!("{} are named; 1 to {NODES_MAX} axes and modules are on a bus", nodes.len()));
+    }
+    for (index, (name, node)) in nodes.iter().enumerate() {
+        if !is_node(*node) || *node == options.own_node {
+            return Err(format!("'{name}': node is {node}; nodes are 1 to 127, and {} is this controller (own_node)", options.own_node));
         }
-        if !axis.counts.is_normal() {
-            return wrong(format!("'{name}': counts is {}; give how many counts are one unit of position, negative to turn it round", axis.counts));
-        }
-        if axis.speed_max.is_some_and(|speed| !(speed > 0.0 && speed.is_finite())) {
-            return wrong(format!("'{name}': speed_max is above 0"));
-        }
-        if !axis.offset.is_finite() {
-            return wrong(format!("'{name}': offset is a number of counts"));
-        }
-        if axis.range.is_some_and(|[least, greatest]| least.is_nan() || greatest.is_nan() || least >= greatest) {
-            return wrong(format!("'{name}': range is the least and the greatest position"));
-        }
-        if axis.rated_torque.is_some_and(|torque| !(torque > 0.0 && torque < UNLIMITED)) {
-            return wrong(format!("'{name}': rated_torque is above 0"));
-        }
-        if axis.mode == Commanded::Torque && axis.rated_torque.is_none() {
-            return wrong(format!("'{name}': an axis that is commanded by torque needs its rated_torque"));
+        for (before, taken) in &nodes[..index] {
+            if before == name {
+                return Err(format!("'{name}' is named twice"));
+            }
+            if taken == node {
+                return Err(format!("'{before}' and '{name}' are both node {node}"));
+            }
         }
     }
     Ok(())

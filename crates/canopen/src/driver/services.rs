@@ -1,135 +1,125 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What the driver does beside its cycle: objects of its drives, network management, faults.
+//! What the driver does beside its cycle: objects of its nodes, network management, faults, homing.
 use crate::client::Client;
-use crate::link::Place;
+use crate::eds::Eds;
 use crate::nmt::Command;
 use cia402::Entry;
+use cia402::axis::{HOME, RESET_FAULT, Reach, Shared};
 use device::{DeviceError, Kind, OptionWord, ServiceWord, Services};
-use serde_json::{Value, json};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use serde_json::Value;
+use std::sync::Arc;
 
-const AXIS: OptionWord = OptionWord::needed("axis", Kind::Text, "the name of the axis");
-const INDEX: OptionWord = OptionWord::needed("index", Kind::Whole, "the index of the object, 0x6064 is its position");
+const NODE: OptionWord = OptionWord::needed("axis", Kind::Text, "the name of the axis or module");
+const OBJECT: OptionWord =
+    OptionWord::with_default("object", Kind::Text, "that of index and sub", "its name in the EDS file: `Position actual value`, `Identity object.Vendor-ID`");
+const INDEX: OptionWord = OptionWord::with_default("index", Kind::Whole, "that of object", "the index of the object, 0x6064 is a drive's position");
 const SUB: OptionWord = OptionWord::with_default("sub", Kind::Whole, "0", "the subindex");
 
-pub const SERVICES: [ServiceWord; 5] = [
+pub const SERVICES: [ServiceWord; 6] = [
     ServiceWord {
         name: "read_object",
-        doc: "reads an object of a drive: its bytes, and as a number where it has up to 8",
-        arguments: &[AXIS, INDEX, SUB],
+        doc: "reads an object of a node: its bytes, as a number where it has up to 8, and by its EDS file as that type",
+        arguments: &[NODE, INDEX, SUB, OBJECT],
         answer: Some(Kind::Table),
     },
     ServiceWord {
         name: "write_object",
-        doc: "writes an object of a drive",
+        doc: "writes an object of a node",
         arguments: &[
-            AXIS,
+            NODE,
             INDEX,
             SUB,
+            OBJECT,
             OptionWord::needed("value", Kind::Whole, "its value"),
-            OptionWord::needed("bits", Kind::Whole, "8, 16, 32 or 64: how long it is"),
+            OptionWord::with_default("bits", Kind::Whole, "that of object", "8, 16, 32 or 64: how long it is"),
         ],
         answer: None,
     },
     ServiceWord {
         name: "nmt",
         doc: "tells a node to change its state; one that leaves operation loses the device",
-        arguments: &[AXIS, OptionWord::needed("command", Kind::Text, "start, stop, pre_operational, reset or reset_communication")],
+        arguments: &[NODE, OptionWord::needed("command", Kind::Text, "start, stop, pre_operational, reset or reset_communication")],
         answer: None,
     },
-    ServiceWord { name: "save", doc: "has a drive store its settings (object 0x1010), so that they outlast its power", arguments: &[AXIS], answer: None },
-    ServiceWord { name: "reset_fault", doc: "resets the fault of a drive with the next cycle", arguments: &[AXIS], answer: None },
+    ServiceWord { name: "save", doc: "has a node store its settings (object 0x1010), so that they outlast its power", arguments: &[NODE], answer: None },
+    RESET_FAULT,
+    HOME,
 ];
 
-/// What services share with the cycle: a flag for each axis. Their frames go their own way.
-pub struct Shared {
-    pub resets: Vec<AtomicBool>,
-    axes: Vec<(String, u8)>,
-    place: Place,
-    client: Mutex<Option<Client>>,
+/// A way to the nodes, beside that of the cycle.
+pub struct Nodes {
+    pub client: Client,
+    pub of_axes: Vec<u8>,
 }
 
-impl Shared {
-    pub fn new(place: Place, axes: Vec<(String, u8)>) -> Shared {
-        Shared { resets: axes.iter().map(|_| AtomicBool::new(false)).collect(), axes, place, client: Mutex::new(None) }
+impl Reach for Nodes {
+    fn upload(&mut self, axis: usize, of: Entry) -> Result<Vec<u8>, String> {
+        self.client.upload(self.of_axes[axis], of).map_err(|why| why.to_string())
     }
 
-    /// From now on nodes are reached by this.
-    pub fn reach(&self, client: Client) {
-        *self.client.lock().unwrap_or_else(PoisonError::into_inner) = Some(client);
+    fn download(&mut self, axis: usize, of: Entry, value: &[u8]) -> Result<(), String> {
+        self.client.download(self.of_axes[axis], of, value).map_err(|why| why.to_string())
     }
+}
 
-    /// From now on nodes are not reached.
-    pub fn leave(&self) {
-        *self.client.lock().unwrap_or_else(PoisonError::into_inner) = None;
-    }
+/// The services of an open device: those that all axes have, and those of a bus.
+pub struct Beside {
+    pub shared: Shared<Nodes>,
+    /// So many of its nodes are axes; the others are modules.
+    pub axes: usize,
+    pub data_sheets: Vec<Option<Arc<Eds>>>,
+}
 
-    fn on<T, E: std::fmt::Display>(&self, axis: usize, act: impl FnOnce(&mut Client, u8) -> Result<T, E>) -> Result<T, String> {
-        let mut client = self.client.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some(client) = client.as_mut() else {
-            return Err(format!("the bus on '{}' is not open; open its device first", self.place));
-        };
-        let (name, node) = &self.axes[axis];
-        act(client, *node).map_err(|why| format!("axis '{name}' (node {node}) {why}"))
-    }
-
+impl Beside {
     fn carry_out(&self, service: &str, arguments: &Value) -> Result<Value, String> {
-        let name = arguments["axis"].as_str().unwrap_or_default();
-        let axis = self.axes.iter().position(|(of, _)| of == name).ok_or_else(|| {
-            let names: Vec<&str> = self.axes.iter().map(|(name, _)| name.as_str()).collect();
-            format!("there is no axis '{name}'; the axes are {}", names.join(", "))
-        })?;
+        let node = self.shared.axis(arguments)?;
         match service {
-            "reset_fault" => self.resets[axis].store(true, Ordering::Relaxed),
-            "save" => self.on(axis, |client, node| client.download(node, Entry { index: 0x1010, sub: 1 }, b"save"))?,
+            "save" => {
+                self.shared.on(node, |nodes| nodes.download(node, Entry { index: 0x1010, sub: 1 }, b"save"))?;
+                Ok(Value::Null)
+            }
             "nmt" => {
                 let command = arguments["command"].as_str().and_then(Command::named);
                 let command = command.ok_or_else(|| format!("command is {}", Command::NAMES))?;
-                self.on(axis, |client, node| client.send(&command.frame(node)))?;
+                self.shared.on(node, |nodes| nodes.client.send(&command.frame(nodes.of_axes[node])).map_err(|error| error.to_string()))?;
+                Ok(Value::Null)
             }
-            "read_object" => {
-                let of = entry(arguments)?;
-                return self.on(axis, |client, node| client.upload(node, of)).map(|value| shown(&value));
-            }
-            _ => {
-                let (of, value) = (entry(arguments)?, value(arguments)?);
-                self.on(axis, |client, node| client.download(node, of, &value))?;
-            }
+            "home" | "reset_fault" if node >= self.axes => Err(format!("'{}' is a module: it has no axis", arguments["axis"].as_str().unwrap_or_default())),
+            "home" | "reset_fault" => self.shared.carry_out(service, arguments),
+            _ => self.object(node, service, arguments),
         }
-        Ok(Value::Null)
+    }
+
+    /// Reads or writes an object, which may be named as its EDS file names it.
+    fn object(&self, node: usize, service: &str, arguments: &Value) -> Result<Value, String> {
+        let Some(name) = arguments["object"].as_str() else {
+            if arguments["index"].is_null() {
+                return Err("give an index, or with an EDS file an object by its name".to_owned());
+            }
+            return self.shared.carry_out(service, arguments);
+        };
+        let Some(eds) = &self.data_sheets[node] else {
+            return Err(format!("object '{name}' is known by a name only from an EDS file: give the node one (option eds), or the object's index"));
+        };
+        let (of, object) = eds.named(name)?;
+        let mut arguments = arguments.clone();
+        (arguments["index"], arguments["sub"]) = (of.index.into(), of.sub.into());
+        if arguments["bits"].is_null() {
+            arguments["bits"] = object.kind.bits().map_or(Value::Null, Value::from);
+        }
+        let mut answer = self.shared.carry_out(service, &arguments)?;
+        if let (Some(number), Some(bits)) = (answer["number"].as_u64(), object.kind.bits())
+            && object.kind.is_signed()
+        {
+            let unused = 64 - bits;
+            answer["number"] = (((number << unused) as i64) >> unused).into();
+        }
+        Ok(answer)
     }
 }
 
-impl Services for Shared {
+impl Services for Beside {
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError> {
         self.carry_out(service, arguments).map_err(|message| DeviceError { message })
     }
-}
-
-fn entry(arguments: &Value) -> Result<Entry, String> {
-    let whole = |word: &str, most: u64| match arguments[word].as_u64() {
-        None if arguments[word].is_null() => Ok(0),
-        Some(value) if value <= most => Ok(value),
-        _ => Err(format!("{word} is 0 to {most:#x}")),
-    };
-    Ok(Entry { index: whole("index", 0xFFFF)? as u16, sub: whole("sub", 0xFF)? as u8 })
-}
-
-fn value(arguments: &Value) -> Result<Vec<u8>, String> {
-    let value = arguments["value"].as_i64().ok_or("value is a whole number")?;
-    match arguments["bits"].as_u64() {
-        Some(bits @ (8 | 16 | 32 | 64)) => Ok(value.to_le_bytes()[..bits as usize / 8].to_vec()),
-        _ => Err("bits is 8, 16, 32 or 64".to_owned()),
-    }
-}
-
-fn shown(value: &[u8]) -> Value {
-    let number = (value.len() <= 8).then(|| value.iter().rev().fold(0u64, |number, byte| number << 8 | u64::from(*byte)));
-    let text = std::str::from_utf8(value).ok().filter(|text| !text.chars().any(char::is_control));
-    let mut shown = json!({ "bytes": value });
-    // What it is not is left out: a null is no value of an answer.
-    number.into_iter().for_each(|number| shown["number"] = number.into());
-    text.into_iter().for_each(|text| shown["text"] = text.into());
-    shown
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The emulated line.
 use super::node::Node;
-use super::said::{DriveOptions, Out, SAID_MAX};
+use super::said::{NodeOptions, Out, SAID_MAX};
 use crate::frame::{self, FRAME_LEN, Frame};
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 
-/// Drives on a line.
+/// Nodes on a line.
 pub struct Bus {
     nodes: Vec<Node>,
     said: VecDeque<[u8; FRAME_LEN]>,
@@ -17,9 +17,9 @@ pub struct Bus {
 }
 
 impl Bus {
-    pub fn new(drives: &[DriveOptions]) -> Bus {
+    pub fn new(nodes: &[NodeOptions]) -> Bus {
         let mut bus = Bus { nodes: Vec::new(), said: VecDeque::with_capacity(SAID_MAX), lose: 0, spoil: 0, frames: 0 };
-        bus.nodes = drives.iter().map(Node::new).collect();
+        bus.nodes = nodes.iter().map(Node::new).collect();
         bus.each(|node, out| node.boot(out));
         bus
     }
@@ -95,19 +95,40 @@ impl Bus {
         self.find(node).map_or_else(String::new, |node| if node.is_on { node.state().to_string() } else { "off".to_owned() })
     }
 
+    /// What a terminal of a module is: `input`, `output`, `analog_input` or `analog_output`, counted from 0; none: there is none such.
+    pub fn terminal(&mut self, node: u8, what: &str, number: u8) -> Option<i64> {
+        self.find(node).and_then(|node| node.terminal(what, number))
+    }
+
+    /// Puts something on a terminal of a module.
+    pub fn put(&mut self, node: u8, what: &str, number: u8, value: i64) {
+        if let Some(node) = self.find(node) {
+            node.put(what, number, value);
+        }
+    }
+
     /// How it is, for people and tests.
     pub fn show(&mut self) -> Value {
-        let ids: Vec<u8> = self.nodes.iter().map(Node::id).collect();
-        let drives: Vec<Value> = ids
+        let (modules, drives): (Vec<&Node>, Vec<&Node>) = self.nodes.iter().partition(|node| node.is_module());
+        let state = |node: &Node| if node.is_on { node.state().to_string() } else { "off".to_owned() };
+        let drives: Vec<Value> = drives
             .into_iter()
-            .map(|id| {
-                let mut number = |index| self.number(id, index, 0);
+            .map(|node| {
+                let number = |index| node.number(index, 0);
                 let drive = cia402::DriveState::of(number(0x6041) as u16).to_string();
-                let (position, target, mode) = (number(0x6064), number(0x607A), number(0x6061));
-                let error = number(0x603F) as u16;
-                json!({ "node": id, "state": self.state(id), "drive": drive, "position": position, "target": target, "mode": mode, "error": error })
+                let (position, target, mode, error) = (number(0x6064), number(0x607A), number(0x6061), number(0x603F) as u16);
+                json!({ "node": node.id(), "state": state(node), "drive": drive, "position": position, "target": target, "mode": mode, "error": error })
             })
             .collect();
-        json!({ "frames": self.frames, "drives": drives })
+        let modules: Vec<Value> = modules
+            .into_iter()
+            .map(|node| {
+                let all = |what: &str| (0..=u8::MAX).map_while(|number| node.terminal(what, number)).collect::<Vec<i64>>();
+                let (inputs, outputs) = (all("input"), all("output"));
+                let (analog_inputs, analog_outputs) = (all("analog_input"), all("analog_output"));
+                json!({ "node": node.id(), "state": state(node), "inputs": inputs, "outputs": outputs, "analog_inputs": analog_inputs, "analog_outputs": analog_outputs })
+            })
+            .collect();
+        json!({ "frames": self.frames, "drives": drives, "modules": modules })
     }
 }

@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A bus of CANopen that is only a program: drives by CiA 402, as a controller sees them through its frames.
+//! A bus of CANopen that is only a program: drives by CiA 402 and modules by CiA 401, as a controller sees them through its frames.
 //!
 //! | | |
 //! |---|---|
 //! | [`Bus`] | the line: passes frames, loses and spoils them, switches drives off, makes them fail |
 //! | `node` | a node: its states, heartbeat, process data; its axis is `cia402`'s |
+//! | `terminals` | the inputs and outputs of a module |
 //! | `server` | the SDO server through which its objects are read and written |
+//! | [`Shared`], [`publish`] | a bus of this process, reached by its name |
 //! | [`serve`] | answers on a local socket or an interface, in a thread or as a process |
 mod bus;
+mod machine;
 mod node;
 mod objects;
 mod said;
 mod serve;
 mod server;
+mod terminals;
+mod within;
 
 pub use bus::Bus;
-pub use said::DriveOptions;
+pub use said::{NodeOptions, Terminals};
 pub use serve::{Server, run, serve};
+pub use within::{Shared, Within, publish, published};

@@ -1,24 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An emulated node: its states, its heartbeat, its process data.
+use super::machine::Machine;
 use super::objects::made;
-use super::said::{DriveOptions, Out};
+use super::said::{NodeOptions, Out};
 use super::server::Server;
+use super::terminals::terminal;
 use crate::frame::Frame;
 use crate::nmt::{Command, NodeState, heartbeat};
 use cia402::Entry;
-use cia402::emulated::{Drive, Mapped, Objects};
+use cia402::emulated::{Mapped, Objects};
 
 /// Bits of a PDO's identifier: it is not used; the identifier itself.
 const UNUSED: u32 = 0x8000_0000;
 const IDENTIFIER: u32 = 0x7FF;
 const CONTROLLER_MISSED: u16 = 0x8130;
 
-/// A drive on the bus.
+/// A drive or a module on the bus.
 pub(super) struct Node {
-    options: DriveOptions,
+    options: NodeOptions,
     state: NodeState,
     objects: Objects,
-    drive: Drive,
+    machine: Machine,
     server: Server,
     received: [Pdo; 4],
     sent: [Pdo; 4],
@@ -42,13 +44,13 @@ struct Pdo {
 }
 
 impl Node {
-    pub fn new(options: &DriveOptions) -> Node {
-        let (objects, drive) = made(&options.name, options.node, options.position);
+    pub fn new(options: &NodeOptions) -> Node {
+        let (objects, machine) = made(options);
         Node {
             options: options.clone(),
             state: NodeState::PreOperational,
             objects,
-            drive,
+            machine,
             server: Server::default(),
             received: Default::default(),
             sent: Default::default(),
@@ -90,19 +92,40 @@ impl Node {
 
     fn renew(&mut self, out: &mut Out<'_>) {
         let position = self.number(0x6064, 0) as i32;
-        *self = Node::new(&DriveOptions { position, ..self.options.clone() });
+        *self = Node::new(&NodeOptions { position, ..self.options.clone() });
         self.boot(out);
+    }
+
+    pub fn is_module(&self) -> bool {
+        matches!(self.machine, Machine::Module(_))
+    }
+
+    /// What a terminal of a module is; none: it has none such.
+    pub fn terminal(&self, what: &str, number: u8) -> Option<i64> {
+        let (of, bit) = terminal(what, number)?;
+        let value = self.objects.number(self.objects.find(of).ok()?);
+        Some(bit.map_or(value, |bit| value >> bit & 1))
+    }
+
+    /// Puts something on a terminal of a module, where it has such a one.
+    pub fn put(&mut self, what: &str, number: u8, value: i64) {
+        let found = terminal(what, number).and_then(|(of, bit)| Some((self.objects.find(of).ok()?, bit)));
+        if let Some((at, bit)) = found {
+            let before = self.objects.number(at);
+            let changed = bit.map_or(value, |bit| before & !(1 << bit) | i64::from(value != 0) << bit);
+            self.objects.set_number(at, changed);
+        }
     }
 
     /// Finds something wrong.
     pub fn fail(&mut self, error: u16, out: &mut Out<'_>) {
-        self.drive.fail(error, &mut self.objects);
+        self.machine.fail(error, &mut self.objects);
         self.complain(out);
     }
 
     /// Tells an error that has come, or gone.
     fn complain(&mut self, out: &mut Out<'_>) {
-        let error = self.number(0x603F, 0) as u16;
+        let error = self.machine.error(&self.objects);
         if error != std::mem::replace(&mut self.error, error) {
             let [low, high] = error.to_le_bytes();
             out.say(&Frame::new(0x80 + u16::from(self.id()), &[low, high, u8::from(error != 0), 0, 0, 0, 0, 0]));
@@ -123,11 +146,11 @@ impl Node {
         self.heard_ns = self.heard_ns.map(|since| since + span_ns);
         if most_ns > 0 && self.options.watchdog != Some(false) && self.heard_ns.is_some_and(|since| since > most_ns) {
             self.heard_ns = None;
-            self.drive.lose_communication(&mut self.objects);
+            self.machine.lose_communication(&mut self.objects);
             let [low, high] = CONTROLLER_MISSED.to_le_bytes();
             out.say(&Frame::new(0x80 + u16::from(self.id()), &[low, high, 0x11, 0, 0, 0, 0, 0]));
-            self.error = self.number(0x603F, 0) as u16;
-            self.state = NodeState::PreOperational;
+            self.error = self.machine.error(&self.objects);
+            self.state = if self.bits(0x1029, 1) == 2 { NodeState::Stopped } else { NodeState::PreOperational };
         }
         if self.state != NodeState::Operational {
             self.step();
@@ -136,7 +159,7 @@ impl Node {
 
     fn step(&mut self) {
         let span_s = std::mem::take(&mut self.stepped_ns) as f64 * 1e-9;
-        self.drive.step(&mut self.objects, span_s);
+        self.machine.step(&mut self.objects, span_s);
     }
 
     /// Takes a frame from the line.
@@ -174,7 +197,7 @@ impl Node {
 
     fn leave(&mut self, to: NodeState) {
         if self.state == NodeState::Operational {
-            self.drive.lose_communication(&mut self.objects);
+            self.machine.lose_communication(&mut self.objects);
         }
         (self.state, self.heard_ns) = (to, None);
     }

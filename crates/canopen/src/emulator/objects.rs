@@ -1,18 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The objects of an emulated node beside those of its drive.
+use super::machine::Machine;
+use super::said::NodeOptions;
+use super::terminals::Switched;
 use cia402::emulated::{Access, Drive, Objects, PRODUCT, VENDOR};
 
-/// Objects of a node, and its axis.
-pub fn made(name: &str, node: u8, position: i32) -> (Objects, Drive) {
+/// Types of nodes: a drive by CiA 402, a module by CiA 401.
+const DRIVE: u32 = 0x0002_0192;
+const MODULE: u32 = 0x000F_0191;
+
+/// Objects of a node, and its machine.
+pub(super) fn made(options: &NodeOptions) -> (Objects, Machine) {
+    let (name, node) = (&options.name, options.node);
+    let kind = if options.module.is_some() { MODULE } else { DRIVE };
     use Access::{Constant, Measured, Written};
     let mut objects = Objects::default();
-    objects.add(0x1000, 0, Constant, &0x0002_0192u32.to_le_bytes());
+    objects.add(0x1000, 0, Constant, &kind.to_le_bytes());
     objects.add(0x1001, 0, Measured, &[0]);
     objects.add(0x1005, 0, Written, &0x80u32.to_le_bytes());
     objects.add(0x1006, 0, Written, &0u32.to_le_bytes());
     objects.add(0x1008, 0, Constant, name.as_bytes());
     // Longer than an answer, so that it comes in segments.
-    objects.add(0x100A, 0, Constant, concat!("emulated drive of OpenGPAC, version ", env!("CARGO_PKG_VERSION")).as_bytes());
+    objects.add(0x100A, 0, Constant, concat!("emulated node of OpenGPAC, version ", env!("CARGO_PKG_VERSION")).as_bytes());
     objects.add(0x1010, 0, Constant, &[1]);
     objects.add(0x1010, 1, Written, &1u32.to_le_bytes());
     objects.add(0x1016, 0, Constant, &[1]);
@@ -22,7 +31,11 @@ pub fn made(name: &str, node: u8, position: i32) -> (Objects, Drive) {
     for (sub, value) in [(1, VENDOR), (2, PRODUCT), (3, 1), (4, u32::from(node))] {
         objects.add(0x1018, sub, Constant, &value.to_le_bytes());
     }
-    objects.add(0x6007, 0, Written, &1i16.to_le_bytes());
+    objects.add(0x1029, 0, Constant, &[1]);
+    objects.add(0x1029, 1, Written, &[0]);
+    if options.module.is_none() {
+        objects.add(0x6007, 0, Written, &1i16.to_le_bytes());
+    }
     // A text that a controller may write.
     objects.add(0x2000, 0, Written, &[b' '; 20]);
     for number in 0..4u16 {
@@ -37,6 +50,14 @@ pub fn made(name: &str, node: u8, position: i32) -> (Objects, Drive) {
             }
         }
     }
-    let drive = Drive::new(&mut objects, position);
-    (objects, drive)
+    let machine = match options.module {
+        Some(terminals) => Machine::Module(Switched::new(&mut objects, terminals)),
+        None => {
+            let mut drive = Drive::new(&mut objects, options.position);
+            drive.set_limits(options.limits);
+            drive.set_load(options.falls);
+            Machine::Drive(Box::new(drive))
+        }
+    };
+    (objects, machine)
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! How an emulated drive is asked for, and what it says.
+//! How an emulated node is asked for, and what it says.
 use crate::frame::{FRAME_LEN, Frame};
 use serde::Deserialize;
 use std::collections::VecDeque;
 
-/// How an emulated drive is.
-#[derive(Clone, Debug, Deserialize)]
+/// How an emulated node is: a drive, or a module of inputs and outputs.
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct DriveOptions {
+pub struct NodeOptions {
     pub name: String,
     /// Its number on the bus, 1 to 127.
     pub node: u8,
@@ -16,6 +16,23 @@ pub struct DriveOptions {
     pub position: i32,
     /// Whether it heeds the heartbeat of its controller; left out: it does.
     pub watchdog: Option<bool>,
+    /// Where the switches at the ends of its machine are, counts; left out: it has none.
+    pub limits: Option<[f64; 2]>,
+    /// It has a brake, and a load that falls so fast where neither that nor its motor holds it, counts/s; left out: neither.
+    pub falls: Option<f64>,
+    /// It is a module with so many terminals; left out: it is a drive.
+    pub module: Option<Terminals>,
+}
+
+/// The terminals of a module.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Terminals {
+    /// Digital ones, up to 64.
+    pub inputs: u8,
+    pub outputs: u8,
+    pub analog_inputs: u8,
+    pub analog_outputs: u8,
 }
 
 /// What its nodes say and nobody has taken yet, at most.

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Answers the frames of a local socket with an emulated bus: in a thread, or as a process of its own.
 use super::bus::Bus;
-use super::said::DriveOptions;
+use super::said::NodeOptions;
 use crate::frame::{self, Came};
 use crate::link::{LOCAL, Socket, hears, wishes};
+use cia402::emulated;
 use serde::Deserialize;
-use serde_json::{Value, json};
-use std::io::{self, BufRead, Write};
+use std::io;
 use std::mem::{size_of, zeroed};
 use std::os::fd::{AsRawFd, OwnedFd};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How soon time goes on where no controller tells it, and a server notices that it is to stop.
@@ -22,27 +21,7 @@ const LISTENS: Duration = Duration::from_secs(1);
 const TOLD: Duration = Duration::from_millis(200);
 
 /// A bus that answers until it is dropped.
-pub struct Server {
-    bus: Arc<Mutex<Bus>>,
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Server {
-    /// The bus, to do something to it or to look at it.
-    pub fn bus(&self) -> MutexGuard<'_, Bus> {
-        self.bus.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
-    }
-}
+pub type Server = emulated::Server<Bus>;
 
 /// Answers on a local socket (`local:NAME`), in a thread of its own.
 ///
@@ -53,14 +32,10 @@ pub fn serve(interface: &str, bus: Bus) -> io::Result<Server> {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "an emulated bus answers on local:NAME"));
     }
     let socket = Socket::answering(interface)?;
-    let bus = Arc::new(Mutex::new(bus));
-    let stop = Arc::new(AtomicBool::new(false));
-    let (of, until) = (bus.clone(), stop.clone());
-    let thread = std::thread::Builder::new().name("canopen-bus".into()).spawn(move || Line::new(socket).answer(&of, &until))?;
-    Ok(Server { bus, stop, thread: Some(thread) })
+    Server::start("canopen-bus", bus, move |of, until| Line::new(socket).answer(of, until))
 }
 
-/// Who is on the line.
+/// The ends on the line.
 struct Line {
     socket: OwnedFd,
     ends: Vec<End>,
@@ -180,7 +155,7 @@ impl Line {
 #[serde(deny_unknown_fields)]
 struct Options {
     interface: String,
-    drives: Vec<DriveOptions>,
+    nodes: Vec<NodeOptions>,
 }
 
 /// What can be done to a bus, a line each.
@@ -192,46 +167,29 @@ enum Order {
     Spoil { frames: u64 },
     Fail { node: u8, error: u16 },
     BusOff,
+    Put { node: u8, terminal: String, number: u8, value: i64 },
     Show,
 }
 
 /// What a process runs that is a bus: its options are the first line of its input,
-/// `{"interface": "local:x", "drives": [{"name": "x", "node": 1}]}`; then each line is an order, `{"do": "power", "node": 1, "on": false}`,
+/// `{"interface": "local:x", "nodes": [{"name": "x", "node": 1}]}`; then each line is an order, `{"do": "power", "node": 1, "on": false}`,
 /// answered by a line that shows the bus. It ends with its input.
 ///
 /// # Errors
 /// For people.
 pub fn run() -> Result<(), String> {
-    let mut lines = io::stdin().lock().lines().map_while(Result::ok);
-    let options: Options = serde_json::from_str(&lines.next().unwrap_or_default()).map_err(|error| format!("the options of the bus: {error}"))?;
-    let server = serve(&options.interface, Bus::new(&options.drives)).map_err(|error| format!("interface '{}': {error}", options.interface))?;
-    say(&server.bus().show());
-    for line in lines {
-        match serde_json::from_str(&line) {
-            Ok(order) => {
-                let mut bus = server.bus();
-                carry_out(&mut bus, &order);
-                say(&bus.show());
-            }
-            Err(error) => say(&json!({ "refused": error.to_string() })),
-        }
-    }
-    Ok(())
+    let start = |options: Options| serve(&options.interface, Bus::new(&options.nodes)).map_err(|error| format!("interface '{}': {error}", options.interface));
+    emulated::serve_orders(start, carry_out, Bus::show)
 }
 
 fn carry_out(bus: &mut Bus, order: &Order) {
-    match *order {
-        Order::Power { node, on } => bus.power(node, on),
-        Order::Lose { frames } => bus.lose(frames),
-        Order::Spoil { frames } => bus.spoil(frames),
-        Order::Fail { node, error } => bus.fail(node, error),
+    match order {
+        Order::Power { node, on } => bus.power(*node, *on),
+        Order::Lose { frames } => bus.lose(*frames),
+        Order::Spoil { frames } => bus.spoil(*frames),
+        Order::Fail { node, error } => bus.fail(*node, *error),
         Order::BusOff => bus.bus_off(),
+        Order::Put { node, terminal, number, value } => bus.put(*node, terminal, *number, *value),
         Order::Show => {}
     }
-}
-
-fn say(what: &Value) {
-    let mut out = io::stdout().lock();
-    // The program that started it may be gone; then its input ends too.
-    let _ = writeln!(out, "{what}").and_then(|()| out.flush());
 }

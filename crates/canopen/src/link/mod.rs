@@ -1,56 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! What carries frames. `can0` is an interface of SocketCAN, `local:NAME` a local socket on which an emulated bus answers, `emulated:NAME`
-//! an emulated bus of this process, `emulated` one of its own.
+//! What carries frames: an interface of SocketCAN, or a local socket on which an emulated bus answers.
 mod end;
 mod socket;
-mod within;
 
 pub use end::{LOCAL, Link, hears};
 pub use socket::{Socket, wishes};
-pub use within::{Shared, publish};
-
-use crate::emulator::{Bus, DriveOptions};
-use std::fmt;
-use std::io;
-use std::sync::Arc;
-use within::{Within, published};
-
-const EMULATED: &str = "emulated";
-
-/// Where a bus is.
-#[derive(Clone)]
-pub enum Place {
-    Named(String),
-    Own(Arc<Shared>),
-}
-
-impl Place {
-    /// What the name of an interface means. An emulated bus of its own has these drives.
-    pub fn of(interface: &str, drives: impl FnOnce() -> Vec<DriveOptions>) -> Place {
-        if interface == EMULATED { Place::Own(Shared::new(Bus::new(&drives()))) } else { Place::Named(interface.to_owned()) }
-    }
-
-    /// Opens an end that hears these identifiers: each is one with the bits that count of it. Reports about the bus come always.
-    ///
-    /// # Errors
-    /// There is no such interface; no bus answers there.
-    pub fn open(&self, heard: &[(u16, u16)]) -> io::Result<Box<dyn Link>> {
-        match self {
-            Place::Own(bus) => Ok(Box::new(Within::new(bus.clone(), heard))),
-            Place::Named(name) if name.starts_with("emulated:") => {
-                let bus = published(name).ok_or_else(|| io::Error::new(io::ErrorKind::NotFound, "there is no such emulated bus in this process"))?;
-                Ok(Box::new(Within::new(bus, heard)))
-            }
-            Place::Named(name) => Ok(Box::new(Socket::open(name, heard)?)),
-        }
-    }
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Place::Named(name) => f.write_str(name),
-            Place::Own(_) => f.write_str(EMULATED),
-        }
-    }
-}

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An emulated bus with two drives, and the driver that has it open. Time is a number.
 #![allow(dead_code)]
-use canopen::emulator::{Bus, DriveOptions};
-use canopen::link::{Shared, publish};
-use device::{DeviceError, Driver};
+use canopen::emulator::{Bus, NodeOptions};
+use canopen::emulator::{Shared, publish};
+use device::{DeviceError, Direction, Driver};
 use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -28,7 +28,7 @@ pub struct Rig {
 
 /// Two drives, at 1 rad and at 2 rad.
 pub fn two_drives() -> Bus {
-    let drive = |name: &str, node, position| DriveOptions { name: name.into(), node, position, watchdog: None };
+    let drive = |name: &str, node, position| NodeOptions { name: name.into(), node, position, ..NodeOptions::default() };
     Bus::new(&[drive("first", X, 1000), drive("second", Y, 2000)])
 }
 
@@ -43,9 +43,14 @@ impl Rig {
     }
 
     pub fn of(axes: Value, more: Value) -> Rig {
+        Rig::on(two_drives(), axes, more)
+    }
+
+    /// These axes of this bus.
+    pub fn on(bus: Bus, axes: Value, more: Value) -> Rig {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let interface = format!("emulated:test-{}", NEXT.fetch_add(1, Ordering::Relaxed));
-        let bus = Shared::new(two_drives());
+        let bus = Shared::new(bus);
         publish(&interface, &bus);
         let driver = opened(&interface, &axes, &more).expect("opened");
         Rig { bus, interface, driver, readings: vec![0; 512], now_ns: 0, axes, more }
@@ -57,8 +62,20 @@ impl Rig {
         self.driver.read(self.now_ns, &mut self.readings)?;
         let axes = self.axes.as_array().expect("a list").len();
         let engaged: Vec<bool> = (0..axes).map(|of| goals.get(of).copied().flatten().is_some()).collect();
-        let commands: Vec<u8> = (0..axes).flat_map(|of| goals.get(of).copied().flatten().unwrap_or(f64::NAN).to_ne_bytes()).collect();
+        let mut commands: Vec<u8> = (0..axes).flat_map(|of| goals.get(of).copied().flatten().unwrap_or(f64::NAN).to_ne_bytes()).collect();
+        // What else there is carries its safe value.
+        for channel in self.driver.channels().iter().filter(|channel| channel.direction == Direction::Write).skip(axes) {
+            commands.resize(channel.offset, 0);
+            commands.extend(&channel.safe);
+        }
         self.driver.write(self.now_ns, &commands, &engaged)
+    }
+
+    /// Reads and writes these commands.
+    pub fn raw(&mut self, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError> {
+        self.now_ns += PERIOD_NS;
+        self.driver.read(self.now_ns, &mut self.readings)?;
+        self.driver.write(self.now_ns, commands, engaged)
     }
 
     /// Exchanges until something holds.
@@ -89,6 +106,10 @@ impl Rig {
 
     pub fn word(&self, name: &str) -> u16 {
         u16::from_ne_bytes(self.bytes(name).try_into().expect("2 bytes"))
+    }
+
+    pub fn byte(&self, name: &str) -> u8 {
+        self.bytes(name)[0]
     }
 
     pub fn status(&self, axis: &str) -> u16 {

@@ -3,7 +3,7 @@
 use super::brake::Brake;
 use super::homing::{Limits, Search};
 use super::objects::{Access, Handle, Objects};
-use crate::{self as cia402, DriveState, Mode};
+use crate::states::{DriveState, Mode, RESET};
 
 /// Who made the emulated drives: a number that no vendor has.
 pub const VENDOR: u32 = 0x0000_6A1C;
@@ -178,7 +178,7 @@ impl Drive {
 
     fn change_state(&mut self, control: u16, objects: &mut Objects) {
         use DriveState::*;
-        let reset = control & cia402::RESET != 0;
+        let reset = control & RESET != 0;
         if self.state == Fault && reset && !self.had_reset {
             self.state = SwitchOnDisabled;
             objects.set_number(self.at.error, 0);

@@ -61,7 +61,7 @@ impl Search {
         self.way == Way::Failed
     }
 
-    /// Another mode: nothing is known any more.
+    /// Forgets how far it came: the drive is in another mode.
     pub fn leave(&mut self) {
         (self.way, self.had_start) = (Way::Idle, false);
     }
@@ -91,10 +91,10 @@ fn way(method: i8, place: f64, limits: Limits) -> Way {
     let to = |to: f64, then: Option<f64>| Way::Going { to, then };
     match (method, limits) {
         // To a switch, and back to the next pulse.
-        (1, Some([least, _])) => to(least, Some(index(least, true))),
-        (2, Some([_, greatest])) => to(greatest, Some(index(greatest, false))),
-        (17, Some([least, _])) => to(least, Some(least)),
-        (18, Some([_, greatest])) => to(greatest, Some(greatest)),
+        (1, Some([minimum, _])) => to(minimum, Some(index(minimum, true))),
+        (2, Some([_, maximum])) => to(maximum, Some(index(maximum, false))),
+        (17, Some([minimum, _])) => to(minimum, Some(minimum)),
+        (18, Some([_, maximum])) => to(maximum, Some(maximum)),
         (33, _) => to(index(place, false), None),
         (34, _) => to(index(place, true), None),
         (35 | 37, _) => to(place, None),

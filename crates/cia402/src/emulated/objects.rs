@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The objects of an emulated drive.
-use crate::Entry;
+use crate::objects::Entry;
 
 /// Who may write an object from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

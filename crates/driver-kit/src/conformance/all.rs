@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Every check that runs in the process of the driver.
 use super::check::Check;
-use super::{channels, declaration, exchange, life, options, rest, services};
+use super::{channels, cost, declaration, exchange, life, options, promises, rest, services};
 
 /// In their order.
 pub(super) fn checks() -> Vec<&'static Check> {
-    [declaration::CHECKS, options::CHECKS, channels::CHECKS, life::CHECKS, services::CHECKS, exchange::CHECKS, rest::CHECKS]
-        .iter()
-        .flat_map(|checks| checks.iter())
-        .collect()
+    let groups = [
+        declaration::CHECKS,
+        promises::CHECKS,
+        options::CHECKS,
+        channels::CHECKS,
+        life::CHECKS,
+        services::CHECKS,
+        exchange::CHECKS,
+        cost::CHECKS,
+        rest::CHECKS,
+    ];
+    groups.into_iter().flatten().collect()
 }

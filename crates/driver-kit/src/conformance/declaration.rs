@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of the declaration: what a manual says before a driver is made.
+//! Checks of the declaration: its name, its text, its options.
 use super::check::{Check, Passed, Tried, holds, none_of};
 use super::subject::Subject;
-use device::{Class, Kind, OptionWord, SafeBy};
+use device::{Class, Kind, OptionWord};
 
 pub(super) const CHECKS: &[Check] = &[
     Check { name: "name", sentence: "its name is lower-case letters, digits and _", run: name },
@@ -12,15 +12,6 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "option-units", sentence: "only numbers and lists have a unit, and what ends with _ns is whole and in ns", run: option_units },
     Check { name: "option-defaults", sentence: "each option says what it is where it is left out, or that it is needed", run: option_defaults },
     Check { name: "option-of-class", sentence: "no option takes the name of one that each driver of its class has", run: option_of_class },
-    Check { name: "life-waits", sentence: "it waits for its device for no time or some, and at most an hour", run: life_waits },
-    Check { name: "life-lost", sentence: "a lost device is told within a declared time of at most a minute", run: life_lost },
-    Check { name: "safe-doc", sentence: "one line says what its safe state is", run: safe_doc },
-    Check { name: "safe-by", sentence: "its safe state is brought about by somebody, and by each once", run: safe_by },
-    Check { name: "safe-time", sentence: "its safe state holds within a declared time of at most 10 s", run: safe_time },
-    Check { name: "service-words", sentence: "its services have names of their own and a line each", run: service_words },
-    Check { name: "service-arguments", sentence: "the arguments of each service are declared as options are", run: service_arguments },
-    Check { name: "counter-words", sentence: "its counters have names of their own and a line each", run: counter_words },
-    Check { name: "rights", sentence: "each right says what it is and how it is given: 'raw sockets: cap_net_raw'", run: rights },
 ];
 
 const LINE_MAX: usize = 200;
@@ -51,11 +42,13 @@ pub(super) fn wrong_name<'a>(names: impl Iterator<Item = &'a str>) -> Option<Str
     (0..names.len()).find_map(at)
 }
 
-fn line(text: &str) -> Tried {
+/// Whether a text is one line.
+pub(super) fn line(text: &str) -> Tried {
     wrong_line(text).map_or(Ok(Passed::Yes), Err)
 }
 
-fn lines<'a>(words: impl Iterator<Item = (&'a str, &'a str)>) -> Tried {
+/// Whether each of these names has one line.
+pub(super) fn lines<'a>(words: impl Iterator<Item = (&'a str, &'a str)>) -> Tried {
     none_of(words.filter_map(|(name, doc)| wrong_line(doc).map(|wrong| format!("'{name}': {wrong}"))))
 }
 
@@ -75,7 +68,8 @@ fn option_docs(subject: &Subject) -> Tried {
     lines(subject.of.options.iter().map(|word| (word.name, word.doc)))
 }
 
-fn wrong_unit(word: &OptionWord) -> Option<String> {
+/// What is wrong with the unit of an option; none: nothing.
+pub(super) fn wrong_unit(word: &OptionWord) -> Option<String> {
     if !word.unit.is_empty() && !matches!(word.kind, Kind::Number | Kind::Whole | Kind::List | Kind::Table) {
         return Some(format!("'{}' is no number and is in {}", word.name, word.unit));
     }
@@ -98,54 +92,4 @@ fn option_defaults(subject: &Subject) -> Tried {
 fn option_of_class(subject: &Subject) -> Tried {
     let of_class = if subject.of.class == Class::Worker { &["period_ns", "age_max_ns", "in_place"][..] } else { &[] };
     none_of(subject.of.options.iter().filter(|word| of_class.contains(&word.name)).map(|word| format!("'{}' does", word.name)))
-}
-
-fn life_waits(subject: &Subject) -> Tried {
-    let ns = subject.of.life.waits_ns;
-    holds((0..=3_600_000_000_000).contains(&ns), || format!("it waits for {ns} ns"))
-}
-
-fn life_lost(subject: &Subject) -> Tried {
-    let ns = subject.of.life.lost_within_ns;
-    holds((0..=60_000_000_000).contains(&ns), || format!("it is {ns} ns"))
-}
-
-fn safe_doc(subject: &Subject) -> Tried {
-    line(subject.of.safe_state.doc)
-}
-
-fn safe_by(subject: &Subject) -> Tried {
-    let by: &[SafeBy] = subject.of.safe_state.by;
-    holds(!by.is_empty(), || "by nobody".to_owned())?;
-    none_of((1..by.len()).filter(|i| by[..*i].contains(&by[*i])).map(|i| format!("'{}' is there twice", by[i])))
-}
-
-fn safe_time(subject: &Subject) -> Tried {
-    let ns = subject.of.safe_state.within_ns;
-    holds((0..=10_000_000_000).contains(&ns), || format!("it is {ns} ns"))
-}
-
-fn service_words(subject: &Subject) -> Tried {
-    let services = subject.of.services;
-    wrong_name(services.iter().map(|word| word.name)).map_or(Ok(()), Err)?;
-    lines(services.iter().map(|word| (word.name, word.doc)))
-}
-
-fn service_arguments(subject: &Subject) -> Tried {
-    for service in subject.of.services {
-        let arguments = service.arguments.iter();
-        let wrong = wrong_name(arguments.clone().map(|word| word.name)).or_else(|| arguments.clone().find_map(wrong_unit));
-        wrong.or_else(|| arguments.clone().find_map(|word| wrong_line(word.doc))).map_or(Ok(()), |wrong| Err(format!("'{}': {wrong}", service.name)))?;
-    }
-    Ok(if subject.of.services.is_empty() { Passed::NotApplicable("it has no services") } else { Passed::Yes })
-}
-
-fn counter_words(subject: &Subject) -> Tried {
-    wrong_name(subject.of.counters.iter().map(|word| word.name)).map_or(Ok(()), Err)?;
-    lines(subject.of.counters.iter().map(|word| (word.name, word.doc)))
-}
-
-fn rights(subject: &Subject) -> Tried {
-    let wrong = |right: &&&str| !right.split_once(": ").is_some_and(|(what, how)| !what.trim().is_empty() && !how.trim().is_empty());
-    none_of(subject.of.rights.iter().filter(wrong).map(|right| format!("'{right}'")))
 }

@@ -6,11 +6,11 @@
 //!
 //! | module | checks of |
 //! |---|---|
-//! | `declaration` | the manual: names, texts, life, safe state |
+//! | `declaration`, `promises` | the manual: names, texts, options; life, safe state, services, rights |
 //! | `options` | what is refused, and how |
 //! | `channels` | where values lie, what they carry when nobody commands |
 //! | `life` | open, close, again, in any order; what is left behind |
-//! | `exchange` | readings and commands, odd times and odd numbers, allocation, memory |
+//! | `exchange`, `cost` | readings and commands, odd times and odd numbers; allocation, waits, memory |
 //! | `rest` | the safe state |
 //! | `services` | services, counters, search |
 //! | `sanitized`, `sanitizing` | the exchange under the real-time sanitizer, in a process that has it; `runtime` is that |
@@ -20,6 +20,7 @@
 mod all;
 mod channels;
 mod check;
+mod cost;
 mod declaration;
 mod exchange;
 mod kills;
@@ -28,6 +29,7 @@ mod measures;
 mod options;
 mod orders;
 mod phases;
+mod promises;
 mod report;
 mod rest;
 mod rig;

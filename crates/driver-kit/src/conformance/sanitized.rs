@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The exchange under the real-time sanitizer, in a process that was started with it: it ends at the first call that may block.
 use super::check::{Passed, Tried};
-use super::exchange::{WARM, mixed};
+use super::cost::{WARM, mixed};
 use super::measures::Sanitizer;
 use super::subject::Subject;
 use process_kit::inherited;

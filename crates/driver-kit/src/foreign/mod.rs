@@ -11,7 +11,9 @@
 //! | `driver` | a driver that calls it |
 //! | `services` | its services |
 //! | `declared` | its declaration, which makes drivers and looks for devices |
+// The file is the one that `opengpac new driver --in rust` gives to a driver: both sides are compiled from the same text.
 #[doc(hidden)]
+#[path = "../../../../python/opengpac/drivers/rust/abi.rs"]
 pub mod abi;
 mod declared;
 mod driver;

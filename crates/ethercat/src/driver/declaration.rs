@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The declaration of the driver: its manual, how it is made, the search for subdevices.
 use super::axis::Axis;
-use super::counters::COUNTERS;
+use super::counters::Count;
 use super::device::EtherCat;
-use super::options::{AxisOptions, Commanded, OPTIONS, Options, TIMEOUT_NS, Unit, check};
+use super::options::{OPTIONS, Options, TIMEOUT_NS, check};
 use super::services::SERVICES;
 use crate::main_device::{Bus, inventory};
-use device::{Class, Command, Declaration, DriverError, Found, Given, Layout, Life, Opened, Part, SafeBy, SafeState, Servo, UNLIMITED};
+use cia402::axis::part;
+use device::{Class, Declaration, DriverError, Found, Given, Layout, Life, Opened, Part, SafeBy, SafeState};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -16,7 +17,7 @@ pub static DRIVER: Declaration = Declaration {
     life: Life { waits_ns: 0, lost_within_ns: 0 },
     safe_state: SafeState { doc: "quick stop: each axis comes to rest and is switched off", by: &[SafeBy::Driver, SafeBy::Device], within_ns: 0 },
     services: &SERVICES,
-    counters: &COUNTERS,
+    counters: Count::WORDS,
     rights: &["raw frames on a network interface: cap_net_raw"],
     scan: Some(scan),
     in_virtual_time: Some(in_lockstep),
@@ -30,7 +31,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     let mut layout = Layout::default();
     let (sync0, lockstep) = (options.sync0(), options.lockstep);
     let axes: Vec<Axis> = options.axes.iter().enumerate().map(|(index, axis)| Axis::new(axis, index, &mut layout)).collect();
-    let parts: Vec<Part> = options.axes.iter().filter_map(part).collect();
+    let parts: Vec<Part> = options.axes.iter().filter_map(|of| part(&of.axis)).collect();
     let driver = EtherCat::new(options.interface, axes, layout.into_channels(), timeout_ns, options.lost_after.unwrap_or(3).max(1), sync0);
     let driver = if lockstep { driver.in_lockstep() } else { driver };
     Ok((Box::new(driver), json!({ "parts": parts })))
@@ -41,27 +42,6 @@ fn in_lockstep(options: &Value) -> Option<(String, Value)> {
     let mut options = options.clone();
     options.as_object_mut()?.insert("lockstep".to_owned(), Value::Bool(true));
     Some(("ethercat".to_owned(), options))
-}
-
-/// What can be made a joint of; an axis that is commanded by velocity is its channels alone.
-fn part(axis: &AxisOptions) -> Option<Part> {
-    let command = match axis.mode {
-        Commanded::Position => Command::Position,
-        Commanded::Torque => Command::Effort,
-        Commanded::Velocity => return None,
-    };
-    let [range_min, range_max] = axis.range.unwrap_or([-UNLIMITED, UNLIMITED]);
-    Some(Part {
-        name: axis.name.clone(),
-        unit: if axis.unit == Unit::M { "m" } else { "rad" },
-        range_min,
-        range_max,
-        effort_max: axis.rated_torque.unwrap_or(UNLIMITED),
-        speed_max: axis.speed_max.unwrap_or(UNLIMITED),
-        home: 0.0,
-        servo: Servo::default(),
-        command,
-    })
 }
 
 #[derive(Deserialize)]

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The driver in its life: brings its drives to OP, exchanges, comes to rest.
-use super::axis::{Axis, Homed};
-use super::counters::{COUNTERS, count};
-use super::homing::Asked;
-use super::services::Shared;
+use super::axis::Axis;
+use super::counters::Count;
+use super::services::{Beside, Mailboxes};
 use crate::main_device::{Bus, Clocks, Cycle, Replied, Station, Sync0, Wanted, bring_up, open_link};
+use crate::registers::AL_CONTROL;
 use crate::states::{State, describe};
+use cia402::Commander;
+use cia402::axis::Shared;
 use device::{Channel, Counters, DeviceError, Driver, Services};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// How long drives may take to OP, with process data coming; and an answer off the cycle.
@@ -30,7 +31,7 @@ pub(super) struct EtherCat {
     /// When it was opened, by the clock of this host and by that of its source, ns.
     opened: (Instant, i64),
     counters: Arc<Counters>,
-    shared: Arc<Shared>,
+    beside: Arc<Beside>,
     stations: Vec<Station>,
     cycle: Option<Cycle>,
     /// How many cycles one after another brought nothing, and why the last of them did.
@@ -40,9 +41,9 @@ pub(super) struct EtherCat {
 
 impl EtherCat {
     pub fn new(interface: String, axes: Vec<Axis>, channels: Vec<Channel>, timeout_ns: i64, lost_after: u32, sync0: Option<Sync0>) -> EtherCat {
-        let names = axes.iter().map(|axis| axis.name.clone()).collect();
+        let beside = Shared::new(&format!("the segment on '{interface}'"), axes.iter().map(|axis| axis.moved.beside()));
         EtherCat {
-            shared: Arc::new(Shared::new(interface.clone(), names, axes.iter().map(Axis::scale).collect())),
+            beside: Arc::new(Beside(beside)),
             interface,
             axes,
             channels,
@@ -51,7 +52,7 @@ impl EtherCat {
             lockstep: false,
             sync0,
             opened: (Instant::now(), 0),
-            counters: Arc::new(Counters::new(&COUNTERS)),
+            counters: Arc::new(Counters::new(Count::WORDS)),
             stations: Vec::new(),
             cycle: None,
             missed: 0,
@@ -81,7 +82,7 @@ impl EtherCat {
         self.exchange_idle(&mut cycle)?;
         for station in &stations {
             let control = State::Op as u16;
-            bus.write(station.subdevice.station, crate::registers::AL_CONTROL, &control.to_le_bytes())?;
+            bus.write(station.subdevice.station, AL_CONTROL, &control.to_le_bytes())?;
         }
         let until = Instant::now() + TO_OP;
         while let Some(station) = (0..stations.len()).find(|of| cycle.state(*of) != Some((State::Op as u16, 0))) {
@@ -97,7 +98,8 @@ impl EtherCat {
             self.exchange_idle(&mut cycle)?;
         }
         self.reset_faults(&mut cycle)?;
-        self.shared.reach(stations.iter().map(|station| station.subdevice.mailbox()).collect::<Result<_, _>>()?)?;
+        let of_axes = stations.iter().map(|station| station.subdevice.mailbox()).collect::<Result<_, _>>()?;
+        self.beside.0.reach(Mailboxes { bus: Bus::open(&self.interface)?, of_axes });
         (self.stations, self.cycle, self.missed) = (stations, Some(cycle), 0);
         Ok(())
     }
@@ -124,10 +126,11 @@ impl EtherCat {
     /// Faults that are there already go; one that comes again is told when its axis is engaged.
     fn reset_faults(&mut self, cycle: &mut Cycle) -> Result<(), String> {
         for _ in 0..RESETS {
-            if !self.axes.iter().any(Axis::is_faulty) {
+            let mut faulty = self.axes.iter_mut().map(|axis| &mut axis.moved.commander).filter(|commander| commander.is_faulty()).peekable();
+            if faulty.peek().is_none() {
                 break;
             }
-            self.axes.iter_mut().filter(|axis| axis.is_faulty()).for_each(Axis::reset);
+            faulty.for_each(Commander::reset);
             self.exchange_idle(cycle)?;
         }
         self.exchange_idle(cycle)
@@ -141,7 +144,7 @@ impl EtherCat {
             (Replied::Short, Some(cycle)) => self.what_is_short(cycle),
             _ => format!(
                 "nothing came back on interface '{on}' for {cycles} cycles: the cable to '{}' is out, or it has no power",
-                self.axes.iter().min_by_key(|axis| axis.at).map_or("", |axis| axis.name.as_str())
+                self.axes.iter().min_by_key(|axis| axis.at).map_or("", Axis::name)
             ),
         };
         DeviceError { message }
@@ -150,12 +153,12 @@ impl EtherCat {
     fn what_is_short(&self, cycle: &Cycle) -> String {
         let silent = (0..self.stations.len()).filter(|of| cycle.state(*of).is_none()).min_by_key(|of| self.axes[*of].at);
         if let Some(of) = silent {
-            let (axis, place) = (&self.axes[of].name, self.axes[of].at);
+            let (axis, place) = (self.axes[of].name(), self.axes[of].at);
             return format!("axis '{axis}' at place {place} does not answer on interface '{}': the cable before it is out, or it has no power", self.interface);
         }
         let left = (0..self.stations.len()).find_map(|of| cycle.state(of).filter(|(status, _)| *status != State::Op as u16).map(|state| (of, state)));
         match left {
-            Some((of, (status, code))) => format!("the drive of axis '{}' has left OP: it is in {}", self.axes[of].name, describe(status, code)),
+            Some((of, (status, code))) => format!("the drive of axis '{}' has left OP: it is in {}", self.axes[of].name(), describe(status, code)),
             None => format!("all drives on interface '{}' answer, and not all take their process data", self.interface),
         }
     }
@@ -175,14 +178,14 @@ impl Driver for EtherCat {
     fn read(&mut self, _: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         let counters = &self.counters;
         let Some(cycle) = &mut self.cycle else { return Err(not_open()) };
-        let replied = if self.lockstep { cycle.wait(ANSWER_IN_LOCKSTEP) } else { cycle.receive(|_| counters.add(count::REFUSED, 1)) };
+        let replied = if self.lockstep { cycle.wait(ANSWER_IN_LOCKSTEP) } else { cycle.receive(|_| counters.add(Count::Refused, 1)) };
         let replied = replied.unwrap_or(Replied::Nothing);
         match replied {
             Replied::Whole => {
                 self.missed = 0;
                 if let Some(timing) = cycle.timing() {
-                    counters.set(count::DIFFERENCE, timing.difference_ns.into());
-                    counters.set(count::REFERENCE, timing.reference_ns.unsigned_abs().into());
+                    counters.set(Count::Difference, timing.difference_ns.into());
+                    counters.set(Count::Reference, timing.reference_ns.unsigned_abs().into());
                 }
                 for axis in &mut self.axes {
                     axis.read(cycle.newest(), readings);
@@ -194,15 +197,15 @@ impl Driver for EtherCat {
                 }
             }
             Replied::Short | Replied::Nothing => {
-                counters.add(if replied == Replied::Short { count::SHORT } else { count::LOST }, 1);
+                counters.add(if replied == Replied::Short { Count::Short } else { Count::Lost }, 1);
                 self.missed += 1;
                 if self.missed >= self.lost_after {
-                    self.shared.homes.end();
+                    self.beside.0.homes.end();
                     return Err(self.lost(replied));
                 }
             }
         }
-        match self.axes.iter().find_map(Axis::fault) {
+        match self.axes.iter().find_map(|axis| axis.moved.fault()) {
             Some(message) => Err(DeviceError { message }),
             None => Ok(()),
         }
@@ -213,13 +216,14 @@ impl Driver for EtherCat {
         let span_s = (release_ns - self.written_ns).max(0) as f64 * 1e-9;
         self.written_ns = release_ns;
         for (index, axis) in self.axes.iter_mut().enumerate() {
-            if self.shared.resets[index].swap(false, Ordering::Relaxed) {
-                axis.reset();
+            let (can_home, commander) = (axis.can_home(), &mut axis.moved.commander);
+            if self.beside.0.resets(index) {
+                commander.reset();
             }
-            serve_homing(&self.shared, index, axis, engaged[index]);
+            self.beside.0.homes.serve(index, commander, can_home, engaged[index]);
             axis.write(commands, engaged[index], span_s, cycle.outputs());
         }
-        self.counters.add(count::CYCLES, 1);
+        self.counters.add(Count::Cycles, 1);
         // A frame that cannot be sent is one that does not come back: the readings tell it.
         let _ = cycle.send(self.sync0.map(|_| now_ns(self.opened)));
         Ok(())
@@ -228,7 +232,7 @@ impl Driver for EtherCat {
     fn safe_state(&mut self) {
         let Some(cycle) = &mut self.cycle else { return };
         for axis in &mut self.axes {
-            axis.stop();
+            axis.moved.commander.stop();
             axis.tell_idle(cycle.outputs());
         }
         let _ = cycle.send(self.sync0.map(|_| now_ns(self.opened)));
@@ -236,8 +240,8 @@ impl Driver for EtherCat {
 
     fn close(&mut self) {
         self.safe_state();
-        self.shared.homes.end();
         self.cycle = None;
+        self.beside.0.leave();
     }
 
     fn watchdog_ns(&self) -> Option<i64> {
@@ -245,34 +249,11 @@ impl Driver for EtherCat {
     }
 
     fn services(&self) -> Option<Arc<dyn Services>> {
-        Some(self.shared.clone())
+        Some(self.beside.clone())
     }
 
     fn counters(&self) -> Option<Arc<Counters>> {
         Some(self.counters.clone())
-    }
-}
-
-/// What the service asks of an axis, and what it is answered. Real-time safe.
-fn serve_homing(shared: &Shared, index: usize, axis: &mut Axis, is_engaged: bool) {
-    let homes = &shared.homes;
-    match homes.asked(index) {
-        Asked::Home if !axis.can_home() => homes.answer(index, Asked::NotExchanged),
-        Asked::Home if is_engaged => homes.answer(index, Asked::Engaged),
-        Asked::Home => {
-            axis.home();
-            homes.answer(index, Asked::GoingOn);
-        }
-        Asked::Stop => {
-            axis.leave_homing();
-            homes.answer(index, Asked::Nothing);
-        }
-        Asked::GoingOn => match axis.homed() {
-            Homed::Yes => homes.answer(index, Asked::Attained),
-            Homed::Failed => homes.answer(index, Asked::Failed),
-            Homed::No | Homed::GoingOn => {}
-        },
-        _ => {}
     }
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options of the driver: what they are, and what is refused.
-use super::brake::BrakeOptions;
 use crate::main_device::Sync0;
-use cia402::Mode;
+use cia402::axis;
 use device::{DriverError, Given, Kind, OptionWord};
 use serde::Deserialize;
+use serde_json::{Map, Value};
 
 pub(super) const OPTIONS: [OptionWord; 7] = [
     OptionWord::needed("interface", Kind::Text, "the network interface that the segment hangs on, or `local:NAME` of an emulated one"),
@@ -45,56 +45,15 @@ impl Options {
 
 /// An axis, as it is asked for.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct AxisOptions {
-    pub name: String,
+    #[serde(flatten)]
+    pub axis: axis::AxisOptions,
     /// Its place on the line; left out: that in the list.
     pub at: Option<usize>,
     #[serde(default)]
-    pub mode: Commanded,
-    /// Counts to a unit of position.
-    pub counts: f64,
-    #[serde(default)]
-    pub unit: Unit,
-    /// Units of position per second.
-    pub speed_max: Option<f64>,
-    pub range: Option<[f64; 2]>,
-    /// N.m or N.
-    pub rated_torque: Option<f64>,
-    /// Counts at position 0.
-    #[serde(default)]
-    pub offset: f64,
-    #[serde(default)]
     pub pdos: PdosFrom,
-    /// The output of its brake; left out: its drive serves it by itself, or there is none.
-    pub brake: Option<BrakeOptions>,
-}
-
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Commanded {
-    #[default]
-    Position,
-    Velocity,
-    Torque,
-}
-
-impl Commanded {
-    pub fn mode(self) -> Mode {
-        match self {
-            Commanded::Position => Mode::Position,
-            Commanded::Velocity => Mode::Velocity,
-            Commanded::Torque => Mode::Torque,
-        }
-    }
-}
-
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Unit {
-    #[default]
-    Rad,
-    M,
+    #[serde(flatten)]
+    rest: Map<String, Value>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
@@ -130,34 +89,15 @@ pub(super) fn check(given: &Given<'_>, options: &Options) -> Result<(), DriverEr
     if options.axes.is_empty() {
         return wrong("name at least one axis".to_owned());
     }
-    for (index, axis) in options.axes.iter().enumerate() {
-        let place = |index: usize, axis: &AxisOptions| axis.at.unwrap_or(index);
-        let name = &axis.name;
+    axis::check(options.axes.iter().map(|of| &of.axis)).or_else(wrong)?;
+    for (index, of) in options.axes.iter().enumerate() {
+        let place = |index: usize, of: &AxisOptions| of.at.unwrap_or(index);
+        let name = &of.axis.name;
+        axis::unknown(name, &of.rest, &["at", "pdos"]).or_else(wrong)?;
         for (other, before) in options.axes[..index].iter().enumerate() {
-            if before.name == *name {
-                return wrong(format!("'{name}' is named twice"));
+            if place(other, before) == place(index, of) {
+                return wrong(format!("'{}' and '{name}' are both at place {}", before.axis.name, place(index, of)));
             }
-            if place(other, before) == place(index, axis) {
-                return wrong(format!("'{}' and '{name}' are both at place {}", before.name, place(index, axis)));
-            }
-        }
-        if !axis.counts.is_normal() {
-            return wrong(format!("'{name}': counts is {}; give how many counts are one unit of position, negative to turn it round", axis.counts));
-        }
-        if axis.speed_max.is_some_and(|speed| !(speed > 0.0 && speed.is_finite())) {
-            return wrong(format!("'{name}': speed_max is above 0"));
-        }
-        if axis.range.is_some_and(|[least, greatest]| least.is_nan() || greatest.is_nan() || least >= greatest) {
-            return wrong(format!("'{name}': range is the least and the greatest position"));
-        }
-        if axis.brake.is_some() && axis.mode == Commanded::Torque {
-            return wrong(format!("'{name}': a brake needs a motor that holds the axis while it closes: mode position or velocity"));
-        }
-        if axis.brake.is_some_and(|brake| brake.bit > 31) {
-            return wrong(format!("'{name}': the bit of its brake is 0 to 31"));
-        }
-        if axis.mode == Commanded::Torque && !axis.rated_torque.is_some_and(|torque| torque > 0.0) {
-            return wrong(format!("'{name}': an axis that is commanded by torque needs its rated_torque"));
         }
     }
     Ok(())

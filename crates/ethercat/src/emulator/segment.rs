@@ -65,6 +65,11 @@ impl Segment {
         true
     }
 
+    /// Time goes on to this, and no frame comes.
+    pub fn go_on(&mut self, now_ns: u64) {
+        self.subdevices.iter_mut().filter(|subdevice| subdevice.is_on).for_each(|subdevice| subdevice.go_on(now_ns, None));
+    }
+
     /// How many subdevices a frame reaches: one without voltage ends the line as a cut cable does.
     fn reached(&self) -> usize {
         let off = self.subdevices.iter().position(|subdevice| !subdevice.is_on).unwrap_or(self.subdevices.len());

@@ -4,12 +4,13 @@ use super::options::DriveOptions;
 use super::segment::Segment;
 use crate::link::{Link, Sender};
 use crate::wire::FRAME_MAX;
+use cia402::DriveState;
+use cia402::emulated;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use std::io::{self, BufRead, Write};
+use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::thread::JoinHandle;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How soon a server notices that it is to stop.
@@ -18,27 +19,7 @@ const NOTICE: Duration = Duration::from_millis(50);
 const PRIORITY: i32 = 90;
 
 /// A segment that answers until it is dropped.
-pub struct Server {
-    segment: Arc<Mutex<Segment>>,
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Server {
-    /// The segment, to do something to it or to look at it.
-    pub fn segment(&self) -> MutexGuard<'_, Segment> {
-        self.segment.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Drop for Server {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            let _ = thread.join();
-        }
-    }
-}
+pub type Server = emulated::Server<Segment>;
 
 /// Answers on an interface, or on a local socket (`local:NAME`), in a thread of its own.
 ///
@@ -47,7 +28,8 @@ impl Drop for Server {
 pub fn serve(interface: &str, segment: Segment) -> io::Result<Server> {
     let start = Instant::now();
     // Begun at 1 s, so that no time is 0.
-    serve_at(interface, segment, move || start.elapsed().as_nanos() as u64 + 1_000_000_000)
+    let time = move || start.elapsed().as_nanos() as u64 + 1_000_000_000;
+    serve_by(interface, segment, time, Idle::GoesOn)
 }
 
 /// As [`serve`], at times of one's own: asked for each frame that comes, ns, never less than before. A test then depends on no load.
@@ -55,20 +37,31 @@ pub fn serve(interface: &str, segment: Segment) -> io::Result<Server> {
 /// # Errors
 /// As [`serve`].
 pub fn serve_at(interface: &str, segment: Segment, time: impl FnMut() -> u64 + Send + 'static) -> io::Result<Server> {
-    let link = Link::answering(interface)?;
-    let segment = Arc::new(Mutex::new(segment));
-    let stop = Arc::new(AtomicBool::new(false));
-    let (of, until) = (segment.clone(), stop.clone());
-    let thread = std::thread::Builder::new().name("ethercat-segment".into()).spawn(move || answer(&link, &of, &until, time))?;
-    Ok(Server { segment, stop, thread: Some(thread) })
+    serve_by(interface, segment, time, Idle::Stands)
 }
 
-fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool, mut time: impl FnMut() -> u64) {
+/// What the time of a segment does while no frame comes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Idle {
+    /// Drives notice that nobody commands them, as real ones do.
+    GoesOn,
+    Stands,
+}
+
+fn serve_by(interface: &str, segment: Segment, time: impl FnMut() -> u64 + Send + 'static, idle: Idle) -> io::Result<Server> {
+    let link = Link::answering(interface)?;
+    Server::start("ethercat-segment", segment, move |of, until| answer(&link, of, until, time, idle))
+}
+
+fn answer(link: &Link, segment: &Mutex<Segment>, stop: &AtomicBool, mut time: impl FnMut() -> u64, idle: Idle) {
     take_priority();
     let mut frame = [0; FRAME_MAX];
     let mut sender = Sender::nobody();
     while !stop.load(Ordering::Relaxed) {
         if !link.wait(NOTICE) {
+            if idle == Idle::GoesOn {
+                segment.lock().unwrap_or_else(PoisonError::into_inner).go_on(time());
+            }
             continue;
         }
         match link.receive_from(&mut frame, &mut sender) {
@@ -120,21 +113,9 @@ enum Order {
 /// # Errors
 /// For people.
 pub fn run() -> Result<(), String> {
-    let mut lines = io::stdin().lock().lines().map_while(Result::ok);
-    let options: Options = serde_json::from_str(&lines.next().unwrap_or_default()).map_err(|error| format!("the options of the segment: {error}"))?;
-    let server = serve(&options.interface, Segment::new(&options.drives)).map_err(|error| format!("interface '{}': {error}", options.interface))?;
-    say(&show(&server.segment()));
-    for line in lines {
-        match serde_json::from_str(&line) {
-            Ok(order) => {
-                let mut segment = server.segment();
-                carry_out(&mut segment, &order);
-                say(&show(&segment));
-            }
-            Err(error) => say(&json!({ "refused": error.to_string() })),
-        }
-    }
-    Ok(())
+    let start =
+        |options: Options| serve(&options.interface, Segment::new(&options.drives)).map_err(|error| format!("interface '{}': {error}", options.interface));
+    emulated::serve_orders(start, carry_out, |segment| show(segment))
 }
 
 fn carry_out(segment: &mut Segment, order: &Order) {
@@ -152,14 +133,8 @@ fn carry_out(segment: &mut Segment, order: &Order) {
 fn show(segment: &Segment) -> Value {
     let drives = (0..segment.len()).map(|position| {
         let number = |index| segment.number(position, index);
-        let drive = crate::cia402::DriveState::of(number(0x6041) as u16).to_string();
+        let drive = DriveState::of(number(0x6041) as u16).to_string();
         json!({ "state": segment.status(position), "drive": drive, "position": number(0x6064), "target": number(0x607A), "mode": number(0x6061), "error": number(0x603F) as u16, "clock": segment.synced(position) })
     });
     json!({ "counts": segment.counts(), "drives": drives.collect::<Vec<_>>() })
-}
-
-fn say(what: &Value) {
-    let mut out = io::stdout().lock();
-    // The program that started it may be gone; then its input ends too.
-    let _ = writeln!(out, "{what}").and_then(|()| out.flush());
 }

@@ -45,7 +45,7 @@ struct Time {
 /// What the distributed clocks are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Timing {
-    /// The greatest difference of an axis from the reference clock, ns.
+    /// The maximum difference of an axis from the reference clock, ns.
     pub difference_ns: u32,
     /// How far the reference clock was from what it was told last, ns.
     pub reference_ns: i32,

@@ -67,10 +67,10 @@ impl Rig {
 
     /// Writes, and waits until the segment has seen it.
     pub fn write(&mut self, goals: &[Option<f64>]) {
-        let seen = self.server.segment().counts().frames;
+        let seen = self.server.lock().counts().frames;
         self.tell(goals);
         let until = Instant::now() + LONG;
-        while self.server.segment().counts().frames == seen {
+        while self.server.lock().counts().frames == seen {
             assert!(Instant::now() < until, "the segment answers");
             std::thread::yield_now();
         }
@@ -98,14 +98,14 @@ impl Rig {
 
     /// One exchange of these commands; returns how much a count rose in what the driver does.
     pub fn raw(&mut self, commands: &[u8], engaged: &[bool], count: impl Fn() -> u64) -> u64 {
-        let seen = self.server.segment().counts().frames;
+        let seen = self.server.lock().counts().frames;
         self.now_ns += PERIOD_NS;
         self.time_ns.fetch_add(PERIOD_NS as u64 - FRAME_NS, Ordering::Relaxed);
         let before = count();
         self.driver.write(self.now_ns, commands, engaged).expect("written");
         let mut counted = count() - before;
         let until = Instant::now() + LONG;
-        while self.server.segment().counts().frames == seen {
+        while self.server.lock().counts().frames == seen {
             assert!(Instant::now() < until, "the segment answers");
             std::thread::yield_now();
         }

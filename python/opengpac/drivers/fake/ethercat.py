@@ -3,18 +3,14 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
 import secrets
-import subprocess
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any
 
-from ... import processes
-from ...errors import CallError, DeviceFailed, refuse
+from ...errors import CallError, refuse
 from ...given import taking
+from .emulated import Emulated
 
 
 @dataclass(frozen=True)
@@ -55,7 +51,7 @@ class Drive:
     """Its distributed clock."""
 
 
-class EtherCatSegment:
+class EtherCatSegment(Emulated):
     """Emulated drives on a line, in a process of their own; `ethercat()` starts one. It ends with `close()`, a `with`, or its program."""
 
     interface: str
@@ -63,35 +59,15 @@ class EtherCatSegment:
 
     def __init__(self, options: Mapping[str, Any], interface: str) -> None:
         self.interface = interface
-        command = processes.command("run_ethercat_segment")
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self._state = self._say(options)
-
-    def _say(self, what: Mapping[str, Any]) -> dict[str, Any]:
-        stdin, stdout, stderr = self._process.stdin, self._process.stdout, self._process.stderr
-        assert stdin is not None and stdout is not None and stderr is not None
-        line = ""
-        with contextlib.suppress(OSError):
-            stdin.write(json.dumps(what) + "\n")
-            stdin.flush()
-            line = stdout.readline()
-        if not line:
-            reason = stderr.read().strip() or "its process has ended"
-            self.close()
-            refuse(DeviceFailed, f"the emulated segment does not answer: {reason}", "start another one")
-        answer = json.loads(line)
-        if "refused" in answer:
-            refuse(CallError, f"the emulated segment refused {dict(what)}: {answer['refused']}", "ask for what it can do")
-        self._state = answer
-        return answer
+        super().__init__("run_ethercat_segment", "the emulated segment", options)
 
     def drives(self) -> list[Drive]:
         """How each drive is now, in their order."""
-        return [Drive(**{**drive, "clock": Clock(**drive["clock"])}) for drive in self._say({"do": "show"})["drives"]]
+        return [Drive(**{**drive, "clock": Clock(**drive["clock"])}) for drive in self._shown()["drives"]]
 
     def counts(self) -> dict[str, int]:
         """Frames that came, and how many of them were malformed, lost or spoiled on purpose."""
-        return self._say({"do": "show"})["counts"]
+        return self._shown()["counts"]
 
     def cut(self, position: int = 0) -> None:
         """Pulls the cable that leads to the drive of this position."""
@@ -105,32 +81,9 @@ class EtherCatSegment:
         """Switches the voltage of a drive. With it comes a drive that knows nothing, its axis where it was."""
         self._say({"do": "power", "position": position, "on": on})
 
-    def lose(self, frames: int) -> None:
-        """The next frames do not come back."""
-        self._say({"do": "lose", "frames": frames})
-
-    def spoil(self, frames: int) -> None:
-        """A bit of each of the next frames turns, behind the check sum."""
-        self._say({"do": "spoil", "frames": frames})
-
     def fail(self, position: int, error: int = 0x7121) -> None:
         """A drive finds something wrong: an error code of CiA 402, here that its motor is blocked."""
         self._say({"do": "fail", "position": position, "error": error})
-
-    def close(self) -> None:
-        """Ends it."""
-        for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
-            if stream is not None:
-                # What was not written any more is nobody's.
-                with contextlib.suppress(OSError):
-                    stream.close()
-        self._process.wait()
-
-    def __enter__(self) -> EtherCatSegment:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()
 
 
 @taking

@@ -84,7 +84,8 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
             </tbody>
           </table>
         </div>
-        <Parameters device={name} type={type} />
+        {/* Parameters are of now: a recording has none. */}
+        {control.past === null && <Parameters device={name} type={type} />}
       </div>
     </Panel>
   );

@@ -103,7 +103,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
         data-placed={isPlaced ? "yes" : "no"}
         ref={place}
         role="img"
-        aria-label={`${device} as it stands now; its joints stand in the table of the devices`}
+        aria-label={`${device} as it stands at the time that is shown; its joints stand in the table of the devices`}
       />
       {geometry && !isPlaced && <p className="stage-note quiet small">Waiting to hear where it stands…</p>}
       {still.length > 0 && (

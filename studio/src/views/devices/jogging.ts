@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Moving a joint as long as a button is held.
-import type { Control } from "../../control/control";
+
 import { Refused } from "../../control/refusals";
+import type { Source } from "../../control/source";
 
 /** The verb that moves as long as its heartbeat changes: `gpac.motion.jog`. */
 export const JOG = "jog";
@@ -12,12 +13,12 @@ const BEAT_MS = 60;
 
 /** One press of a button, from its beginning to its end. */
 export class Press {
-  readonly #control: Control;
+  readonly #control: Source;
   #held = true;
   /** Over: the joint stands, and the instance is gone. */
   readonly done: Promise<void>;
 
-  constructor(control: Control, device: string, velocity: string) {
+  constructor(control: Source, device: string, velocity: string) {
     this.#control = control;
     this.done = this.#move(device, velocity);
   }

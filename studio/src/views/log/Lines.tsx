@@ -9,8 +9,10 @@ const [WIDE, NARROW] = [24, 44];
 const BEYOND = 20;
 
 /** The lines that are in sight, of as many as there are; follows the newest while its end is in sight. */
-export function Lines(props: { of: Line[]; chosen: string | null; choose: (line: Line) => void; still: boolean }) {
-  const { of: lines, chosen, choose, still } = props;
+export function Lines(props: { of: Line[]; chosen: string | null; choose: (line: Line) => void; still: boolean; passed: number | null }) {
+  const { of: lines, chosen, choose, passed } = props;
+  // Of a recording the line at the cursor stays in sight, and not the newest one.
+  const still = props.still || passed !== null;
   const LINE = useNarrow() ? NARROW : WIDE;
   const box = useRef<HTMLDivElement>(null);
   const [sight, setSight] = useState({ top: 0, height: 600 });
@@ -27,6 +29,13 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
   useLayoutEffect(() => {
     if (following && !still && box.current) box.current.scrollTop = box.current.scrollHeight;
   }, [lines, following, still]);
+
+  useLayoutEffect(() => {
+    const there = box.current;
+    if (!there || passed === null || passed === 0) return;
+    const place = (passed - 1) * LINE;
+    if (place < there.scrollTop || place + LINE > there.scrollTop + there.clientHeight) there.scrollTop = place - there.clientHeight / 2;
+  }, [passed, LINE]);
 
   useEffect(() => {
     const there = box.current;
@@ -60,7 +69,7 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
             key={line.key}
             type="button"
             tabIndex={-1}
-            className={`line ${LINE === NARROW ? "two" : ""} ${line.isEarlier ? "earlier" : ""} ${BAD_KINDS.has(line.kind) ? "bad" : WARN_KINDS.has(line.kind) ? "warn" : ""}`}
+            className={`line ${LINE === NARROW ? "two" : ""} ${line.isEarlier ? "earlier" : ""} ${passed !== null && first + index >= passed ? "later" : ""} ${passed !== null && first + index === passed - 1 ? "present" : ""} ${BAD_KINDS.has(line.kind) ? "bad" : WARN_KINDS.has(line.kind) ? "warn" : ""}`}
             aria-pressed={line.key === chosen}
             style={{ top: (first + index) * LINE, height: LINE }}
             onClick={() => choose(line)}

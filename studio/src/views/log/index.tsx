@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-import { useMemo, useState } from "react";
+import { useEffect, useMemo, useState } from "react";
+import { toNs } from "../../control/recorded/state";
+import type { Past } from "../../control/source";
 import { count } from "../../design/numbers";
 import { Empty, Refusals } from "../../design/parts";
 import { saveText } from "../../design/saveText";
@@ -7,7 +9,7 @@ import { useControl, useTopic, useWatched } from "../../shell/context";
 import { useRoute } from "../../shell/route";
 import { LineDetail } from "./LineDetail";
 import { Lines } from "./Lines";
-import { asCsv, asJsonLines, BAD_KINDS, kindsOf, type Line, linesOf, shownLines, WARN_KINDS } from "./lines";
+import { asCsv, asJsonLines, BAD_KINDS, kindsOf, type Line, linesOf, linesUntil, shownLines, WARN_KINDS } from "./lines";
 import "./log.css";
 
 /** What happened: conditions, faults, transitions, ends with their reports, commands and who gave them. */
@@ -22,10 +24,15 @@ export default function Log() {
   const [hidden, setHidden] = useState<ReadonlySet<string>>(new Set());
   const [paused, setPaused] = useState<Line[] | null>(null);
   const [chosen, setChosen] = useState<Line | null>(null);
-  const latest = useMemo(() => linesOf(log, ends), [log, ends]);
+  // Of a recording the lines are the same wherever its cursor is.
+  const { past } = control;
+  const of = past ?? log;
+  // biome-ignore lint/correctness/useExhaustiveDependencies: see above
+  const latest = useMemo(() => linesOf(log, ends), [of, past ? log === null : ends]);
   const lines = paused ?? latest;
   const kinds = useMemo(() => kindsOf(lines), [lines]);
   const shown = useMemo(() => shownLines(lines, { hidden, text }), [lines, hidden, text]);
+  const passed = useCursor(past, shown);
   const dropped = (log?.dropped ?? 0) + (ends?.dropped ?? 0);
   const newer = latest.length - lines.length;
 
@@ -51,9 +58,11 @@ export default function Log() {
           ))}
         </fieldset>
         <div className="row last">
-          <button type="button" aria-pressed={paused !== null} onClick={() => setPaused(paused ? null : latest)}>
-            {paused ? "Go on" : "Pause"}
-          </button>
+          {!past && (
+            <button type="button" aria-pressed={paused !== null} onClick={() => setPaused(paused ? null : latest)}>
+              {paused ? "Go on" : "Pause"}
+            </button>
+          )}
           {newer > 0 && <span className="quiet">{count(newer)} newer</span>}
           <button
             type="button"
@@ -76,7 +85,16 @@ export default function Log() {
         <p className="dropped">{count(dropped)} entries were gone before they could be read: the system keeps the last 4,096.</p>
       )}
       {shown.length > 0 ? (
-        <Lines of={shown} chosen={chosen?.key ?? null} choose={setChosen} still={paused !== null} />
+        <Lines
+          of={shown}
+          chosen={chosen?.key ?? null}
+          choose={(line) => {
+            setChosen(line);
+            past?.go(toNs(line.time_s));
+          }}
+          still={paused !== null}
+          passed={passed}
+        />
       ) : lines.length > 0 ? (
         <Empty title="No line passes the filter">Show more kinds, or shorten the text.</Empty>
       ) : (
@@ -85,6 +103,18 @@ export default function Log() {
       {chosen && <LineDetail of={chosen} close={() => setChosen(null)} />}
     </div>
   );
+}
+
+/** Of a recording: how many of the lines are not later than its cursor; null: the lines are those of now. */
+function useCursor(past: Past | null, lines: readonly Line[]): number | null {
+  const [passed, setPassed] = useState<number | null>(null);
+  useEffect(() => {
+    if (!past) return setPassed(null);
+    const put = () => setPassed(linesUntil(lines, past.cursor.get()));
+    put();
+    return past.cursor.watch(put);
+  }, [past, lines]);
+  return passed;
 }
 
 function tone(kind: string): string {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The log as lines: entries and end reports in the order of their times, what repeats as one line, filtered, and exported.
 
+import { countUntil } from "../../control/recorded/state";
 import type { End, LogEntry, Report } from "../../control/shapes";
 import type { Kept } from "../../control/topics";
 
@@ -26,8 +27,18 @@ export const WARN_KINDS = new Set(["overrun", "late"]);
 
 export function linesOf(log: Kept<LogEntry> | null, ends: Kept<End> | null): Line[] {
   const earlier = merged((log?.earlier ?? []).map(entryLine), (ends?.earlier ?? []).map(reportLine));
-  const present = merged((log?.entries ?? []).map(entryLine), (ends?.entries ?? []).map(reportLine));
+  const present = merged(allOf(log).map(entryLine), allOf(ends).map(reportLine));
   return [...earlier.map((line, index) => ({ ...line, key: `b${index}`, isEarlier: true })), ...present];
+}
+
+/** Of a recording what comes behind the cursor too. */
+function allOf<T>(kept: Kept<T> | null): T[] {
+  return [...(kept?.entries ?? []), ...(kept?.later ?? [])];
+}
+
+/** How many of the lines, which are in order of time, are not later than a time. */
+export function linesUntil(lines: readonly Line[], time_ns: number): number {
+  return countUntil(lines, (line) => line.time_s, time_ns);
 }
 
 function entryLine(entry: LogEntry): Line {

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useCallback, useEffect, useId, useState } from "react";
-import { count } from "../../design/numbers";
-import { Empty, Panel, Refusals, Tag } from "../../design/parts";
-import { useAction, useControl } from "../../shell/context";
-import { type Begun, freshName, keepRecordings, keptRecordings, namesIn, sizeText, sumOf } from "./begun";
+import { Empty, Panel, Refusals } from "../../design/parts";
+import { useAction, useLive } from "../../shell/context";
+import { type Begun, freshName, keepRecordings, keptRecordings, namesIn } from "./begun";
+import { Files } from "./Files";
+import "./recordings.css";
 
 /** How often it is looked how the recordings stand that run, ms. */
 const LOOK_MS = 1000;
 
-/** Recordings that this page begins: every value at full rate, the log, ends and timing, in a file of the system. */
+/** Recordings: begun from this page, every value at full rate with the log, ends and timing; and those of the system's folder, to be opened. */
 export default function Recordings() {
-  const control = useControl();
+  const control = useLive();
   const { all, put } = useRecordings();
   return (
     <div className="stack">
@@ -19,88 +20,13 @@ export default function Recordings() {
       ) : (
         <Empty title="This page may not record">Its role is '{control.role}'; recording needs 'configure'.</Empty>
       )}
-      <Panel title="Recordings of this tab">
-        {all.length === 0 ? (
-          <p className="quiet">None since the system was started.</p>
-        ) : (
-          <div className="scroll-x" role="group" aria-label="Recordings" tabIndex={0}>
-            <table>
-              <thead>
-                <tr>
-                  <th scope="col">File</th>
-                  <th scope="col">State</th>
-                  <th scope="col" className="number">
-                    Size
-                  </th>
-                  <th scope="col" className="number">
-                    Messages
-                  </th>
-                  <th scope="col" className="number">
-                    Lost
-                  </th>
-                  <th scope="col">
-                    <span className="unseen">Stop</span>
-                  </th>
-                </tr>
-              </thead>
-              <tbody>
-                {all.map((one) => (
-                  <Row key={one.recording} of={one} changed={(now) => put(all.map((other) => (other === one ? now : other)))} />
-                ))}
-              </tbody>
-            </table>
-          </div>
-        )}
-      </Panel>
+      <Files begun={all} changed={(one, now) => put(all.map((other) => (other === one ? now : other)))} />
     </div>
   );
 }
 
-function Row(props: { of: Begun; changed: (now: Begun) => void }) {
-  const { of } = props;
-  const control = useControl();
-  const action = useAction();
-  const { summary } = of;
-  const stop = async () => {
-    let now = await control.order("stop_recording", { recording: of.recording });
-    // Its file is closed when all that was on its way is in it.
-    while (now.running) {
-      await new Promise((again) => setTimeout(again, 100));
-      now = await control.order("stop_recording", { recording: of.recording });
-    }
-    props.changed({ ...of, summary: now });
-  };
-  return (
-    <tr>
-      <th scope="row" title={summary?.path}>
-        {of.name}
-      </th>
-      <td>
-        {summary?.failure ? (
-          <Tag tone="bad">failed: {summary.failure}</Tag>
-        ) : summary && !summary.running ? (
-          <Tag>complete</Tag>
-        ) : (
-          <Tag tone="accent">records</Tag>
-        )}
-      </td>
-      <td className="number">{summary ? sizeText(summary.bytes) : "–"}</td>
-      <td className="number">{summary ? count(sumOf(summary.counts)) : "–"}</td>
-      <td className="number">{summary ? count(sumOf(summary.lost)) : "–"}</td>
-      <td>
-        {summary?.running !== false && (
-          <button type="button" disabled={action.busy} onClick={() => action.run(stop)}>
-            Stop
-          </button>
-        )}
-        <Refusals of={action.refusals} />
-      </td>
-    </tr>
-  );
-}
-
 function Begin(props: { begun: (one: Begun) => void }) {
-  const control = useControl();
+  const control = useLive();
   const action = useAction();
   const [name, setName] = useState(() => freshName(control.version.system, new Date()));
   const [svvs, setSvvs] = useState("");
@@ -150,8 +76,8 @@ function Begin(props: { begun: (one: Begun) => void }) {
 }
 
 /** The recordings of this tab, with how those stand that run. */
-function useRecordings(): { all: Begun[]; put: (all: Begun[]) => void } {
-  const control = useControl();
+export function useRecordings(): { all: Begun[]; put: (all: Begun[]) => void } {
+  const control = useLive();
   const [all, show] = useState(() => keptRecordings(control.version.run));
   const put = useCallback((next: Begun[]) => {
     keepRecordings(next);

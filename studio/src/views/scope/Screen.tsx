@@ -32,7 +32,10 @@ export function Screen(props: { scope: Scope; chosen: string | null }) {
     const element = host.current;
     if (!element) return;
     const made = new Plot(element, gesturesOf(scope));
-    const bars = new Bars(made, scope.cursors);
+    const bars = new Bars(made, scope.cursors, () => {
+      const { past, span } = scope;
+      return past && span ? (past.cursor.get() - span.origin_ns) / 1e9 : null;
+    });
     made.onRebuilt = () => bars.attach();
     plot.current = { plot: made, bars };
     const ends = [
@@ -41,6 +44,7 @@ export function Screen(props: { scope: Scope; chosen: string | null }) {
         bars.place();
       }),
       scope.cursors.watch(() => bars.place()),
+      scope.past?.cursor.watch(() => bars.place()) ?? (() => undefined),
       onThemeChange(() => setTheme((count) => count + 1)),
     ];
     const watched = new ResizeObserver(() => setSize({ width: element.clientWidth, height: element.clientHeight }));

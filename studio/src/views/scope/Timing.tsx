@@ -17,6 +17,10 @@ export function Timing(props: { scope: Scope }) {
       const span = scope.span;
       if (!axis.current || !span) return;
       const { unit } = timeUnit((span.to_ns - span.from_ns) / 1e9);
+      if (scope.past && xy === null) {
+        axis.current.textContent = `${unit} on the system's clock; ${duration(span.to_ns - span.from_ns)} shown`;
+        return;
+      }
       const zero = span.triggered ? "trigger" : scope.stopped.get() ? "stop" : "now";
       const said = `${unit} from the ${zero === "now" ? "newest value" : zero}`;
       axis.current.textContent = `${xy === null ? said : `${duration(span.to_ns - span.from_ns)} shown`}; 0 is at ${secondsText(Math.round(span.origin_ns))} s`;

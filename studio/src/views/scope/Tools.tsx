@@ -30,27 +30,31 @@ export function Tools(props: { scope: Scope }) {
   const cursors = useWatched(scope.cursors);
   return (
     <div className="scope-tools row" role="toolbar" aria-label="Scope">
-      <button type="button" aria-pressed={stopped} onClick={() => scope.stop(!stopped)} title="Space, on the screen">
-        {stopped ? "Go on" : "Stop"}
-      </button>
-      <Choice
-        label="Sweep"
-        value={setup.sweep}
-        title={SWEEPS.find((one) => one.value === setup.sweep)?.about}
-        put={(chosen) => scope.change({ ...setup, sweep: chosen as SweepMode })}
-      >
-        {SWEEPS.map(({ value, text }) => (
-          <option key={value} value={value}>
-            {text}
-          </option>
-        ))}
-      </Choice>
-      {setup.sweep === "single" && (
-        <button type="button" className={status.state === "stopped" ? "primary" : ""} onClick={() => scope.arm()}>
-          Arm
-        </button>
+      {!scope.past && (
+        <>
+          <button type="button" aria-pressed={stopped} onClick={() => scope.stop(!stopped)} title="Space, on the screen">
+            {stopped ? "Go on" : "Stop"}
+          </button>
+          <Choice
+            label="Sweep"
+            value={setup.sweep}
+            title={SWEEPS.find((one) => one.value === setup.sweep)?.about}
+            put={(chosen) => scope.change({ ...setup, sweep: chosen as SweepMode })}
+          >
+            {SWEEPS.map(({ value, text }) => (
+              <option key={value} value={value}>
+                {text}
+              </option>
+            ))}
+          </Choice>
+          {setup.sweep === "single" && (
+            <button type="button" className={status.state === "stopped" ? "primary" : ""} onClick={() => scope.arm()}>
+              Arm
+            </button>
+          )}
+          <State scope={scope} />
+        </>
       )}
-      <State scope={scope} />
       <Choice label="Time" value={String(setup.span_s)} put={(chosen) => scope.change({ ...setup, span_s: Number(chosen) })}>
         {[...new Set([...SPANS_S, setup.span_s])]
           .sort((a, b) => a - b)
@@ -94,7 +98,7 @@ export function Tools(props: { scope: Scope }) {
       </button>
       {stopped && (
         <button type="button" onClick={() => scope.fit()} title="Home, or a double click on the screen">
-          Fit
+          {scope.past ? "Whole" : "Fit"}
         </button>
       )}
       <Export scope={scope} />
@@ -141,7 +145,16 @@ function Export(props: { scope: Scope }) {
   const nothing = useWatched(scope.setup).traces.length === EMPTY.traces.length;
   return (
     <>
-      <button type="button" disabled={action.busy || nothing} onClick={() => save("csv")} title="The times on the screen, all values">
+      <button
+        type="button"
+        disabled={action.busy || nothing}
+        onClick={() => save("csv")}
+        title={
+          scope.past
+            ? "What is drawn: of each pixel the first, the last, the minimum and the maximum"
+            : "The times on the screen, all values"
+        }
+      >
         CSV
       </button>
       <button

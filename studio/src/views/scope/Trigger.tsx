@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-import { useId, useState } from "react";
+import { useId } from "react";
 import { Panel } from "../../design/parts";
+import { TextField } from "../../design/TextField";
 import { useControl, useTopic, useWatched } from "../../shell/context";
 import { Choice } from "./Choice";
 import { NumberField } from "./NumberField";
@@ -124,30 +125,13 @@ function EventFields(props: { trigger: Event; put: (trigger: Event) => void }) {
           <option key={kind}>{kind}</option>
         ))}
       </Choice>
-      <TextField label="About" value={trigger.about} list={known} placeholder="any" put={(about) => put({ ...trigger, about })} />
+      <TextField wide label="About" value={trigger.about} list={known} placeholder="any" commit={(about) => put({ ...trigger, about })} />
       <datalist id={known}>
         {[...names].map((name) => (
           <option key={name}>{name}</option>
         ))}
       </datalist>
-      <TextField label="Its text has" value={trigger.text} placeholder="anything" put={(text) => put({ ...trigger, text })} />
+      <TextField wide label="Its text has" value={trigger.text} placeholder="anything" commit={(text) => put({ ...trigger, text })} />
     </>
-  );
-}
-
-function TextField(props: { label: string; value: string; placeholder: string; list?: string; put: (value: string) => void }) {
-  const [typed, setTyped] = useState(props.value);
-  return (
-    <label className="field wide">
-      <span className="name">{props.label}</span>
-      <input
-        value={typed}
-        placeholder={props.placeholder}
-        list={props.list}
-        onChange={(event) => setTyped(event.target.value)}
-        onBlur={() => props.put(typed)}
-        onKeyDown={(event) => event.key === "Enter" && props.put(typed)}
-      />
-    </label>
   );
 }

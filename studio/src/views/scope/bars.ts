@@ -10,20 +10,30 @@ export class Bars {
   readonly #plot: Plot;
   readonly #cursors: Watched<[number, number] | null>;
   readonly #bars: HTMLElement[];
+  /** Where the views stand in a recording: its time, s relative to the origin; null: they follow the system. */
+  readonly #present: () => number | null;
+  readonly #stand = document.createElement("div");
 
-  constructor(plot: Plot, cursors: Watched<[number, number] | null>) {
+  constructor(plot: Plot, cursors: Watched<[number, number] | null>, present: () => number | null = () => null) {
     this.#plot = plot;
     this.#cursors = cursors;
+    this.#present = present;
+    this.#stand.className = "time-stand";
+    this.#stand.hidden = true;
     this.#bars = NAMES.map((name, i) => this.#made(name, i as 0 | 1));
   }
 
   /** Puts them onto the screen, after it was built anew. */
   attach(): void {
-    this.#plot.over?.append(...this.#bars);
+    this.#plot.over?.append(this.#stand, ...this.#bars);
     this.place();
   }
 
   place(): void {
+    const present = this.#present();
+    const stand = present === null ? -1 : this.#plot.placeOf(present);
+    this.#stand.hidden = stand < 0 || stand > 1;
+    this.#stand.style.left = `${(stand * 100).toFixed(3)}%`;
     const at = this.#cursors.get();
     this.#bars.forEach((bar, i) => {
       bar.hidden = at === null;
@@ -38,7 +48,7 @@ export class Bars {
   }
 
   remove(): void {
-    for (const bar of this.#bars) bar.remove();
+    for (const bar of [this.#stand, ...this.#bars]) bar.remove();
   }
 
   #made(name: string, i: 0 | 1): HTMLElement {

@@ -15,19 +15,29 @@ interface Feed {
   end: () => void;
 }
 
+/** Where the scope gets its channels. */
+export interface Feeding {
+  /** What is not given, by channel. */
+  readonly refused: Watched<ReadonlyMap<string, Refusal[]>>;
+  /** From now on these channels, and no others. */
+  want(names: readonly string[]): void;
+  /** Asks again for what was refused: something was installed. */
+  again(names: readonly string[]): void;
+}
+
 /**
  * The channels that the scope gets from the stream. A channel that is added is asked for beside the others, so that those lose nothing;
  * what is in the way then, because there are too many, is asked for anew in one.
  */
-export class Feeds {
+export class Feeds implements Feeding {
   /** What the system does not give, by channel. */
   readonly refused = new Watched<ReadonlyMap<string, Refusal[]>>(new Map());
-  readonly #stream: Stream;
+  readonly #stream: Pick<Stream, "subscribe">;
   readonly #say: (message: ToWorker, transfer?: Transferable[]) => void;
   readonly #feeds = new Map<number, Feed>();
   #last = 0;
 
-  constructor(stream: Stream, say: (message: ToWorker, transfer?: Transferable[]) => void) {
+  constructor(stream: Pick<Stream, "subscribe">, say: (message: ToWorker, transfer?: Transferable[]) => void) {
     this.#stream = stream;
     this.#say = say;
   }

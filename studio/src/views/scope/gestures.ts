@@ -25,13 +25,17 @@ export function gesturesOf(scope: Scope): Gestures {
       if (scope.setup.get().sweep === "roll" && !scope.stopped.get()) return nextSpan(scope, factor > 1 ? 1 : -1);
       const at_ns = span.origin_ns + at_s * 1e9;
       const size = span.to_ns - span.from_ns;
-      const wanted = Math.min(SPAN_MAX_NS, Math.max(SPAN_MIN_NS, size * factor));
+      const most = scope.past ? Math.max(SPAN_MAX_NS, 2 * (scope.past.ends_ns - scope.past.begins_ns)) : SPAN_MAX_NS;
+      const wanted = Math.min(most, Math.max(SPAN_MIN_NS, size * factor));
       const from_ns = at_ns - ((at_ns - span.from_ns) * wanted) / size;
       scope.look({ ...span, from_ns, to_ns: from_ns + wanted });
     },
     moved(by_s) {
       const span = scope.span;
       if (span) scope.look({ ...span, from_ns: span.from_ns + by_s * 1e9, to_ns: span.to_ns + by_s * 1e9 });
+    },
+    clicked(at_s) {
+      if (scope.past && scope.span) scope.past.go(scope.span.origin_ns + at_s * 1e9);
     },
     reset() {
       if (scope.stopped.get()) scope.fit();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
+import { count } from "../../design/numbers";
 import { Empty, Refusals } from "../../design/parts";
 import { useControl, useWatched } from "../../shell/context";
 import { go, useRoute } from "../../shell/route";
@@ -18,7 +19,9 @@ import "./scope.css";
 
 /** Any value at its full rate. */
 export default function View() {
-  const scope = scopeOf(useControl());
+  const source = useControl();
+  const scope = scopeOf(source.origin);
+  useStill(scope, source !== source.origin);
   const [chosen, setChosen] = useState<string | null>(null);
   const trouble = useLink(scope);
   const none = useWatched(scope.setup).traces.length === 0;
@@ -27,7 +30,7 @@ export default function View() {
       <Tools scope={scope} />
       <aside className="scope-side" aria-label="Values and trigger">
         <Picker scope={scope} />
-        <Trigger scope={scope} />
+        {!scope.past && <Trigger scope={scope} />}
         <Setups scope={scope} />
       </aside>
       <div className="scope-middle">
@@ -43,12 +46,39 @@ export default function View() {
             </div>
           )}
         </div>
-        <Counts scope={scope} />
+        {scope.past ? <Span scope={scope} /> : <Counts scope={scope} />}
         <div className="scope-below">
           <Table scope={scope} chosen={chosen} choose={(id) => setChosen((before) => (before === id ? null : id))} />
-          <Parameters scope={scope} />
+          {!scope.past && <Parameters scope={scope} />}
         </div>
       </div>
+    </div>
+  );
+}
+
+/** Where the page is paused, what comes is not kept. */
+function useStill(scope: Scope, isStill: boolean): void {
+  useEffect(() => {
+    if (!isStill || scope.stopped.get()) return;
+    scope.stop(true);
+    return () => scope.stop(false);
+  }, [scope, isStill]);
+}
+
+/** Under the screen of a recording: how many values there are in what is seen. */
+function Span(props: { scope: Scope }) {
+  const rows = useWatched(props.scope.rows);
+  const trouble = useWatched(props.scope.trouble);
+  const values = rows.reduce((sum, row) => sum + (row.reference ? 0 : (row.measures?.count ?? 0)), 0);
+  return (
+    <div className="counts small">
+      <span>
+        <span className="figures" data-testid="values">
+          {count(values)}
+        </span>{" "}
+        values in sight; what is measured is of all of them
+      </span>
+      {trouble && <span className="bad">{trouble}</span>}
     </div>
   );
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the page and the worker of the scope say to each other.
 
+import type { RecordedSums as Sums } from "../../control/shapes";
 import type { ScaleMode, TraceSetup } from "./setup";
-import type { StreamChannel } from "./signal/frame";
+import type { Run, StreamChannel } from "./signal/frame";
 import type { Measures } from "./signal/measure";
 import type { Range } from "./signal/ranges";
 import type { Span, SweepMode, SweepState } from "./signal/sweep";
@@ -48,6 +49,7 @@ export interface Show {
 export type ToWorker =
   | { kind: "subscribed"; subscription: number; channels: StreamChannel[]; again: boolean }
   | { kind: "frame"; subscription: number; buffer: ArrayBuffer }
+  | { kind: "past"; begins: boolean; channels: StreamChannel[]; runs: Run[]; sums: Sums[][] }
   | { kind: "forget"; channels: string[] }
   | { kind: "keep"; keep_s: number }
   | { kind: "sweep"; mode: SweepMode; span_ns: number; pre_ns: number; trigger: TriggerRule | null }

@@ -15,6 +15,8 @@ export interface Gestures {
   selected(from_s: number, to_s: number): void;
   zoomed(factor: number, at_s: number): void;
   moved(by_s: number): void;
+  /** A press at one place. */
+  clicked(at_s: number): void;
   reset(): void;
 }
 
@@ -194,6 +196,13 @@ export class Plot {
       },
       { passive: false },
     );
+    let pressed = 0;
+    over.addEventListener("mousedown", (event) => {
+      pressed = event.clientX;
+    });
+    over.addEventListener("click", (event) => {
+      if (!this.#along && Math.abs(event.clientX - pressed) < 4) this.#gestures.clicked(this.timeAt(event.offsetX));
+    });
     over.addEventListener("dblclick", () => this.#gestures.reset());
     // With the shift key, or the middle button, a drag moves the times instead of choosing some.
     over.addEventListener(

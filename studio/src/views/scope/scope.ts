@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-import type { Control } from "../../control/control";
+
 import type { LogEntry } from "../../control/shapes";
+import type { Past, Source } from "../../control/source";
 import { Watched } from "../../control/watched";
-import { Feeds } from "./feeds";
+import { type Feeding, Feeds } from "./feeds";
 import { keepLast, kept } from "./keeping";
 import type { ChannelCounts, Drawn, FromWorker, Row, Show, ToWorker, Window } from "./messages";
+import { RecordedFeed } from "./recorded";
 import { channelsOf, type Setup, type TraceSetup } from "./setup";
 import { componentNames } from "./signal/components";
 import type { StreamChannel } from "./signal/frame";
@@ -33,22 +35,28 @@ export class Scope {
   readonly stopped = new Watched(false);
   readonly cursors = new Watched<[number, number] | null>(null);
   readonly trouble = new Watched<string>("");
-  readonly feeds: Feeds;
+  readonly feeds: Feeding;
+  /** Times that can be asked for; null: what comes is all there is. */
+  readonly past: Past | null;
   /** The last picture's times. */
   span: Span | null = null;
-  readonly #control: Control;
+  readonly #control: Source;
   readonly #worker: Worker;
+  readonly #recorded: RecordedFeed | null;
   readonly #exports = new Map<number, { done: (blob: Blob) => void; failed: (why: Error) => void }>();
   #shown: ((drawn: Drawn) => void) | null = null;
   #log_end: (() => void) | null = null;
   #log_seen = -1;
   #exported = 0;
 
-  constructor(control: Control) {
+  constructor(control: Source) {
     this.#control = control;
     this.#worker = new Worker(new URL("./worker/worker.ts", import.meta.url), { type: "module" });
     this.#worker.onmessage = (message: MessageEvent<FromWorker>) => this.#take(message.data);
-    this.feeds = new Feeds(control.stream, (message, transfer) => this.#say(message, transfer));
+    this.past = control.past;
+    const say = (message: ToWorker, transfer?: Transferable[]) => this.#say(message, transfer);
+    this.#recorded = this.past && new RecordedFeed(this.past, say, (why) => this.trouble.set(why));
+    this.feeds = this.#recorded ?? new Feeds(control.stream, say);
     this.setup = new Watched(kept());
     control.topics.installed.latest.watch(() => this.feeds.again(channelsOf(this.setup.get())));
     // Of another run times and numbers begin anew: nothing of the earlier one is drawn beside them.
@@ -57,6 +65,18 @@ export class Scope {
       this.clear();
     });
     this.#apply(null, this.setup.get());
+    const past = this.past;
+    if (!past) return;
+    this.stopped.set(true);
+    this.fit();
+    // What is at the cursor is in sight.
+    past.cursor.watch(() => {
+      const window = this.window.get();
+      const at = past.cursor.get();
+      if (!window || (at >= window.from_ns && at <= window.to_ns)) return;
+      const size = window.to_ns - window.from_ns;
+      this.#see({ ...window, from_ns: at - size / 2, to_ns: at + size / 2 });
+    });
   }
 
   /** Looks at something else, or differently. */
@@ -79,11 +99,14 @@ export class Scope {
   }
 
   show(show: Show): void {
+    this.#columns = show.width;
+    this.#load();
     this.#say({ kind: "show", show });
   }
 
   /** Keeps nothing more of what comes, and looks at what there is; or goes on. */
   stop(stop: boolean): void {
+    if (this.past) return;
     this.stopped.set(stop);
     this.#say({ kind: "hold", hold: stop });
     this.window.set(stop ? this.#frozen() : null);
@@ -93,11 +116,16 @@ export class Scope {
   /** Looks at these times; the scope stops for it. */
   look(window: Window): void {
     if (window && !this.stopped.get()) this.stop(true);
-    this.window.set(window);
+    this.#see(window);
   }
 
   /** Looks at what the time base says again, around where time 0 is. */
   fit(): void {
+    if (this.past) {
+      const { begins_ns, ends_ns } = this.past;
+      this.#see({ from_ns: begins_ns, to_ns: Math.max(ends_ns, begins_ns + 1), origin_ns: 0, triggered: false });
+      return;
+    }
     const span = this.span;
     if (!span) return;
     const { span_s, pre_s } = this.setup.get();
@@ -143,9 +171,29 @@ export class Scope {
       const rule = after.trigger?.on === "level" ? after.trigger : null;
       this.#say({ kind: "sweep", mode: after.sweep, span_ns: after.span_s * 1e9, pre_ns: after.pre_s * 1e9, trigger: rule });
       if (!this.stopped.get()) this.window.set(null);
-      this.#follow(after);
+      if (this.past) this.#around(before, after);
+      else this.#follow(after);
     }
     this.feeds.want(channelsOf(after));
+  }
+
+  #columns = 0;
+
+  #see(window: Window): void {
+    this.window.set(window);
+    this.#load();
+  }
+
+  #load(): void {
+    const window = this.window.get();
+    if (window) this.#recorded?.look({ from_ns: window.from_ns, to_ns: window.to_ns, columns: this.#columns });
+  }
+
+  // Of a recording a time base is so much around the cursor.
+  #around(before: Setup | null, after: Setup): void {
+    if (!this.past || before === null || before.span_s === after.span_s) return;
+    const from_ns = this.past.cursor.get() - after.span_s * 0.5e9;
+    this.#see({ from_ns, to_ns: from_ns + after.span_s * 1e9, origin_ns: 0, triggered: false });
   }
 
   // The log is followed as long as an entry of it is the trigger.
@@ -239,10 +287,10 @@ export class Scope {
   }
 }
 
-const scopes = new WeakMap<Control, Scope>();
+const scopes = new WeakMap<Source, Scope>();
 
-/** The scope of a system: one, made when it is first looked at. */
-export function scopeOf(control: Control): Scope {
+/** The scope of what is shown: one, made when it is first looked at. */
+export function scopeOf(control: Source): Scope {
   const known = scopes.get(control);
   if (known) return known;
   const made = new Scope(control);

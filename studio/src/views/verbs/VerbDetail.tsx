@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useMemo, useState } from "react";
-import { type Refusal, refusalsOf } from "../../control/refusals";
+import { type Refusal, Refused, refusalsOf } from "../../control/refusals";
 import type { InstalledInstance, VerbForm, VerbSummary } from "../../control/shapes";
 import { Empty, Panel, Refusals, Tag } from "../../design/parts";
 import { useControl } from "../../shell/context";
@@ -58,7 +58,11 @@ export function VerbDetail(props: { verb: VerbSummary; instances: InstalledInsta
             </Panel>
           ) : !control.may("operate") ? (
             <Panel title="Start">
-              <Empty title="This page may only look">Its token has the role 'observe'; starting needs 'operate'.</Empty>
+              <Empty title="Nothing can be started here">
+                {control.past || control !== control.origin
+                  ? "What is shown is not of now: go back to Live."
+                  : "This page may only look: its token has the role 'observe', and starting needs 'operate'."}
+              </Empty>
             </Panel>
           ) : (
             form && <StartForm form={form} instances={instances} />
@@ -79,7 +83,8 @@ function useForm(name: string): { form: VerbForm | null; refusals: Refusal[] } {
     let over = false;
     control.look("verb_form", { name }).then(
       (found) => over || setForm(found),
-      (why) => over || setRefusals(refusalsOf(why)),
+      // A recording has no forms: its diagrams come from its instances.
+      (why) => over || (why instanceof Refused && why.is("NotRecorded")) || setRefusals(refusalsOf(why)),
     );
     return () => {
       over = true;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Limits of inputs: numbers, or parameters of the devices that were chosen (`arm.max_speed`, `-arm.max_speed`).
 import { useEffect, useState } from "react";
-import type { Control } from "../../control/control";
 import type { Value, VerbForm } from "../../control/shapes";
+import type { Source } from "../../control/source";
 import { useControl } from "../../shell/context";
 import type { Choices } from "./arguments";
 
@@ -39,7 +39,7 @@ export function useBounds(form: VerbForm, choices: Choices): Map<string, Bounds>
   return bounds;
 }
 
-async function ends(control: Control, bound: Value, choices: Choices): Promise<Value[]> {
+async function ends(control: Source, bound: Value, choices: Choices): Promise<Value[]> {
   const member = memberOf(bound);
   if (!member) return [bound];
   const devices = choices[member.argument] ?? [];

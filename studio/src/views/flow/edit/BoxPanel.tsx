@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Value } from "../../../control/shapes";
 import { Panel } from "../../../design/parts";
+import { TextField } from "../../../design/TextField";
 import { portText } from "../drawing/drawing";
 import { removeBlock, renameBlock, setConstant } from "./change";
 import type { Draft } from "./definition";
 import { type Faces, type Item, itemsOf, modeText } from "./faces";
-import { constantOf, TextField } from "./fields";
 import { WireField } from "./WireField";
+import { constantOf } from "./written";
 
 /** A block of the draft: its label, its constants, its ports and conditions. */
 export function BoxPanel(props: {

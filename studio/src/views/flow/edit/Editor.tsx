@@ -2,7 +2,8 @@
 import { ReactFlowProvider } from "@xyflow/react";
 import { useCallback, useEffect, useMemo, useState } from "react";
 import { Panel, Refusals } from "../../../design/parts";
-import { useControl } from "../../../shell/context";
+import { TextField } from "../../../design/TextField";
+import { useLive } from "../../../shell/context";
 import { Canvas, type Chosen } from "../drawing/Canvas";
 import type { Drawing, End, Place, PortSide, Wire } from "../drawing/drawing";
 import { arrange } from "../drawing/layout";
@@ -12,7 +13,6 @@ import { UnreadDraft } from "./DraftBoundary";
 import { type Draft, setsOf } from "./definition";
 import { boundaryOf, drawnDraft, placeOf, portOf, type RefusedWire } from "./drawn";
 import { FileTools } from "./FileTools";
-import { TextField } from "./fields";
 import { about } from "./findings";
 import { useDraft } from "./history";
 import { Install } from "./Install";
@@ -28,7 +28,7 @@ const NOTHING: Drawing = { boxes: [], wires: [] };
 
 /** Draws graphs and verbs. Nothing reaches the system but questions, until somebody installs. */
 export default function Editor() {
-  const control = useControl();
+  const control = useLive();
   const { draft, file, change: put, place, open, back, again } = useDraft();
   useUndoKeys(back, again);
   const { faces, trouble } = useFaces(control);

@@ -2,14 +2,14 @@
 import { useId, useMemo, useState } from "react";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
-import { useControl } from "../../../shell/context";
+import { useLive } from "../../../shell/context";
 import { type Draft, draftOf, newGraph, newVerb } from "./definition";
 import { besides, download, draftsOf, savedFile } from "./file";
 import type { OpenedFile } from "./history";
 
 /** New, open, save; and a verb that is in the system, to begin with. */
 export function FileTools(props: { draft: Draft; file: OpenedFile | null; open: (draft: Draft, file: OpenedFile | null) => void }) {
-  const control = useControl();
+  const control = useLive();
   const [said, setSaid] = useState<string | null>(null);
   const [verbs, setVerbs] = useState<string[] | null>(null);
   const [wrong, setWrong] = useState<Refusal[]>([]);

@@ -2,17 +2,18 @@
 import { useEffect, useState } from "react";
 import type { VerbRequest } from "../../../control/shapes";
 import { Panel, Refusals } from "../../../design/parts";
-import { useAction, useControl } from "../../../shell/context";
+import { TextField } from "../../../design/TextField";
+import { useAction, useLive } from "../../../shell/context";
 import { addressOf } from "../../../shell/route";
 import { type Draft, definitionOf } from "./definition";
 import type { Faces } from "./faces";
-import { constantOf, everyOf, TextField } from "./fields";
 import { begin, end, keepTrial, keptTrial, type Trial, type Wanted } from "./trial";
+import { constantOf, everyOf } from "./written";
 
 /** Puts what is drawn into the running system. The system refuses what would touch a verb that runs, and says which. */
 export function Install(props: { draft: Draft; faces: Faces; isSound: boolean }) {
   const { draft, isSound } = props;
-  const control = useControl();
+  const control = useLive();
   if (!control.may("configure")) return null;
   return (
     <Panel title="Install">
@@ -27,7 +28,7 @@ export function Install(props: { draft: Draft; faces: Faces; isSound: boolean })
 }
 
 function InstallVerb(props: { draft: Draft & { kind: "verb" }; isSound: boolean }) {
-  const control = useControl();
+  const control = useLive();
   const { busy, refusals, run } = useAction();
   const [installed, setInstalled] = useState<Draft | null>(null);
   const name = props.draft.of.name;
@@ -61,7 +62,7 @@ function InstallVerb(props: { draft: Draft & { kind: "verb" }; isSound: boolean 
 
 function TryGraph(props: { draft: Draft & { kind: "graph" }; faces: Faces; isSound: boolean }) {
   const { draft, faces } = props;
-  const control = useControl();
+  const control = useLive();
   const { busy, refusals, run } = useAction();
   const { sources, svvs } = useThere();
   const [wanted, setWanted] = useState<Wanted>({ every_ns: 20_000_000, source: "", inputs: {} });
@@ -167,7 +168,7 @@ function InputField(props: { name: string; svvs: string[]; put: (given: Wanted["
 
 /** Interrupt sources and SVVs of the system. */
 function useThere(): { sources: string[]; svvs: string[] } {
-  const control = useControl();
+  const control = useLive();
   const [there, setThere] = useState<{ sources: string[]; svvs: string[] }>({ sources: [], svvs: [] });
   useEffect(() => {
     const asked = new AbortController();

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 import { period } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
+import { TextField } from "../../../design/TextField";
 import { removeList, setInitial, setList } from "./change";
 import { type Command, type Draft, timeOrNull, type Verb } from "./definition";
-import { everyOf, TextField, words } from "./fields";
 import { about, type Finding } from "./findings";
+import { everyOf, words } from "./written";
 
 const KINDS: Command["command"][] = ["install", "execute", "activate", "deactivate", "wait", "ready"];
 const EVERY_NS = 20_000_000;

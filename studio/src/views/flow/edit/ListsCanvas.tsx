@@ -1,11 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-import { Background, Controls, type Edge, Handle, MarkerType, type Node, type NodeProps, Position, ReactFlow } from "@xyflow/react";
-import { memo, useMemo, useState } from "react";
+import {
+  Background,
+  BaseEdge,
+  Controls,
+  type Edge,
+  EdgeLabelRenderer,
+  type EdgeProps,
+  Handle,
+  MarkerType,
+  type Node,
+  type NodeProps,
+  Position,
+  ReactFlow,
+} from "@xyflow/react";
+import { memo, useEffect, useMemo, useState } from "react";
+import { commandText, type Shape } from "../../verbs/shape";
+import { type Laid, layOut } from "../../verbs/states";
 import type { Place } from "../drawing/drawing";
 import type { Draft, Verb } from "./definition";
 import { about, type Finding, ofList, ofTransition } from "./findings";
 
-type ListNode = Node<{ name: string; commands: number; initial: boolean; ending: boolean; wrong: string[] }, "list">;
+type ListNode = Node<{ name: string; commands: string[]; initial: boolean; ending: boolean; wrong: string[] }, "list">;
 
 const ListBox = memo(function ListBox(props: NodeProps<ListNode>) {
   const { name, commands, initial, ending, wrong } = props.data;
@@ -14,11 +29,16 @@ const ListBox = memo(function ListBox(props: NodeProps<ListNode>) {
       <Handle type="target" position={Position.Left} id="there" />
       <Handle type="target" position={Position.Bottom} id="back" className="back" isConnectable={false} />
       <strong>{name}</strong>
-      <div className="quiet">
-        {commands} {commands === 1 ? "command" : "commands"}
-        {initial && ", begins"}
-        {ending && ", at every end"}
-      </div>
+      <span className="quiet">
+        {initial && " begins"}
+        {ending && " at every end"}
+      </span>
+      {commands.map((text, index) => (
+        // biome-ignore lint/suspicious/noArrayIndexKey: the same command may stand twice
+        <div key={index} className="command">
+          {text}
+        </div>
+      ))}
       {wrong.length > 0 && <div>{wrong.length === 1 ? "1 finding" : `${wrong.length} findings`}: see Checks</div>}
       <Handle type="source" position={Position.Right} id="there" />
       <Handle type="source" position={Position.Bottom} id="back" className="back" isConnectable={false} />
@@ -26,26 +46,60 @@ const ListBox = memo(function ListBox(props: NodeProps<ListNode>) {
   );
 });
 
-const listViews = { list: ListBox };
-/** Width of a box without its name, of a letter, and of what stands beside a label. */
-const [BOX, LETTER, BESIDE] = [40, 8, 60];
-const DOWN = 110;
-const IN_A_ROW = 4;
+type Route = Edge<{ path: string; at: Place }, "route">;
 
-/** Where a list stands that was never moved. */
-export function listPlace(of: Verb, name: string, index: number): Place {
-  return of.layout[`list:${name}`] ?? { x: (index % IN_A_ROW) * across(of), y: Math.floor(index / IN_A_ROW) * DOWN };
+/** An arrow where the layout put it, with its conditions beside it. */
+function RouteView(props: EdgeProps<Route>) {
+  const { id, data, label, markerEnd = "", labelStyle } = props;
+  if (!data) return null;
+  return (
+    <>
+      <BaseEdge id={id} path={data.path} markerEnd={markerEnd} />
+      <EdgeLabelRenderer>
+        <div className="route-label" style={{ transform: `translate(${data.at.x}px, ${data.at.y}px)`, color: labelStyle?.fill }}>
+          {label}
+        </div>
+      </EdgeLabelRenderer>
+    </>
+  );
 }
 
-/** From one list to the next: room for the longest name and for what the arrow between them says. */
-export function across(of: Verb): number {
-  const names = Math.max(12, ...Object.keys(of.command_lists).map((name) => name.length));
-  const between = new Map<string, number>();
-  for (const { from, condition, to } of of.transitions) {
-    const pair = `${from} ${to}`;
-    between.set(pair, (between.get(pair) ?? -2) + condition.length + 2);
-  }
-  return BOX + names * LETTER + BESIDE + Math.max(4, ...between.values()) * LETTER;
+const listViews = { list: ListBox };
+const edgeViews = { route: RouteView };
+/** Where lists stand until it is known where they belong, px. */
+const [ACROSS, IN_A_ROW, DOWN] = [300, 4, 160];
+
+/** What is laid out: the lists and what leads from one to another, as in the diagram of the verb. */
+export function shapeOf(of: Verb): Shape {
+  const lists = Object.entries(of.command_lists).map(([name, { commands }]) => ({ name, commands: commands.map(commandText) }));
+  const conditions = Object.entries(of.conditions).map(([name, { on }]) => ({ name, of: on, raises: false, during: ["(none)"] }));
+  const known = new Set(lists.map((list) => list.name));
+  const transitions = of.transitions.filter(({ from, to }) => known.has(from) && known.has(to));
+  return { lists, conditions, transitions, initial: of.initial ?? lists[0]?.name ?? "", ending: null };
+}
+
+/** The layout of the diagram; null until it is there, and where there is none. */
+function useLaid(of: Verb): Laid | null {
+  const [laid, setLaid] = useState<Laid | null>(null);
+  const drawn = JSON.stringify(shapeOf(of));
+  useEffect(() => {
+    let over = false;
+    layOut(JSON.parse(drawn) as Shape).then(
+      (found) => over || setLaid(found),
+      // What cannot be laid out stands in rows.
+      () => over || setLaid(null),
+    );
+    return () => {
+      over = true;
+    };
+  }, [drawn]);
+  return laid;
+}
+
+/** Where a list stands: where somebody put it, else where the layout does. */
+export function listPlace(of: Verb, laid: Laid | null, name: string, index: number): Place {
+  const box = laid?.boxes.find((one) => one.name === name);
+  return of.layout[`list:${name}`] ?? box ?? { x: (index % IN_A_ROW) * ACROSS, y: Math.floor(index / IN_A_ROW) * DOWN };
 }
 
 /** Command lists as states, transitions as arrows. Drawing from one list to another adds a transition. */
@@ -60,6 +114,7 @@ export function ListsCanvas(props: {
 }) {
   const { of, findings, chosen } = props;
   const [moving, setMoving] = useState<{ list: string; at: Place } | null>(null);
+  const laid = useLaid(of);
   const initial = of.initial ?? Object.keys(of.command_lists)[0];
   const nodes = useMemo(
     () =>
@@ -67,10 +122,11 @@ export function ListsCanvas(props: {
         ([name, list], index): ListNode => ({
           id: name,
           type: "list",
-          position: moving?.list === name ? moving.at : listPlace(of, name, index),
+          position: moving?.list === name ? moving.at : listPlace(of, laid, name, index),
+          width: widthOf(laid, name),
           data: {
             name,
-            commands: list.commands.length,
+            commands: list.commands.map(commandText),
             initial: name === initial,
             ending: of.ending === name,
             wrong: ofList(findings, name).map(about),
@@ -79,15 +135,17 @@ export function ListsCanvas(props: {
           ariaLabel: `command list ${name}`,
         }),
       ),
-    [of, findings, chosen, moving, initial],
+    [of, laid, findings, chosen, moving, initial],
   );
-  const edges = useMemo(() => arrows(of, findings), [of, findings]);
+  const edges = useMemo(() => arrows(of, laid, findings, moving?.list ?? null), [of, laid, findings, moving]);
   return (
     <div className="canvas">
       <ReactFlow<ListNode, Edge>
         nodes={nodes}
         edges={edges}
+        key={laid ? "laid" : "rows"}
         nodeTypes={listViews}
+        edgeTypes={edgeViews}
         onNodesChange={(changes) => {
           for (const change of changes) {
             if (change.type === "select" && change.selected) props.choose(change.id);
@@ -114,21 +172,30 @@ export function ListsCanvas(props: {
   );
 }
 
-/** One arrow for each pair of lists, with all conditions that lead along it; what leads back to the left goes below. */
-function arrows(of: Verb, findings: Finding[]): Edge[] {
+function widthOf(laid: Laid | null, name: string): number {
+  return laid?.boxes.find((box) => box.name === name)?.width ?? 180;
+}
+
+/** One arrow for each pair of lists, with all conditions that lead along it: where the layout put it, as long as nobody moved an end. */
+function arrows(of: Verb, laid: Laid | null, findings: Finding[], moving: string | null): Edge[] {
   const names = Object.keys(of.command_lists);
-  const placeOf = (name: string) => listPlace(of, name, names.indexOf(name)).x;
+  const placeOf = (name: string) => listPlace(of, laid, name, names.indexOf(name)).x;
+  const isMoved = (name: string) => name === moving || of.layout[`list:${name}`] !== undefined;
   const between = new Map<string, Edge & { label: string }>();
   for (const { from, condition, to } of of.transitions) {
     const id = `${from} → ${to}`;
     const known = between.get(id);
     const way = placeOf(to) > placeOf(from) ? "there" : "back";
     const wrong = ofTransition(findings, from, condition).length > 0 || known?.className === "wrong";
+    const route = laid?.arrows.find(({ arrow }) => arrow.from === from && arrow.to === to);
+    const isRouted = route !== undefined && !isMoved(from) && !isMoved(to);
     between.set(id, {
       id,
       source: from,
       target: to,
-      type: way === "there" ? "default" : "smoothstep",
+      ...(isRouted
+        ? { type: "route", data: { path: route.path, at: route.label ?? { x: 0, y: 0 } } }
+        : { type: way === "there" ? "default" : "smoothstep" }),
       sourceHandle: way,
       targetHandle: way,
       label: known ? `${known.label}, ${condition}` : condition,

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 import { type ReactNode, useId } from "react";
 import { Panel } from "../../../design/parts";
+import { TextField } from "../../../design/TextField";
 import { freeName, setCondition, setInput, setList, setOutput, setTransition } from "./change";
 import type { Draft } from "./definition";
 import { type Faces, type Item, itemsOf } from "./faces";
-import { constantOf, TextField, words } from "./fields";
 import { about, type Finding, ofCondition, ofOutput, ofParameter, ofTransition } from "./findings";
+import { constantOf, words } from "./written";
 
 type OfVerb = { draft: Draft & { kind: "verb" }; faces: Faces; findings: Finding[]; change: (draft: Draft) => void };
 

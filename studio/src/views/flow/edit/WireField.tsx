@@ -2,7 +2,7 @@
 import { useState } from "react";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
-import { useControl } from "../../../shell/context";
+import { useLive } from "../../../shell/context";
 import type { PortSide } from "../drawing/drawing";
 import { allSets, connect, disconnect, type Named, setWith } from "./change";
 import { type Draft, definitionOf } from "./definition";
@@ -37,7 +37,7 @@ export function WireField(props: {
   change: (draft: Draft) => void;
 }) {
   const { draft, label, port, side, faces } = props;
-  const control = useControl();
+  const control = useLive();
   const [ends, setEnds] = useState<Map<string, string | Named> | null>(null);
   const [refusals, setRefusals] = useState<Refusal[]>([]);
   const name = `${label}.${port}`;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-import { stringify } from "smol-toml";
+import { parse, stringify } from "smol-toml";
 import { expect, test } from "vitest";
 import { draftOf, timeOrNull } from "./definition";
 import { besides, draftsOf, fileText, savedFile } from "./file";
@@ -116,9 +116,14 @@ test("a definition that was changed takes its place, and all else of the file st
   if (move?.kind !== "verb") throw new Error("the verbs come first");
   const changed = { ...move, of: { ...move.of, doc: "Moves." } };
   const saved = savedFile(changed, { name: "press.toml", text: whole });
-  expect(saved.name).toBe("press.json");
-  expect(saved.said).toContain("the comments of press.toml");
-  const tree = JSON.parse(saved.text);
+  expect(saved).toMatchObject({ name: "press.toml", said: null });
+  // One line more, and its heading: the others are as they were.
+  const fresh = saved.text.split("\n").filter((line) => !whole.split("\n").includes(line));
+  expect(fresh).toEqual(["[verbs.move]", 'doc = "Moves."']);
+  expect(draftsOf(saved.text)[0]).toEqual(changed);
+  // In JSON the same.
+  const json = JSON.stringify(parse(whole));
+  const tree = JSON.parse(savedFile(changed, { name: "press.json", text: json }).text);
   expect(tree).toMatchObject({
     description: "For the press.",
     modules: { press: "press.c" },
@@ -126,6 +131,23 @@ test("a definition that was changed takes its place, and all else of the file st
   });
   expect(tree.graphs.smooth.blocks).toEqual({ f: "library.lowpass" });
   expect(tree.verbs.move.doc).toBe("Moves.");
+});
+
+test("TOML that cannot be changed in place becomes JSON, and says so", () => {
+  const text = `format = "opengpac-definitions"
+version = 1
+[verbs.move.blocks]
+inner = "library.gain"
+[verbs.move.command_lists]
+start = [{ activate = "inner", every = "20 ms" }]
+[[extra]]
+a = 1
+`;
+  const [move] = draftsOf(text);
+  if (move?.kind !== "verb") throw new Error("the verbs come first");
+  const saved = savedFile({ ...move, of: { ...move.of, doc: "Moves." } }, { name: "press.toml", text });
+  expect(saved.name).toBe("press.json");
+  expect(saved.said).toContain("the comments of press.toml");
 });
 
 test("what is not drawn is told", () => {

@@ -2,6 +2,7 @@
 import { parse as parseToml, TomlError } from "smol-toml";
 import { type Draft, definitionOf, draftOf, FORMAT, VERSION } from "./definition";
 import type { OpenedFile } from "./history";
+import { patched, same } from "./toml";
 
 /** The text of a file with one definition: what `gpac.load` reads. */
 export function fileText(draft: Draft): string {
@@ -17,7 +18,8 @@ export interface Saved {
 
 /**
  * The draft as a file. One that was opened keeps all else that it has: other definitions, compositions, modules, its description. What
- * was not changed is the same text, byte for byte. A TOML file that was changed becomes JSON, since its comments cannot follow.
+ * was not changed is the same text, byte for byte. In a TOML file only the lines of what was changed are others; one of which that cannot
+ * be done becomes JSON, since its comments cannot follow.
  */
 export function savedFile(draft: Draft, file: OpenedFile | null): Saved {
   if (file === null) return { name: `${draft.of.name}.json`, text: fileText(draft), said: null };
@@ -25,10 +27,48 @@ export function savedFile(draft: Draft, file: OpenedFile | null): Saved {
   const tree = readText(file.text) as Record<string, unknown>;
   const kind = `${draft.kind}s`;
   const known = (tree[kind] as Record<string, unknown> | undefined) ?? {};
-  const text = written({ ...tree, [kind]: { ...known, [draft.of.name]: writtenDefinition(draft) } });
+  const after = { ...tree, [kind]: { ...known, [draft.of.name]: writtenDefinition(draft) } };
+  const text = written(after);
   if (file.text.trimStart().startsWith("{")) return { name: file.name, text, said: null };
+  const kept = inToml(draft, file, tree);
+  if (kept !== null) return { name: file.name, text: kept, said: null };
   const name = `${file.name.replace(/\.toml$/i, "")}.json`;
   return { name, text, said: `saved as ${name}: the comments of ${file.name} stay in ${file.name} alone` };
+}
+
+/** The TOML file with the changes of the draft; null where they cannot be written into it. */
+function inToml(draft: Draft, file: OpenedFile, tree: Record<string, unknown>): string | null {
+  const kind = `${draft.kind}s`;
+  const opened = draftsOf(file.text).find((one) => one.kind === draft.kind && one.of.name === draft.of.name);
+  if (!opened) return null;
+  // What the file says in short stays so: only what the draft has changed is written.
+  const [was, is] = [writtenDefinition(opened), writtenDefinition(draft)];
+  if (Object.keys(opened.of.layout).length === 0) {
+    was.layout = {};
+    is.layout = {};
+  }
+  const known = (tree[kind] as Record<string, Record<string, unknown>>)[draft.of.name];
+  const after = { ...tree, [kind]: { ...(tree[kind] as object), [draft.of.name]: merged(known, was, is) } };
+  const text = patched(file.text, tree, after as Record<string, unknown>);
+  if (text === null) return null;
+  const again = draftsOf(text).find((one) => one.kind === draft.kind && one.of.name === draft.of.name);
+  return again && same(definitionOf(again), definitionOf(draft)) ? text : null;
+}
+
+/** What a file says, with what has become another between two drafts of it. */
+function merged(said: unknown, was: unknown, is: unknown): unknown {
+  if (same(was, is)) return said;
+  if (!isTable(said) || !isTable(was) || !isTable(is)) return is;
+  const made: Record<string, unknown> = { ...said };
+  for (const key of new Set([...Object.keys(was), ...Object.keys(is)])) {
+    if (is[key] === undefined) delete made[key];
+    else if (!same(was[key], is[key])) made[key] = merged(said[key], was[key], is[key]);
+  }
+  return made;
+}
+
+function isTable(value: unknown): value is Record<string, unknown> {
+  return typeof value === "object" && value !== null && !Array.isArray(value);
 }
 
 /** Whether the draft says what the file says of it. Places count where the file has some. */

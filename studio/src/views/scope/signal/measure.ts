@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import type { RecordedSums as Sums } from "../../../control/shapes";
 import type { Series } from "./series";
 
 /** What a trace was over a span; every finite value counts once. */
@@ -30,6 +31,12 @@ export function measure(series: Series, from_ns = Number.NEGATIVE_INFINITY, to_n
       squares += value * value;
     }
   }
+  if (count === 0) return null;
+  return { count, min, max, mean: sum / count, rms: Math.sqrt(squares / count), peak_to_peak: max - min };
+}
+
+/** The same from exact sums over all values. */
+export function measuresOf({ count, min, max, sum, squares }: Sums): Measures | null {
   if (count === 0) return null;
   return { count, min, max, mean: sum / count, rms: Math.sqrt(squares / count), peak_to_peak: max - min };
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import type { RecordedSums as Sums } from "../../../control/shapes";
 import type { ChannelCounts, TriggerRule } from "../messages";
 import { componentNames } from "../signal/components";
 import { decodeFrame, MalformedFrame, type Run, type StreamChannel } from "../signal/frame";
@@ -12,6 +13,22 @@ export interface Kept {
   components: string[];
 }
 
+export function sumsKey(channel: string, component: string): string {
+  return `${channel} ${component}`;
+}
+
+function added(before: Sums | undefined, more: Sums): Sums {
+  if (!before || before.count === 0) return more;
+  if (more.count === 0) return before;
+  return {
+    count: before.count + more.count,
+    min: Math.min(before.min, more.min),
+    max: Math.max(before.max, more.max),
+    sum: before.sum + more.sum,
+    squares: before.squares + more.squares,
+  };
+}
+
 /** Bytes that all rings together may have. */
 const BYTES_MAX = 512 * 2 ** 20;
 
@@ -20,6 +37,8 @@ export class Acquisition {
   readonly channels = new Map<string, Kept>();
   sweep = new Sweep("roll", 5e9, 0);
   hold = false;
+  /** Of what came from a recording: sums over all values of the span, also of those that did not come; by channel and component. */
+  readonly sums = new Map<string, Sums>();
   /** Frames that were refused. */
   malformed = 0;
   readonly #subscriptions = new Map<number, StreamChannel[]>();
@@ -39,6 +58,27 @@ export class Acquisition {
       }
     }
     this.#share();
+  }
+
+  /** Takes a part of a span of a recording; where it begins, nothing else is kept. */
+  past(begins: boolean, channels: readonly StreamChannel[], runs: readonly Run[], sums: readonly Sums[][]): void {
+    if (begins) {
+      this.channels.clear();
+      this.sums.clear();
+      for (const about of channels) {
+        const ring = new Ring(about.components, Number.POSITIVE_INFINITY, Number.MAX_SAFE_INTEGER);
+        this.channels.set(about.name, { about, ring, components: componentNames(about.type_text, about.components) });
+      }
+    }
+    for (const run of runs) {
+      const kept = this.channels.get(channels[run.channel]?.name ?? "");
+      kept?.ring.take(run);
+      kept?.components.forEach((component, i) => {
+        const more = sums[run.channel]?.[i];
+        const key = sumsKey(kept.about.name, component);
+        if (more) this.sums.set(key, added(this.sums.get(key), more));
+      });
+    }
   }
 
   forget(names: readonly string[]): void {

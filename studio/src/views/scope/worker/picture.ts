@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Row, Show, ShownTrace } from "../messages";
 import { decimate, type Points } from "../signal/decimate";
-import { heldAt, measure } from "../signal/measure";
+import { heldAt, measure, measuresOf } from "../signal/measure";
 import { type Range, Ranges } from "../signal/ranges";
 import type { Series } from "../signal/series";
 import type { Span } from "../signal/sweep";
-import type { Acquisition } from "./acquisition";
+import { type Acquisition, sumsKey } from "./acquisition";
 import { type Canvas, drawLine, drawMissing, extent, type Placed } from "./draw";
 import { live, missingOf, type Reference, type Store, traceSeries } from "./traces";
 import { drawXy } from "./xy";
@@ -55,12 +55,18 @@ export class Picture {
 
   rows(show: Show, span: Span): Row[] {
     const of = live(this.#acquisition);
-    const rows = show.traces.map((trace) => row(of, trace, show, span, false));
+    const rows = show.traces.map((trace) => this.#exact(row(of, trace, show, span, false), trace));
     const reference = this.reference;
     if (!reference) return rows;
     const moved = reference.origin_ns - span.origin_ns;
     const then = { ...span, from_ns: span.from_ns + moved, to_ns: span.to_ns + moved, origin_ns: reference.origin_ns };
     return [...rows, ...show.traces.map((trace) => row(reference, trace, show, then, true)).filter((one) => one.measures !== null)];
+  }
+
+  // Of a recording not every value came: what all of them are together did.
+  #exact(measured: Row, { setup }: ShownTrace): Row {
+    const sums = setup.derive ? undefined : this.#acquisition.sums.get(sumsKey(setup.channel, setup.component ?? ""));
+    return sums ? { ...measured, measures: measuresOf(sums) } : measured;
   }
 
   #lines(show: Show, span: Span): Line[] {

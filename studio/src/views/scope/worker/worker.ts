@@ -44,6 +44,10 @@ function take(said: ToWorker): void {
     case "frame":
       acquisition.frame(said.subscription, said.buffer);
       break;
+    case "past":
+      acquisition.past(said.begins, said.channels, said.runs, said.sums);
+      if (said.begins) say({ kind: "channels", channels: said.channels });
+      break;
     case "forget":
       acquisition.forget(said.channels);
       break;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The service `home`: what it asks of the cycle, and how it waits for it.
-use crate::coe::Entry;
+use crate::commander::{Commander, Scale};
+use crate::homing::Homed;
+use crate::objects::Entry;
 use device::{Kind, OptionWord, ServiceWord};
 use serde_json::Value;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -8,7 +10,7 @@ use std::time::{Duration, Instant};
 
 const OWN: &str = "as the drive has it";
 
-pub(super) const HOME: ServiceWord = ServiceWord {
+pub const HOME: ServiceWord = ServiceWord {
     name: "home",
     doc: "has a drive look for its home, and waits until it is there; nobody may have its axis engaged",
     arguments: &[
@@ -31,7 +33,7 @@ const LOOK: Duration = Duration::from_millis(1);
 /// Where an axis is on its way home. The service asks and ends, the cycle answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub(super) enum Asked {
+pub enum Asked {
     Nothing,
     Home,
     /// The service does not wait any more.
@@ -53,15 +55,8 @@ impl Asked {
     }
 }
 
-/// Counts to a unit, and counts at position 0.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Scale {
-    pub counts: f64,
-    pub offset: f64,
-}
-
 /// What each axis is asked.
-pub(super) struct Homes {
+pub struct Homes {
     asked: Vec<AtomicU8>,
     scales: Vec<Scale>,
 }
@@ -81,6 +76,28 @@ impl Homes {
         self.asked[axis].store(answer as u8, Ordering::Release);
     }
 
+    /// Has an axis do what the service asks of it, and tells the service how far it is. Real-time safe.
+    pub fn serve(&self, axis: usize, commander: &mut Commander, can_home: bool, is_engaged: bool) {
+        match self.asked(axis) {
+            Asked::Home if !can_home => self.answer(axis, Asked::NotExchanged),
+            Asked::Home if is_engaged => self.answer(axis, Asked::Engaged),
+            Asked::Home => {
+                commander.home();
+                self.answer(axis, Asked::GoingOn);
+            }
+            Asked::Stop => {
+                commander.leave_homing();
+                self.answer(axis, Asked::Nothing);
+            }
+            Asked::GoingOn => match commander.homed() {
+                Homed::Yes => self.answer(axis, Asked::Attained),
+                Homed::Failed => self.answer(axis, Asked::Failed),
+                Homed::No | Homed::GoingOn => {}
+            },
+            _ => {}
+        }
+    }
+
     /// Nobody is on the way home any more.
     pub fn end(&self) {
         for axis in 0..self.asked.len() {
@@ -95,7 +112,7 @@ impl Homes {
     /// # Errors
     /// For people: an argument is out of its range.
     pub fn objects(&self, axis: usize, arguments: &Value) -> Result<Vec<(Entry, Vec<u8>)>, String> {
-        let Scale { counts, offset } = self.scales[axis];
+        let Scale { counts, offset, .. } = self.scales[axis];
         let entry = |index, sub| Entry { index, sub };
         let mut objects = Vec::new();
         if !arguments["method"].is_null() {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! An end of an emulated bus of this process: what is sent is answered in the same call, and time is the exchange's.
-use super::end::{Link, hears};
-use crate::emulator::Bus;
+use super::bus::Bus;
 use crate::frame::{self, Came, FRAME_LEN, Frame};
+use crate::link::{Link, hears};
 use std::collections::VecDeque;
 use std::io;
 use std::os::fd::OwnedFd;
@@ -108,7 +108,7 @@ pub fn publish(name: &str, bus: &Arc<Shared>) {
 }
 
 /// The bus of that name.
-pub(super) fn published(name: &str) -> Option<Arc<Shared>> {
+pub fn published(name: &str) -> Option<Arc<Shared>> {
     let buses = BUSES.lock().unwrap_or_else(PoisonError::into_inner);
     buses.iter().rev().find(|(of, _)| of == name).and_then(|(_, bus)| bus.upgrade())
 }

@@ -2,17 +2,20 @@
 //! The brake of an axis whose drive does not serve it by itself: a digital output, and when it is released.
 //!
 //! It is released only while the motor holds the axis, and the motor holds the axis until the brake has closed.
-use crate::coe::Entry;
+use crate::objects::Entry;
 use serde::Deserialize;
 
-/// The digital outputs of a drive by CiA 402, and which of them are ours.
+/// The digital outputs of a drive by CiA 402, and which of them the controller sets.
 const OUTPUTS: u16 = 0x60FE;
 const MASK: u8 = 2;
+/// The option of the quick stop, and the one by which the motor holds behind the ramp.
+const QUICK_STOP_OPTION: Entry = Entry { index: 0x605A, sub: 0 };
+const STAYS_IN_QUICK_STOP: i16 = 6;
 
 /// A brake, as it is asked for.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub(super) struct BrakeOptions {
+pub struct BrakeOptions {
     pub index: u16,
     pub sub: u8,
     pub bit: u8,
@@ -23,6 +26,22 @@ pub(super) struct BrakeOptions {
     pub close_ns: u32,
 }
 
+impl BrakeOptions {
+    /// The object of its output, 32 bits of it.
+    pub fn object(&self) -> Entry {
+        Entry { index: self.index, sub: self.sub }
+    }
+
+    /// Returns what is written before the drive operates, each if it has it: the output closed, then that the controller sets its bit, then
+    /// that the motor holds behind a quick stop.
+    pub fn settings(&self) -> Vec<(Entry, Vec<u8>)> {
+        let closed = (self.object(), Brake::new(*self).word().to_le_bytes().to_vec());
+        let mask = (Entry { index: OUTPUTS, sub: MASK }, (1u32 << self.bit).to_le_bytes().to_vec());
+        let holds = (QUICK_STOP_OPTION, STAYS_IN_QUICK_STOP.to_le_bytes().to_vec());
+        if self.index == OUTPUTS { vec![closed, mask, holds] } else { vec![closed, holds] }
+    }
+}
+
 impl Default for BrakeOptions {
     fn default() -> BrakeOptions {
         BrakeOptions { index: OUTPUTS, sub: 1, bit: 0, released_by_one: false, release_ns: 100_000_000, close_ns: 100_000_000 }
@@ -31,7 +50,7 @@ impl Default for BrakeOptions {
 
 /// A brake, and what it is doing.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Brake {
+pub struct Brake {
     options: BrakeOptions,
     is_released: bool,
     /// How long it has been told what it is told now, s.
@@ -42,18 +61,6 @@ impl Brake {
     /// Closed.
     pub fn new(options: BrakeOptions) -> Brake {
         Brake { options, is_released: false, since_s: f64::INFINITY }
-    }
-
-    /// The object, 32 bits of it.
-    pub fn object(&self) -> Entry {
-        Entry { index: self.options.index, sub: self.options.sub }
-    }
-
-    /// What is written in PREOP: closed first, then that the bit is ours.
-    pub fn settings(&self) -> Vec<(Entry, Vec<u8>, bool)> {
-        let closed = (self.object(), self.word().to_le_bytes().to_vec(), true);
-        let ours = (Entry { index: OUTPUTS, sub: MASK }, (1u32 << self.options.bit).to_le_bytes().to_vec(), true);
-        if self.options.index == OUTPUTS { vec![closed, ours] } else { vec![closed] }
     }
 
     /// It is to be released, or not, for a time.

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A module of inputs and outputs by CiA 401: which object and bit each of its channels is.
+use super::options::{ChannelOptions, ModuleOptions, Terminal};
+use crate::pdo::{self, Pdo, Pdos, Word};
+use cia402::Entry;
+use device::{Channel, Layout, Number, Slot, Type};
+
+/// Objects of a module: digital in bytes, analog in 16 bits; each terminal is a bit or a subindex.
+const DIGITAL_INPUTS: u16 = 0x6000;
+const DIGITAL_OUTPUTS: u16 = 0x6200;
+const ANALOG_INPUTS: u16 = 0x6401;
+const ANALOG_OUTPUTS: u16 = 0x6411;
+/// Which outputs have an error value where the controller is gone, and that value; analog ones as 32 bits with a sign.
+const DIGITAL_ERROR_MODE: u16 = 0x6206;
+const DIGITAL_ERROR_VALUE: u16 = 0x6207;
+const ANALOG_ERROR_MODE: u16 = 0x6443;
+const ANALOG_ERROR_VALUE: u16 = 0x6444;
+/// How many analog values a PDO carries.
+const ANALOG_IN_ONE: usize = 4;
+
+/// Where a channel is in the process data, and what its value is in units: counts × scale + offset.
+#[derive(Clone, Copy)]
+struct Wired {
+    word: Word,
+    /// Of a digital one.
+    bit: Option<u8>,
+    scale: f64,
+    offset: f64,
+}
+
+struct Input {
+    slot: Slot,
+    wired: Wired,
+    /// Counts, or 0 and 1.
+    seen: i32,
+}
+
+struct Output {
+    slot: Slot,
+    wired: Wired,
+    told: i32,
+    safe: i32,
+}
+
+/// A module, and what its terminals are.
+pub struct Module {
+    inputs: Vec<Input>,
+    outputs: Vec<Output>,
+    error: Slot,
+    emergency: u16,
+}
+
+impl Module {
+    pub fn new(options: &ModuleOptions, layout: &mut Layout) -> Module {
+        let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
+        let error = Channel::read(format!("{}.error", options.name), Type::of(Number::Uint16)).doc("code of its latest emergency; 0 where it has none");
+        let error = layout.add(error);
+        for (name, of) in &options.channels {
+            let wired = Wired::new(of);
+            let kind = if wired.bit.is_some() { Type::BOOL } else { Type::DOUBLE };
+            let (name, doc) = (format!("{}.{name}", options.name), of.terminal().to_string());
+            if of.terminal().is_input() {
+                inputs.push(Input { slot: layout.add(Channel::read(name, kind).unit(of.unit()).doc(doc)), wired, seen: 0 });
+            } else {
+                let safe = wired.counts(of.safe());
+                let bytes = if wired.bit.is_some() { vec![safe as u8] } else { wired.value(safe).to_ne_bytes().to_vec() };
+                let channel = Channel::write(name, kind).unit(of.unit()).doc(doc).safe(bytes);
+                outputs.push(Output { slot: layout.add(channel), wired, told: safe, safe });
+            }
+        }
+        Module { inputs, outputs, error, emergency: 0 }
+    }
+
+    /// What it sends: digital inputs in PDO 1, analog ones in the others.
+    pub fn inputs(&self) -> Pdos {
+        pdos(self.inputs.iter().map(|input| input.wired.word))
+    }
+
+    /// What it is sent.
+    pub fn outputs(&self) -> Pdos {
+        pdos(self.outputs.iter().map(|output| output.wired.word))
+    }
+
+    /// Each group of terminals that it needs: its object, how many subindices of it, and what they are.
+    pub fn groups(&self) -> impl Iterator<Item = (u16, u8, &'static str)> {
+        let words = || self.inputs.iter().map(|of| of.wired.word).chain(self.outputs.iter().map(|of| of.wired.word));
+        [
+            (DIGITAL_INPUTS, "bytes of digital inputs"),
+            (DIGITAL_OUTPUTS, "bytes of digital outputs"),
+            (ANALOG_INPUTS, "analog inputs"),
+            (ANALOG_OUTPUTS, "analog outputs"),
+        ]
+        .into_iter()
+        .filter_map(move |(index, what)| {
+            let needed = words().filter(|word| (word >> 16) as u16 == index).map(|word| (word >> 8) as u8).max();
+            needed.map(|needed| (index, needed, what))
+        })
+    }
+
+    /// What is written before it operates, each if it has it: the values of its outputs where its controller is gone.
+    pub fn settings(&self) -> Vec<(Entry, Vec<u8>)> {
+        let mut settings = Vec::new();
+        let mut words: Vec<Word> = self.outputs.iter().map(|output| output.wired.word).collect();
+        words.dedup();
+        for word in words {
+            let (sub, safe) = ((word >> 8) as u8, self.safely_carried(word));
+            let (mode, all, value, bytes) = match word & 0xFF {
+                8 => (DIGITAL_ERROR_MODE, 0xFF, DIGITAL_ERROR_VALUE, vec![safe as u8]),
+                _ => (ANALOG_ERROR_MODE, 1, ANALOG_ERROR_VALUE, safe.to_le_bytes().to_vec()),
+            };
+            settings.push((Entry { index: mode, sub }, vec![all]));
+            settings.push((Entry { index: value, sub }, bytes));
+        }
+        settings
+    }
+
+    /// Takes its process data.
+    pub fn take(&mut self, pdo: &Pdo, bytes: &[u8]) {
+        for input in &mut self.inputs {
+            if let Some(number) = pdo::number(bytes, pdo, input.wired.word) {
+                input.seen = input.wired.bit.map_or(number, |bit| number >> bit & 1);
+            }
+        }
+    }
+
+    pub fn heed(&mut self, code: u16) {
+        self.emergency = code;
+    }
+
+    /// Stores what it sent.
+    pub fn show(&self, readings: &mut [u8]) {
+        self.error.of_mut(readings).copy_from_slice(&self.emergency.to_ne_bytes());
+        for input in &self.inputs {
+            match input.wired.bit {
+                Some(_) => input.slot.of_mut(readings)[0] = input.seen as u8,
+                None => input.slot.set_double(readings, 0, input.wired.value(input.seen)),
+            }
+        }
+    }
+
+    /// It is told these commands.
+    pub fn tell(&mut self, commands: &[u8]) {
+        for output in &mut self.outputs {
+            output.told = match output.wired.bit {
+                Some(_) => i32::from(output.slot.of(commands)[0] != 0),
+                None => match output.slot.double(commands, 0) {
+                    value if value.is_finite() => output.wired.counts(value),
+                    _ => output.safe,
+                },
+            };
+        }
+    }
+
+    /// It is told its safe values.
+    pub fn be_safe(&mut self) {
+        self.outputs.iter_mut().for_each(|output| output.told = output.safe);
+    }
+
+    /// What an object carries that it is told.
+    pub fn carried(&self, word: Word) -> u32 {
+        self.joined(word, |output| output.told)
+    }
+
+    /// The same of its safe values.
+    pub fn safely_carried(&self, word: Word) -> u32 {
+        self.joined(word, |output| output.safe)
+    }
+
+    fn joined(&self, word: Word, counts: impl Fn(&Output) -> i32) -> u32 {
+        self.outputs.iter().filter(|output| output.wired.word == word).fold(0, |all, output| match output.wired.bit {
+            Some(bit) => all | (counts(output) as u32) << bit,
+            None => counts(output) as u32,
+        })
+    }
+}
+
+impl Wired {
+    fn new(of: &ChannelOptions) -> Wired {
+        let digital = |index: u16, number: u8| (entry(index, number / 8, 8), Some(number % 8));
+        let (word, bit) = match of.terminal() {
+            Terminal::Input(number) => digital(DIGITAL_INPUTS, number),
+            Terminal::Output(number) => digital(DIGITAL_OUTPUTS, number),
+            Terminal::AnalogInput(number) => (entry(ANALOG_INPUTS, number, 16), None),
+            Terminal::AnalogOutput(number) => (entry(ANALOG_OUTPUTS, number, 16), None),
+        };
+        Wired { word, bit, scale: of.scale(), offset: of.offset() }
+    }
+
+    fn value(&self, counts: i32) -> f64 {
+        f64::from(counts) * self.scale + self.offset
+    }
+
+    fn counts(&self, value: f64) -> i32 {
+        i32::from(((value - self.offset) / self.scale).round() as i16)
+    }
+}
+
+/// The object of the terminal group with this number from 0.
+fn entry(index: u16, number: u8, bits: u8) -> Word {
+    Entry { index, sub: number + 1 }.mapped(bits)
+}
+
+/// Each object once: those of 8 bits in the first PDO, those of 16 in the others.
+fn pdos(words: impl Iterator<Item = Word>) -> Pdos {
+    let mut words: Vec<Word> = words.collect();
+    words.sort_unstable();
+    words.dedup();
+    let (digital, analog): (Vec<Word>, Vec<Word>) = words.into_iter().partition(|word| word & 0xFF == 8);
+    let mut pdos = Pdos::default();
+    pdos[0].words = digital;
+    for (pdo, words) in pdos[1..].iter_mut().zip(analog.chunks(ANALOG_IN_ONE)) {
+        pdo.words = words.to_vec();
+    }
+    pdos
+}

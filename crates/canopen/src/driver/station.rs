@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A node that the driver serves: an axis or a module, with the process data that it exchanges.
+use super::axis::Axis;
+use super::heard::Heard;
+use super::module::Module;
+use crate::eds::Eds;
+use crate::frame::Frame;
+use crate::pdo::{self, LEN_MAX, PDOS, Pdos, Word};
+use cia402::{Mode, Scale};
+use std::sync::Arc;
+
+/// The identifier of the first PDO that goes to a node, and how far it is from one to the next.
+const RECEIVED: u16 = 0x200;
+const NEXT: u16 = 0x100;
+
+/// What stands behind a node.
+pub enum What {
+    Axis(Box<Axis>),
+    Module(Module),
+}
+
+/// A node, what it exchanges and what was heard of it.
+pub struct Station {
+    pub node: u8,
+    pub name: String,
+    /// It watches whether this controller is there.
+    pub is_watched: bool,
+    pub what: What,
+    /// Where the mapping of its PDOs is from, and what it says.
+    pub mapping: MappedBy,
+    pub eds: Option<Arc<Eds>>,
+    pub inputs: Pdos,
+    pub outputs: Pdos,
+    pub heard: Heard,
+}
+
+/// What says which objects a node exchanges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MappedBy {
+    /// This driver writes it.
+    Driver,
+    /// The node has it already.
+    Node,
+}
+
+impl Station {
+    pub fn new(node: u8, name: &str, what: What) -> Station {
+        let mut station = Station {
+            node,
+            name: name.to_owned(),
+            is_watched: true,
+            what,
+            mapping: MappedBy::Driver,
+            eds: None,
+            inputs: Pdos::default(),
+            outputs: Pdos::default(),
+            heard: Heard::default(),
+        };
+        station.expect();
+        station
+    }
+
+    /// As `axis 'x'`.
+    pub fn what(&self) -> String {
+        match self.what {
+            What::Axis(_) => format!("axis '{}'", self.name),
+            What::Module(_) => format!("module '{}'", self.name),
+        }
+    }
+
+    /// As `node 5 (axis 'x')`.
+    pub fn title(&self) -> String {
+        format!("node {} ({})", self.node, self.what())
+    }
+
+    /// What its services need of it: name, title in errors, scale.
+    pub fn beside(&self) -> (String, String, Scale) {
+        let scale = match &self.what {
+            What::Axis(axis) => axis.moved.commander.scale(),
+            What::Module(_) => Scale { mode: Mode::Homing, counts: 1.0, offset: 0.0, speed_max: 0.0, rated_torque: 1.0 },
+        };
+        (self.name.clone(), format!("{} (node {})", self.what(), self.node), scale)
+    }
+
+    /// Begins anew: it is to exchange all that it could, and nothing was heard of it.
+    pub fn expect(&mut self) {
+        (self.inputs, self.outputs) = match &self.what {
+            What::Axis(axis) => (pdo::inputs(), axis.outputs()),
+            What::Module(module) => (module.inputs(), module.outputs()),
+        };
+        self.heard.expect();
+    }
+
+    /// Whether an object must be exchanged.
+    pub fn needs(&self, word: Word) -> bool {
+        match &self.what {
+            What::Axis(axis) => axis.needs(word),
+            What::Module(_) => true,
+        }
+    }
+
+    /// Whether the process data of this number say that it has heard the SYNC: those with the status word, or the first that a module sends.
+    fn is_answer(&self, number: usize) -> bool {
+        match self.what {
+            What::Axis(_) => self.inputs[number].at(pdo::STATUS).is_some(),
+            What::Module(_) => self.inputs.iter().position(|pdo| !pdo.is_empty()) == Some(number),
+        }
+    }
+
+    /// Whether it answers a SYNC at all: a module that has only outputs does not.
+    pub fn answers(&self) -> bool {
+        self.inputs.iter().any(|pdo| !pdo.is_empty())
+    }
+
+    /// Takes a PDO, numbered from 1; false: it has not the length that was configured.
+    pub fn take(&mut self, number: u8, bytes: &[u8], now_ns: i64) -> bool {
+        let number = usize::from(number) - 1;
+        let Some(pdo) = self.inputs.get(number).filter(|pdo| !pdo.is_empty() && pdo.len() == bytes.len()) else { return false };
+        match &mut self.what {
+            What::Axis(axis) => axis.take(pdo, bytes),
+            What::Module(module) => module.take(pdo, bytes),
+        }
+        if self.is_answer(number) {
+            self.heard.fresh(now_ns);
+        }
+        true
+    }
+
+    /// Takes an emergency; code 0: nothing is wrong any more.
+    pub fn heed(&mut self, code: u16) {
+        match &mut self.what {
+            What::Axis(axis) => axis.heed(code),
+            What::Module(module) => module.heed(code),
+        }
+    }
+
+    /// Stores what it said.
+    pub fn show(&self, readings: &mut [u8]) {
+        match &self.what {
+            What::Axis(axis) => axis.moved.show(readings),
+            What::Module(module) => module.show(readings),
+        }
+    }
+
+    /// Why it cannot do what it is engaged for.
+    pub fn fault(&self) -> Option<String> {
+        match &self.what {
+            What::Axis(axis) => axis.moved.fault(),
+            What::Module(_) => None,
+        }
+    }
+
+    pub fn axis_mut(&mut self) -> Option<&mut Axis> {
+        match &mut self.what {
+            What::Axis(axis) => Some(axis),
+            What::Module(_) => None,
+        }
+    }
+
+    /// The mode of an axis.
+    pub fn mode(&self) -> Option<Mode> {
+        match &self.what {
+            What::Axis(axis) => Some(axis.mode),
+            What::Module(_) => None,
+        }
+    }
+
+    /// Whether its drive exchanges what homing needs.
+    pub fn can_home(&self) -> bool {
+        let has = |pdos: &Pdos, word| pdos.iter().any(|pdo| pdo.at(word).is_some());
+        has(&self.outputs, pdo::MODE) && has(&self.inputs, pdo::MODE_SHOWN)
+    }
+
+    /// It is told nothing but to be at rest: an axis where it is, a module its safe values.
+    pub fn tell_idle(&mut self) {
+        match &mut self.what {
+            What::Axis(axis) => axis.tell_idle(),
+            What::Module(module) => module.be_safe(),
+        }
+    }
+
+    /// Comes to rest: an axis until nobody engages it any more.
+    pub fn stop(&mut self) {
+        if let What::Axis(axis) = &mut self.what {
+            axis.moved.commander.stop();
+        }
+    }
+
+    /// The frames of what it is told. Real-time safe.
+    pub fn frames(&self) -> [Option<Frame>; PDOS] {
+        self.framed(|word| match &self.what {
+            What::Axis(axis) => axis.carried(word),
+            What::Module(module) => module.carried(word),
+        })
+    }
+
+    /// The frames that somebody else sends where this process is gone.
+    pub fn last_frames(&self) -> [Option<Frame>; PDOS] {
+        self.framed(|word| match &self.what {
+            What::Axis(axis) => axis.last_carried(word),
+            What::Module(module) => module.safely_carried(word),
+        })
+    }
+
+    fn framed(&self, carried: impl Fn(Word) -> u32) -> [Option<Frame>; PDOS] {
+        std::array::from_fn(|number| {
+            let pdo = &self.outputs[number];
+            let (mut bytes, mut at) = ([0; LEN_MAX], 0);
+            for word in &pdo.words {
+                // What is no number of ours has no more than 4 bytes of it, and 0 behind them.
+                let (len, value) = (pdo::len(*word).min(LEN_MAX - at), u64::from(carried(*word)).to_le_bytes());
+                bytes[at..at + len].copy_from_slice(&value[..len]);
+                at += len;
+            }
+            (at > 0).then(|| Frame::new(RECEIVED + NEXT * number as u16 + u16::from(self.node), &bytes[..at]))
+        })
+    }
+}

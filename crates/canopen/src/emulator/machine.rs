@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What an emulated node moves or switches.
+use super::terminals::Switched;
+use cia402::emulated::{Drive, Objects};
+
+/// A drive, or a module of inputs and outputs.
+pub(super) enum Machine {
+    Drive(Box<Drive>),
+    Module(Switched),
+}
+
+impl Machine {
+    /// Goes on by a time.
+    pub fn step(&mut self, objects: &mut Objects, span_s: f64) {
+        if let Machine::Drive(drive) = self {
+            drive.step(objects, span_s);
+        }
+    }
+
+    /// What it does when its controller is gone.
+    pub fn lose_communication(&mut self, objects: &mut Objects) {
+        match self {
+            Machine::Drive(drive) => drive.lose_communication(objects),
+            Machine::Module(module) => module.be_safe(objects),
+        }
+    }
+
+    /// It finds something wrong.
+    pub fn fail(&mut self, error: u16, objects: &mut Objects) {
+        match self {
+            Machine::Drive(drive) => drive.fail(error, objects),
+            Machine::Module(module) => module.error = error,
+        }
+    }
+
+    /// What is wrong with it.
+    pub fn error(&self, objects: &Objects) -> u16 {
+        match self {
+            Machine::Drive(_) => objects.find(cia402::Entry { index: 0x603F, sub: 0 }).map_or(0, |at| objects.number(at)) as u16,
+            Machine::Module(module) => module.error,
+        }
+    }
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The inputs and outputs of an emulated module, by CiA 401.
+use super::said::Terminals;
+use cia402::Entry;
+use cia402::emulated::{Access, Handle, Objects};
+
+/// What a module switches.
+#[derive(Default)]
+pub(super) struct Switched {
+    outputs: Vec<Output>,
+    pub error: u16,
+}
+
+/// An object of outputs, and what it is where the controller is gone.
+struct Output {
+    at: Handle,
+    /// Which of its bits have an error value; of an analog one: whether it has one.
+    mode: Handle,
+    value: Handle,
+    is_digital: bool,
+}
+
+/// Objects of terminals: those of a drive's kind, and their error values.
+const INPUTS: u16 = 0x6000;
+const OUTPUTS: u16 = 0x6200;
+const ANALOG_INPUTS: u16 = 0x6401;
+const ANALOG_OUTPUTS: u16 = 0x6411;
+
+impl Switched {
+    /// Its objects come to those that are there.
+    pub fn new(objects: &mut Objects, of: Terminals) -> Switched {
+        let mut switched = Switched::default();
+        let bytes = |terminals: u8| terminals.div_ceil(8);
+        add(objects, INPUTS, bytes(of.inputs), Access::Measured, &[0]);
+        let values = add(objects, OUTPUTS, bytes(of.outputs), Access::Written, &[0]);
+        let modes = add(objects, 0x6206, bytes(of.outputs), Access::Written, &[0xFF]);
+        let safe = add(objects, 0x6207, bytes(of.outputs), Access::Written, &[0]);
+        switched.take(&values, &modes, &safe, true);
+        add(objects, ANALOG_INPUTS, of.analog_inputs, Access::Measured, &[0; 2]);
+        let values = add(objects, ANALOG_OUTPUTS, of.analog_outputs, Access::Written, &[0; 2]);
+        let modes = add(objects, 0x6443, of.analog_outputs, Access::Written, &[1]);
+        let safe = add(objects, 0x6444, of.analog_outputs, Access::Written, &[0; 4]);
+        switched.take(&values, &modes, &safe, false);
+        switched
+    }
+
+    fn take(&mut self, values: &[Handle], modes: &[Handle], safe: &[Handle], is_digital: bool) {
+        let all = values.iter().zip(modes).zip(safe);
+        self.outputs.extend(all.map(|((at, mode), value)| Output { at: *at, mode: *mode, value: *value, is_digital }));
+    }
+
+    /// Each output that has an error value carries it.
+    pub fn be_safe(&self, objects: &mut Objects) {
+        for output in &self.outputs {
+            let (now, mode, value) = (objects.number(output.at), objects.number(output.mode), objects.number(output.value));
+            let safe = match (output.is_digital, mode) {
+                (true, _) => now & !mode | value & mode,
+                (false, 0) => now,
+                (false, _) => value,
+            };
+            objects.set_number(output.at, safe);
+        }
+    }
+}
+
+fn add(objects: &mut Objects, index: u16, count: u8, access: Access, value: &[u8]) -> Vec<Handle> {
+    if count > 0 {
+        objects.add(index, 0, Access::Constant, &[count]);
+    }
+    (1..=count).map(|sub| objects.add(index, sub, access, value)).collect()
+}
+
+/// Where a terminal is: its object, and its bit where it is digital. `what` is `input`, `output`, `analog_input` or `analog_output`.
+pub(super) fn terminal(what: &str, number: u8) -> Option<(Entry, Option<u8>)> {
+    let digital = |index| Some((Entry { index, sub: number / 8 + 1 }, Some(number % 8)));
+    let analog = |index| Some((Entry { index, sub: number.checked_add(1)? }, None));
+    match what {
+        "input" => digital(INPUTS),
+        "output" => digital(OUTPUTS),
+        "analog_input" => analog(ANALOG_INPUTS),
+        "analog_output" => analog(ANALOG_OUTPUTS),
+        _ => None,
+    }
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The channels of an axis, and what can be made a joint of.
+use super::options::{AxisOptions, Commanded, Unit};
+use device::{Channel, Command, Layout, Number, Part, Servo, Slot, Type, UNLIMITED};
+
+/// Where the channels of an axis lie.
+pub struct Channels {
+    pub position: Slot,
+    pub velocity: Slot,
+    pub torque: Slot,
+    pub bias: Option<Slot>,
+    pub status: Slot,
+    pub error: Slot,
+    pub homing: Slot,
+    pub command: Slot,
+}
+
+impl Channels {
+    pub fn new(options: &AxisOptions, layout: &mut Layout) -> Channels {
+        let name = &options.name;
+        let (unit, speed, force) = if options.unit == Unit::M { ("m", "m/s", "N") } else { ("rad", "rad/s", "N.m") };
+        let torque_unit = if options.rated_torque.is_some() { force } else { "" };
+        let mut read = |what: &str, of: Type, unit: &str, doc: &str| layout.add(Channel::read(format!("{name}.{what}"), of).unit(unit).doc(doc));
+        let position = read("position", Type::DOUBLE, unit, "position");
+        let velocity = read("velocity", Type::DOUBLE, speed, "velocity; 0 where the drive does not send it");
+        let torque = read("torque", Type::DOUBLE, torque_unit, "torque; without rated_torque as a part of the rated one");
+        let bias = (options.mode == Commanded::Torque).then(|| read("bias", Type::DOUBLE, force, "effort that holds it: not known, 0"));
+        let status = read("status", Type::of(Number::Uint16), "", "status word of the drive");
+        let error = read("error", Type::of(Number::Uint16), "", "error code of the drive; 0 where it has none");
+        let homing = read("homing", Type::of(Number::Uint8), "", "0 not yet, 1 on the way home, 2 home, 3 home was not found");
+        let write = |what: &str, unit: &str, doc: &str| Channel::write(format!("{name}.{what}"), Type::DOUBLE).unit(unit).doc(doc);
+        let command = match options.mode {
+            Commanded::Position => write("goal", unit, "where it is to be; NaN: it stays").safe(f64::NAN.to_ne_bytes().to_vec()),
+            Commanded::Velocity => write("rate", speed, "how fast it is to move"),
+            Commanded::Torque => write("effort", force, "torque that it is to make"),
+        };
+        Channels { position, velocity, torque, bias, status, error, homing, command: layout.add(command) }
+    }
+}
+
+/// Returns what can be made a joint of; an axis that is commanded by velocity is its channels alone.
+pub fn part(axis: &AxisOptions) -> Option<Part> {
+    let command = match axis.mode {
+        Commanded::Position => Command::Position,
+        Commanded::Torque => Command::Effort,
+        Commanded::Velocity => return None,
+    };
+    let [range_min, range_max] = axis.range.unwrap_or([-UNLIMITED, UNLIMITED]);
+    Some(Part {
+        name: axis.name.clone(),
+        unit: if axis.unit == Unit::M { "m" } else { "rad" },
+        range_min,
+        range_max,
+        effort_max: axis.rated_torque.unwrap_or(UNLIMITED),
+        speed_max: axis.speed_max.unwrap_or(UNLIMITED),
+        home: 0.0,
+        servo: Servo::default(),
+        command,
+    })
+}

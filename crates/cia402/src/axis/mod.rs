@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An axis of a driver, on whatever bus: a driver adds where its drive is and how bytes come and go.
+//!
+//! | | |
+//! |---|---|
+//! | [`AxisOptions`], [`check`] | how an axis is asked for, and what is refused |
+//! | [`Axis`] | its channels and what its drive is told |
+//! | [`Homes`], [`Asked`] | homing: what the service asks of the cycle, and how it waits |
+//! | [`Shared`], [`Reach`] | services beside the cycle: objects, faults, homing |
+mod asked;
+mod channels;
+mod moved;
+mod options;
+mod services;
+
+pub use asked::{Asked, HOME, Homes};
+pub use channels::part;
+pub use moved::{Axis, Measured};
+pub use options::{AxisOptions, Commanded, FIELDS, Unit, check, unknown};
+pub use services::{AXIS, READ_OBJECT, RESET_FAULT, Reach, Shared, WRITE_OBJECT, entry};

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+//! An axis: what its drive answers as channels, and what its channels make of its drive.
+use super::channels::Channels;
+use super::options::AxisOptions;
+use crate::commander::{Commander, Scale, Told};
+use device::Layout;
+
+/// What a drive said last, in its own units; 0 where it does not say.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Measured {
+    pub status: u16,
+    pub position: i32,
+    pub velocity: i32,
+    /// Thousandths of the rated torque.
+    pub torque: i16,
+    pub error: u16,
+    /// The mode that it is in.
+    pub mode: i8,
+}
+
+/// An axis, and what it is doing. Nothing but making it allocates.
+pub struct Axis {
+    pub name: String,
+    pub commander: Commander,
+    pub measured: Measured,
+    /// How it is called in errors: `axis 'x' (node 5)`.
+    title: String,
+    /// What its error codes say.
+    named: fn(u16) -> &'static str,
+    channels: Channels,
+}
+
+impl Axis {
+    pub fn new(options: &AxisOptions, title: String, named: fn(u16) -> &'static str, layout: &mut Layout) -> Axis {
+        Axis {
+            name: options.name.clone(),
+            commander: Commander::new(options.scale(), options.brake),
+            measured: Measured::default(),
+            title,
+            named,
+            channels: Channels::new(options, layout),
+        }
+    }
+
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// Returns what its services need of it: name, title, scale.
+    pub fn beside(&self) -> (String, String, Scale) {
+        (self.name.clone(), self.title.clone(), self.commander.scale())
+    }
+
+    /// Takes what its drive said.
+    pub fn look(&mut self, measured: Measured) {
+        self.measured = measured;
+        self.commander.see(measured.status, measured.position, measured.mode);
+    }
+
+    /// Stores what its drive said last.
+    pub fn show(&self, readings: &mut [u8]) {
+        let Axis { channels, commander, measured, .. } = self;
+        channels.position.set_double(readings, 0, commander.position());
+        channels.velocity.set_double(readings, 0, commander.velocity(measured.velocity));
+        channels.torque.set_double(readings, 0, commander.torque(measured.torque.into()));
+        if let Some(bias) = channels.bias {
+            bias.set_double(readings, 0, 0.0);
+        }
+        channels.status.of_mut(readings).copy_from_slice(&commander.status().to_ne_bytes());
+        channels.error.of_mut(readings).copy_from_slice(&measured.error.to_ne_bytes());
+        channels.homing.of_mut(readings)[0] = commander.homed() as u8;
+    }
+
+    /// Returns why it cannot do what it is engaged for.
+    pub fn fault(&self) -> Option<String> {
+        let (title, code, commander) = (&self.title, self.measured.error, &self.commander);
+        if commander.is_wanted() && commander.is_faulty() {
+            return Some(format!("{title} has a fault, {code:#06x}: {}; remove its cause, then reset the device", (self.named)(code)));
+        }
+        let state = commander.state();
+        commander
+            .has_dropped()
+            .then(|| format!("{title} has left operation by itself: it is in '{state}', error {code:#06x}; look at its enable input, then reset the device"))
+    }
+
+    /// Returns what its drive is told until the next cycle, which comes after `span_s`.
+    pub fn tell(&mut self, commands: &[u8], is_engaged: bool, span_s: f64) -> Told {
+        self.commander.tell(self.channels.command.double(commands, 0), is_engaged, span_s)
+    }
+}

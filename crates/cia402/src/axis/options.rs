@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+//! How an axis is asked for, and what is refused.
+use crate::brake::BrakeOptions;
+use crate::commander::Scale;
+use crate::states::Mode;
+use device::UNLIMITED;
+use serde::Deserialize;
+use serde_json::{Map, Value};
+
+/// An axis, as it is asked for, without what its bus adds.
+#[derive(Clone, Debug, Deserialize)]
+pub struct AxisOptions {
+    pub name: String,
+    #[serde(default)]
+    pub mode: Commanded,
+    /// Counts to a unit of position.
+    pub counts: f64,
+    #[serde(default)]
+    pub unit: Unit,
+    /// Units of position per second.
+    pub speed_max: Option<f64>,
+    pub range: Option<[f64; 2]>,
+    /// N.m or N.
+    pub rated_torque: Option<f64>,
+    /// Counts at position 0.
+    #[serde(default)]
+    pub offset: f64,
+    /// The output of its brake; left out: its drive serves it by itself, or there is none.
+    pub brake: Option<BrakeOptions>,
+}
+
+/// What an axis has on every bus.
+pub const FIELDS: [&str; 9] = ["name", "counts", "mode", "unit", "speed_max", "range", "rated_torque", "offset", "brake"];
+
+/// What an axis is commanded by.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Commanded {
+    #[default]
+    Position,
+    Velocity,
+    Torque,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Unit {
+    #[default]
+    Rad,
+    M,
+}
+
+impl Commanded {
+    pub fn mode(self) -> Mode {
+        match self {
+            Commanded::Position => Mode::Position,
+            Commanded::Velocity => Mode::Velocity,
+            Commanded::Torque => Mode::Torque,
+        }
+    }
+}
+
+impl AxisOptions {
+    pub fn scale(&self) -> Scale {
+        let speed_max = self.speed_max.unwrap_or(f64::INFINITY);
+        Scale { mode: self.mode.mode(), counts: self.counts, offset: self.offset, speed_max, rated_torque: self.rated_torque.unwrap_or(1.0) }
+    }
+}
+
+/// Refuses an axis that is asked for with something that none has; `own` is what the bus adds.
+///
+/// # Errors
+/// For people.
+pub fn unknown(name: &str, rest: &Map<String, Value>, own: &[&str]) -> Result<(), String> {
+    let Some(field) = rest.keys().next() else { return Ok(()) };
+    Err(format!("'{name}': there is no {field}; an axis has {}, {}", FIELDS.join(", "), own.join(", ")))
+}
+
+/// Refuses what no axis can be.
+///
+/// # Errors
+/// For people, with the name of the axis.
+pub fn check<'a>(axes: impl Iterator<Item = &'a AxisOptions> + Clone) -> Result<(), String> {
+    for (index, axis) in axes.clone().enumerate() {
+        let name = &axis.name;
+        if axes.clone().take(index).any(|before| before.name == *name) {
+            return Err(format!("'{name}' is named twice"));
+        }
+        if let Some(problem) = problem(axis) {
+            return Err(format!("'{name}': {problem}"));
+        }
+    }
+    Ok(())
+}
+
+fn problem(axis: &AxisOptions) -> Option<String> {
+    let is_torque = axis.mode == Commanded::Torque;
+    let wrong = |is: bool, problem: &str| is.then(|| problem.to_owned());
+    if !axis.counts.is_normal() {
+        return Some(format!("counts is {}; give how many counts are one unit of position, negative to turn it round", axis.counts));
+    }
+    wrong(axis.speed_max.is_some_and(|speed| !(speed > 0.0 && speed.is_finite())), "speed_max is above 0")
+        .or_else(|| wrong(!axis.offset.is_finite(), "offset is a number of counts"))
+        .or_else(|| {
+            let is_none = axis.range.is_some_and(|[minimum, maximum]| minimum.is_nan() || maximum.is_nan() || minimum >= maximum);
+            wrong(is_none, "range is the minimum and the maximum position")
+        })
+        .or_else(|| wrong(axis.rated_torque.is_some_and(|torque| !(torque > 0.0 && torque < UNLIMITED)), "rated_torque is above 0"))
+        .or_else(|| wrong(is_torque && axis.rated_torque.is_none(), "an axis that is commanded by torque needs its rated_torque"))
+        .or_else(|| wrong(is_torque && axis.brake.is_some(), "a brake needs a motor that holds the axis while it closes: mode position or velocity"))
+        .or_else(|| wrong(axis.brake.is_some_and(|brake| brake.bit > 31), "the bit of its brake is 0 to 31"))
+}

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a driver of axes does beside its cycle: objects of its drives, faults, homing.
+use super::asked::Homes;
+use crate::commander::Scale;
+use crate::objects::Entry;
+use device::{Kind, OptionWord, ServiceWord};
+use serde_json::{Value, json};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+pub const AXIS: OptionWord = OptionWord::needed("axis", Kind::Text, "the name of the axis");
+const INDEX: OptionWord = OptionWord::needed("index", Kind::Whole, "the index of the object, 0x6064 is its position");
+const SUB: OptionWord = OptionWord::with_default("sub", Kind::Whole, "0", "the subindex");
+
+pub const READ_OBJECT: ServiceWord = ServiceWord {
+    name: "read_object",
+    doc: "reads an object of a drive: its bytes, and as a number where it has up to 8",
+    arguments: &[AXIS, INDEX, SUB],
+    answer: Some(Kind::Table),
+};
+
+pub const WRITE_OBJECT: ServiceWord = ServiceWord {
+    name: "write_object",
+    doc: "writes an object of a drive",
+    arguments: &[
+        AXIS,
+        INDEX,
+        SUB,
+        OptionWord::needed("value", Kind::Whole, "its value"),
+        OptionWord::needed("bits", Kind::Whole, "8, 16, 32 or 64: how long it is"),
+    ],
+    answer: None,
+};
+
+pub const RESET_FAULT: ServiceWord =
+    ServiceWord { name: "reset_fault", doc: "resets the fault of a drive with the next cycle", arguments: &[AXIS], answer: None };
+
+/// What reaches the objects of the drives, beside the cycle. An axis is its place among those of the driver.
+pub trait Reach: Send {
+    /// Reads an object.
+    ///
+    /// # Errors
+    /// For people: the drive does not answer, or refuses.
+    fn upload(&mut self, axis: usize, of: Entry) -> Result<Vec<u8>, String>;
+
+    /// Writes an object.
+    ///
+    /// # Errors
+    /// As [`Reach::upload`].
+    fn download(&mut self, axis: usize, of: Entry, value: &[u8]) -> Result<(), String>;
+}
+
+/// What services share with the cycle: a flag for each axis. What they send goes its own way.
+pub struct Shared<R> {
+    pub homes: Homes,
+    resets: Vec<AtomicBool>,
+    names: Vec<String>,
+    titles: Vec<String>,
+    /// What is said where the device is not open.
+    closed: String,
+    reached: Mutex<Option<R>>,
+}
+
+impl<R: Reach> Shared<R> {
+    /// Of these axes, each with its name, its title in errors and its scale. `place` says what is not open: `the bus on 'can0'`.
+    pub fn new(place: &str, axes: impl Iterator<Item = (String, String, Scale)>) -> Shared<R> {
+        let (mut names, mut titles, mut scales) = (Vec::new(), Vec::new(), Vec::new());
+        for (name, title, scale) in axes {
+            names.push(name);
+            titles.push(title);
+            scales.push(scale);
+        }
+        let resets = names.iter().map(|_| AtomicBool::new(false)).collect();
+        let closed = format!("{place} is not open; open its device first");
+        Shared { resets, homes: Homes::new(scales), names, titles, closed, reached: Mutex::new(None) }
+    }
+
+    /// From now on drives are reached by this.
+    pub fn reach(&self, by: R) {
+        *self.reached.lock().unwrap_or_else(PoisonError::into_inner) = Some(by);
+    }
+
+    /// From now on drives are not reached, and none is on its way home.
+    pub fn leave(&self) {
+        self.homes.end();
+        *self.reached.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+
+    /// Does something with what reaches an axis.
+    ///
+    /// # Errors
+    /// The device is not open; what `act` says, behind the name of the axis.
+    pub fn on<T>(&self, axis: usize, act: impl FnOnce(&mut R) -> Result<T, String>) -> Result<T, String> {
+        let mut reached = self.reached.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(reached) = reached.as_mut() else { return Err(self.closed.clone()) };
+        act(reached).map_err(|error| format!("{}: {error}", self.titles[axis]))
+    }
+
+    /// The axis that the arguments name.
+    ///
+    /// # Errors
+    /// There is none of that name.
+    pub fn axis(&self, arguments: &Value) -> Result<usize, String> {
+        let name = arguments["axis"].as_str().unwrap_or_default();
+        self.names.iter().position(|of| of == name).ok_or_else(|| format!("there is no axis '{name}'; the axes are {}", self.names.join(", ")))
+    }
+
+    /// Carries out [`READ_OBJECT`], [`WRITE_OBJECT`], [`RESET_FAULT`] or [`HOME`](super::HOME).
+    ///
+    /// # Errors
+    /// For people.
+    pub fn carry_out(&self, service: &str, arguments: &Value) -> Result<Value, String> {
+        let axis = self.axis(arguments)?;
+        match service {
+            "reset_fault" => self.resets[axis].store(true, Ordering::Relaxed),
+            "home" => {
+                for (of, value) in self.homes.objects(axis, arguments)? {
+                    self.on(axis, |reached| reached.download(axis, of, &value))?;
+                }
+                return self.homes.go(axis, arguments).map_err(|error| format!("{}: {error}", self.titles[axis]));
+            }
+            "read_object" => {
+                let of = entry(arguments)?;
+                return self.on(axis, |reached| reached.upload(axis, of)).map(|value| shown(&value));
+            }
+            _ => {
+                let (of, value) = (entry(arguments)?, value(arguments)?);
+                self.on(axis, |reached| reached.download(axis, of, &value))?;
+            }
+        }
+        Ok(Value::Null)
+    }
+
+    /// Whether a fault of the axis is to be reset, asked once. Real-time safe.
+    pub fn resets(&self, axis: usize) -> bool {
+        self.resets[axis].swap(false, Ordering::Relaxed)
+    }
+}
+
+/// The entry that arguments name by `index` and `sub`.
+///
+/// # Errors
+/// One of them is out of its range.
+pub fn entry(arguments: &Value) -> Result<Entry, String> {
+    let whole = |word: &str, maximum: u64| match arguments[word].as_u64() {
+        None if arguments[word].is_null() => Ok(0),
+        Some(value) if value <= maximum => Ok(value),
+        _ => Err(format!("{word} is 0 to {maximum:#x}")),
+    };
+    Ok(Entry { index: whole("index", 0xFFFF)? as u16, sub: whole("sub", 0xFF)? as u8 })
+}
+
+fn value(arguments: &Value) -> Result<Vec<u8>, String> {
+    let value = arguments["value"].as_i64().ok_or("value is a whole number")?;
+    match arguments["bits"].as_u64() {
+        Some(bits @ (8 | 16 | 32 | 64)) => Ok(value.to_le_bytes()[..bits as usize / 8].to_vec()),
+        _ => Err("bits is 8, 16, 32 or 64".to_owned()),
+    }
+}
+
+fn shown(value: &[u8]) -> Value {
+    let number = (value.len() <= 8).then(|| value.iter().rev().fold(0u64, |number, byte| number << 8 | u64::from(*byte)));
+    let text = std::str::from_utf8(value).ok().filter(|text| !text.chars().any(char::is_control));
+    let mut shown = json!({ "bytes": value });
+    // What it is not is left out: a null is no value of an answer.
+    number.into_iter().for_each(|number| shown["number"] = number.into());
+    text.into_iter().for_each(|text| shown["text"] = text.into());
+    shown
+}

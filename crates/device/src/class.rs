@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The class of a driver.
+use std::fmt;
+
+/// Where a driver exchanges its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// On the thread of its source: its reads and writes are bounded, and neither allocate nor wait.
+    Inline,
+    /// On a thread of its own; the newest values are exchanged, each with its age.
+    Worker,
+    /// In a process of its own under the guard.
+    Process,
+}
+
+impl fmt::Display for Class {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Class::Inline => "inline",
+            Class::Worker => "worker",
+            Class::Process => "process",
+        })
+    }
+}

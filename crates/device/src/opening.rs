@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What making a driver gives, and what makes one that came in a file.
+use crate::driver::Driver;
+use crate::error::DriverError;
+use crate::options::Given;
+use crate::services::Found;
+use serde_json::Value;
+
+/// A driver that has been made and not opened, and what it says of its machine: `{"parts": [Part, …], …}`; see [`Part`](crate::Part).
+pub type Opened = (Box<dyn Driver>, Value);
+
+/// What makes drivers of a declaration that was loaded: a function pointer knows no file, this does.
+pub trait Loaded: Send + Sync {
+    /// As [`Declaration::open`](crate::Declaration::open).
+    ///
+    /// # Errors
+    /// The driver's own.
+    fn open(&self, given: &Given<'_>) -> Result<Opened, DriverError>;
+    /// As [`Declaration::scan`](crate::Declaration::scan).
+    ///
+    /// # Errors
+    /// The driver's own.
+    fn scan(&self, given: &Given<'_>) -> Result<Vec<Found>, DriverError>;
+}

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Checks of what an exchange costs: allocations, waits, memory, and how old its readings are.
+use super::check::{Check, Passed, Tried, holds};
+use super::measures::{allocated, allocations, resident, waits};
+use super::rig::{Joint, Rig};
+use super::subject::Subject;
+use device::Class;
+use std::time::{Duration, Instant};
+
+pub(super) const CHECKS: &[Check] = &[
+    Check { name: "allocation", sentence: "an inline exchange allocates nothing", run: allocation },
+    Check { name: "waiting", sentence: "an inline exchange does not wait", run: waiting },
+    Check { name: "memory", sentence: "memory is flat over many exchanges", run: memory },
+    Check { name: "age", sentence: "readings of a worker have an age, and new ones come", run: age },
+];
+
+/// Firings before anything is measured.
+pub(super) const WARM: usize = 50;
+/// Firings that are measured.
+const MEASURED: usize = 500;
+/// The long check ends then, however many exchanges it has made.
+const LONG: Duration = Duration::from_secs(60);
+/// What memory may grow in all: pages that are touched for the first time.
+const GROWTH: i64 = 256 << 10;
+
+/// Firings with every channel engaged and let go of, as they come in a program.
+pub(super) fn mixed(rig: &mut Rig, joints: &[Joint], count: usize) -> Result<(), String> {
+    for k in 0..count {
+        if k % 3 == 0 {
+            rig.let_go()
+        } else {
+            rig.hold(joints)
+        }
+        rig.cycle()?;
+    }
+    rig.let_go();
+    Ok(())
+}
+
+fn allocation(subject: &Subject) -> Tried {
+    if !subject.is_inline() {
+        return Ok(Passed::NotApplicable("it is not inline"));
+    }
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    mixed(&mut rig, &joints, WARM)?;
+    let (asked, held) = (allocations(), allocated());
+    mixed(&mut rig, &joints, MEASURED)?;
+    let (asked_then, held_then) = (allocations(), allocated());
+    match (asked, asked_then) {
+        (Some(before), Some(after)) => holds(after == before, || format!("{} times in {MEASURED} firings", after - before)),
+        _ => holds(held_then <= held, || format!("{} bytes more are held behind {MEASURED} firings", held_then - held)),
+    }
+}
+
+fn waiting(subject: &Subject) -> Tried {
+    if !subject.is_inline() {
+        return Ok(Passed::NotApplicable("it is not inline"));
+    }
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    mixed(&mut rig, &joints, WARM)?;
+    let before = waits();
+    mixed(&mut rig, &joints, MEASURED)?;
+    let waited = waits() - before;
+    // A page that comes from a disk is a wait too: one that waits by itself does so in each firing.
+    holds(waited * 10 < MEASURED as i64, || format!("its thread gave up its processor {waited} times in {MEASURED} firings"))
+}
+
+fn memory(subject: &Subject) -> Tried {
+    let mut rig = subject.open()?;
+    let joints = rig.joints();
+    mixed(&mut rig, &joints, 4 * WARM)?;
+    let (held, resident_before, begun) = (allocated(), resident(), Instant::now());
+    let mut made = 0;
+    while made < subject.exchanges && begun.elapsed() < LONG {
+        mixed(&mut rig, &joints, WARM)?;
+        made += WARM as u64;
+    }
+    let (more, pages) = (allocated() - held, resident() - resident_before);
+    holds(more <= GROWTH && pages <= 16 * GROWTH, || format!("{made} exchanges hold {more} bytes more, and {pages} in pages"))
+}
+
+fn age(subject: &Subject) -> Tried {
+    if subject.of.class != Class::Worker {
+        return Ok(Passed::NotApplicable("it is no worker"));
+    }
+    let mut rig = Rig::new(subject.made()?);
+    let Some(age) = rig.driver.channels().iter().find(|channel| channel.name == "age").cloned() else { return Err("there is no channel 'age'".to_owned()) };
+    rig.open()?;
+    let slot = device::Slot { offset: age.offset, len: age.len };
+    let deadline = Instant::now() + Duration::from_secs(30);
+    let (mut newest, mut older) = (f64::INFINITY, 0.0);
+    // An age that becomes less is that of a newer reading.
+    while Instant::now() < deadline {
+        rig.on_the_wall();
+        rig.read()?;
+        newest = slot.double(&rig.readings, 0);
+        if !(newest.is_finite() && newest >= 0.0) || newest < older {
+            break;
+        }
+        older = newest;
+    }
+    rig.driver.close();
+    holds(newest.is_finite() && newest >= 0.0, || format!("it is {newest} s"))?;
+    holds(newest < older, || "no newer reading has come within 30 s".to_owned())
+}

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+//! The driver in its cycle, as a source exchanges it: `cycles INTERFACE AXES SECONDS PRIORITY` engages all axes at 1 kHz on a thread of that
+//! real-time priority (0: none), counts what the cycles allocate, and prints how late they began and how long they took, ns, as JSON.
+use device::{DeviceError, Driver};
+use serde_json::{Value, json};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::f64::consts::TAU;
+use std::io;
+
+const PERIOD_NS: i64 = 1_000_000;
+const COUNTS: f64 = 10_000.0;
+/// What a thread of real-time priority may compute without a rest, µs: one that runs away ends, and not the machine.
+const RTTIME_US: u64 = 5_000_000;
+/// Cycles in which all axes come into operation; what counts begins behind them.
+const BEGINS: usize = 1_000;
+
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: every call goes to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller's promise is the one that is needed.
+        unsafe { System.alloc(layout) }
+    }
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(place, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+fn main() -> Result<(), String> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [interface, axes, seconds, priority] = arguments.as_slice() else { return Err("cycles INTERFACE AXES SECONDS PRIORITY".to_owned()) };
+    let number = |text: &String| text.parse::<usize>().map_err(|error| format!("{text}: {error}"));
+    let (axes, cycles) = (number(axes)?, number(seconds)? * 1_000);
+    device::register(&ethercat::DRIVER).map_err(|error| error.to_string())?;
+    let all: Vec<Value> = (0..axes).map(|axis| json!({ "name": format!("a{axis}"), "counts": COUNTS, "speed_max": 5 })).collect();
+    // It ends where nothing comes for a minute, and not where this machine is busy.
+    let options = json!({ "interface": interface, "axes": all, "lost_after": 60_000, "timeout_ns": 6_000_000_000_i64 });
+    let (mut driver, _) = device::open("ethercat", &options).map_err(|error| error.to_string())?;
+    take_priority(number(priority)? as i32).map_err(|error| format!("priority {priority}: {error}"))?;
+    driver.open(now_ns()).map_err(|error| error.message)?;
+    let measured = exchange(&mut *driver, axes, cycles).map_err(|error| error.message)?;
+    let counters = driver.counters().into_iter().flat_map(|of| of.all().map(|(word, count)| (word.name, count)).collect::<Vec<_>>());
+    let counters: Value = counters.map(|(name, count)| (name.to_owned(), Value::from(count))).collect::<serde_json::Map<_, _>>().into();
+    driver.close();
+    let Measured { lateness, spans, allocations, skipped, moved } = measured;
+    println!(
+        "{}",
+        json!({ "cycles": spans.len(), "allocations": allocations, "skipped": skipped, "moved": moved, "lateness": said(lateness), "exchange": said(spans), "counters": counters })
+    );
+    Ok(())
+}
+
+struct Measured {
+    lateness: Vec<u64>,
+    spans: Vec<u64>,
+    allocations: u64,
+    /// Releases that a late cycle took with it.
+    skipped: u64,
+    /// Between the minimum and the maximum position of the first axis, rad.
+    moved: f64,
+}
+
+fn exchange(driver: &mut dyn Driver, axes: usize, cycles: usize) -> Result<Measured, DeviceError> {
+    let position = driver.channels().iter().find(|channel| channel.name == "a0.position").map_or(0, |channel| channel.offset);
+    let (mut readings, mut commands, engaged) = (vec![0; 128 * axes], vec![0; 8 * axes], vec![true; axes]);
+    let mut measured = Measured { lateness: Vec::with_capacity(cycles), spans: Vec::with_capacity(cycles), allocations: 0, skipped: 0, moved: 0.0 };
+    let (mut minimum, mut maximum) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut release_ns = now_ns() + PERIOD_NS;
+    for cycle in 0..BEGINS + cycles {
+        sleep_until(release_ns);
+        let began_ns = now_ns();
+        // Once to either side in a second.
+        let goal = 0.2 * (cycle as f64 * 1e-3 * TAU).sin();
+        commands.chunks_exact_mut(8).for_each(|command| command.copy_from_slice(&goal.to_ne_bytes()));
+        let before = ALLOCATIONS.with(Cell::get);
+        driver.read(release_ns, &mut readings)?;
+        driver.write(release_ns, &commands, &engaged)?;
+        let allocated = ALLOCATIONS.with(Cell::get) - before;
+        if cycle >= BEGINS {
+            measured.allocations += allocated;
+            measured.lateness.push((began_ns - release_ns) as u64);
+            measured.spans.push((now_ns() - began_ns) as u64);
+            let mut eight = [0; 8];
+            eight.copy_from_slice(&readings[position..position + 8]);
+            (minimum, maximum) = (minimum.min(f64::from_ne_bytes(eight)), maximum.max(f64::from_ne_bytes(eight)));
+        }
+        let missed = (now_ns() - release_ns) / PERIOD_NS;
+        measured.skipped += missed as u64;
+        release_ns += (missed + 1) * PERIOD_NS;
+    }
+    measured.moved = maximum - minimum;
+    Ok(measured)
+}
+
+fn said(mut values: Vec<u64>) -> Value {
+    values.sort_unstable();
+    let at = |part: f64| values.get(((values.len() as f64 * part) as usize).min(values.len().saturating_sub(1))).copied();
+    json!({ "median": at(0.5), "p999": at(0.999), "maximum": at(1.0) })
+}
+
+fn now_ns() -> i64 {
+    let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: it is told where the struct lies.
+    unsafe { libc::clock_gettime(libc::CLOCK_MONOTONIC, &raw mut now) };
+    now.tv_sec * 1_000_000_000 + now.tv_nsec
+}
+
+fn sleep_until(ns: i64) {
+    let until = libc::timespec { tv_sec: ns / 1_000_000_000, tv_nsec: ns % 1_000_000_000 };
+    // SAFETY: the struct is ours for the call; an interrupted sleep begins a cycle early, once.
+    unsafe { libc::clock_nanosleep(libc::CLOCK_MONOTONIC, libc::TIMER_ABSTIME, &raw const until, std::ptr::null_mut()) };
+}
+
+fn take_priority(priority: i32) -> io::Result<()> {
+    if priority == 0 {
+        return Ok(());
+    }
+    let limit = libc::rlimit { rlim_cur: RTTIME_US, rlim_max: libc::RLIM_INFINITY };
+    let wanted = libc::sched_param { sched_priority: priority };
+    // SAFETY: each is told where a struct lies that is ours for the call; 0 is this thread.
+    let done = unsafe { [libc::setrlimit(libc::RLIMIT_RTTIME, &raw const limit), libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const wanted)] };
+    if done == [0, 0] { Ok(()) } else { Err(io::Error::last_os_error()) }
+}

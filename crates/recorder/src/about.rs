@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a recording is, in one answer: when, of what, how it ended.
+use crate::archive::Index;
+use crate::{ABOUT, Archive, ENDS, INSTALLED, numbers};
+use model::refusal::Refusals;
+use serde::Serialize;
+use serde_json::Value as Json;
+use std::collections::BTreeMap;
+
+/// Chunks that are read for the verbs and for the ends.
+const CHUNKS_MAX: usize = 32;
+
+/// A recording.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct Recorded {
+    /// Name of the system.
+    pub system: String,
+    /// Version of OpenGPAC that wrote it.
+    pub version: String,
+    /// `virtual` or `monotonic`.
+    pub clock: String,
+    /// When the clock of the system stood at 0, s since 1970.
+    pub epoch_unix_s: f64,
+    /// First and last time in it, ns on the system's clock.
+    pub begins_ns: i64,
+    pub ends_ns: i64,
+    /// False where the file has no end: it is under way, or its recorder was killed, or the disk was full.
+    pub complete: bool,
+    /// It can be run again: `opengpac replay`.
+    pub replay: bool,
+    pub channels: Vec<RecordedChannel>,
+    /// Other channels: `/log`, `/ends`, …
+    pub topics: Vec<String>,
+    /// Verbs that were installed, in the order of their names; of a long recording those of its beginning.
+    pub verbs: Vec<String>,
+    /// How verb instances ended; of a long recording the first ones.
+    pub ends: Vec<RecordedEnd>,
+    /// Messages that are not in it, by channel, where there are any.
+    pub lost: BTreeMap<String, u64>,
+    /// What the file says of the system: `configuration` is the answer of the call of that name as JSON.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// An SVV or private cell of a recording.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct RecordedChannel {
+    /// Of a cell `INSTANCE:CELL`.
+    pub name: String,
+    /// `svv` or `cell`.
+    pub kind: String,
+    pub type_text: String,
+    pub unit: String,
+    /// Numbers that one value has.
+    pub components: usize,
+}
+
+/// An end of a verb instance.
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct RecordedEnd {
+    pub instance: String,
+    /// The condition that ended it.
+    pub condition: String,
+    pub time_s: f64,
+}
+
+impl Archive {
+    /// What it is. Reads no values.
+    pub fn about(&self) -> Result<Recorded, Refusals> {
+        let (installed, _) = self.records(INSTALLED, 0, CHUNKS_MAX)?;
+        let (ends, _) = self.records(ENDS, 0, CHUNKS_MAX)?;
+        let mut verbs: Vec<String> = installed.iter().flat_map(|one| verbs_of(&one.message)).collect();
+        verbs.sort_unstable();
+        verbs.dedup();
+        let index = self.index();
+        let said = index.file.metadata.get(ABOUT).cloned().unwrap_or_default();
+        let text = |name: &str| said.get(name).cloned().unwrap_or_default();
+        let epoch_ns: i128 = text("epoch_unix_ns").parse().unwrap_or(0);
+        let begins_ns = text("begins_ns").parse().unwrap_or(0);
+        #[allow(clippy::cast_precision_loss, reason = "a time of day in seconds")]
+        Ok(Recorded {
+            system: text("system"),
+            version: text("version"),
+            clock: text("clock"),
+            epoch_unix_s: epoch_ns as f64 * 1e-9,
+            begins_ns,
+            ends_ns: index.ceilings.last().map_or(begins_ns, |last| last.cast_signed().max(begins_ns)),
+            complete: index.file.is_whole(),
+            replay: index.tracks.contains_key(replay::TOPIC),
+            channels: channels_of(&index),
+            topics: index.tracks.iter().filter(|(_, track)| track.values.is_none()).map(|(name, _)| name.clone()).collect(),
+            verbs,
+            ends: ends.iter().filter_map(|one| end_of(&one.message)).collect(),
+            lost: self.lost(),
+            metadata: said,
+        })
+    }
+}
+
+fn channels_of(index: &Index) -> Vec<RecordedChannel> {
+    let of = |(name, track): (&String, &crate::archive::Track)| {
+        let values = track.values.as_ref()?;
+        let (type_text, components) = (values.value_type.normalised(), numbers::count(&values.value_type));
+        Some(RecordedChannel { name: name.clone(), kind: values.kind.clone(), type_text, unit: values.unit.clone(), components })
+    };
+    index.tracks.iter().filter_map(of).collect()
+}
+
+fn verbs_of(installed: &Json) -> Vec<String> {
+    let instances = installed["instances"].as_array().into_iter().flatten();
+    instances.filter_map(|instance| instance["verb"].as_str().map(str::to_owned)).collect()
+}
+
+fn end_of(end: &Json) -> Option<RecordedEnd> {
+    let report = &end["report"];
+    let text = |name: &str| report[name].as_str().map(str::to_owned);
+    Some(RecordedEnd { instance: text("instance")?, condition: text("condition").unwrap_or_default(), time_s: report["time_s"].as_f64()? })
+}

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+//! A recording on disk, read in place: what was at a time, and what was over a span, without the rest of the file.
+use crate::reader::{OURS, cannot_read};
+use crate::{ABOUT, LOST, json};
+use indexmap::IndexMap;
+use mcap::{Chunk, Indexed, Message, Unreadable};
+use model::refusal::Refusals;
+use model::types::Type;
+use model::value::Value;
+use serde::Serialize;
+use serde_json::Value as Json;
+use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard};
+
+use crate::digest::Digest;
+
+/// Chunks that are kept in memory, of 1 MiB each or so.
+const CHUNKS_KEPT: usize = 16;
+
+/// One channel of a recording: where it has messages.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Track {
+    /// Of an SVV or cell: its type, what it is (`svv` or `cell`), its unit.
+    pub values: Option<Values>,
+    ids: Vec<u16>,
+    /// Chunks with messages of it.
+    pub chunks: Vec<usize>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Values {
+    pub value_type: Type,
+    pub kind: String,
+    pub unit: String,
+}
+
+impl Track {
+    /// Its messages in a chunk.
+    pub fn of<'a>(&'a self, chunk: &'a Chunk) -> impl DoubleEndedIterator<Item = &'a Message> {
+        self.ids.iter().filter_map(|id| chunk.messages.get(id)).flatten()
+    }
+}
+
+/// What is known of a file without its messages.
+pub(crate) struct Index {
+    pub file: Indexed,
+    pub tracks: IndexMap<String, Track>,
+    /// Of each chunk: no message in it or behind it is earlier than this, none in it or before it later than that.
+    pub floors: Vec<u64>,
+    pub ceilings: Vec<u64>,
+    taken: usize,
+}
+
+/// A recording on disk. It may still be under way: what has come since is taken in by [`Archive::refresh`].
+pub struct Archive {
+    pub(crate) path: PathBuf,
+    index: RwLock<Index>,
+    chunks: Mutex<VecDeque<(usize, Arc<Chunk>)>>,
+    /// By channel and chunk.
+    digests: Mutex<HashMap<(String, usize), Arc<Digest>>>,
+}
+
+/// Value, number and time, ns.
+pub(crate) type Reading = (Vec<u8>, u64, i64);
+
+/// A message of a channel that has no values.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct RecordedMessage {
+    /// On the system's clock.
+    pub time_ns: i64,
+    pub message: Json,
+}
+
+impl RecordedMessage {
+    fn of(chunk: &Chunk, message: &Message) -> Option<RecordedMessage> {
+        Some(RecordedMessage { time_ns: message.time.cast_signed(), message: serde_json::from_slice(chunk.data(message)).ok()? })
+    }
+}
+
+impl Archive {
+    /// Opens a file. Refused where it cannot be read or is none of ours.
+    pub fn open(path: &Path) -> Result<Archive, Refusals> {
+        let file = File::open(path).map_err(|why| cannot_read(path, &why, "does the file exist?"))?;
+        let file = Indexed::open(file).map_err(|why| cannot_read(path, &why, OURS))?;
+        if !file.metadata.contains_key(ABOUT) {
+            return Err(cannot_read(path, &"it was not made by OpenGPAC", OURS));
+        }
+        let mut index = Index { file, tracks: IndexMap::new(), floors: Vec::new(), ceilings: Vec::new(), taken: 0 };
+        index.take();
+        let (chunks, digests) = Default::default();
+        Ok(Archive { path: path.to_owned(), index: RwLock::new(index), chunks, digests })
+    }
+
+    /// Takes in what was written since, of a recording that is under way.
+    pub fn refresh(&self) -> Result<(), Refusals> {
+        if self.index().file.is_whole() {
+            return Ok(());
+        }
+        let mut index = self.index.write().unwrap_or_else(PoisonError::into_inner);
+        if index.file.go_on().map_err(|why| self.cannot(&why))? {
+            index.take();
+        }
+        Ok(())
+    }
+
+    /// Value, number and time in ns of an SVV or cell as it was stored last at a time; nothing where there was none yet, and where there is
+    /// no such name.
+    pub fn reading_at(&self, name: &str, time_ns: i64) -> Result<Option<(Value, u64, i64)>, Refusals> {
+        let found = self.value_at(name, time_ns)?;
+        let index = self.index();
+        let of = index.tracks.get(name).and_then(|track| track.values.as_ref());
+        Ok(found.zip(of).map(|((bytes, number, at_ns), of)| (of.value_type.decode(&bytes), number, at_ns)))
+    }
+
+    /// The same as bytes in the memory of its type.
+    pub(crate) fn value_at(&self, name: &str, time_ns: i64) -> Result<Option<Reading>, Refusals> {
+        let index = self.index();
+        let Some(Track { values: Some(values), .. }) = index.tracks.get(name) else { return Ok(None) };
+        let found = self.last_at(&index, name, time_ns)?;
+        Ok(found.and_then(|RecordedMessage { time_ns: at_ns, message }| {
+            let mut bytes = Vec::new();
+            let read = json::read(&values.value_type, &message["value"], &mut bytes);
+            read.then(|| (bytes, message["number"].as_u64().unwrap_or(0), at_ns))
+        }))
+    }
+
+    /// The message of another channel that came last at a time.
+    pub fn record_at(&self, topic: &str, time_ns: i64) -> Result<Option<RecordedMessage>, Refusals> {
+        self.last_at(&self.index(), topic, time_ns)
+    }
+
+    /// Messages of another channel in their order, from the `since`th on, out of so many chunks at the most; and the number of the next one
+    /// where there may be more.
+    pub fn records(&self, topic: &str, since: usize, chunks_max: usize) -> Result<(Vec<RecordedMessage>, Option<usize>), Refusals> {
+        let index = self.index();
+        let (mut found, mut number, mut read) = (Vec::new(), 0, 0);
+        let Some(track) = index.tracks.get(topic) else { return Ok((found, None)) };
+        for at in &track.chunks {
+            if read == chunks_max {
+                return Ok((found, Some(number)));
+            }
+            let chunk = self.chunk(&index, *at)?;
+            let messages: Vec<_> = track.of(&chunk).collect();
+            if number + messages.len() > since {
+                let new = messages.iter().skip(since.saturating_sub(number));
+                found.extend(new.filter_map(|message| RecordedMessage::of(&chunk, message)));
+                read += 1;
+            }
+            number += messages.len();
+        }
+        Ok((found, None))
+    }
+
+    /// The next time behind (or before) one at which a value of any SVV or cell was stored: the next firing that stored something.
+    pub fn firing(&self, time_ns: i64, forward: bool) -> Result<Option<i64>, Refusals> {
+        let index = self.index();
+        let time = unsigned(time_ns);
+        let chunks = index.file.chunks.len();
+        let mut found: Option<u64> = None;
+        let order: Box<dyn Iterator<Item = usize>> = if forward {
+            Box::new(index.ceilings.partition_point(|ceiling| *ceiling <= time)..chunks)
+        } else {
+            Box::new((0..index.floors.partition_point(|floor| *floor < time)).rev())
+        };
+        for at in order {
+            let beyond = found.is_some_and(|found| if forward { index.floors[at] >= found } else { index.ceilings[at] <= found });
+            if beyond {
+                break;
+            }
+            let chunk = self.chunk(&index, at)?;
+            for track in index.tracks.values().filter(|track| track.values.is_some()) {
+                for message in track.of(&chunk) {
+                    let is_nearer = if forward {
+                        message.time > time && found.is_none_or(|found| message.time < found)
+                    } else {
+                        message.time < time && found.is_none_or(|found| message.time > found)
+                    };
+                    if is_nearer {
+                        found = Some(message.time);
+                    }
+                }
+            }
+        }
+        Ok(found.map(u64::cast_signed))
+    }
+
+    /// What was lost, by channel. Of a file without an end: nothing is known.
+    pub fn lost(&self) -> BTreeMap<String, u64> {
+        let index = self.index();
+        let lost = index.file.metadata.get(LOST).into_iter().flatten();
+        lost.map(|(channel, count)| (channel.clone(), count.parse().unwrap_or(0))).collect()
+    }
+
+    pub(crate) fn index(&self) -> RwLockReadGuard<'_, Index> {
+        self.index.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    pub(crate) fn digests(&self) -> MutexGuard<'_, HashMap<(String, usize), Arc<Digest>>> {
+        self.digests.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A chunk, out of memory where it was read lately.
+    pub(crate) fn chunk(&self, index: &Index, at: usize) -> Result<Arc<Chunk>, Refusals> {
+        let kept = || self.chunks.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, chunk)) = kept().iter().find(|(known, _)| *known == at) {
+            return Ok(chunk.clone());
+        }
+        let chunk = Arc::new(index.file.chunk(at).map_err(|why| self.cannot(&why))?);
+        let mut kept = kept();
+        kept.push_front((at, chunk.clone()));
+        kept.truncate(CHUNKS_KEPT);
+        Ok(chunk)
+    }
+
+    fn last_at(&self, index: &Index, topic: &str, time_ns: i64) -> Result<Option<RecordedMessage>, Refusals> {
+        let (Some(track), Ok(time)) = (index.tracks.get(topic), u64::try_from(time_ns)) else { return Ok(None) };
+        let behind = track.chunks.partition_point(|at| index.floors[*at] <= time);
+        for at in track.chunks[..behind].iter().rev() {
+            let chunk = self.chunk(index, *at)?;
+            let last = track.of(&chunk).filter(|message| message.time <= time).max_by_key(|message| message.time);
+            if let Some(message) = last {
+                return Ok(RecordedMessage::of(&chunk, message));
+            }
+        }
+        Ok(None)
+    }
+
+    fn cannot(&self, why: &Unreadable) -> Refusals {
+        cannot_read(&self.path, why, OURS)
+    }
+}
+
+/// Times in a file are not below 0.
+pub(crate) fn unsigned(time_ns: i64) -> u64 {
+    u64::try_from(time_ns).unwrap_or(0)
+}
+
+impl Index {
+    /// Takes in chunks that were found.
+    fn take(&mut self) {
+        let Index { file, tracks, .. } = self;
+        for (id, channel) in &file.channels {
+            let track = tracks.entry(channel.topic.clone()).or_default();
+            if !track.ids.contains(id) {
+                track.ids.push(*id);
+                track.values = values_of(channel);
+            }
+        }
+        let by_id: HashMap<u16, usize> = file.channels.iter().filter_map(|(id, channel)| Some((*id, tracks.get_index_of(&channel.topic)?))).collect();
+        for (at, chunk) in file.chunks.iter().enumerate().skip(self.taken) {
+            for track in chunk.channels.iter().filter_map(|id| by_id.get(id)) {
+                let chunks = &mut tracks[*track].chunks;
+                if chunks.last() != Some(&at) {
+                    chunks.push(at);
+                }
+            }
+        }
+        self.taken = file.chunks.len();
+        self.ceilings = file
+            .chunks
+            .iter()
+            .scan(0, |most, chunk| {
+                *most = chunk.last.max(*most);
+                Some(*most)
+            })
+            .collect();
+        self.floors = file
+            .chunks
+            .iter()
+            .rev()
+            .scan(u64::MAX, |least, chunk| {
+                *least = chunk.first.min(*least);
+                Some(*least)
+            })
+            .collect();
+        self.floors.reverse();
+    }
+}
+
+fn values_of(channel: &mcap::Channel) -> Option<Values> {
+    let text = |name: &str| channel.metadata.get(name).cloned().unwrap_or_default();
+    let value_type = Type::parse(&text("type"), &IndexMap::new()).ok()?;
+    Some(Values { value_type, kind: channel.metadata.get("kind")?.clone(), unit: text("unit") })
+}

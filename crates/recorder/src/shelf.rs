@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+//! Recordings that were looked at lately: who asks for a value a moment later does not open the file anew.
+use crate::Archive;
+use model::refusal::{Class, Refusal, Refusals};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::UNIX_EPOCH;
+
+/// Recordings that stay open.
+const OPEN_MAX: usize = 4;
+
+/// Path, file, inode: another file of the same name is another recording.
+type Opened = (PathBuf, u64, Arc<Archive>);
+
+static SHELF: Mutex<Vec<Opened>> = Mutex::new(Vec::new());
+
+/// The recording at a path, with everything that is in the file by now. Refused where it cannot be read or is none of ours.
+pub fn opened(path: &Path) -> Result<Arc<Archive>, Refusals> {
+    let known = || SHELF.lock().unwrap_or_else(PoisonError::into_inner);
+    let identity = std::fs::metadata(path).map_or(0, |about| std::os::unix::fs::MetadataExt::ino(&about));
+    let found = known().iter().find(|(name, file, _)| name == path && *file == identity).map(|(.., archive)| archive.clone());
+    if let Some(archive) = found {
+        archive.refresh()?;
+        return Ok(archive);
+    }
+    let archive = Arc::new(Archive::open(path)?);
+    let mut known = known();
+    known.retain(|(name, ..)| name != path);
+    known.insert(0, (path.to_owned(), identity, archive.clone()));
+    known.truncate(OPEN_MAX);
+    Ok(archive)
+}
+
+/// A file in a folder of recordings.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+pub struct RecordingFile {
+    /// Its plain name.
+    pub name: String,
+    /// Its size in bytes.
+    pub bytes: u64,
+    /// When it was written last, s since 1970.
+    pub written_unix_s: u64,
+}
+
+/// The recordings in a folder, the newest first: plain files named `*.mcap`. Refused where the folder cannot be read.
+pub fn recordings(folder: &Path) -> Result<Vec<RecordingFile>, Refusals> {
+    let cannot = |why: std::io::Error| {
+        let said = format!("cannot read the folder of recordings '{}': {why}", folder.display());
+        vec![Refusal::new(Class::ValueRefused, said).remedy("does it exist, and may the system read it?")]
+    };
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(cannot)? {
+        let entry = entry.map_err(cannot)?;
+        // One that goes meanwhile, and what is no file, is none.
+        let (Ok(name), Ok(about)) = (entry.file_name().into_string(), entry.metadata()) else { continue };
+        if !about.is_file() || Path::new(&name).extension().is_none_or(|extension| extension != "mcap") {
+            continue;
+        }
+        let written_unix_s = about.modified().ok().and_then(|time| time.duration_since(UNIX_EPOCH).ok()).map_or(0, |since| since.as_secs());
+        found.push(RecordingFile { name, bytes: about.len(), written_unix_s });
+    }
+    found.sort_by(|one, other| (other.written_unix_s, &one.name).cmp(&(one.written_unix_s, &other.name)));
+    Ok(found)
+}

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a reader needs to show a recording as the system itself is shown: what was installed, how it stood, alarms, the shapes of devices.
+use crate::page::{ChannelId, Page};
+use crate::{ALARMS, GEOMETRY, INSTALLED, STATISTICS};
+use serde::Serialize;
+use serde_json::json;
+use std::collections::{BTreeMap, BTreeSet};
+use supervisor::{Installed, InstanceState, System};
+
+const SECOND_NS: i64 = 1_000_000_000;
+/// Where much happens the state is told ten times a second at the most: what happened stands in the log.
+const SOON_NS: i64 = 100_000_000;
+
+/// The state of the system: what is installed whenever that becomes another, statistics and alarms once a second and where the log has
+/// something new, the shape of a device once.
+pub(crate) struct State {
+    system: System,
+    version: u64,
+    structure: String,
+    alarms: String,
+    next_ns: i64,
+    soon_ns: i64,
+    happened: bool,
+    shapes: BTreeSet<String>,
+    channels: BTreeMap<String, ChannelId>,
+}
+
+impl State {
+    pub fn new(system: System) -> State {
+        let now_ns = system.now_ns();
+        State {
+            version: 0,
+            structure: String::new(),
+            alarms: String::new(),
+            next_ns: now_ns,
+            soon_ns: now_ns,
+            happened: false,
+            shapes: BTreeSet::new(),
+            channels: BTreeMap::new(),
+            system,
+        }
+    }
+
+    /// Appends what has changed. `happened`: the log has something new.
+    pub fn drain(&mut self, page: &mut Page, happened: bool) {
+        self.happened |= happened;
+        let now_ns = self.system.now_ns();
+        let version = self.system.installed_version();
+        if version != self.version {
+            self.version = version;
+            self.installed(page, now_ns);
+        }
+        if now_ns >= self.next_ns || (self.happened && now_ns >= self.soon_ns) {
+            (self.next_ns, self.soon_ns, self.happened) = (now_ns + SECOND_NS, now_ns + SOON_NS, false);
+            self.statistics(page, now_ns);
+        }
+    }
+
+    /// Lists and states of instances come from the log, with their own times: only what else has changed is told.
+    fn installed(&mut self, page: &mut Page, now_ns: i64) {
+        let installed = self.system.installed();
+        let structure = text_of(&without_states(&installed));
+        if structure != self.structure {
+            self.structure = structure;
+            self.put(page, INSTALLED, now_ns, &installed);
+        }
+    }
+
+    fn statistics(&mut self, page: &mut Page, now_ns: i64) {
+        let statistics = self.system.statistics();
+        for device in statistics.physical_devices.keys() {
+            if self.shapes.insert(device.clone())
+                && let Ok(geometry) = self.system.geometry(device)
+            {
+                self.put(page, &format!("{GEOMETRY}{device}"), now_ns, &geometry);
+            }
+        }
+        self.put(page, STATISTICS, now_ns, &statistics);
+        let alarms = self.system.alarms();
+        let text = text_of(&alarms.current);
+        if text != self.alarms {
+            self.alarms = text;
+            self.put(page, ALARMS, now_ns, &alarms);
+        }
+    }
+
+    fn put(&mut self, page: &mut Page, topic: &str, now_ns: i64, message: &impl Serialize) {
+        let name = format!("opengpac{}", topic.replace('/', "."));
+        let made = || page.channel(topic, (&name, &json!({"type": "object"})), BTreeMap::new());
+        let channel = *self.channels.entry(topic.to_owned()).or_insert_with(made);
+        page.put(channel, now_ns, 0, |out| out.extend_from_slice(text_of(message).as_bytes()));
+    }
+}
+
+fn without_states(installed: &Installed) -> Installed {
+    let mut without = installed.clone();
+    for instance in &mut without.instances {
+        (instance.state, instance.stage, instance.starts) = (InstanceState::Created, 0, 0);
+        instance.list.clear();
+    }
+    without
+}
+
+fn text_of(message: &impl Serialize) -> String {
+    serde_json::to_string(message).expect("an answer of the supervisor has a JSON form")
+}

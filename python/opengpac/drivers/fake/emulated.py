@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A counterpart of our own in a process: it is told a line of JSON, and answers with one."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+from collections.abc import Mapping
+from types import TracebackType
+from typing import Any, Self
+
+from ... import processes
+from ...errors import CallError, DeviceFailed, refuse
+
+
+class Emulated:
+    """An emulated bus in a process of its own. It ends with `close()`, a `with`, or its program.
+
+    `program` is what the process runs, `what` its name in errors; `options` is the first line that it is told.
+    """
+
+    def __init__(self, program: str, what: str, options: Mapping[str, Any]) -> None:
+        self._what = what
+        pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+        self._process = subprocess.Popen(processes.command(program), **pipes)
+        self._say(options)
+
+    def _say(self, what: Mapping[str, Any]) -> dict[str, Any]:
+        stdin, stdout, stderr = self._process.stdin, self._process.stdout, self._process.stderr
+        assert stdin is not None and stdout is not None and stderr is not None
+        line = ""
+        with contextlib.suppress(OSError):
+            stdin.write(json.dumps(what) + "\n")
+            stdin.flush()
+            line = stdout.readline()
+        if not line:
+            reason = stderr.read().strip() or "its process has ended"
+            self.close()
+            refuse(DeviceFailed, f"{self._what} does not answer: {reason}", "start another one")
+        answer = json.loads(line)
+        if "refused" in answer:
+            refuse(CallError, f"{self._what} refused {dict(what)}: {answer['refused']}", "ask for what it can do")
+        return answer
+
+    def _shown(self) -> dict[str, Any]:
+        return self._say({"do": "show"})
+
+    def lose(self, frames: int) -> None:
+        """The next frames that answer do not come."""
+        self._say({"do": "lose", "frames": frames})
+
+    def spoil(self, frames: int) -> None:
+        """The next frames that answer are wrong: on EtherCAT a bit turns behind the check sum, on CANopen they are too short."""
+        self._say({"do": "spoil", "frames": frames})
+
+    def close(self) -> None:
+        """Ends it."""
+        for stream in (self._process.stdin, self._process.stdout, self._process.stderr):
+            if stream is not None:
+                # What was not written any more is nobody's.
+                with contextlib.suppress(OSError):
+                    stream.close()
+        self._process.wait()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a machine's joints stood: the channels of devices are not recorded, what is read from them is.
+import type { Geometry, GeometryJoint, InstalledInstance } from "../shapes";
+
+/** How many blocks may lie between a channel and what was recorded of it: one that reads it, one that takes its offset away. */
+const STEPS_MAX = 2;
+
+/** A machine whose joints follow what blocks made of their channels; a joint of which nothing was recorded follows nothing. */
+export function onSvvs(geometry: Geometry, instances: readonly InstalledInstance[], recorded: (name: string) => boolean): Geometry {
+  const made = madeOf(instances);
+  const joint = (of: GeometryJoint): GeometryJoint => (of.svv === null ? of : { ...of, svv: found(of.svv, made, recorded) });
+  return {
+    ...geometry,
+    bodies: geometry.bodies.map((body) => ({ ...body, joint: body.joint && joint(body.joint), joints: body.joints.map(joint) })),
+  };
+}
+
+/** The nearest cell behind a channel that was recorded. */
+function found(channel: string, made: ReadonlyMap<string, readonly string[]>, recorded: (name: string) => boolean): string | null {
+  let reached = [channel];
+  for (let steps = 0; steps <= STEPS_MAX; steps += 1) {
+    const known = reached.find(recorded);
+    if (known !== undefined) return known;
+    reached = reached.flatMap((cell) => made.get(cell) ?? []);
+  }
+  return null;
+}
+
+/** What blocks with one output make of a cell. */
+function madeOf(instances: readonly InstalledInstance[]): ReadonlyMap<string, readonly string[]> {
+  const made = new Map<string, string[]>();
+  for (const { ports } of instances.flatMap(({ blocks }) => blocks)) {
+    const [output, ...more] = ports.flatMap((port) => (port.writes && port.cell !== null ? [port.cell] : []));
+    if (output === undefined || more.length > 0) continue;
+    for (const port of ports) {
+      if (port.writes || port.cell === null) continue;
+      made.set(port.cell, [...(made.get(port.cell) ?? []), output]);
+    }
+  }
+  return made;
+}

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+import type { Looks, Orders, Stops } from "./calls";
+import type { Refusal } from "./refusals";
+import type { Alarms, End, Installed, LogEntry, Reading, RecordedSpan, Role, Statistics, Version } from "./shapes";
+import type { Started } from "./started";
+import type { Stream } from "./stream";
+import type { Kept } from "./topics";
+import type { Watched } from "./watched";
+
+/** Something that comes by itself. */
+export interface Topic<T> {
+  readonly latest: Watched<T | null>;
+  readonly trouble: Watched<Refusal[]>;
+  /** Looks at it, until the answer is called. */
+  readonly watch: (watcher: () => void) => () => void;
+  readonly get: () => T | null;
+}
+
+/** Who watches a value: told at most once in an animation frame. `missing`: why there is none. */
+export type Watcher = (reading: Reading | null, missing: Refusal[] | null) => void;
+
+export interface Values {
+  /** Watches a value; the answer ends it. `every_ms`: how often it is wanted at the most. */
+  watch(name: string, watcher: Watcher, every_ms?: number): () => void;
+  /** The last value that came, where anybody watches it. */
+  latest(name: string): Reading | undefined;
+  /** Asks again for what was not known. */
+  renew(): void;
+}
+
+/** Times that can be asked for: those of a recording. */
+export interface Past {
+  readonly begins_ns: number;
+  readonly ends_ns: number;
+  /** Where the views stand, ns on the system's clock. */
+  readonly cursor: Watched<number>;
+  go(time_ns: number): void;
+  /** SVVs and cells over a span, part by part: each part follows the one before. */
+  span(names: string[], from_ns: number, to_ns: number, columns: number, signal: AbortSignal): AsyncIterable<RecordedSpan>;
+  /** What a channel is: type, unit, how many numbers; undefined where it was not recorded. */
+  channel(name: string): { name: string; type_text: string; unit: string; components: number } | undefined;
+}
+
+/**
+ * What the views show: the running system, the same standing still, or a recording. A view reads this and asks for nothing else, so that
+ * it knows neither which it is nor what time it is.
+ */
+export interface Source {
+  readonly version: Version;
+  readonly role: Role;
+  readonly restarts: Watched<number>;
+  readonly stream: Pick<Stream, "subscribe" | "connection">;
+  readonly topics: {
+    readonly statistics: Topic<Statistics>;
+    readonly installed: Topic<Installed>;
+    readonly log: Topic<Kept<LogEntry>>;
+    readonly ends: Topic<Kept<End>>;
+  };
+  readonly values: Values;
+  readonly alarms: { readonly latest: Watched<Alarms | null>; readonly trouble: Watched<Refusal[]>; look(): Promise<void> };
+  readonly started: Started;
+  /** What of its past can be asked for; null: what comes is all there is. */
+  readonly past: Past | null;
+  /** What it stands still of; itself where it moves. */
+  readonly origin: Source;
+  may(role: Role): boolean;
+  /** Makes a call that only looks. Errors: `Refused`. */
+  look<N extends keyof Looks>(name: N, args: Looks[N][0], signal?: AbortSignal): Promise<Looks[N][1]>;
+  /** Makes a call that commands. Errors: `Refused`: what is past cannot be commanded. */
+  order<N extends keyof Orders>(name: N, args: Orders[N][0], signal?: AbortSignal): Promise<Orders[N][1]>;
+  stop<N extends keyof Stops>(name: N, args: Stops[N][0]): Promise<void>;
+}

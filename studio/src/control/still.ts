@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+import { Refused } from "./refusals";
+import type { Reading } from "./shapes";
+import type { Source, Topic, Values } from "./source";
+import { Watched } from "./watched";
+
+/** A topic that does not change. */
+function stillTopic<T>(of: Topic<T>): Topic<T> {
+  const latest = new Watched(of.get());
+  return { latest, trouble: new Watched(of.trouble.get()), watch: () => () => undefined, get: latest.get };
+}
+
+class StillValues implements Values {
+  readonly #readings: ReadonlyMap<string, Reading>;
+
+  constructor(readings: ReadonlyMap<string, Reading>) {
+    this.#readings = readings;
+  }
+
+  watch(name: string, watcher: (reading: Reading | null, missing: { class: string; message: string }[] | null) => void): () => void {
+    const reading = this.#readings.get(name) ?? null;
+    const missing = { class: "Still", message: `'${name}' was not looked at when the page was paused` };
+    watcher(reading, reading ? null : [missing]);
+    return () => undefined;
+  }
+
+  latest(name: string): Reading | undefined {
+    return this.#readings.get(name);
+  }
+
+  renew(): void {}
+}
+
+/** The running system as it was when the page was paused. What stops something goes through; nothing else commands what one does not see. */
+export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>): Source {
+  const { topics } = source;
+  return {
+    version: source.version,
+    role: "observe",
+    restarts: source.restarts,
+    stream: source.stream,
+    topics: {
+      statistics: stillTopic(topics.statistics),
+      installed: stillTopic(topics.installed),
+      log: stillTopic(topics.log),
+      ends: stillTopic(topics.ends),
+    },
+    values: new StillValues(readings),
+    alarms: { latest: new Watched(source.alarms.latest.get()), trouble: new Watched([]), look: async () => undefined },
+    started: source.started,
+    past: null,
+    origin: source,
+    may: (role) => role === "observe",
+    look: (name, args, signal) => source.look(name, args, signal),
+    order: () => Promise.reject(notNow("The page is paused")),
+    stop: (name, args) => source.stop(name, args),
+  };
+}
+
+/** What is said where somebody commands what is past. */
+export function notNow(why: string): Refused {
+  return new Refused([{ class: "InvalidState", message: `${why}: nothing can be commanded`, remedy: "go back to 'Live'" }], 0);
+}

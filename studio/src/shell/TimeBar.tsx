@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useId } from "react";
+import type { Recording } from "../control/recorded/recording";
+import { seconds } from "../design/numbers";
+import { Refusals, Tag } from "../design/parts";
+import { foremost } from "./AlarmBar";
+import { type Axis, useAxis } from "./axis";
+import { useAction, useLive, useWatched } from "./context";
+
+const RATES = [0.01, 0.1, 0.25, 0.5, 1, 2, 5, 10, 60];
+/** Steps of the slider over the whole recording. */
+const STEPS = 100_000;
+
+/** Where the views stand in time: live, paused, or at the cursor of a recording. */
+export function TimeBar() {
+  const axis = useAxis();
+  const source = useWatched(axis.source);
+  const recording = axis.recording;
+  if (recording) return <Recorded key={recording.name} axis={axis} of={recording} />;
+  const isStill = source !== axis.live;
+  return (
+    <div className={`time-bar ${isStill ? "still" : ""}`} role="group" aria-label="Time">
+      <button type="button" aria-pressed={isStill} onClick={() => (isStill ? axis.goLive() : axis.pause())}>
+        {isStill ? "Live" : "Pause page"}
+      </button>
+      {isStill ? (
+        <span role="status">
+          <strong>Paused</strong> at <PausedAt /> <span className="quiet">what is shown stands still; the system goes on</span>
+        </span>
+      ) : (
+        <span className="quiet small">The page follows the system</span>
+      )}
+    </div>
+  );
+}
+
+function PausedAt() {
+  const now = useWatched(useAxis().source).topics.statistics.get();
+  return <span className="figures">{now ? seconds(now.now_s) : "–"}</span>;
+}
+
+function Recorded(props: { axis: Axis; of: Recording }) {
+  const { axis, of } = props;
+  const live = useLive();
+  const cursor = useWatched(of.cursor);
+  const playing = useWatched(axis.playing);
+  const trouble = useWatched(of.trouble);
+  const action = useAction();
+  const slider = useId();
+  const span = Math.max(1, of.ends_ns - of.begins_ns);
+  const step = (back: boolean) => action.run(() => of.step(back));
+  const moved = (cursor - of.begins_ns) / 1e9;
+  return (
+    <div className="time-bar recorded" role="group" aria-label="Time">
+      <button type="button" className="primary" onClick={() => axis.goLive()} title={`Back to ${live.version.system}, as it runs`}>
+        Live
+      </button>
+      <span className="what" title={of.name}>
+        <Tag tone="accent">recording</Tag> <strong>{of.name}</strong>
+      </span>
+      <span className="row steps">
+        <Steps name="log entry" back={() => of.toEntry(true)} on={() => of.toEntry(false)} marks={["|◀", "▶|"]} />
+        <Steps
+          name="condition"
+          back={() => of.toEntry(true, (entry) => entry.kind === "condition")}
+          on={() => of.toEntry(false, (entry) => entry.kind === "condition")}
+          marks={["◀c", "c▶"]}
+        />
+        <Steps name="firing" back={() => void step(true)} on={() => void step(false)} marks={["◀", "▶"]} />
+      </span>
+      <button type="button" aria-pressed={playing !== null} onClick={() => axis.play(playing === null ? 1 : null)}>
+        {playing === null ? "Play" : "Stop"}
+      </button>
+      <select aria-label="Rate" value={playing ?? 1} onChange={(event) => axis.play(Number(event.target.value))}>
+        {RATES.map((rate) => (
+          <option key={rate} value={rate}>
+            {rate} ×
+          </option>
+        ))}
+      </select>
+      <label className="unseen" htmlFor={slider}>
+        Time in the recording
+      </label>
+      <input
+        id={slider}
+        type="range"
+        min={0}
+        max={STEPS}
+        value={Math.round(((cursor - of.begins_ns) / span) * STEPS)}
+        aria-valuetext={seconds(cursor / 1e9)}
+        onChange={(event) => of.go(of.begins_ns + (Number(event.target.value) / STEPS) * span)}
+      />
+      <span className="figures time" data-testid="cursor" title={`${moved.toFixed(9)} s after its beginning; ${of.about.clock} clock`}>
+        {(cursor / 1e9).toFixed(6)} s
+      </span>
+      <Alarms of={of} />
+      <Refusals of={[...trouble, ...action.refusals]} />
+    </div>
+  );
+}
+
+function Steps(props: { name: string; back: () => void; on: () => void; marks: [string, string] }) {
+  return (
+    <span className="pair">
+      <button type="button" aria-label={`Previous ${props.name}`} title={`To the previous ${props.name}`} onClick={props.back}>
+        {props.marks[0]}
+      </button>
+      <button type="button" aria-label={`Next ${props.name}`} title={`To the next ${props.name}`} onClick={props.on}>
+        {props.marks[1]}
+      </button>
+    </span>
+  );
+}
+
+/** The alarms that were raised at the cursor. */
+function Alarms(props: { of: Recording }) {
+  const alarms = useWatched(props.of.alarms.latest)?.current ?? [];
+  const first = foremost(alarms);
+  if (!first) return null;
+  return (
+    <span className="then" role="status" aria-label="Alarms at the cursor">
+      <Tag tone={first.active ? "bad" : "warn"}>{first.severity}</Tag> <strong>{first.code}</strong> {first.text}
+      {alarms.length > 1 && <span className="quiet"> and {alarms.length - 1} more</span>}
+    </span>
+  );
+}

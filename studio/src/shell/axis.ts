@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+import { createContext, useContext } from "react";
+import type { Control } from "../control/control";
+import { Recording } from "../control/recorded/recording";
+import type { Source } from "../control/source";
+import { stillOf } from "../control/still";
+import { Watched } from "../control/watched";
+
+/** How often the cursor of a recording that plays moves, ms. */
+const STEP_MS = 40;
+
+/** The one time axis: what all views show is the running system, the same standing still, or a recording at its cursor. */
+export class Axis {
+  readonly live: Control;
+  readonly source: Watched<Source>;
+  /** How many times as fast as it was a recording plays; null: it stands. */
+  readonly playing = new Watched<number | null>(null);
+  #player: ReturnType<typeof setInterval> | undefined;
+
+  constructor(live: Control) {
+    this.live = live;
+    this.source = new Watched<Source>(live);
+    // Of another run nothing stands still: what was kept is of the earlier one.
+    live.restarts.watch(() => this.recording ?? this.goLive());
+  }
+
+  get recording(): Recording | null {
+    const source = this.source.get();
+    return source instanceof Recording ? source : null;
+  }
+
+  goLive(): void {
+    this.play(null);
+    this.source.set(this.live);
+  }
+
+  /** Lets everything that is shown of the running system stand still. */
+  pause(): void {
+    this.play(null);
+    this.source.set(stillOf(this.live, this.live.values.readings()));
+  }
+
+  /** Shows a recording, from its beginning. Errors: `Refused`. */
+  async open(name: string): Promise<Recording> {
+    const recording = await Recording.open(this.live, name);
+    this.play(null);
+    this.source.set(recording);
+    return recording;
+  }
+
+  /** Plays the recording at a rate, or lets it stand. */
+  play(rate: number | null): void {
+    clearInterval(this.#player);
+    const recording = this.recording;
+    this.playing.set(recording ? rate : null);
+    if (!recording || rate === null) return;
+    if (recording.cursor.get() >= recording.ends_ns) recording.go(recording.begins_ns);
+    let before = performance.now();
+    this.#player = setInterval(() => {
+      const now = performance.now();
+      recording.go(recording.cursor.get() + (now - before) * 1e6 * rate);
+      before = now;
+      if (recording.cursor.get() >= recording.ends_ns) this.play(null);
+    }, STEP_MS);
+  }
+}
+
+export const AxisContext = createContext<Axis | null>(null);
+
+export function useAxis(): Axis {
+  const axis = useContext(AxisContext);
+  if (!axis) throw new Error("there is no connected system around this part of the page");
+  return axis;
+}

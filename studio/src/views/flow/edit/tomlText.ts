@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where the values of a TOML text stand: enough of the language to find each key with its value, whatever stands around it.
+
+/** A value in the text: where it is, and what else must go with it where it goes. */
+export interface Spot {
+  /** The value itself. */
+  from: number;
+  to: number;
+  /** From the beginning of its key to the end of its value. */
+  key_from: number;
+  /** It stands in an inline table, between commas. */
+  isInline: boolean;
+  /** Of an inline table: where one more key may be put, and whether there are others before it. */
+  room: { at: number; isEmpty: boolean } | null;
+}
+
+/** A table with a heading: where that begins, and where one more line may be put. */
+export interface Section {
+  path: readonly string[];
+  heading: number;
+  at: number;
+}
+
+export interface Map_ {
+  spots: ReadonlyMap<string, Spot>;
+  sections: ReadonlyMap<string, Section>;
+}
+
+/** What a path is called in the maps. */
+export function pathKey(path: readonly string[]): string {
+  return JSON.stringify(path);
+}
+
+/** Finds every key. The text has been read as TOML before; null for what this does not know (arrays of tables). */
+export function mapOf(text: string): Map_ | null {
+  try {
+    return new Scanner(text).all();
+  } catch (why) {
+    if (why instanceof Unknown) return null;
+    throw why;
+  }
+}
+
+class Unknown extends Error {}
+
+class Scanner {
+  readonly #text: string;
+  readonly #spots = new Map<string, Spot>();
+  readonly #sections = new Map<string, Section>();
+  #at = 0;
+
+  constructor(text: string) {
+    this.#text = text;
+  }
+
+  all(): Map_ {
+    let table: string[] = [];
+    let heading = 0;
+    this.#sections.set(pathKey([]), { path: [], heading, at: 0 });
+    for (this.#blank(); this.#at < this.#text.length; this.#blank()) {
+      if (this.#text.startsWith("[[", this.#at)) throw new Unknown();
+      if (this.#text[this.#at] === "[") {
+        heading = this.#at;
+        this.#at += 1;
+        table = this.#path();
+        this.#expect("]");
+        this.#sections.set(pathKey(table), { path: table, heading, at: this.#lineEnd() });
+      } else {
+        this.#pair(table, false);
+        this.#sections.set(pathKey(table), { path: table, heading, at: this.#lineEnd() });
+      }
+    }
+    return { spots: this.#spots, sections: this.#sections };
+  }
+
+  /** `key = value`. */
+  #pair(table: readonly string[], isInline: boolean): void {
+    const key_from = this.#at;
+    const path = [...table, ...this.#path()];
+    this.#expect("=");
+    this.#space();
+    const from = this.#at;
+    const room = this.#value(path);
+    this.#spots.set(pathKey(path), { from, to: this.#at, key_from, isInline, room });
+  }
+
+  #value(path: readonly string[]): Spot["room"] {
+    const first = this.#text[this.#at];
+    if (first === "{") return this.#inlineTable(path);
+    if (first === "[") this.#array();
+    else if (first === '"' || first === "'") this.#string();
+    else {
+      const bare = /^[^\s,\]}#]+/.exec(this.#text.slice(this.#at, this.#at + 64));
+      if (!bare) throw new Unknown();
+      this.#at += bare[0].length;
+    }
+    return null;
+  }
+
+  #inlineTable(path: readonly string[]): Spot["room"] {
+    this.#at += 1;
+    let at = this.#at;
+    let isEmpty = true;
+    for (this.#blank(); this.#text[this.#at] !== "}"; this.#blank()) {
+      if (this.#text[this.#at] === ",") {
+        this.#at += 1;
+        continue;
+      }
+      this.#pair(path, true);
+      at = this.#at;
+      isEmpty = false;
+    }
+    this.#at += 1;
+    return { at, isEmpty };
+  }
+
+  #array(): void {
+    this.#at += 1;
+    for (this.#blank(); this.#text[this.#at] !== "]"; this.#blank()) {
+      if (this.#text[this.#at] === ",") this.#at += 1;
+      // What stands in an array has no path of its own: an array changes as a whole.
+      else this.#skipped();
+    }
+    this.#at += 1;
+  }
+
+  #skipped(): void {
+    const inner = new Scanner(this.#text);
+    inner.#at = this.#at;
+    inner.#value([]);
+    this.#at = inner.#at;
+  }
+
+  #string(): void {
+    const quote = this.#text[this.#at] as string;
+    const end = this.#text.startsWith(quote.repeat(3), this.#at) ? quote.repeat(3) : quote;
+    for (this.#at += end.length; !this.#text.startsWith(end, this.#at); this.#at += 1) {
+      if (this.#at >= this.#text.length) throw new Unknown();
+      if (this.#text[this.#at] === "\\" && quote === '"') this.#at += 1;
+    }
+    this.#at += end.length;
+    // Of a text between three quotes up to two more of them may be its last letters.
+    while (end.length === 3 && this.#text[this.#at] === quote) this.#at += 1;
+  }
+
+  #path(): string[] {
+    const path: string[] = [];
+    for (;;) {
+      this.#space();
+      const from = this.#at;
+      const quote = this.#text[from];
+      if (quote === '"' || quote === "'") {
+        this.#string();
+        const written = this.#text.slice(from, this.#at);
+        path.push(quote === '"' ? (JSON.parse(written) as string) : written.slice(1, -1));
+      } else {
+        const bare = /^[A-Za-z0-9_-]+/.exec(this.#text.slice(from, from + 200));
+        if (!bare) throw new Unknown();
+        this.#at += bare[0].length;
+        path.push(bare[0]);
+      }
+      this.#space();
+      if (this.#text[this.#at] !== ".") return path;
+      this.#at += 1;
+    }
+  }
+
+  #expect(letter: string): void {
+    this.#space();
+    if (this.#text[this.#at] !== letter) throw new Unknown();
+    this.#at += 1;
+  }
+
+  #space(): void {
+    while (this.#text[this.#at] === " " || this.#text[this.#at] === "\t") this.#at += 1;
+  }
+
+  /** Passes over spaces, line ends and comments. */
+  #blank(): void {
+    const between = /[ \t\r\n]*(#[^\n]*)?/y;
+    for (;;) {
+      between.lastIndex = this.#at;
+      const found = between.exec(this.#text)?.[0] ?? "";
+      if (found === "") return;
+      this.#at += found.length;
+    }
+  }
+
+  /** Behind the line end of what was read last. */
+  #lineEnd(): number {
+    const end = this.#text.indexOf("\n", this.#at);
+    return end < 0 ? this.#text.length : end + 1;
+  }
+}

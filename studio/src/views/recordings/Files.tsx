@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useState } from "react";
+import { type Refusal, refusalsOf } from "../../control/refusals";
+import type { Recorded, RecordingFile } from "../../control/shapes";
+import { count, seconds } from "../../design/numbers";
+import { Empty, Panel, Refusals, Tag } from "../../design/parts";
+import { useAxis } from "../../shell/axis";
+import { useAction, useLive, useWatched } from "../../shell/context";
+import { go } from "../../shell/route";
+import { type Begun, sizeText, sumOf } from "./begun";
+
+/** How often it is looked which recordings there are, ms. */
+const LOOK_MS = 2000;
+/** Recordings that are listed: more are found by their names. */
+const SHOWN_MAX = 200;
+
+/** The recordings of the system's folder, the newest first: what each is, to be opened in the views. */
+export function Files(props: { begun: Begun[]; changed: (one: Begun, now: Begun) => void }) {
+  const { files, refusals } = useFiles();
+  const [text, setText] = useState("");
+  const found = (files ?? []).filter((file) => file.name.toLowerCase().includes(text.toLowerCase()));
+  return (
+    <Panel
+      title="Recordings"
+      end={
+        <input
+          type="search"
+          aria-label="Find a recording"
+          placeholder="Find"
+          value={text}
+          onChange={(event) => setText(event.target.value)}
+        />
+      }
+    >
+      <Refusals of={refusals} />
+      {files !== null && files.length === 0 && (
+        <Empty title="There is no recording yet">Begin one above, or in a program with cell.record("run.mcap").</Empty>
+      )}
+      {found.length > 0 && (
+        <div className="scroll-x" role="group" aria-label="Recordings" tabIndex={0}>
+          <table className="recordings">
+            <thead>
+              <tr>
+                <th scope="col">File</th>
+                <th scope="col">When</th>
+                <th scope="col" className="number">
+                  Length
+                </th>
+                <th scope="col">Verbs</th>
+                <th scope="col">Ends</th>
+                <th scope="col">State</th>
+                <th scope="col" className="number">
+                  Size
+                </th>
+                <th scope="col">
+                  <span className="unseen">Open or stop</span>
+                </th>
+              </tr>
+            </thead>
+            <tbody>
+              {found.slice(0, SHOWN_MAX).map((file) => (
+                <Row key={file.name} of={file} begun={props.begun.find((one) => one.name === file.name) ?? null} changed={props.changed} />
+              ))}
+            </tbody>
+          </table>
+        </div>
+      )}
+      {found.length > SHOWN_MAX && <p className="quiet">{count(found.length - SHOWN_MAX)} more: find them by their names.</p>}
+    </Panel>
+  );
+}
+
+function Row(props: { of: RecordingFile; begun: Begun | null; changed: (one: Begun, now: Begun) => void }) {
+  const { of, begun } = props;
+  const live = useLive();
+  const axis = useAxis();
+  const action = useAction();
+  const { about, refusals } = useAbout(of);
+  const isShown = useWatched(axis.source) === axis.recording && axis.recording?.name === of.name;
+  const running = begun !== null && begun.summary?.running !== false;
+  const stop = async () => {
+    if (!begun) return;
+    let now = await live.order("stop_recording", { recording: begun.recording });
+    // Its file is closed when all that was on its way is in it.
+    while (now.running) {
+      await new Promise((again) => setTimeout(again, 100));
+      now = await live.order("stop_recording", { recording: begun.recording });
+    }
+    props.changed(begun, { ...begun, summary: now });
+  };
+  const lost = sumOf(begun?.summary?.lost ?? about?.lost ?? {});
+  return (
+    <tr>
+      <th scope="row">
+        {of.name}
+        {about?.system && about.system !== live.version.system && <div className="quiet small">of {about.system}</div>}
+      </th>
+      <td className="figures">{about ? whenText(about) : ""}</td>
+      <td className="number">{about ? seconds((about.ends_ns - about.begins_ns) / 1e9) : ""}</td>
+      <td className="few" title={about?.verbs.join(", ")}>
+        {about?.verbs.join(", ")}
+      </td>
+      <td className="few" title={about ? endsText(about) : undefined}>
+        {about && endsText(about)}
+      </td>
+      <td>
+        {begun?.summary?.failure ? (
+          <Tag tone="bad">failed: {begun.summary.failure}</Tag>
+        ) : running ? (
+          <Tag tone="accent">records</Tag>
+        ) : about?.complete ? (
+          <Tag>complete</Tag>
+        ) : (
+          about && <Tag tone="warn">without an end</Tag>
+        )}{" "}
+        {about?.replay && <Tag tone="good">replay</Tag>} {lost > 0 && <Tag tone="bad">{count(lost)} lost</Tag>}
+        <Refusals of={refusals} />
+      </td>
+      <td className="number">{sizeText(begun?.summary?.running ? Math.max(of.bytes, begun.summary.bytes) : of.bytes)}</td>
+      <td className="row">
+        <button
+          type="button"
+          className="primary"
+          disabled={action.busy || about === null || isShown}
+          onClick={() => action.run(() => axis.open(of.name).then(() => go("log")))}
+        >
+          {isShown ? "Opened" : "Open"}
+        </button>
+        {running && (
+          <button type="button" disabled={action.busy} onClick={() => action.run(stop)}>
+            Stop
+          </button>
+        )}
+        <Refusals of={action.refusals} />
+      </td>
+    </tr>
+  );
+}
+
+/** When it began, by the clock on the wall. */
+function whenText(about: Recorded): string {
+  const at = new Date((about.epoch_unix_s + about.begins_ns / 1e9) * 1000);
+  return at.toLocaleString(undefined, { dateStyle: "short", timeStyle: "medium" });
+}
+
+/** How instances ended, each way once: "halted 2 ×, over". */
+export function endsText(about: Recorded): string {
+  const counts = new Map<string, number>();
+  for (const { condition } of about.ends) counts.set(condition, (counts.get(condition) ?? 0) + 1);
+  return [...counts].map(([condition, times]) => (times > 1 ? `${condition} ${times} ×` : condition)).join(", ");
+}
+
+function useFiles(): { files: RecordingFile[] | null; refusals: Refusal[] } {
+  const live = useLive();
+  const [files, setFiles] = useState<RecordingFile[] | null>(null);
+  const [refusals, setRefusals] = useState<Refusal[]>([]);
+  useEffect(() => {
+    let over = false;
+    const look = () =>
+      live.look("recordings", {}).then(
+        (found) => {
+          if (over) return;
+          setFiles((before) => (JSON.stringify(before) === JSON.stringify(found) ? before : found));
+          setRefusals([]);
+        },
+        (why) => over || setRefusals(refusalsOf(why)),
+      );
+    void look();
+    const again = setInterval(look, LOOK_MS);
+    return () => {
+      over = true;
+      clearInterval(again);
+    };
+  }, [live]);
+  return { files, refusals };
+}
+
+/** What a recording is: asked for again where its file has grown. */
+function useAbout(file: RecordingFile): { about: Recorded | null; refusals: Refusal[] } {
+  const live = useLive();
+  const [about, setAbout] = useState<Recorded | null>(null);
+  const [refusals, setRefusals] = useState<Refusal[]>([]);
+  // biome-ignore lint/correctness/useExhaustiveDependencies: of a file that grows it is asked again
+  useEffect(() => {
+    const over = new AbortController();
+    live.look("recorded", { path: file.name }, over.signal).then(
+      (found) => {
+        setAbout(found);
+        setRefusals([]);
+      },
+      (why) => over.signal.aborted || setRefusals(refusalsOf(why)),
+    );
+    return () => over.abort();
+  }, [live, file.name, file.bytes]);
+  return { about, refusals };
+}

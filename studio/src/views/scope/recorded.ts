@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+import { type Refusal, refusalsOf } from "../../control/refusals";
+import type { RecordedSpan } from "../../control/shapes";
+import type { Past } from "../../control/source";
+import { Watched } from "../../control/watched";
+import type { Feeding } from "./feeds";
+import type { ToWorker } from "./messages";
+import type { Run, StreamChannel } from "./signal/frame";
+
+/** What is on the screen: times, and how many pixels wide. */
+export interface Wanted {
+  from_ns: number;
+  to_ns: number;
+  columns: number;
+}
+
+/**
+ * The channels of the scope out of a recording: asked for whenever other times or other channels are looked at. Where a pixel has more
+ * values than it can show, the first, the last, the minimum and the maximum come, and exact sums of all of them.
+ */
+export class RecordedFeed implements Feeding {
+  readonly refused = new Watched<ReadonlyMap<string, Refusal[]>>(new Map());
+  readonly #past: Past;
+  readonly #say: (message: ToWorker, transfer?: Transferable[]) => void;
+  readonly #failed: (why: string) => void;
+  #names: readonly string[] = [];
+  #wanted: Wanted | null = null;
+  #asked = "";
+  #over = new AbortController();
+
+  constructor(past: Past, say: (message: ToWorker, transfer?: Transferable[]) => void, failed: (why: string) => void) {
+    this.#past = past;
+    this.#say = say;
+    this.#failed = failed;
+  }
+
+  want(names: readonly string[]): void {
+    this.#names = names;
+    const none = names.filter((name) => !this.#past.channel(name));
+    const why = (name: string): Refusal[] => [{ class: "NotRecorded", message: `'${name}' is not in the recording` }];
+    this.refused.set(new Map(none.map((name) => [name, why(name)])));
+    this.#ask();
+  }
+
+  /** Looks at other times. */
+  look(wanted: Wanted): void {
+    this.#wanted = wanted;
+    this.#ask();
+  }
+
+  again(): void {}
+
+  #ask(): void {
+    const wanted = this.#wanted;
+    const channels = this.#names.flatMap((name) => this.#past.channel(name) ?? []);
+    const asked = JSON.stringify([wanted, channels.map((channel) => channel.name)]);
+    if (!wanted || wanted.columns < 1 || asked === this.#asked) return;
+    this.#asked = asked;
+    this.#over.abort();
+    this.#over = new AbortController();
+    void this.#load(channels, wanted, this.#over.signal);
+  }
+
+  async #load(channels: StreamChannel[], wanted: Wanted, signal: AbortSignal): Promise<void> {
+    const names = channels.map((channel) => channel.name);
+    try {
+      let begins = true;
+      if (names.length === 0) this.#say({ kind: "past", begins, channels, runs: [], sums: [] });
+      else {
+        for await (const part of this.#past.span(names, wanted.from_ns, wanted.to_ns, wanted.columns, signal)) {
+          if (signal.aborted) return;
+          const runs = runsOf(part, channels);
+          const sums = part.channels.map((channel) => channel.sums);
+          this.#say(
+            { kind: "past", begins, channels, runs, sums },
+            runs.flatMap(({ times_ns, numbers, values }) => [times_ns.buffer, numbers.buffer, values.buffer]),
+          );
+          begins = false;
+        }
+      }
+      this.#failed("");
+    } catch (why) {
+      if (!signal.aborted)
+        this.#failed(
+          refusalsOf(why)
+            .map((one) => one.message)
+            .join("; "),
+        );
+    }
+  }
+}
+
+/** The values of a part: base64 of (i64 time, u64 number) of all, then their numbers as f64, little endian. */
+export function runsOf(part: Pick<RecordedSpan, "channels">, channels: readonly StreamChannel[]): Run[] {
+  return part.channels.map(({ samples }, channel) => {
+    const bytes = Uint8Array.from(atob(samples), (letter) => letter.charCodeAt(0));
+    const components = channels[channel]?.components ?? 1;
+    const count = bytes.length / (16 + 8 * components);
+    const view = new DataView(bytes.buffer);
+    const [times_ns, numbers] = [new Float64Array(count), new Float64Array(count)];
+    for (let at = 0; at < count; at += 1) {
+      times_ns[at] = Number(view.getBigInt64(16 * at, true));
+      numbers[at] = Number(view.getBigUint64(16 * at + 8, true));
+    }
+    const values = new Float64Array(count * components);
+    for (let at = 0; at < values.length; at += 1) values[at] = view.getFloat64(16 * count + 8 * at, true);
+    return { channel, lost: 0, times_ns, numbers, values };
+  });
+}

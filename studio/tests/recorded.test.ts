@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recording in the same views as the running system: everything stands at one cursor, with the values of gpac.open_recording.
+import { type ChildProcess, execFileSync, spawn } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { createServer } from "node:net";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import type { Browser, Page } from "playwright-core";
+import { afterAll, beforeAll, expect, test } from "vitest";
+import { axeFindings, BUILT, browse, goTo, LOOKS, type Opened, open, PYTHON, SURROUNDINGS, shoot } from "./running";
+
+interface Said {
+  name: string;
+  count: number;
+  min: number;
+  max: number;
+  conditions: { time_s: number; about: string; text: string }[];
+  /** Times, s, and the value then. */
+  at: [number, number][];
+}
+
+let folder: string;
+let daemon: ChildProcess | undefined;
+let browser: Browser;
+let studio: Opened;
+let said: Said;
+
+function freePort(): Promise<number> {
+  return new Promise((found) => {
+    const server = createServer();
+    server.listen(0, "127.0.0.1", () => {
+      const address = server.address();
+      server.close(() => found(typeof address === "object" && address ? address.port : 0));
+    });
+  });
+}
+
+/** A daemon of another system, whose folder has the recording. */
+function serve(port: number): Promise<ChildProcess> {
+  const address = ["--listen", `127.0.0.1:${port}`, "--tokens", join(folder, "tokens.json"), "--socket", join(folder, "cell.sock")];
+  const options = ["--page", BUILT, "--records", folder, join(import.meta.dirname, "restarted.py")];
+  const process_ = spawn(PYTHON, ["-m", "opengpac", "rts", ...address, ...options], { env: SURROUNDINGS });
+  let text = "";
+  return new Promise((listens, failed) => {
+    const hear = (chunk: Buffer) => {
+      text += chunk.toString();
+      if (text.includes(`127.0.0.1:${port}`)) listens(process_);
+    };
+    process_.stdout.on("data", hear);
+    process_.stderr.on("data", hear);
+    process_.once("exit", (code) => failed(new Error(`opengpac rts ended with ${code}:\n${text}`)));
+  });
+}
+
+beforeAll(async () => {
+  folder = mkdtempSync(join(tmpdir(), "studio-recorded-"));
+  const made = execFileSync(PYTHON, [join(import.meta.dirname, "recorded.py"), folder], { env: SURROUNDINGS }).toString();
+  said = JSON.parse(/^said: (.*)$/m.exec(made)?.[1] ?? "") as Said;
+  const tokens = ["token", "new", "--tokens", join(folder, "tokens.json"), "--role", "configure", "--name", "page"];
+  const token = /gpac_\S+/.exec(execFileSync(PYTHON, ["-m", "opengpac", ...tokens], { env: SURROUNDINGS }).toString())?.[0] ?? "";
+  const port = await freePort();
+  [daemon, browser] = await Promise.all([serve(port), browse()]);
+  studio = await open(browser, `http://127.0.0.1:${port}/#token=${token}`);
+});
+
+afterAll(async () => {
+  await browser?.close();
+  daemon?.kill("SIGKILL");
+  rmSync(folder, { recursive: true, force: true });
+});
+
+/** The time at which the views stand, s. */
+async function cursor(page: Page): Promise<number> {
+  return Number.parseFloat((await page.getByTestId("cursor").textContent()) ?? "");
+}
+
+/** Presses and waits until the cursor is another one. */
+async function press(page: Page, name: string): Promise<[number, number]> {
+  const before = await cursor(page);
+  await page.getByRole("group", { name: "Time", exact: true }).getByRole("button", { name, exact: true }).click();
+  await expect.poll(() => cursor(page)).not.toBe(before);
+  return [before, await cursor(page)];
+}
+
+test("the recordings of the folder are told: when, which verbs, how they ended, and what they are", async () => {
+  const { page } = studio;
+  await goTo(page, "Recordings");
+  const row = page.locator("tr").filter({ has: page.getByRole("rowheader", { name: "run.mcap" }) });
+  await row.getByText("complete", { exact: true }).waitFor();
+  const text = (await row.textContent()) ?? "";
+  for (const part of ["of bench", "sway", "halted"]) expect(text).toContain(part);
+  expect(text).toMatch(/12\.\d{3} s/);
+  for (const look of LOOKS) {
+    await page.setViewportSize({ width: look.width, height: look.height });
+    await page.emulateMedia({ colorScheme: look.scheme });
+    expect(await axeFindings(page), `${look.width} ${look.scheme}`).toEqual([]);
+    await shoot(page, `recordings-${look.width}-${look.scheme}`);
+  }
+  await page.setViewportSize({ width: 1440, height: 900 });
+  await row.getByRole("button", { name: "Open" }).click();
+  await page.getByRole("main", { name: "Log" }).waitFor();
+  await page.locator(".time-bar.recorded").waitFor();
+});
+
+test("from a condition to the pose of the arm in two clicks, with the value that was stored", async () => {
+  const { page } = studio;
+  const lines = page.locator(".line").filter({ hasText: "condition" });
+  await lines.nth(1).click();
+  await goTo(page, "Devices");
+  await page.locator('.stage[data-placed="yes"]').waitFor();
+  expect(await cursor(page)).toBeCloseTo(said.conditions[1]?.time_s ?? 0, 6);
+});
+
+test("at every time the views have the values of gpac.open_recording", async () => {
+  const { page } = studio;
+  const shown = page.locator(`[data-live="${said.name}"]`).first();
+  const slider = page.getByLabel("Time in the recording");
+  for (const [moment, value] of said.at) {
+    // The nearest step of the slider, and from there by firings to the time itself.
+    await slider.evaluate(
+      (element, [time]) => {
+        const of = element as HTMLInputElement;
+        const put = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value")?.set;
+        put?.call(of, String(time));
+        of.dispatchEvent(new Event("input", { bubbles: true }));
+      },
+      [Math.round((moment / 12.5) * 100_000)] as const,
+    );
+    for (let steps = 0; steps < 200 && Math.abs((await cursor(page)) - moment) > 0.0006; steps += 1) {
+      await press(page, (await cursor(page)) < moment ? "Next firing" : "Previous firing");
+    }
+    await expect.poll(async () => Math.abs(Number(await shown.textContent()) - value)).toBeLessThan(2e-3);
+  }
+});
+
+test("it is stepped by firing, by condition and by entry of the log, and it plays", async () => {
+  const { page } = studio;
+  const [before, after] = await press(page, "Next firing");
+  expect(after - before).toBeGreaterThan(0);
+  expect(after - before).toBeLessThan(0.0011);
+  const [, condition] = await press(page, "Previous condition");
+  expect(said.conditions.some((entry) => Math.abs(entry.time_s - condition) < 1e-6)).toBe(true);
+  await press(page, "Next log entry");
+  await page.getByLabel("Rate").selectOption("10");
+  const playing = await cursor(page);
+  await expect.poll(() => cursor(page)).toBeGreaterThan(playing);
+  await page.locator(".time-bar").getByRole("button", { name: "Stop" }).click();
+});
+
+test("the state diagram is lit where it was then, and the data flow has the values of then", async () => {
+  const { page } = studio;
+  for (let back = 0; back < 20 && (await cursor(page)) > 3; back += 1) await press(page, "Previous condition");
+  const [, at] = await press(page, "Next condition");
+  const entry = said.conditions.find((one) => Math.abs(one.time_s - at) < 1e-6);
+  await goTo(page, "Verbs");
+  await page.locator(".verb-list").getByRole("link", { name: /^sway/ }).click();
+  await page.locator(`.list.lit[data-list="${entry?.text.includes("rose") ? "far" : "near"}"]`).waitFor();
+  await page.getByText("go back to Live").waitFor();
+  await goTo(page, "Data flow");
+  await page.locator("[data-box]").first().waitFor();
+  await expect.poll(async () => await page.locator("[data-live]").filter({ hasText: /\d/ }).count()).toBeGreaterThan(0);
+});
+
+test("the scope shows the whole recording, measured over all its values", async () => {
+  const { page } = studio;
+  await page.evaluate((name) => {
+    window.location.hash = `#/scope?names=${name}`;
+  }, said.name);
+  await page.getByRole("main", { name: "Scope" }).waitFor();
+  const cell = (name: string) => page.locator(`tr[data-trace="${said.name}"] [data-cell="${name}"]`);
+  await expect.poll(async () => Number(await cell("max").textContent())).toBeCloseTo(said.max, 3);
+  expect(Number(await cell("min").textContent())).toBeCloseTo(said.min, 3);
+  await expect.poll(async () => ((await page.getByTestId("values").textContent()) ?? "").replace(/\D/g, "")).toBe(String(said.count));
+  // A press on the screen moves the cursor there.
+  const before = await cursor(page);
+  const box = await page.locator(".u-over").boundingBox();
+  if (!box) throw new Error("the scope has no screen");
+  await page.mouse.click(box.x + box.width * 0.75, box.y + box.height / 2);
+  await expect.poll(() => cursor(page)).not.toBe(before);
+  await shoot(page, "recorded-scope");
+});
+
+test("an alarm that was raised stands at the cursor, and every view passes the check of axe", async () => {
+  const { page, errors } = studio;
+  await page.getByLabel("Alarms at the cursor").getByText("hot").waitFor();
+  for (const view of ["System", "Data flow", "Verbs", "Devices", "Scope", "Log"]) {
+    await goTo(page, view);
+    for (const look of LOOKS) {
+      await page.setViewportSize({ width: look.width, height: look.height });
+      await page.emulateMedia({ colorScheme: look.scheme });
+      expect(await axeFindings(page), `${view} ${look.width} ${look.scheme}`).toEqual([]);
+      await shoot(page, `recorded-${view.toLowerCase().replace(" ", "-")}-${look.width}-${look.scheme}`);
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+      expect(wide, `${view} is wider than ${look.width} pixels`).toBeLessThanOrEqual(0);
+    }
+  }
+  await page.setViewportSize({ width: 1440, height: 900 });
+  expect(errors).toEqual([]);
+});
+
+test("the running system can be held still, and goes on", async () => {
+  const { page } = studio;
+  const bar = page.locator(".time-bar");
+  await bar.getByRole("button", { name: "Live" }).click();
+  await goTo(page, "Log");
+  await page.locator(".line").nth(2).waitFor();
+  await bar.getByRole("button", { name: "Pause page" }).click();
+  await page.getByText("what is shown stands still").waitFor();
+  const lines = await page.locator(".line").count();
+  const [, now] = [lines, await page.locator(".bar .clock .figures").textContent()];
+  // The system goes on: its clock at the top does, the lines do not.
+  await expect.poll(() => page.locator(".bar .clock .figures").textContent()).not.toBe(now);
+  expect(await page.locator(".line").count()).toBe(lines);
+  await bar.getByRole("button", { name: "Live" }).click();
+  await expect.poll(() => page.locator(".line").count()).toBeGreaterThan(lines);
+});
