@@ -18,6 +18,8 @@ from opengpac.library.examples import example
 ROOT = Path(__file__).parent.parent.parent.parent
 FILES = {file.stem: file for file in (ROOT / "crates" / "library" / "src" / "blocks").rglob("*.rs")}
 BLOCKS = sorted(lib.blocks())
+FOLLOWER = ROOT / "crates/library/src/kinematics/follower.rs"
+"""What the generators of tool motion share, with what it refuses."""
 SHARED_FAULTS = dict(
     re.findall(r"^pub const (\w+): u32 = (\d+);$", (ROOT / "crates/library/src/kinematics/mod.rs").read_text(), re.MULTILINE)
 )
@@ -54,7 +56,9 @@ def test_every_fault_of_a_block_is_documented(name: str) -> None:
     codes = {code for _, code in re.findall(r"^const (\w+): u32 = (\d+);$", source, re.MULTILINE)}
     # What several kinematic blocks refuse has one code in all of them.
     if FILES[name].parent.name == "kinematics":
-        codes |= {code for fault, code in SHARED_FAULTS.items() if re.search(rf"Fault\({fault}\)", source)}
+        follower = FOLLOWER.read_text() if "kinematics::follower" in source else ""
+        refused = rf"\b(?:Fault|Err|ok_or)\(({'|'.join(SHARED_FAULTS)})\)"
+        codes |= {SHARED_FAULTS[fault] for fault in re.findall(refused, source + follower)}
     said = set(re.findall(r"(?:[Ff]aults?:? |; )(\d+)\b", lib.block(name).doc))
     assert codes == said
 
