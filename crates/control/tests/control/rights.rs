@@ -74,6 +74,7 @@ fn every_command_by_role_token_and_transport() {
         let rig = Rig::with("virtual", |options, folder| {
             kept = made(&folder.file("tokens.json"));
             options.tokens = Some(folder.file("tokens.json"));
+            options.records = Some(folder.0.clone());
         });
         let router = rig.server.router();
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().expect("a runtime");
@@ -115,6 +116,7 @@ fn every_command_with_the_token_of_a_run() {
         let rig = Rig::with("virtual", |options, folder| {
             std::fs::write(folder.file("index.html"), "<html>").expect("ours");
             (options.listen, options.page, options.run_token) = (Some("127.0.0.1:0".to_owned()), Some(folder.0.clone()), Some(role));
+            options.records = Some(folder.0.clone());
         });
         let token = rig.server.studio().and_then(|url| url.split_once('=')).expect("a token").1.to_owned();
         let router = rig.server.router();
