@@ -45,10 +45,10 @@ if user_mode_linux.missing() is None:
         assert said["home"] == [-500, 35, 2000], "position, method and speed in counts"
         assert said["moved_from_home"] == [-0.4, 0x37]
 
-    def test_a_brake_is_released_by_the_motor_and_closed_by_a_stop(said: dict[str, Any]) -> None:
+    def test_a_brake_is_released_by_the_motor_and_closed_by_a_safe_state(said: dict[str, Any]) -> None:
         assert said["brake_closed"] == [1, 1, 6], "closed, its bit is the controller's, and the motor holds behind a quick stop"
         assert said["brake_released"] == 0x37
-        assert said["brake_stopped"] == [1, 0x50]
+        assert said["brake_stopped"] == 0x02, "quick stop, while the brake closes"
 
     def test_a_module_has_its_safe_values_and_its_terminals_are_channels(said: dict[str, Any]) -> None:
         assert said["module_told"] == [0xFF, 0x02, 1, 100, 2], "error modes and values, and that it stops without its controller"
