@@ -23,8 +23,10 @@ CANNOT_REFUSE = {
     "drivers_json",
     "run_plant",
     "Refused",
+    "source_endings",
+    *(f"pose_{name}" for name in ("of", "of_rpy", "rpy", "then", "point", "inverse", "between")),
 }
-"""Calls of the binding that give what it holds and take nothing that could be refused."""
+"""Calls of the binding that give what it holds, or compute with numbers, and take nothing that could be refused."""
 
 
 def is_binding(value: ast.expr, aliases: set[str]) -> bool:
