@@ -141,7 +141,7 @@ test("it is stepped by firing, by condition and by entry of the log, and it play
   const [, condition] = await press(page, "Previous condition");
   expect(said.conditions.some((entry) => Math.abs(entry.time_s - condition) < 1e-6)).toBe(true);
   await press(page, "Next log entry");
-  await page.getByLabel("Rate").selectOption("10");
+  await page.getByLabel("Rate").selectOption("0.01");
   const playing = await cursor(page);
   await expect.poll(() => cursor(page)).toBeGreaterThan(playing);
   await page.locator(".time-bar").getByRole("button", { name: "Stop" }).click();

@@ -64,7 +64,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
           name="condition"
           back={() => of.toEntry(true, (entry) => entry.kind === "condition")}
           on={() => of.toEntry(false, (entry) => entry.kind === "condition")}
-          marks={["◀c", "c▶"]}
+          marks={["◀◆", "◆▶"]}
         />
         <Steps name="firing" back={() => void step(true)} on={() => void step(false)} marks={["◀", "▶"]} />
       </span>
