@@ -48,7 +48,7 @@ impl System {
         let mut answer = of.answer.lock().unwrap_or_else(PoisonError::into_inner);
         while answer.is_none() {
             if self.shared.closing.load(Ordering::Acquire) {
-                let message = format!("system '{}' is closed, and nobody waits for service '{}' of device '{}' any more", self.name, of.service, of.device);
+                let message = format!("system '{}' is closed, and the wait for service '{}' of device '{}' has ended", self.name, of.service, of.device);
                 return Err(refuse(Class::InvalidState, message, ""));
             }
             let left = until.saturating_duration_since(Instant::now());
