@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a name may be is one rule, of the core: it holds for what Python names and for what only the core sees."""
 
+import json
+
 import pytest
 
 import opengpac as gpac
@@ -20,7 +22,7 @@ def test_what_is_no_name_is_refused_by_one_rule(cell: gpac.System, name: str) ->
         gpac.System(name, clock="virtual")
     request = {"name": name, "type_text": "double"}
     with pytest.raises(gpac.CallError, match="the name of an SVV " + NO_NAMES[name]), gpac.errors.refusals:
-        cell._alive().call("svv", request)
+        cell._alive().call("svv", json.dumps(request))
 
 
 @pytest.mark.parametrize("name", ["cell", "x" * 256, "Zelle 4", "手臂", "ur5e.wrist_3"])

@@ -2,7 +2,7 @@
 //! EtherCAT: datagrams on a line, mailboxes and EEPROMs of any bytes.
 use ethercat::coe;
 use ethercat::emulator::{DriveOptions, Segment};
-use ethercat::requests::{DATAGRAMS, FRAME_MAX};
+use ethercat::frames::{DATAGRAMS, FRAME_MAX};
 use ethercat::sii;
 
 /// The first byte says what the others are.
