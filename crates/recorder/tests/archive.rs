@@ -210,3 +210,18 @@ fn one_that_is_under_way_grows_and_one_that_was_cut_off_ends_where_it_does() {
     assert!(opened(&scratch.file("none.mcap")).is_err_and(|why| why[0].message.contains("it is no MCAP file")));
     assert!(recordings(&scratch.file("absent")).is_err_and(|why| why[0].message.contains("cannot read the folder")));
 }
+
+#[test]
+fn the_log_is_read_without_the_values() {
+    let (system, scratch) = (system(), Scratch::new("apart"));
+    let (recorder, id) = begin(&system, &scratch.file("run.mcap"));
+    system.advance(30_000 * MS).unwrap();
+    system.halt(id).unwrap();
+    recorder.stop();
+    let file = mcap::Indexed::open(std::fs::File::open(scratch.file("run.mcap")).unwrap()).unwrap();
+    let of_values = |id: &u16| file.channels[id].metadata.contains_key("kind");
+    let mixed = |chunk: &mcap::Place| chunk.channels.iter().any(of_values) && !chunk.channels.iter().all(of_values);
+    assert_eq!(file.chunks.iter().filter(|chunk| mixed(chunk)).count(), 0);
+    assert!(file.chunks.iter().any(|chunk| chunk.channels.iter().any(of_values)));
+    assert!(file.chunks.iter().any(|chunk| chunk.channels.iter().any(|id| file.channels[id].topic == LOG)));
+}
