@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A recording in the same views as the running system: everything stands at one cursor, with the values of gpac.open_recording.
 import { type ChildProcess, execFileSync, spawn } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
@@ -178,6 +178,63 @@ test("the scope shows the whole recording, measured over all its values", async 
   await page.mouse.click(box.x + box.width * 0.75, box.y + box.height / 2);
   await expect.poll(() => cursor(page)).not.toBe(before);
   await shoot(page, "recorded-scope");
+});
+
+/** What a press saves. */
+async function saved(page: Page, name: string): Promise<string> {
+  const coming = page.waitForEvent("download");
+  await page.getByRole("toolbar", { name: "Scope" }).getByRole("button", { name, exact: true }).click();
+  return readFileSync(await (await coming).path(), "utf8");
+}
+
+test("a file of what is seen has every value, and the drawing has every line", async () => {
+  const { page } = studio;
+  const csv = await saved(page, "CSV");
+  const rows = csv
+    .trim()
+    .split("\n")
+    .filter((line) => !line.startsWith("#"));
+  expect(rows[0]).toContain(said.name);
+  expect(rows.length - 1).toBe(said.count);
+  const values = rows.slice(1).map((row) => Number(row.split(",")[1]));
+  expect([Math.min(...values), Math.max(...values)]).toEqual([said.min, said.max]);
+  const svg = await saved(page, "SVG");
+  expect([...svg.matchAll(/<path /g)]).toHaveLength(1);
+  expect(svg).toContain(said.name);
+});
+
+test("two runs lie over each other, aligned at a condition", async () => {
+  const { page } = studio;
+  const tools = page.getByRole("toolbar", { name: "Scope" });
+  await tools.getByLabel("Beside").selectOption("later.mcap");
+  const behind = page.locator(`tr[data-trace="${said.name}"][data-reference]`);
+  await behind.getByText("later.mcap").waitFor();
+  await tools.getByRole("button", { name: "Cursors" }).click();
+  const at = async (cell: string) => {
+    const rows = page.locator(`tr[data-trace="${said.name}"] [data-cell="${cell}"]`);
+    return (await rows.allTextContents()).map(Number);
+  };
+  const apart = async () => {
+    const [here, there] = await at("a");
+    return here === undefined || there === undefined ? Number.NaN : Math.abs(here - there);
+  };
+  // From the beginning one is 0.7 s behind the other.
+  await expect.poll(apart).toBeGreaterThan(0.05);
+  await tools.getByLabel("Aligned at").selectOption("sway: rose");
+  await tools.getByLabel("here", { exact: true }).selectOption({ label: "1 of 3" });
+  await expect.poll(apart).toBeLessThan(0.02);
+  expect([...(await saved(page, "SVG")).matchAll(/<path /g)]).toHaveLength(2);
+  await shoot(page, "recorded-beside");
+  for (const look of LOOKS) {
+    await page.setViewportSize({ width: look.width, height: look.height });
+    await page.emulateMedia({ colorScheme: look.scheme });
+    expect(await axeFindings(page), `beside ${look.width} ${look.scheme}`).toEqual([]);
+    await shoot(page, `recorded-beside-${look.width}-${look.scheme}`);
+  }
+  await page.setViewportSize({ width: 1440, height: 900 });
+  await tools.getByLabel("Beside").selectOption("");
+  await behind.waitFor({ state: "detached" });
+  await tools.getByRole("button", { name: "Cursors" }).click();
 });
 
 test("an alarm that was raised stands at the cursor, and every view passes the check of axe", async () => {

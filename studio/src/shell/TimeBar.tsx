@@ -43,6 +43,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
   const { axis, of } = props;
   const live = useLive();
   const cursor = useWatched(of.cursor);
+  const shown = useWatched(of.shown);
   const playing = useWatched(axis.playing);
   const trouble = useWatched(of.trouble);
   const action = useAction();
@@ -51,7 +52,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
   const step = (back: boolean) => action.run(() => of.step(back));
   const moved = (cursor - of.begins_ns) / 1e9;
   return (
-    <section className="time-bar recorded" aria-label="Time">
+    <section className="time-bar recorded" aria-label="Time" data-cursor={cursor} data-shown={shown}>
       <button type="button" className="primary" onClick={() => axis.goLive()} title={`Back to ${live.version.system}, as it runs`}>
         Live
       </button>

@@ -31,8 +31,34 @@ export function traceSeries(store: Store, trace: TraceSetup, from_ns: number, to
   return own;
 }
 
+/** What lies behind the traces, with the time that is 0 there, and exact sums where they are known. */
+export interface Behind extends Store {
+  readonly origin_ns: number;
+  readonly sums: Acquisition["sums"] | null;
+}
+
+/** Another recording behind the one that is shown: what is 0 here is `origin_ns` there. */
+export class Beside implements Behind {
+  readonly origin_ns: number;
+  readonly #of: Acquisition;
+
+  constructor(of: Acquisition, origin_ns: number) {
+    this.#of = of;
+    this.origin_ns = origin_ns;
+  }
+
+  get sums(): Acquisition["sums"] {
+    return this.#of.sums;
+  }
+
+  series(channel: string, component: string, from_ns: number, to_ns: number): Series {
+    return live(this.#of).series(channel, component, from_ns, to_ns);
+  }
+}
+
 /** Earlier traces that stay on the screen: a copy of the values, with the time that was 0. */
-export class Reference implements Store {
+export class Reference implements Behind {
+  readonly sums = null;
   readonly origin_ns: number;
   readonly #series = new Map<string, Series>();
 
