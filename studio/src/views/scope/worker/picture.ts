@@ -1,26 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Row, Show, ShownTrace } from "../messages";
-import { decimate, type Points } from "../signal/decimate";
+import { decimate } from "../signal/decimate";
 import { heldAt, measure, measuresOf } from "../signal/measure";
 import { type Range, Ranges } from "../signal/ranges";
 import type { Series } from "../signal/series";
 import type { Span } from "../signal/sweep";
 import { type Acquisition, sumsKey } from "./acquisition";
 import { type Canvas, drawLine, drawMissing, extent, type Placed } from "./draw";
-import { svg } from "./svg";
+import { type Scales, scaleKey } from "./scales";
+import { type Line, svg } from "./svg";
 import { type Behind, live, missingOf, type Store, traceSeries } from "./traces";
 import { drawXy } from "./xy";
-
-export interface Scales {
-  ranges: Record<string, Range>;
-  x: Range | null;
-}
-
-export interface Line {
-  trace: ShownTrace;
-  points: Points;
-  earlier: Points | null;
-}
 
 /** Draws what is shown, and measures it. */
 export class Picture {
@@ -114,11 +104,6 @@ export class Picture {
 function exact(measured: Row, { setup }: ShownTrace, known: Acquisition["sums"] | null): Row {
   const sums = setup.derive ? undefined : known?.get(sumsKey(setup.channel, setup.component ?? ""));
   return sums ? { ...measured, measures: measuresOf(sums) } : measured;
-}
-
-/** Traces with one key have one scale. */
-export function scaleKey(trace: ShownTrace, show: { scales: Show["scales"] }): string {
-  return show.scales === "unit" ? `unit ${trace.unit ?? ""}` : `trace ${trace.id}`;
 }
 
 function sizes(show: Show): { width: number; height: number; ratio: number } {

@@ -1,14 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // The screen as a drawing of lines, in pixels of CSS.
-import type { Show } from "../messages";
+import type { Show, ShownTrace } from "../messages";
 import type { Points } from "../signal/decimate";
 import type { Span } from "../signal/sweep";
 import { ticks, timeUnit } from "../signal/ticks";
 import type { Placed } from "./draw";
-import type { Line } from "./picture";
 
 const [LEFT, RIGHT, TOP, BOTTOM, LEGEND] = [70, 16, 12, 44, 18];
 const FONT = 'font-family="sans-serif" font-size="12"';
+
+/** A trace as it is drawn, and what lies behind it. */
+export interface Line {
+  trace: ShownTrace;
+  points: Points;
+  earlier: Points | null;
+}
 
 /** A trace with its place on the screen, and which scale it has. */
 export interface PlacedLine extends Line {
