@@ -419,6 +419,8 @@ export interface DriverService {
   arguments: DriverOption[];
   /** The kind of its answer; null: it answers nothing. */
   answer: string | null;
+  /** It moves the device: it is refused while an emergency stop is latched. */
+  moves: boolean;
 }
 
 /** What makes an active block due: its interval or trigger, the blocks that drive it, or values from other sources and instances. */
@@ -2316,7 +2318,20 @@ export interface Calls {
     };
     result: Value | null;
   };
-  /** Waits for a service that goes on. Returns what it answers, once. */
+  /** Looks on the host of the system for devices that a driver could open; nothing moves. Returns what each is, and the options that open it. */
+  scan_devices: {
+    role: "configure";
+    arguments: {
+      /** The driver. */
+      kind: string;
+      /** Those of the driver that say where to look. */
+      options?: { [name: string]: unknown } | null;
+      /** How long this request may last, ms. */
+      slice_ms?: number;
+    };
+    result: Value | null;
+  };
+  /** Waits for a service or a search that goes on. Returns what it answers, once. */
   device_served: {
     role: "operate";
     arguments: {
@@ -2994,4 +3009,4 @@ export interface Calls {
 }
 
 /** The calls that last, and go on in slices. */
-export const LASTING: ReadonlySet<string> = new Set(["device_service", "device_served", "wait_enabled", "disable", "perform", "performed", "wait", "halt", "advance", "pause", "paused"]);
+export const LASTING: ReadonlySet<string> = new Set(["device_service", "scan_devices", "device_served", "wait_enabled", "disable", "perform", "performed", "wait", "halt", "advance", "pause", "paused"]);
