@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -54,7 +55,7 @@ def _scan(given: argparse.Namespace) -> int:
 
 def _found_on(given: argparse.Namespace, where: Mapping[str, Any]) -> Found:
     """What is found on the host of a daemon; whoever commands it goes on commanding."""
-    session = open_session(url_of(given.on, None), None, token=given.token, command=False)
+    session = open_session(url_of(given.on, None), f"devices-scan-{os.getpid()}", token=given.token, command=False)
     try:
         system = Remote(session)
         return searched(lambda kind, options: system.scan_devices(kind, dict(options)), given.kind, where)

@@ -29,15 +29,14 @@ def url(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
 
 
 def test_a_daemon_finds_what_hangs_on_its_host(url: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with gpac.drivers.fake.servos("dynamixel", [1, 4], model="xm430-w350") as bus:
-        words = ["devices", "scan", "--on", url, "dynamixel", "--port", bus.port, "--baud", "57600"]
+    with gpac.drivers.fake.modbus(units=[3, 17], serial=True) as line:
+        words = ["devices", "scan", "--on", url, "modbus", "--address", line.address, "--unit", "17", "--answer", "30 s"]
         assert main(words) == 0, capsys.readouterr().err
         told = capsys.readouterr().out
-        assert "1 device found" in told and "2 servos at 57600 baud" in told and "xm430-w350 as 4" in told
+        assert "1 device found" in told and "OpenGPAC fake 1" in told
         with gpac.connect(url) as cell:
-            found = cell.scan_devices("dynamixel", port=bus.port, baud=57600)
-            assert [device["options"]["servos"]["servo_4"] for device in found] == [{"id": 4, "model": "xm430-w350"}]
-            assert found[0]["driver"] == "dynamixel"
+            (found,) = cell.scan_devices("modbus", address=line.address, unit=3, answer_ns=30_000_000_000)
+            assert found["driver"] == "modbus" and found["options"] == {"address": line.address, "unit": 3}
             assert main(words) == 0, "a program that commands is not disturbed"
 
 
@@ -53,8 +52,9 @@ def test_what_a_daemon_refuses_is_told(url: str, capsys: pytest.CaptureFixture[s
 
 
 def test_a_system_of_this_process_looks_here() -> None:
-    with gpac.drivers.fake.servos("feetech", [2]) as bus, gpac.System("here", clock="virtual") as cell:
-        found = cell.scan_devices("feetech", port=bus.port, baud=1_000_000)
-        assert found == gpac.drivers.scan("feetech", port=bus.port, baud=1_000_000) and len(found) == 1
+    with gpac.drivers.fake.modbus() as device, gpac.System("here", clock="virtual") as cell:
+        where = {"address": device.address, "answer_ns": 30_000_000_000}
+        found = cell.scan_devices("modbus", **where)
+        assert found == gpac.drivers.scan("modbus", **where) and len(found) == 1
         with pytest.raises(gpac.UnknownName, match="did you mean 'feetech'"):
             cell.scan_devices("fetech")
