@@ -128,7 +128,7 @@ lint: setup-checked
 # The package's extension comes first, of the same features: nothing is built twice. The example is that of tests/python/test_bench.py.
 build-tests: setup-checked
 	cargo test $(WORKSPACE) --tests --no-run
-	cargo build -p kernel -p bindings --features bindings/hosts --profile checked --quiet --example bench
+	cargo build -p runtime -p bindings --features bindings/hosts --profile checked --quiet --example bench
 
 test-rust: setup-checked
 	@mkdir -p out

@@ -61,7 +61,7 @@ def built() -> tuple[str, str, str]:
     subprocess.run(
         [compiler, *FLAGS, "-fvisibility=hidden", "-I", ROOT / "crates/block/include", C / "blocks.c", "-o", blocks, "-lm"], check=True
     )
-    return example("kernel", "bench"), str(peer), str(blocks)
+    return example("runtime", "bench"), str(peer), str(blocks)
 
 
 def example(crate: str, name: str, *options: str) -> str:

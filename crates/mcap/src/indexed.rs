@@ -25,8 +25,8 @@ pub struct Place {
     /// The smallest and the largest time of its messages, ns.
     pub first: u64,
     pub last: u64,
-    /// Channels that have messages in it.
-    pub channels: Vec<u16>,
+    /// Number of messages of each channel that has any.
+    pub counts: BTreeMap<u16, usize>,
 }
 
 /// A message in the memory of its chunk.
@@ -149,13 +149,13 @@ impl Indexed {
                 let head = self.read(fields.start..(fields.start + CHUNK_HEAD).min(fields.end))?;
                 let mut rest = Rest(&head);
                 let (Some(first), Some(last)) = (rest.u64(), rest.u64()) else { return Err(Unreadable::Damaged { at: self.at, what: SHORT }) };
-                let (mut channels, behind, is_whole) = self.index(fields.end, len)?;
+                let (mut counts, behind, is_whole) = self.index(fields.end, len)?;
                 if !is_whole {
                     let chunk = self.unpacked(&fields)?;
-                    channels = chunk.messages.into_keys().collect();
+                    counts = chunk.messages.iter().map(|(channel, messages)| (*channel, messages.len())).collect();
                 }
                 end = behind;
-                self.chunks.push(Place { fields, first, last, channels });
+                self.chunks.push(Place { fields, first, last, counts });
             }
             CHANNEL | METADATA => match record(code, Rest(&self.read(fields)?)) {
                 Some(Record::Channel { id, topic, encoding, metadata }) => {
@@ -174,18 +174,21 @@ impl Indexed {
         Ok(true)
     }
 
-    /// The channels that the index behind a chunk names, where it ends, and whether it is whole: the file may end before.
-    fn index(&self, mut at: u64, len: u64) -> Result<(Vec<u16>, u64, bool), Unreadable> {
-        let mut channels = Vec::new();
+    /// Number of messages of each channel in the index behind a chunk, where it ends, and whether it is whole: the file may end before.
+    fn index(&self, mut at: u64, len: u64) -> Result<(BTreeMap<u16, usize>, u64, bool), Unreadable> {
+        let mut counts = BTreeMap::new();
         loop {
             match self.head(at, len)? {
                 Some((MESSAGE_INDEX, fields)) => {
-                    let channel = self.read(fields.start..(fields.start + 2).min(fields.end))?;
-                    channels.extend(Rest(&channel).u16());
+                    let head = self.read(fields.start..(fields.start + INDEX_HEAD).min(fields.end))?;
+                    let mut rest = Rest(&head);
+                    if let (Some(channel), Some(bytes)) = (rest.u16(), rest.u32()) {
+                        *counts.entry(channel).or_default() += bytes as usize / INDEX_ENTRY;
+                    }
                     at = fields.end;
                 }
-                Some(_) => return Ok((channels, at, true)),
-                None => return Ok((channels, at, false)),
+                Some(_) => return Ok((counts, at, true)),
+                None => return Ok((counts, at, false)),
             }
         }
     }
@@ -207,7 +210,7 @@ impl Indexed {
 
     /// Channels of a file without an end stand in its chunks only: those up to the one whose messages name one that is not known.
     fn find_channels(&mut self) -> Result<(), Unreadable> {
-        let unknown = |of: &Indexed| of.chunks.iter().rposition(|chunk| chunk.channels.iter().any(|id| !of.channels.contains_key(id)));
+        let unknown = |of: &Indexed| of.chunks.iter().rposition(|chunk| chunk.counts.keys().any(|id| !of.channels.contains_key(id)));
         while let Some(last) = unknown(self).filter(|last| *last >= self.looked) {
             for index in self.looked..=last {
                 let found = self.chunk(index)?.channels;
@@ -230,3 +233,7 @@ impl Indexed {
 const HEAD: u64 = 9;
 /// Bytes of a chunk before its length: its times.
 const CHUNK_HEAD: u64 = 16;
+/// Bytes of a message index before its entries: its channel, and their length in bytes.
+const INDEX_HEAD: u64 = 6;
+/// Bytes of one entry of a message index: time and offset.
+const INDEX_ENTRY: usize = 16;

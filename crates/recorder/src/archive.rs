@@ -27,6 +27,9 @@ pub(crate) struct Track {
     ids: Vec<u16>,
     /// Chunks with messages of it.
     pub chunks: Vec<usize>,
+    /// Number of its messages in the chunks before each of those.
+    before: Vec<usize>,
+    messages: usize,
 }
 
 #[derive(Clone, Debug)]
@@ -37,6 +40,14 @@ pub(crate) struct Values {
 }
 
 impl Track {
+    fn take(&mut self, chunk: usize, messages: usize) {
+        if self.chunks.last() != Some(&chunk) {
+            self.chunks.push(chunk);
+            self.before.push(self.messages);
+        }
+        self.messages += messages;
+    }
+
     /// Its messages in a chunk.
     pub fn of<'a>(&'a self, chunk: &'a Chunk) -> impl DoubleEndedIterator<Item = &'a Message> {
         self.ids.iter().filter_map(|id| chunk.messages.get(id)).flatten()
@@ -132,26 +143,20 @@ impl Archive {
         self.last_at(&self.index(), topic, time_ns)
     }
 
-    /// Messages of another channel in their order, from the `since`th on, out of so many chunks at the most; and the number of the next one
-    /// where there may be more.
+    /// Messages of another channel in their order, from number `since` on, counted from 0; and the number at which the next page begins, where
+    /// there is one. Reads at most `chunks_max` chunks: earlier ones are skipped by the counts in the file's index.
     pub fn records(&self, topic: &str, since: usize, chunks_max: usize) -> Result<(Vec<RecordedMessage>, Option<usize>), Refusals> {
         let index = self.index();
-        let (mut found, mut number, mut read) = (Vec::new(), 0, 0);
-        let Some(track) = index.tracks.get(topic) else { return Ok((found, None)) };
-        for at in &track.chunks {
-            if read == chunks_max {
-                return Ok((found, Some(number)));
-            }
+        let mut found = Vec::new();
+        let Some(track) = index.tracks.get(topic).filter(|track| since < track.messages) else { return Ok((found, None)) };
+        let first = track.before.partition_point(|before| *before <= since).saturating_sub(1);
+        let end = track.chunks.len().min(first.saturating_add(chunks_max));
+        for (at, before) in track.chunks[first..end].iter().zip(&track.before[first..]) {
             let chunk = self.chunk(&index, *at)?;
-            let messages: Vec<_> = track.of(&chunk).collect();
-            if number + messages.len() > since {
-                let new = messages.iter().skip(since.saturating_sub(number));
-                found.extend(new.filter_map(|message| RecordedMessage::of(&chunk, message)));
-                read += 1;
-            }
-            number += messages.len();
+            let new = track.of(&chunk).skip(since.saturating_sub(*before));
+            found.extend(new.filter_map(|message| RecordedMessage::of(&chunk, message)));
         }
-        Ok((found, None))
+        Ok((found, track.before.get(end).copied()))
     }
 
     /// The next time behind (or before) one at which a value of any SVV or cell was stored: the next firing that stored something.
@@ -251,10 +256,9 @@ impl Index {
         }
         let by_id: HashMap<u16, usize> = file.channels.iter().filter_map(|(id, channel)| Some((*id, tracks.get_index_of(&channel.topic)?))).collect();
         for (at, chunk) in file.chunks.iter().enumerate().skip(self.taken) {
-            for track in chunk.channels.iter().filter_map(|id| by_id.get(id)) {
-                let chunks = &mut tracks[*track].chunks;
-                if chunks.last() != Some(&at) {
-                    chunks.push(at);
+            for (id, messages) in &chunk.counts {
+                if let Some(track) = by_id.get(id) {
+                    tracks[*track].take(at, *messages);
                 }
             }
         }

@@ -23,15 +23,17 @@ mod recorder;
 mod room;
 mod shelf;
 mod sources;
+mod span;
 mod state;
 
 pub use about::{Recorded, RecordedChannel, RecordedEnd};
 pub use archive::{Archive, RecordedMessage};
-pub use digest::{Samples, Span, Sums, Trace};
+pub use digest::{Samples, Sums};
 pub use file::Sink;
 pub use reader::{Recording, Series};
 pub use recorder::{Options, Recorder, Summary};
 pub use shelf::{RecordingFile, opened, recordings};
+pub use span::{Span, Trace};
 
 /// Name of the metadata record with what was recorded: system, version, clock, configuration.
 pub const ABOUT: &str = "opengpac";

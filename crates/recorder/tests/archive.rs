@@ -182,6 +182,41 @@ fn it_is_stepped_by_firing() {
 }
 
 #[test]
+fn a_page_of_messages_reads_its_own_chunks_only() {
+    let (system, scratch) = (system(), Scratch::new("pages"));
+    let file = scratch.file("run.mcap");
+    let (recorder, _) = begin(&system, &file);
+    system.advance(60_000 * MS).unwrap();
+    recorder.stop();
+    let archive = Archive::open(&file).unwrap();
+    let (all, next) = archive.records(STATISTICS, 0, usize::MAX).unwrap();
+    assert_eq!(next, None);
+    // Page by page, one chunk each, it is the same.
+    let (mut pages, mut begins, mut since) = (Vec::new(), Vec::new(), Some(0));
+    while let Some(number) = since {
+        begins.push(number);
+        let (page, next) = archive.records(STATISTICS, number, 1).unwrap();
+        assert_eq!(next.unwrap_or(all.len()), number + page.len());
+        pages.extend(page);
+        since = next;
+    }
+    assert_eq!(pages, all);
+    assert!(begins.len() > 3, "{} pages", begins.len());
+    // A page far into it needs none of the chunks before: with their bytes gone it is the same, and the first one cannot be read.
+    let archive = Archive::open(&file).unwrap();
+    let mut bytes = std::fs::read(&file).unwrap();
+    let half = bytes.len() / 2;
+    bytes[..half].fill(0xff);
+    std::fs::write(&file, bytes).unwrap();
+    let late = begins[begins.len() - 2];
+    let (page, next) = archive.records(STATISTICS, late, 1).expect("a page behind the damage");
+    assert_eq!((page.as_slice(), next), (&all[late..begins[begins.len() - 1]], begins.last().copied()));
+    assert!(archive.records(STATISTICS, 0, 1).is_err(), "its chunk is gone");
+    let (page, next) = archive.records(STATISTICS, all.len(), 1).unwrap();
+    assert!(page.is_empty() && next.is_none(), "nothing is behind the last one");
+}
+
+#[test]
 fn one_that_is_under_way_grows_and_one_that_was_cut_off_ends_where_it_does() {
     let (system, scratch) = (system(), Scratch::new("grows"));
     let file = scratch.file("run.mcap");

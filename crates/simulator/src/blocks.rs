@@ -313,36 +313,6 @@ impl Step for Servo {
     }
 }
 
-/// Writes where nothing is, in invocation `at`; a pair until then.
-#[derive(FunctionBlock)]
-pub struct Crash {
-    /// the code
-    #[output]
-    a: f64,
-    /// its negative
-    #[output]
-    b: f64,
-    /// which start
-    #[param(default = 1)]
-    tag: i64,
-    /// in which invocation
-    #[param(default = 1_000_000)]
-    at: u64,
-}
-
-impl Step for Crash {
-    fn step(&mut self, invocation: &Invocation) -> Outcome {
-        self.a = code(self.tag, invocation.number);
-        if invocation.number == self.at {
-            let nowhere = std::hint::black_box(16 as *mut u32);
-            // SAFETY: none; the fault is what is simulated, and the kernel contains it.
-            unsafe { nowhere.write_volatile(1) };
-        }
-        self.b = -self.a;
-        Outcome::Done
-    }
-}
-
 /// Module `sim`.
 pub fn all() -> [&'static Descriptor; 10] {
     [
@@ -357,9 +327,4 @@ pub fn all() -> [&'static Descriptor; 10] {
         Drive::descriptor(),
         Servo::descriptor(),
     ]
-}
-
-/// Module `crashing`, which is not trusted after it crashed.
-pub fn crashing() -> [&'static Descriptor; 2] {
-    [Crash::descriptor(), crate::torn::descriptor()]
 }

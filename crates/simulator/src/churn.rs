@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Bounded memory and work: an instance that is made, started, halted and deleted again and again costs at the end what it cost at the
 //! beginning. Allocations are counted by the allocator of the binary: those of the system alone, and the bytes that live in all.
-use crate::memory::counts;
+use crate::broken::{Broken, broken, text};
+use crate::memory::{counted, counts};
 use crate::operations::{Operation, What};
 use crate::plant;
 use crate::program::MS;
-use crate::world::{Broken, World, broken, text};
+use crate::world::World;
 use serde_json::json;
 
 /// Rounds before it is measured, in each of the two measurements, and between them.
@@ -79,12 +80,4 @@ fn round(world: &mut World, of: Operation) -> Result<Option<String>, Broken> {
     // What blocks say and what the plant was given is judged as after each operation.
     crate::invariants::check(world)?;
     Ok(is_refused.then_some(words))
-}
-
-/// What the system does in `of`, its allocations counted.
-pub fn counted<T>(work: &mut u64, of: impl FnOnce() -> T) -> T {
-    let before = counts().1;
-    let result = of();
-    *work += counts().1 - before;
-    result
 }

@@ -3,9 +3,9 @@
 //!
 //! Requests and their order come from the seed; the interface goes by a clock that stands still while anybody works. The system is a
 //! monotonic one, so that a wait holds what it holds while others come. Only what no time of this machine changes is judged and told.
-use crate::run::Outcome;
+use crate::broken::{Broken, broken, text};
+use crate::outcome::Outcome;
 use crate::seed::Numbers;
-use crate::world::{Broken, broken, text};
 use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::http::Request;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The end of a run: everything comes to its end, everything can be started once more, and nothing is left.
+use crate::broken::{Broken, broken, text};
 use crate::invariants;
 use crate::plant::{self, safe};
 use crate::program::{JOINT, MS};
-use crate::world::{Broken, World, broken, text};
+use crate::world::World;
 use serde_json::json;
 
 /// How long what was halted twice may take, ms of the system's clock: what comes to rest first has its own limit.

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What must hold after each operation.
 use crate::blocks::{MANY, decode, is_whole, wrong};
+use crate::broken::{Broken, broken, text};
 use crate::plant::{self, safe};
 use crate::program::{ARRAYS, HISTORY, JOINT, MS, PAIRS, Program};
-use crate::world::{Broken, World, broken, text};
+use crate::world::World;
 use model::value::Value;
 
 /// Everything, after an operation.

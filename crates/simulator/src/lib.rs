@@ -15,21 +15,24 @@
 //!        shrink   operations are left out as long as the same invariant breaks ──► report
 //! ```
 pub mod blocks;
+pub mod broken;
 mod churn;
+mod crashing;
 pub mod door;
 mod finale;
 pub mod invariants;
 pub mod lives;
 pub mod memory;
 pub mod operations;
+mod outcome;
 pub mod plant;
 pub mod program;
 pub mod run;
 pub mod seed;
 pub mod shrink;
-pub mod torn;
 mod watching;
 pub mod world;
 
-pub use run::{Failure, Outcome, run};
+pub use outcome::{Failure, Outcome};
+pub use run::run;
 pub use shrink::shrink;

@@ -36,3 +36,11 @@ unsafe impl GlobalAlloc for Counting {
 pub fn counts() -> (i64, u64, u64) {
     COUNTS.get()
 }
+
+/// What the system does in `of`, its allocations counted.
+pub fn counted<T>(work: &mut u64, of: impl FnOnce() -> T) -> T {
+    let before = counts().1;
+    let result = of();
+    *work += counts().1 - before;
+    result
+}

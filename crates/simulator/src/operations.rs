@@ -3,6 +3,9 @@
 //! so that a list of operations still means something when some of them are left out.
 use crate::seed::Numbers;
 
+/// Number of callers that call at the same time.
+pub const CALLERS: usize = 3;
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
     Define,
@@ -108,5 +111,5 @@ pub fn random(numbers: &Numbers) -> Vec<Operation> {
 
 fn drawn(what: What, draw: &mut Numbers) -> Operation {
     let mut number = || draw.below(1 << 20);
-    Operation { what, caller: number() % crate::world::CALLERS, a: number(), b: number(), c: number() }
+    Operation { what, caller: number() % CALLERS, a: number(), b: number(), c: number() }
 }

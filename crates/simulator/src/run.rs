@@ -1,36 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! One seed from its beginning to its end.
+use crate::broken::Broken;
 use crate::operations::{self, Operation};
+use crate::outcome::{Failure, Outcome};
 use crate::seed::Numbers;
-use crate::world::{Broken, World};
+use crate::world::World;
+use crate::world::operate::carry_out;
 use crate::{door, finale, invariants, plant};
 use std::cell::RefCell;
 use std::mem::ManuallyDrop;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
-
-/// An invariant that did not hold, with everything that happened before.
-#[derive(Clone, Debug)]
-pub struct Failure {
-    pub seed: u64,
-    pub broken: Broken,
-    /// The operations that were carried out, by their place in the seed's list.
-    pub kept: Vec<usize>,
-    pub story: Vec<String>,
-}
-
-/// What a seed came to.
-#[derive(Clone, Debug, Default)]
-pub struct Outcome {
-    pub failure: Option<Failure>,
-    pub operations: usize,
-    pub accepted: usize,
-    pub refused: usize,
-    pub starts: u64,
-    /// Time of the system's clock.
-    pub virtual_ns: i64,
-    pub story: Vec<String>,
-}
 
 /// Entries of the log that a failure shows.
 const LOG: usize = 25;
@@ -119,7 +99,7 @@ fn steps(world: &mut World, chosen: &[(usize, Operation)], story: &mut Vec<Strin
     for (index, operation) in chosen {
         let now_us = world.system.now_ns() / 1_000;
         story.push(format!("{now_us:>9} us  [{index}] {:?}", operation.what));
-        let words = world.carry_out(*operation)?;
+        let words = carry_out(world, *operation)?;
         if let Some(last) = story.last_mut() {
             *last = format!("{now_us:>9} us  [{index}] {words}");
         }

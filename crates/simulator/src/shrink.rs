@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Fewer operations: delta debugging (Zeller, Hildebrandt 2002) over the list of a seed, as long as the same invariant breaks.
-use crate::run::{Failure, run};
+use crate::outcome::Failure;
+use crate::run::run;
 
 /// How many runs a shrinking may take.
 const RUNS: usize = 2_000;

@@ -3,9 +3,9 @@
 //! supervisor's watcher. Each can be killed or stand still; the plant's outputs must be safe soon after, as long as somebody is left.
 //!
 //! The process is seen from the plant: while it stands still or is gone, nothing that it writes comes there, and its heart does not beat.
+use crate::broken::{Broken, broken};
 use crate::plant::{Shared, locked};
 use crate::program::MS;
-use crate::world::{Broken, broken};
 use guard::watch::{Bounds, Event, Pulse, Standing, Subject, Watch, Watchers};
 use std::time::Duration;
 

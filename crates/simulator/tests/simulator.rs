@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Some seeds, always the same; that a seed is one run; and that a failure is found and shrunk.
-use simulator::world::Broken;
+use simulator::broken::Broken;
 use simulator::{Failure, run, shrink};
 
 #[global_allocator]

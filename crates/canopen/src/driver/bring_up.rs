@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What a node is told before it exchanges process data.
-use super::station::{MappedBy, Station, What};
+use super::options::PdosFrom;
+use super::station::{Station, What};
 use crate::client::{Client, Refused};
 use crate::nmt::Command;
 use crate::pdo::{self, LEN_MAX, PDOS, Pdo};
@@ -42,7 +43,7 @@ struct Told<'a> {
     client: &'a mut Client,
     node: u8,
     title: String,
-    mapping: MappedBy,
+    mapping: PdosFrom,
 }
 
 /// Configures a node: it is pre-operational then, and moves nothing.
@@ -201,7 +202,7 @@ impl Told<'_> {
     /// Has a PDO carry these objects with each SYNC; one that the node may lack, and does not map, is left out. One that carries none is not used.
     fn map(&mut self, way: Way, number: u16, wanted: &mut Pdo, is_needed: impl Fn(pdo::Word) -> bool) -> Result<(), String> {
         let (index, mapping) = (way.parameters + number, way.mappings + number);
-        if self.mapping == MappedBy::Node {
+        if self.mapping == PdosFrom::Device {
             *wanted = self.mapped(index, mapping)?;
         }
         if wanted.is_empty() {
@@ -209,7 +210,7 @@ impl Told<'_> {
         }
         let before = self.read(index, 1)?;
         self.write(index, 1, &(before | UNUSED).to_le_bytes())?;
-        if self.mapping == MappedBy::Driver {
+        if self.mapping == PdosFrom::Written {
             self.write_mapping(mapping, wanted, is_needed)?;
         }
         if wanted.is_empty() {

@@ -62,7 +62,7 @@ fn open(given: &Given<'_>) -> Result<Opened, DriverError> {
     for of in &options.axes {
         let axis = Station::new(of.node, &of.axis.name, What::Axis(Box::new(Axis::new(of, &mut layout))));
         let eds = data_sheet(given, of.eds.as_deref())?;
-        stations.push(Station { is_watched: of.watchdog != Some(false), mapping: of.pdos.mapping(), eds, ..axis });
+        stations.push(Station { is_watched: of.watchdog != Some(false), mapping: of.pdos, eds, ..axis });
     }
     for of in &options.modules {
         let module = Station::new(of.node, &of.name, What::Module(Module::new(of, &mut layout)));

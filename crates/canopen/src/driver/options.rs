@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The options of the driver, checked.
-use super::station::MappedBy;
 use crate::eds::Eds;
 use crate::nmt::NODE_MAX;
 use crate::pdo::PDOS;
@@ -73,11 +72,14 @@ pub struct AxisOptions {
     rest: Map<String, Value>,
 }
 
+/// What says which objects a node exchanges.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
 pub enum PdosFrom {
+    /// The driver writes the mapping.
     #[default]
     Written,
+    /// The node has its mapping already.
     Device,
 }
 
@@ -195,15 +197,6 @@ impl ChannelOptions {
                 Some(format!("has the safe value {value}; a digital output has true or false, an analog one a number"))
             }
             _ => None,
-        }
-    }
-}
-
-impl PdosFrom {
-    pub fn mapping(self) -> MappedBy {
-        match self {
-            PdosFrom::Written => MappedBy::Driver,
-            PdosFrom::Device => MappedBy::Node,
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::axis::Axis;
 use super::heard::Heard;
 use super::module::Module;
+use super::options::PdosFrom;
 use crate::eds::Eds;
 use crate::frame::Frame;
 use crate::pdo::{self, LEN_MAX, PDOS, Pdos, Word};
@@ -27,20 +28,11 @@ pub struct Station {
     pub is_watched: bool,
     pub what: What,
     /// Where the mapping of its PDOs is from, and what it says.
-    pub mapping: MappedBy,
+    pub mapping: PdosFrom,
     pub eds: Option<Arc<Eds>>,
     pub inputs: Pdos,
     pub outputs: Pdos,
     pub heard: Heard,
-}
-
-/// What says which objects a node exchanges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MappedBy {
-    /// This driver writes it.
-    Driver,
-    /// The node has it already.
-    Node,
 }
 
 impl Station {
@@ -50,7 +42,7 @@ impl Station {
             name: name.to_owned(),
             is_watched: true,
             what,
-            mapping: MappedBy::Driver,
+            mapping: PdosFrom::Written,
             eds: None,
             inputs: Pdos::default(),
             outputs: Pdos::default(),

@@ -5,9 +5,8 @@ use super::bus::{Answered, Bus, Count};
 use super::frame::Frame;
 use super::options::{Wanted, Wired};
 use super::protocol::Protocol;
-use super::registers::{Effort, Map, Present, Register};
+use super::registers::{Effort, Map, Present, Register, WATCHDOG_UNIT_NS};
 use super::services::Desk;
-use super::watchdog::UNIT_NS;
 use device::{Channel, Command, Counters, DeviceError, Driver, Layout, Opened, Part, SafeHandle, Services, Servo, Slot, Type, UNLIMITED};
 use serde_json::json;
 use std::sync::Arc;
@@ -266,7 +265,7 @@ impl Driver for Servos {
     }
 
     fn watchdog_ns(&self) -> Option<i64> {
-        self.watchdog.map(|units| i64::from(units) * UNIT_NS)
+        self.watchdog.map(|units| i64::from(units) * WATCHDOG_UNIT_NS)
     }
 
     fn services(&self) -> Option<Arc<dyn Services>> {

@@ -4,8 +4,7 @@ use super::bus::{SERVOS_MAX, Timing};
 use super::calibration::{self, Calibration};
 use super::frame::ID_MAX;
 use super::protocol::Protocol;
-use super::registers::{Map, Model, TURN};
-use super::watchdog::{UNIT_NS, UNITS_MAX};
+use super::registers::{Map, Model, TURN, WATCHDOG_UNIT_NS, WATCHDOG_UNITS_MAX};
 use device::{DriverError, Given, Kind, OptionWord};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -154,7 +153,7 @@ pub(super) fn read(given: &Given<'_>, protocol: Protocol) -> Result<Wanted, Driv
 
 /// A time in units of the servo's register; none: it has no such value.
 fn units(ns: i64) -> Option<u8> {
-    u8::try_from(ns / UNIT_NS).ok().filter(|units| ns % UNIT_NS == 0 && (1..=UNITS_MAX).contains(&i64::from(*units)))
+    u8::try_from(ns / WATCHDOG_UNIT_NS).ok().filter(|units| ns % WATCHDOG_UNIT_NS == 0 && (1..=WATCHDOG_UNITS_MAX).contains(&i64::from(*units)))
 }
 
 fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protocol) -> Result<Wired, String> {

@@ -6,6 +6,11 @@ use std::f64::consts::TAU;
 /// Zero degrees Celsius, K.
 const ICE: f64 = 273.15;
 
+/// Unit of the watchdog's register, ns.
+pub(super) const WATCHDOG_UNIT_NS: i64 = 20_000_000;
+/// Longest time of the watchdog, in those units.
+pub(super) const WATCHDOG_UNITS_MAX: i64 = 127;
+
 /// A register: its address and bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Register {

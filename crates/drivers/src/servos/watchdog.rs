@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The watchdog of a servo itself: with its torque on, and nothing asked of anybody on the bus for that time, it stands still and takes no
-//! goals. Goals go out in a frame that nobody answers, so its register is looked at, one servo in each exchange.
+//! The watchdog inside a servo: with its torque on, and no request on the bus for that time, it stands still and takes no goals. A frame with
+//! goals has no answer, so the register is read, one servo in each exchange.
 use super::driver::Servos;
-use super::registers::Register;
+use super::registers::{Register, WATCHDOG_UNIT_NS};
 use device::DeviceError;
 
-/// What its register counts, ns.
-pub(super) const UNIT_NS: i64 = 20_000_000;
-/// The longest, in these.
-pub(super) const UNITS_MAX: i64 = 127;
 /// In its register: it has stopped the servo.
 const TRIPPED: u32 = 0xff;
 
@@ -35,7 +31,7 @@ impl Servos {
         if !self.joints[joint].has_torque || self.ask(joint, register)?.value != TRIPPED {
             return Ok(());
         }
-        let ms = i64::from(units) * UNIT_NS / 1_000_000;
+        let ms = i64::from(units) * WATCHDOG_UNIT_NS / 1_000_000;
         Err(self.wrong(joint, &format!("was stopped by its own watchdog: nothing was asked on the line for {ms} ms; reset() and enable()")))
     }
 }

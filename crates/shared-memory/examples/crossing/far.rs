@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The far side: it answers bursts, and sleeps between them.
 use crate::place::{core, pin};
-use crate::waking;
-use crate::wires::{Connections, PublishSubscribe, Wire, Word};
+use crate::wires::Wire;
 use std::io::{BufRead, BufReader, Write, stdin, stdout};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -86,17 +85,8 @@ fn answer(wire: &mut impl Wire, len: usize, count: u64) {
     }
 }
 
-/// The far process: serves until its input ends.
-pub fn serve(kind: &str, len: usize, run: u64) {
-    match kind {
-        "connections" => bursts(Connections::shared(1, len, run), len),
-        "word" => bursts(Word::new("processes", 1, len, run), len),
-        "publish-subscribe" => bursts(PublishSubscribe::new(1, len, run), len),
-        _ => waking::serve(kind, run),
-    }
-}
-
-fn bursts(mut wire: impl Wire, len: usize) {
+/// The far process of a wire: answers bursts until its input ends.
+pub fn bursts(mut wire: impl Wire, len: usize) {
     commands(|count| answer(&mut wire, len, count));
 }
 

@@ -9,12 +9,13 @@
 mod far;
 mod place;
 mod polled;
-#[path = "../../../kernel/examples/bench/report.rs"]
+#[path = "../../../runtime/examples/bench/report.rs"]
 mod report;
 mod waking;
 mod wires;
 
 use report::Line;
+use wires::{Connections, PublishSubscribe, Word};
 
 /// Values of a double in a group.
 const SIZES: [usize; 4] = [1, 8, 100, 1_000];
@@ -25,7 +26,7 @@ fn main() {
     match words.as_slice() {
         ["far", kind, len, run, core] => {
             place::pin(core.parse().expect("a core"));
-            far::serve(kind, len.parse().expect("a length"), run.parse().expect("a number"));
+            serve(kind, len.parse().expect("a length"), run.parse().expect("a number"));
         }
         [rounds, only @ ..] => {
             let rounds = rounds.parse().expect("ROUNDS is a number");
@@ -46,6 +47,16 @@ fn main() {
             eprintln!("crossing ROUNDS [threads] [processes]");
             std::process::exit(2);
         }
+    }
+}
+
+/// The far process: serves until its input ends.
+fn serve(kind: &str, len: usize, run: u64) {
+    match kind {
+        "connections" => far::bursts(Connections::shared(1, len, run), len),
+        "word" => far::bursts(Word::new("processes", 1, len, run), len),
+        "publish-subscribe" => far::bursts(PublishSubscribe::new(1, len, run), len),
+        _ => waking::serve(kind, run),
     }
 }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! What callers do with verb instances: made, started, waited for, halted, deleted.
-use super::{Broken, CALLERS, INSTANCES, Pending, World, broken, text};
+use super::{INSTANCES, Pending, World};
+use crate::broken::{Broken, broken, text};
 use crate::lives::{Claim, Life};
-use crate::operations::Operation;
+use crate::operations::{CALLERS, Operation};
 use crate::program::{ARBITRATED, ARRAYS, JOINT, Kind, MS, PAIRS, Program, Verb};
 use crate::seed::Numbers;
 use api::Answered;

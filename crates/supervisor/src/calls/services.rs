@@ -13,12 +13,16 @@ use std::sync::{Arc, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 impl System {
-    /// Lets the driver of a physical device carry out a service. Returns the number of the errand, for [`System::served`].
+    /// Lets the driver of a physical device carry out a service. Returns the number of the errand, for [`System::served`]. While an emergency
+    /// stop is latched, one that moves the device is refused.
     pub fn service(&self, device: &str, service: &str, arguments: Json) -> Result<u64, Refusals> {
         let (beside, far) = {
             let core = self.shared.locked();
             let physical = &core.registry.physical;
             let of = physical.get(device).ok_or_else(|| unknown("physical device", device, physical.keys().map(String::as_str)))?;
+            if moves(&of.about, service) {
+                core.safety.emergency.refuse("ask for service", &format!("{device}.{service}"))?;
+            }
             (of.beside.clone(), core.remote.at(core.registry.source_name(of.source)).cloned())
         };
         let (number, errand) = self.errands().begin(format!("device '{device}'"), format!("service '{service}'"))?;
@@ -81,4 +85,9 @@ fn carry_out(errand: &Arc<Errand>, does: impl FnOnce() -> Result<Json, Unserved>
     if let Err(why) = std::thread::Builder::new().name("service".to_owned()).spawn(move || ends.end(does())) {
         errand.end(Err(Unserved::Failed(format!("no thread for it: {why}"))));
     }
+}
+
+/// Whether a service moves its device, by what the driver says.
+fn moves(about: &Json, service: &str) -> bool {
+    about["services"].as_array().into_iter().flatten().any(|of| of["name"] == service && of["moves"] == true)
 }

@@ -7,13 +7,9 @@ import type { Series } from "../signal/series";
 import type { Span } from "../signal/sweep";
 import { type Acquisition, sumsKey } from "./acquisition";
 import { type Canvas, drawLine, drawMissing, extent, type Placed } from "./draw";
+import { type Scales, scaleKey } from "./scales";
 import { live, missingOf, type Reference, type Store, traceSeries } from "./traces";
 import { drawXy } from "./xy";
-
-export interface Scales {
-  ranges: Record<string, Range>;
-  x: Range | null;
-}
 
 interface Line {
   trace: ShownTrace;
@@ -99,11 +95,6 @@ export class Picture {
       [...extents].map(([key, { low, high, fixed }]) => [key, fixed ? { lo: fixed[0], hi: fixed[1] } : this.#ranges.of(key, low, high)]),
     );
   }
-}
-
-/** Traces with one key have one scale. */
-export function scaleKey(trace: ShownTrace, show: { scales: Show["scales"] }): string {
-  return show.scales === "unit" ? `unit ${trace.unit ?? ""}` : `trace ${trace.id}`;
 }
 
 function sizes(show: Show): { width: number; height: number; ratio: number } {

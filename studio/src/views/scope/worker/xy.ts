@@ -4,7 +4,7 @@ import type { Range, Ranges } from "../signal/ranges";
 import type { Series } from "../signal/series";
 import type { Span } from "../signal/sweep";
 import type { Canvas } from "./draw";
-import { type Scales, scaleKey } from "./picture";
+import { type Scales, scaleKey } from "./scales";
 import { type Store, traceSeries } from "./traces";
 
 interface Curve {

@@ -1,11 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A block whose budget ends while it stores: the signal comes between two halves of one output, in an invocation that the seed says.
+//! Blocks that crash, each in an invocation that the seed says: `crash` writes where nothing is; `torn` runs out of budget while it stores, between
+//! two halves of one output.
 use crate::blocks::{MANY, code};
 use opengpac::abi::{Descriptor, Header, Invocation, RUNNING};
 use opengpac::{FunctionBlock, Outcome, Step};
 use std::ffi::c_void;
 use std::sync::OnceLock;
 use std::sync::atomic::{Ordering, compiler_fence};
+
+/// Writes where nothing is, in invocation `at`; a pair until then.
+#[derive(FunctionBlock)]
+pub struct Crash {
+    /// the code
+    #[output]
+    a: f64,
+    /// its negative
+    #[output]
+    b: f64,
+    /// which start
+    #[param(default = 1)]
+    tag: i64,
+    /// in which invocation
+    #[param(default = 1_000_000)]
+    at: u64,
+}
+
+impl Step for Crash {
+    fn step(&mut self, invocation: &opengpac::Invocation) -> Outcome {
+        self.a = code(self.tag, invocation.number);
+        if invocation.number == self.at {
+            let nowhere = std::hint::black_box(16 as *mut u32);
+            // SAFETY: none; the fault is what is simulated, and the kernel contains it.
+            unsafe { nowhere.write_volatile(1) };
+        }
+        self.b = -self.a;
+        Outcome::Done
+    }
+}
 
 /// Many elements, all of them the code. In invocation `at` its budget is spent when half of them are stored.
 #[derive(FunctionBlock)]
@@ -59,8 +90,13 @@ unsafe extern "C" fn run(memory: *mut c_void, _: *const Invocation) -> u64 {
     0
 }
 
-/// The block with that entry.
-pub fn descriptor() -> &'static Descriptor {
+/// `Torn` with that entry.
+fn torn() -> &'static Descriptor {
     static DESCRIPTOR: OnceLock<&'static Descriptor> = OnceLock::new();
     DESCRIPTOR.get_or_init(|| Box::leak(Box::new(Descriptor { run, ..*Torn::descriptor() })))
+}
+
+/// Module `crashing`, which is not trusted after it crashed.
+pub fn all() -> [&'static Descriptor; 2] {
+    [Crash::descriptor(), torn()]
 }

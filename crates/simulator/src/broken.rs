@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a run is ended with: an invariant that does not hold.
+use model::refusal::Refusals;
+
+/// An invariant that does not hold.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Broken {
+    pub invariant: &'static str,
+    pub text: String,
+}
+
+pub fn broken<T>(invariant: &'static str, text: impl Into<String>) -> Result<T, Broken> {
+    Err(Broken { invariant, text: text.into() })
+}
+
+/// Refusals as one line.
+pub fn text(refusals: &Refusals) -> String {
+    refusals.iter().map(|refusal| format!("{:?}: {refusal}", refusal.class)).collect::<Vec<_>>().join("; ")
+}

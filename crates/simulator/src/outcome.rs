@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+//! What a seed came to.
+use crate::broken::Broken;
+
+/// An invariant that did not hold, with everything that happened before.
+#[derive(Clone, Debug)]
+pub struct Failure {
+    pub seed: u64,
+    pub broken: Broken,
+    /// The operations that were carried out, by their place in the seed's list.
+    pub kept: Vec<usize>,
+    pub story: Vec<String>,
+}
+
+/// What a seed came to.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    pub failure: Option<Failure>,
+    pub operations: usize,
+    pub accepted: usize,
+    pub refused: usize,
+    pub starts: u64,
+    /// Time of the system's clock.
+    pub virtual_ns: i64,
+    pub story: Vec<String>,
+}
