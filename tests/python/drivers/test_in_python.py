@@ -139,7 +139,9 @@ def test_the_next_process_waits_for_the_one_that_a_killed_program_left(tmp_path:
         program.wait()
         with gpac.System("cell") as cell:
             opened(cell, tmp_path)
-            assert [what for what, _ in groupby(told(tmp_path))][:4] == ["open", "safe 0", "close", "open"], "opened when it was safe and closed"
+            assert [what for what, _ in groupby(told(tmp_path))][:4] == ["open", "safe 0", "close", "open"], (
+                "opened when it was safe and closed"
+            )
 
 
 def test_a_process_that_is_left_and_does_not_end_is_named(tmp_path: Path) -> None:
