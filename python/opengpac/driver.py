@@ -30,7 +30,7 @@ import functools
 import inspect
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, TypeVar, overload
 
 from . import _native
 from .errors import CallError, DefinitionError, did_you_mean, refusals, refuse
@@ -132,8 +132,9 @@ class Counter(_Named):
 class Service:
     """A service of a driver; made by `service` of a method. Its arguments are those of the method, `Option`s or with plain defaults."""
 
-    def __init__(self, method: Callable[..., Any]) -> None:
+    def __init__(self, method: Callable[..., Any], moves: bool) -> None:
         self.name = method.__name__
+        self.moves = moves
         self.doc = (inspect.getdoc(method) or "").partition("\n")[0].rstrip(".")
         signature = inspect.signature(method)
         self.arguments = {name: (_argument(name, p), _kind(p.annotation)) for name, p in [*signature.parameters.items()][1:]}
@@ -163,7 +164,8 @@ class Service:
     def about(self) -> dict[str, Any]:
         """As manuals have it."""
         arguments = [option.about(name, kind) for name, (option, kind) in self.arguments.items()]
-        return {"name": self.name, "doc": self.doc, "arguments": arguments, "answer": _KIND_NAMES[self.answer] if self.answer else None}
+        answer = _KIND_NAMES[self.answer] if self.answer else None
+        return {"name": self.name, "doc": self.doc, "arguments": arguments, "answer": answer, "moves": self.moves}
 
 
 def _argument(name: str, parameter: inspect.Parameter) -> _Option:
@@ -194,17 +196,26 @@ def counter(doc: str, *, unit: str = "") -> Any:
     return Counter(doc, unit)
 
 
-def service(method: F) -> F:
+@overload
+def service(method: F) -> F: ...
+@overload
+def service(*, moves: bool = False) -> Callable[[F], F]: ...
+def service(method: F | None = None, *, moves: bool = False) -> F | Callable[[F], F]:
     """Makes a method what programs call off the cycle, `device.services.calibrate(at="300 K")`: its types are checked, its docstring is
-    shown. An argument may be an `Option` with unit and text. It runs between two exchanges: while it lasts, readings get older."""
-    made = Service(method)
+    shown. An argument may be an `Option` with unit and text. It runs between two exchanges: while it lasts, readings get older.
+    `@service(moves=True)` says that it moves the machine: it is refused while an emergency stop is latched."""
 
-    @functools.wraps(method)
-    def call(self: Driver, *values: Any, **named: Any) -> Any:
-        return method(self, **made.taken({**dict(zip(made.arguments, values, strict=False)), **named}))
+    def made_of(method: F) -> F:
+        made = Service(method, moves)
 
-    call.service = made  # type: ignore[attr-defined]
-    return call  # type: ignore[return-value]
+        @functools.wraps(method)
+        def call(self: Driver, *values: Any, **named: Any) -> Any:
+            return method(self, **made.taken({**dict(zip(made.arguments, values, strict=False)), **named}))
+
+        call.service = made  # type: ignore[attr-defined]
+        return call  # type: ignore[return-value]
+
+    return made_of if method is None else made_of(method)
 
 
 class Driver:

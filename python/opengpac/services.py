@@ -76,7 +76,8 @@ def _parameter(argument: Mapping[str, Any]) -> inspect.Parameter:
 
 
 def _documented(about: Mapping[str, Any]) -> str:
-    lines = [f"{about['doc'][:1].upper()}{about['doc'][1:]}."]
+    moves = " It moves the machine: refused while an emergency stop is latched." if about["moves"] else ""
+    lines = [f"{about['doc'][:1].upper()}{about['doc'][1:]}.{moves}"]
     for argument in about["arguments"]:
         unit = f", {argument['unit']}" if argument["unit"] else ""
         left_out = "" if argument["default"] is None else f"; left out: {argument['default']}"

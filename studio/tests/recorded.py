@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the recording of the page's tests, `run.mcap` in the folder of the argument, and says what `gpac.open_recording` reads in it.
+"""Makes the recordings of the page's tests in the folder of the argument, and says what `gpac.open_recording` reads in `run.mcap`.
 
-An arm of which one joint sways for 12 s of virtual time, with an alarm in between.
+In `later.mcap` the same happens 0.7 s later. An arm of which one joint sways for 12 s of virtual time, with an alarm in between.
 """
 
 import json
@@ -33,23 +33,30 @@ SWAY = gpac.Verb(
 )
 SENSED = "ur5e.shoulder_pan.sensed"
 
-path = Path(sys.argv[1]) / "run.mcap"
-with gpac.System("bench", clock="virtual") as cell:
-    rtp = cell.processor("rtp0")
-    fast, slow = rtp.timer("fast", period="1 ms", priority=80), rtp.timer("slow", period="20 ms", priority=60)
-    arm = gpac.robots.load("ur5e", rtp, on=fast).enable()
-    cell.alarms.define("hot", "the drive is too warm", severity="medium")
-    with cell.record(path, cells=True):
-        joint = arm["shoulder_pan"]
-        sway = SWAY.on(slow).asynch(joint, place=joint.sensed.value, amplitude=0.4, frequency=0.25)
-        for _ in range(6):
-            cell.advance("1 s")
-        cell.alarms.trip("hot", source="ur5e")
-        for _ in range(6):
-            cell.advance("1 s")
-        sway.halt()
-        cell.advance("0.5 s")
 
+def record(path: Path, waits: str) -> None:
+    """Records one run; the verb starts after `waits` of virtual time."""
+    with gpac.System("bench", clock="virtual") as cell:
+        rtp = cell.processor("rtp0")
+        fast, slow = rtp.timer("fast", period="1 ms", priority=80), rtp.timer("slow", period="20 ms", priority=60)
+        arm = gpac.robots.load("ur5e", rtp, on=fast).enable()
+        cell.alarms.define("hot", "the drive is too warm", severity="medium")
+        with cell.record(path, cells=True):
+            cell.advance(waits)
+            joint = arm["shoulder_pan"]
+            sway = SWAY.on(slow).asynch(joint, place=joint.sensed.value, amplitude=0.4, frequency=0.25)
+            for _ in range(6):
+                cell.advance("1 s")
+            cell.alarms.trip("hot", source="ur5e")
+            for _ in range(6):
+                cell.advance("1 s")
+            sway.halt()
+            cell.advance("0.5 s")
+
+
+path = Path(sys.argv[1]) / "run.mcap"
+record(path, "0 s")
+record(path.with_name("later.mcap"), "0.7 s")
 recorded = gpac.open_recording(path)
 taken = recorded[SENSED]
 moments = [float(taken["time"][0]) + offset for offset in (1.2345, 4.0, 7.77, 11.0)]

@@ -34,6 +34,7 @@
 //     right        ("raw sockets: cap_net_raw")    what it may do that a program of the user alone may not, and how that is given
 //     service      (name, "what")                  what it does off the cycle; options that stand behind it are its arguments
 //     service_of   (name, number, "what")          the same, with an answer: number, whole, bool, text, list or table
+//     moving_service (name, "what")               a service that moves the machine: refused while an emergency stop is latched
 //
 // A driver `axis` is a `struct axis` of plain data, 0 when it is made, and these functions; those that it does not need are left out:
 //
@@ -290,7 +291,7 @@ OGD_INLINE_FUNCTION void found(opengpac_host *host, const char *what, const char
 #define OGD_CALL_ON(M, tuple) OGD_CALL_ON_(M, OGD_UNWRAP tuple)
 #define OGD_CALL_ON_(...) OGD_CALL_OF(__VA_ARGS__)
 #define OGD_CALL_OF(M, K, ...) OGD_CAT(M, K)(__VA_ARGS__)
-#define OGD_CHECK_UNKNOWN(text) OGD_ASSERT(0, "'" text "' is not an item of a driver: the words are option_number, option_whole, option_bool, option_text, option_list, option_table, needed_ of each, exchange, waits, lost_within, safe, counter, right, service, service_of; at most 32 items");
+#define OGD_CHECK_UNKNOWN(text) OGD_ASSERT(0, "'" text "' is not an item of a driver: the words are option_number, option_whole, option_bool, option_text, option_list, option_table, needed_ of each, exchange, waits, lost_within, safe, counter, right, service, service_of, moving_service; at most 32 items");
 #define OGD_CHECK_IS(...)
 #define OGD_ITEM_UNKNOWN(text) {0, 0, "", "", "", 0, 0.0, 0, 0, 0},
 #define OGD_ITEM_IS(what, kind, name, doc, unit, text, number, whole, needed, by) {what, kind, name, doc, unit, text, number, whole, needed, by},
@@ -332,6 +333,8 @@ OGD_INLINE_FUNCTION void found(opengpac_host *host, const char *what, const char
 #define OGD_RIGHT_OF(t, doc) (IS, OGD_RIGHT, 0, "", doc, "", 0, 0.0, 0, 0, 0)
 #define OGD_WORD_service(...) ~, OGD_SERVICE_OF, (nothing, __VA_ARGS__)
 #define OGD_SERVICE_OF(t, kind, name, doc) (IS, OGD_SERVICE, OGD_ANSWER_##kind, #name, doc, "", 0, 0.0, 0, 0, 0)
+#define OGD_WORD_moving_service(...) ~, OGD_MOVING_SERVICE, (__VA_ARGS__)
+#define OGD_MOVING_SERVICE(t, name, doc) (IS, OGD_SERVICE, OGD_NOTHING, #name, doc, "", 0, 0.0, 1, 0, 0)
 #define OGD_WORD_service_of(...) ~, OGD_SERVICE_ANSWERS, (__VA_ARGS__)
 #define OGD_SERVICE_ANSWERS(t, name, kind, doc) (IS, OGD_SERVICE, OGD_ANSWER_##kind, #name, doc, "", 0, 0.0, 0, 0, 0)
 #define OGD_ANSWER_nothing OGD_NOTHING

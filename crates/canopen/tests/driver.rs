@@ -57,7 +57,7 @@ fn an_axis_takes_velocities_and_torques() {
 }
 
 #[test]
-fn the_safe_state_is_a_quick_stop_that_lasts_until_nobody_engages_the_axis() {
+fn the_safe_state_is_a_quick_stop_that_lasts_until_somebody_engages_the_axis_anew() {
     let mut rig = Rig::new();
     rig.until(&[Some(1.0)], "in operation", |rig| rig.status("x") == OPERATION_ENABLED);
     rig.driver.safe_state();
@@ -68,6 +68,16 @@ fn the_safe_state_is_a_quick_stop_that_lasts_until_nobody_engages_the_axis() {
     assert_eq!((rig.double("x.position"), rig.status("x")), (1.0, SWITCH_ON_DISABLED));
     rig.exchange(&[]).unwrap();
     rig.until(&[Some(1.1)], "in operation again", |rig| rig.status("x") == OPERATION_ENABLED);
+    // Nobody engages it, and it holds where it is: so it is when an emergency stop comes to an axis that stands.
+    rig.exchange(&[]).unwrap();
+    assert_eq!(rig.status("x"), OPERATION_ENABLED);
+    rig.driver.safe_state();
+    rig.until(&[], "off", |rig| rig.status("x") == SWITCH_ON_DISABLED);
+    for _ in 0..20 {
+        rig.exchange(&[]).unwrap();
+    }
+    assert_eq!(rig.status("x"), SWITCH_ON_DISABLED);
+    rig.until(&[Some(1.2)], "in operation once more", |rig| rig.status("x") == OPERATION_ENABLED);
 }
 
 #[test]

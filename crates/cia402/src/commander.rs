@@ -43,8 +43,10 @@ pub struct Commander {
     target: f64,
     /// It has been engaged, and is kept in operation until it is stopped.
     is_wanted: bool,
-    /// It is stopped until nobody engages it any more.
+    /// It is stopped until somebody engages it anew.
     is_stopped: bool,
+    /// At the last cycle.
+    was_engaged: bool,
     /// It has been in operation since it was engaged.
     was_enabled: bool,
     /// Cycles for which a status that says "in operation" may still be the one from before it was told to leave.
@@ -69,6 +71,7 @@ impl Commander {
             target: 0.0,
             is_wanted: false,
             is_stopped: false,
+            was_engaged: false,
             was_enabled: false,
             stale: 0,
             resets: false,
@@ -135,7 +138,7 @@ impl Commander {
 
     /// Begins to look for its home. Nobody has it engaged.
     pub fn home(&mut self) {
-        (self.is_wanted, self.was_enabled) = (false, false);
+        (self.is_wanted, self.was_enabled, self.is_stopped) = (false, false, false);
         (self.homing, self.homed) = (Some(Homing::default()), Homed::GoingOn);
     }
 
@@ -150,7 +153,7 @@ impl Commander {
         }
     }
 
-    /// Comes to rest, until nobody engages it any more.
+    /// Comes to rest and is switched off, until somebody engages it anew.
     pub fn stop(&mut self) {
         self.leave_homing();
         if let Some(brake) = &mut self.brake {
@@ -161,11 +164,12 @@ impl Commander {
 
     /// What it is told until the next cycle, which comes after `span_s`. Real-time safe.
     pub fn tell(&mut self, command: f64, is_engaged: bool, span_s: f64) -> Told {
+        self.is_stopped &= !is_engaged || self.was_engaged;
+        self.was_engaged = is_engaged;
         if is_engaged && self.homing.is_some() {
             // What engages it expects that it follows.
             self.stop();
         }
-        self.is_stopped &= is_engaged;
         let is_torque = self.scale.mode == Mode::Torque;
         self.is_wanted = !self.is_stopped && (is_engaged || self.is_wanted && !is_torque);
         self.was_enabled &= self.is_wanted;
@@ -292,12 +296,28 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_lasts_until_nobody_engages_it() {
+    fn a_stop_lasts_until_somebody_engages_it_anew() {
+        for mode in [Mode::Position, Mode::Velocity, Mode::Torque] {
+            let mut x = commander(mode);
+            x.see(ENABLED, 0, 0);
+            assert_eq!(told(&mut x, 1.0, true).0, ENABLE);
+            x.stop();
+            assert_eq!(told(&mut x, 1.0, true).0, QUICK_STOP);
+            assert_eq!(told(&mut x, 0.0, false).0, QUICK_STOP, "it is not let go while it moves");
+            x.see(0x17, 0, 0);
+            assert_eq!(told(&mut x, 0.0, false).0, QUICK_STOP);
+            x.see(OFF, 0, 0);
+            assert_eq!(told(&mut x, 0.0, false).0, DISABLE_VOLTAGE);
+            assert_eq!(told(&mut x, 1.0, true).0, SHUT_DOWN);
+        }
+    }
+
+    #[test]
+    fn one_that_stays_engaged_stays_stopped() {
         let mut x = commander(Mode::Velocity);
         x.see(ENABLED, 0, 0);
         assert_eq!(told(&mut x, 1.0, true), (ENABLE, -1000));
         x.stop();
-        assert_eq!(told(&mut x, 1.0, true), (QUICK_STOP, 0));
         x.see(OFF, 0, 0);
         assert_eq!(told(&mut x, 1.0, true), (DISABLE_VOLTAGE, 0));
         told(&mut x, 0.0, false);

@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// can do nothing any more ([`Driver::safe_handles`]), and the device, where nobody commands it any more ([`Driver::watchdog_ns`]).
 ///
 /// All calls but `new`-like construction come from the thread of the device's source (under the virtual clock: from
-/// the one thread of the system); `read` and `write` must not allocate, lock or wait.
+/// the one thread of the system); `read`, `write` and `safe_state` must not allocate, lock or wait.
 pub trait Driver: Send {
     /// The channels, fixed for the life of the driver.
     fn channels(&self) -> &[Channel];
@@ -22,7 +22,8 @@ pub trait Driver: Send {
     /// Writes every channel. `engaged[i]`: whether channel i (index among the write channels) is claimed by a running verb;
     /// one that is not carries its safe value.
     fn write(&mut self, release_ns: i64, commands: &[u8], engaged: &[bool]) -> Result<(), DeviceError>;
-    /// Brings all outputs to their safe state now: after a fault of the source, an emergency stop, or at the end.
+    /// Brings all outputs to their safe state now: after a fault of the source, at an emergency stop, or at the end. At an emergency stop it
+    /// takes the place of the first `write`; those behind it carry safe values, and nothing is engaged, until somebody engages a channel anew.
     fn safe_state(&mut self);
     /// Called once at the end, off the real-time path.
     fn close(&mut self);

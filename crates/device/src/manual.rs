@@ -57,6 +57,9 @@ pub struct ServiceAbout {
     pub arguments: Vec<OptionAbout>,
     /// The kind of its answer; null: it answers nothing.
     pub answer: Option<String>,
+    /// It moves the device: it is refused while an emergency stop is latched.
+    #[serde(default)]
+    pub moves: bool,
 }
 
 /// A counter of a driver.
@@ -111,7 +114,7 @@ impl From<&OptionWord> for OptionAbout {
 impl From<&ServiceWord> for ServiceAbout {
     fn from(of: &ServiceWord) -> ServiceAbout {
         let arguments = of.arguments.iter().map(OptionAbout::from).collect();
-        ServiceAbout { name: of.name.into(), doc: of.doc.into(), arguments, answer: of.answer.map(|kind| kind.name().to_owned()) }
+        ServiceAbout { name: of.name.into(), doc: of.doc.into(), arguments, answer: of.answer.map(|kind| kind.name().to_owned()), moves: of.moves }
     }
 }
 

@@ -15,6 +15,8 @@ pub struct ServiceWord {
     pub arguments: &'static [OptionWord],
     /// What it answers; none: nothing.
     pub answer: Option<Kind>,
+    /// It moves the device: it is refused while an emergency stop is latched.
+    pub moves: bool,
 }
 
 /// What carries out the services of an open driver. It is called from threads that are not the device's source, while the source exchanges,

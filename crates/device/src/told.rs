@@ -54,7 +54,7 @@ impl Told {
 
 fn service(of: &ServiceAbout) -> Result<ServiceWord, String> {
     let arguments = of.arguments.iter().map(argument).collect::<Result<Vec<_>, _>>()?.leak();
-    Ok(ServiceWord { name: stays(&of.name), doc: stays(&of.doc), arguments, answer: of.answer.as_deref().map(kind).transpose()? })
+    Ok(ServiceWord { name: stays(&of.name), doc: stays(&of.doc), arguments, answer: of.answer.as_deref().map(kind).transpose()?, moves: of.moves })
 }
 
 fn argument(of: &OptionAbout) -> Result<OptionWord, String> {
@@ -78,10 +78,13 @@ mod tests {
     #[test]
     fn words_are_read_once() {
         let argument = json!({ "name": "level", "kind": "number", "unit": "W", "default": "1.0", "doc": "how warm" });
-        let services = json!([{ "name": "warm", "doc": "warms it", "arguments": [argument], "answer": "bool" }]);
+        let services = json!([{ "name": "warm", "doc": "warms it", "arguments": [argument], "answer": "bool", "moves": true }]);
         let about = json!({ "parts": [], "services": services, "counters": [{ "name": "late", "unit": "", "doc": "late answers" }] });
         let told = Told::read(&about).expect("words");
-        assert_eq!((told.services[0].name, told.services[0].arguments[0].unit, told.services[0].answer), ("warm", "W", Some(Kind::Bool)));
+        assert_eq!(
+            (told.services[0].name, told.services[0].arguments[0].unit, told.services[0].answer, told.services[0].moves),
+            ("warm", "W", Some(Kind::Bool), true)
+        );
         assert_eq!(told.counters[0].name, "late");
         assert!(std::ptr::eq(told.services, Told::read(&about).expect("the same").services));
         assert!(Told::read(&json!({})).expect("nothing").services.is_empty());

@@ -147,6 +147,37 @@ fn the_example_moves_counts_and_answers() {
 }
 
 #[test]
+fn a_service_that_moves_the_machine_says_so() {
+    let folder = Folder::new("moving");
+    let source = r#"
+#include <opengpac_driver.h>
+struct lift {
+    int floor;
+};
+DRIVER(lift, "A lift.",
+    service(look, "looks where it is"),
+    moving_service(home, "goes to the ground floor"),
+    option_number(speed, 1.0, "how fast", "m/s"))
+const char *lift_make(struct lift *self, opengpac_host *host) {
+    (void)self, (void)host;
+    return OK;
+}
+const char *lift_read(struct lift *self, int64_t release_ns, uint8_t *readings) {
+    (void)self, (void)release_ns, (void)readings;
+    return OK;
+}
+const char *lift_service(struct lift *self, opengpac_host *host, const char *name) {
+    (void)self, (void)host, (void)name;
+    return OK;
+}
+"#;
+    let kind = format!("lift@{}", folder.built("lift", source));
+    driver_kit::lend();
+    let services = device::find(&kind).expect("it declares itself").services;
+    assert_eq!(services.iter().map(|of| (of.name, of.moves, of.arguments.len())).collect::<Vec<_>>(), [("look", false, 0), ("home", true, 1)]);
+}
+
+#[test]
 fn what_is_wrong_with_a_driver_is_said() {
     let folder = Folder::new("wrong");
     let refused = |name: &str, source: &str| {

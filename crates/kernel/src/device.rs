@@ -20,7 +20,7 @@ pub struct Device {
     /// For each channel: claimed by a running verb.
     pub(crate) engaged: Vec<AtomicBool>,
     pub(crate) standing: Standing,
-    /// While it is set, every write is the safe one.
+    /// While it is set, every write is the safe one; the first is the driver's safe state.
     pub(crate) stop: OnceLock<Arc<AtomicBool>>,
     pub(crate) is_asking: AtomicBool,
     /// Of a remote one: whom to ask.
@@ -59,7 +59,8 @@ impl Device {
         }
         let writes = channels.iter().filter(|channel| channel.direction == Direction::Write).count();
         let (out, engaged) = (commands.load(), vec![false; writes]);
-        let service = Service { driver, out, engaged, written_ns: None, ahead_ns: 0, shows: None, looks: None, is_new: false, is_closed: false };
+        let service =
+            Service { driver, out, engaged, written_ns: None, was_stopped: false, ahead_ns: 0, shows: None, looks: None, is_new: false, is_closed: false };
         Ok(Arc::new(Device {
             name: name.to_owned(),
             readings,
@@ -156,10 +157,14 @@ impl Device {
         self.standing.limited[channel].load(Ordering::Relaxed)
     }
 
-    /// Every write is the safe one while `stop` is set. Once in the life of a device.
+    /// Every write is the safe one while `stop` is set; the first is the driver's safe state. Once in the life of a device.
     pub fn obey(&self, stop: Arc<AtomicBool>) {
         // A second call would name the same flag: there is one of a host.
         let _first = self.stop.set(stop);
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.stop.get().is_some_and(|stop| stop.load(Ordering::Acquire))
     }
 
     /// From the next reading on, the read channel `channel` asks for `what` whenever it is not 0 (`at_zero`: whenever it is 0).
@@ -259,7 +264,8 @@ impl Device {
         changed
     }
 
-    /// Writes every channel: claimed ones as stored within their slew limits, the others safe.
+    /// Writes every channel: claimed ones as stored within their slew limits, the others safe. In the first write that finds an emergency stop,
+    /// the driver brings the device to its safe state instead.
     ///
     /// # Safety
     /// As for `read`.
@@ -269,7 +275,7 @@ impl Device {
         }
         // SAFETY: the caller is the one that touches it.
         let service = unsafe { &mut *self.service.get() };
-        let is_stopped = self.stop.get().is_some_and(|stop| stop.load(Ordering::Acquire));
+        let is_stopped = self.is_stopped();
         let elapsed_s = service.written_ns.map_or(0.0, |written| (release_ns - written) as f64 * 1e-9);
         let writes = self.channels.iter().enumerate().filter(|(_, channel)| channel.direction == Direction::Write);
         for (place, (index, channel)) in writes.enumerate() {
@@ -296,7 +302,7 @@ impl Device {
             self.seen.written(release_ns - service.written_ns.unwrap_or(release_ns));
         }
         service.written_ns = Some(release_ns);
-        let written = service.send(release_ns, tape);
+        let written = service.send(release_ns, is_stopped, tape);
         self.checked(service, written)
     }
 
@@ -320,7 +326,7 @@ impl Device {
         if self.is_lost() {
             return Ok(());
         }
-        let written = service.send(release_ns, tape);
+        let written = service.send(release_ns, self.is_stopped(), tape);
         self.checked(service, written)
     }
 

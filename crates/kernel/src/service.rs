@@ -16,6 +16,8 @@ pub struct Service {
     pub(crate) engaged: Vec<bool>,
     /// Release of the last write, ns.
     pub written_ns: Option<i64>,
+    /// The emergency stop was in force at the last write.
+    pub(crate) was_stopped: bool,
     /// How much the driver's clock is ahead of the source's: that of the host which opened it.
     pub ahead_ns: i64,
     /// Where what it read last goes, for an heir.
@@ -44,9 +46,17 @@ pub trait View: Send {
 }
 
 impl Service {
-    /// What is to go out goes to the driver.
-    pub(crate) fn send(&mut self, release_ns: i64, tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
-        let mut live = || self.driver.write(release_ns + self.ahead_ns, &self.out, &self.engaged);
+    /// What is to go out goes to the driver. The first time that an emergency stop is in force, the device is brought to its safe state instead.
+    pub(crate) fn send(&mut self, release_ns: i64, is_stopped: bool, tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
+        let stops = is_stopped && !self.was_stopped;
+        self.was_stopped = is_stopped;
+        let mut live = || {
+            if stops {
+                self.driver.safe_state();
+                return Ok(());
+            }
+            self.driver.write(release_ns + self.ahead_ns, &self.out, &self.engaged)
+        };
         match tape {
             None => live(),
             Some(tape) => tape.written(&mut live),

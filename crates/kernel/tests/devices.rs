@@ -208,7 +208,7 @@ fn outputs_are_safe_in_the_firing_that_read_a_stop() {
     // From the next reading on: that is 3, not 0.
     device.ask(0, Ask::Stop, false);
     run_until(&host, 4 * MS);
-    assert_eq!(*log.lock().unwrap(), ["10 true", "20 true", "0 false", "0 false"]);
+    assert_eq!(*log.lock().unwrap(), ["10 true", "20 true", "safe", "0 false"]);
     assert!(stop.load(Ordering::Acquire) && device.asks(0) && device.asked(0));
     let told = events(&host).into_iter().filter(|event| matches!(event, Event::Asked { time_ns: 3_000_000, .. })).count();
     assert_eq!(told, 1, "it is told when it begins, not in each firing");
@@ -216,7 +216,7 @@ fn outputs_are_safe_in_the_firing_that_read_a_stop() {
     device.forget(0);
     run_until(&host, 5 * MS);
     assert!(stop.load(Ordering::Acquire) && device.asked(0), "a cause that is present stops again");
-    assert_eq!(log.lock().unwrap().last().unwrap(), "0 false");
+    assert_eq!(log.lock().unwrap().last().unwrap(), "0 false", "nothing went out meanwhile: it is in its safe state");
 }
 
 #[test]

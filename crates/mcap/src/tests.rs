@@ -297,3 +297,25 @@ fn a_writer_does_not_grow_without_end() {
     assert!(has_index(2));
     assert!(!has_index(60));
 }
+
+#[test]
+fn channels_apart_have_chunks_of_their_own() {
+    let mut writer = Writer::new(Vec::new(), "tests").expect("memory has room");
+    let value = writer.channel("value", "json", None, &BTreeMap::new()).expect("a number");
+    let told = writer.channel("told", "json", None, &BTreeMap::new()).expect("a number");
+    writer.set_apart(told);
+    for time in 0..100 {
+        writer.put(value, 0, time, &[1; 40_000]);
+        writer.put(told, 0, time, b"{}");
+        if writer.is_full() {
+            writer.finish_full().expect("memory has room");
+            assert!(writer.is_filling(told) && !writer.is_filling(value));
+        }
+    }
+    writer.finish().expect("memory has room");
+    let (found, whole) = read(&writer.into_sink());
+    assert!(whole.is_ok_and(|whole| whole));
+    let channels: Vec<u16> = found.iter().filter_map(|one| if let Written::Message { channel, .. } = one { Some(*channel) } else { None }).collect();
+    assert_eq!(channels, [vec![value; 100], vec![told; 100]].concat());
+    assert!(matches!(&found[1], Written::Channel { id, .. } if *id == told), "a channel is described before its messages");
+}

@@ -3,10 +3,10 @@
 use crate::records::{
     CHANNEL, CHUNK, CHUNK_INDEX, DATA_END, FOOTER, Fields, HEADER, MAGIC, MESSAGE, MESSAGE_INDEX, METADATA, METADATA_INDEX, SCHEMA, STATISTICS, SUMMARY_OFFSET,
 };
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::io::{self, Write};
 
-/// The chunk that is being filled.
+/// A chunk that is being filled.
 #[derive(Default)]
 struct Chunk {
     records: Vec<u8>,
@@ -14,6 +14,12 @@ struct Chunk {
     index: BTreeMap<u16, Vec<(u64, u64)>>,
     first: u64,
     last: u64,
+}
+
+impl Chunk {
+    fn is_full(&self) -> bool {
+        self.records.len() >= CHUNK_SIZE
+    }
 }
 
 /// What messages of a channel look like.
@@ -32,6 +38,9 @@ pub struct Writer<W: Write> {
     sink: W,
     position: u64,
     chunk: Chunk,
+    /// Of channels that have chunks of their own.
+    chunk_apart: Chunk,
+    apart: HashSet<u16>,
     /// Their numbers.
     schemas: HashMap<Schema, u16>,
     /// Every schema and channel as a record, for the summary.
@@ -56,6 +65,8 @@ impl<W: Write> Writer<W> {
             sink,
             position: 0,
             chunk: Chunk::default(),
+            chunk_apart: Chunk::default(),
+            apart: HashSet::new(),
             schemas: HashMap::new(),
             described: Default::default(),
             channels: 0,
@@ -96,9 +107,15 @@ impl<W: Write> Writer<W> {
         fields().record(code, &mut self.described[which]);
     }
 
-    /// Puts a message into the chunk. `time`: ns.
+    /// Messages of a channel go into chunks of their own, shared with the other channels of which this was said: who reads only them reads
+    /// nothing else. Said before its first message.
+    pub fn set_apart(&mut self, channel: u16) {
+        self.apart.insert(channel);
+    }
+
+    /// Puts a message into its chunk. `time`: ns.
     pub fn put(&mut self, channel: u16, sequence: u32, time: u64, data: &[u8]) {
-        let Chunk { records, index, first, last } = &mut self.chunk;
+        let Chunk { records, index, first, last } = if self.apart.contains(&channel) { &mut self.chunk_apart } else { &mut self.chunk };
         if index.is_empty() {
             (*first, *last) = (time, time);
         }
@@ -113,9 +130,14 @@ impl<W: Write> Writer<W> {
         records.extend(data);
     }
 
-    /// True where the chunk is large enough to be finished: a larger one compresses no better.
+    /// True where a chunk is large enough to be finished: a larger one compresses no better.
     pub fn is_full(&self) -> bool {
-        self.chunk.records.len() >= CHUNK_SIZE
+        [&self.chunk, &self.chunk_apart].into_iter().any(Chunk::is_full)
+    }
+
+    /// True while messages of a channel are in a chunk that is being filled.
+    pub fn is_filling(&self, channel: u16) -> bool {
+        [&self.chunk, &self.chunk_apart].into_iter().any(|chunk| chunk.index.contains_key(&channel))
     }
 
     /// Bytes written: a whole number of records. Up to here the file can be read, whatever happens to its writer.
@@ -123,17 +145,37 @@ impl<W: Write> Writer<W> {
         self.position
     }
 
-    /// Where it is written, without the chunk that is being filled.
+    /// Where it is written, without the chunks that are being filled.
     pub fn into_sink(self) -> W {
         self.sink
     }
 
-    /// The chunk reaches the sink, as a whole, with the index of its messages; nothing where it is empty.
+    /// The chunks reach the sink, each as a whole, with the index of its messages; nothing where both are empty.
     pub fn finish_chunk(&mut self) -> io::Result<()> {
-        if self.chunk.records.is_empty() {
-            return Ok(());
+        let chunk = std::mem::take(&mut self.chunk);
+        self.chunk = self.finished(chunk)?;
+        let chunk = std::mem::take(&mut self.chunk_apart);
+        self.chunk_apart = self.finished(chunk)?;
+        Ok(())
+    }
+
+    /// The same, but a chunk of channels apart stays where it is not full: they are few messages, and lie together so.
+    pub fn finish_full(&mut self) -> io::Result<()> {
+        if self.chunk_apart.is_full() {
+            return self.finish_chunk();
         }
-        let Chunk { records, index, first, last } = &self.chunk;
+        // Channels are described in this one, so that none stands behind its messages.
+        let chunk = std::mem::take(&mut self.chunk);
+        self.chunk = self.finished(chunk)?;
+        Ok(())
+    }
+
+    /// Writes a chunk; the same memory comes back empty.
+    fn finished(&mut self, mut chunk: Chunk) -> io::Result<Chunk> {
+        if chunk.records.is_empty() {
+            return Ok(chunk);
+        }
+        let Chunk { records, index, first, last } = &chunk;
         let (first, last, size) = (*first, *last, records.len() as u64);
         let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::with_capacity(records.len() / 2));
         encoder.write_all(records)?;
@@ -158,17 +200,16 @@ impl<W: Write> Writer<W> {
         }
         self.chunk_indexes.take_if(|indexes| indexes.len() > INDEXES_MAX);
         self.chunks += 1;
-        for (channel, messages) in &self.chunk.index {
+        for (channel, messages) in &chunk.index {
             *self.counts.entry(*channel).or_default() += messages.len() as u64;
         }
-        if !self.chunk.index.is_empty() {
+        if !chunk.index.is_empty() {
             self.span = Some(self.span.map_or((first, last), |(from, to)| (from.min(first), to.max(last))));
         }
-        let Chunk { records, index, first, last } = &mut self.chunk;
-        records.clear();
-        index.clear();
-        (*first, *last) = (0, 0);
-        Ok(())
+        chunk.records.clear();
+        chunk.index.clear();
+        (chunk.first, chunk.last) = (0, 0);
+        Ok(chunk)
     }
 
     /// A record of metadata, behind the chunk, which reaches the sink with it.

@@ -86,7 +86,7 @@ impl Archive {
             clock: text("clock"),
             epoch_unix_s: epoch_ns as f64 * 1e-9,
             begins_ns,
-            ends_ns: index.ceilings.last().map_or(begins_ns, |last| last.cast_signed().max(begins_ns)),
+            ends_ns: index.file.chunks.iter().map(|chunk| chunk.last.cast_signed()).max().map_or(begins_ns, |last| last.max(begins_ns)),
             complete: index.file.is_whole(),
             replay: index.tracks.contains_key(replay::TOPIC),
             channels: channels_of(&index),

@@ -9,7 +9,7 @@ use model::types::Type;
 use model::value::Value;
 use serde::Serialize;
 use serde_json::Value as Json;
-use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard};
@@ -27,6 +27,8 @@ pub(crate) struct Track {
     ids: Vec<u16>,
     /// Chunks with messages of it.
     pub chunks: Vec<usize>,
+    /// Of each of them: no message in it or behind it is earlier than this.
+    floors: Vec<u64>,
     /// Number of its messages in the chunks before each of those.
     before: Vec<usize>,
     messages: usize,
@@ -58,7 +60,7 @@ impl Track {
 pub(crate) struct Index {
     pub file: Indexed,
     pub tracks: IndexMap<String, Track>,
-    /// Of each chunk: no message in it or behind it is earlier than this, none in it or before it later than that.
+    /// Of each chunk: no value in it or behind it is earlier than this, none in it or before it later than that.
     pub floors: Vec<u64>,
     pub ceilings: Vec<u64>,
     taken: usize,
@@ -222,7 +224,7 @@ impl Archive {
 
     fn last_at(&self, index: &Index, topic: &str, time_ns: i64) -> Result<Option<RecordedMessage>, Refusals> {
         let (Some(track), Ok(time)) = (index.tracks.get(topic), u64::try_from(time_ns)) else { return Ok(None) };
-        let behind = track.chunks.partition_point(|at| index.floors[*at] <= time);
+        let behind = track.floors.partition_point(|floor| *floor <= time);
         for at in track.chunks[..behind].iter().rev() {
             let chunk = self.chunk(index, *at)?;
             let last = track.of(&chunk).filter(|message| message.time <= time).max_by_key(|message| message.time);
@@ -263,25 +265,34 @@ impl Index {
             }
         }
         self.taken = file.chunks.len();
-        self.ceilings = file
-            .chunks
+        let of_values: HashSet<u16> = tracks.values().filter(|track| track.values.is_some()).flat_map(|track| &track.ids).copied().collect();
+        let times = |chunk: &mcap::Place| chunk.counts.keys().any(|id| of_values.contains(id)).then_some((chunk.first, chunk.last));
+        let times: Vec<Option<(u64, u64)>> = file.chunks.iter().map(times).collect();
+        self.ceilings = times
             .iter()
-            .scan(0, |most, chunk| {
-                *most = chunk.last.max(*most);
-                Some(*most)
+            .scan(0, |maximum, times| {
+                *maximum = times.map_or(0, |(_, last)| last).max(*maximum);
+                Some(*maximum)
             })
             .collect();
-        self.floors = file
-            .chunks
-            .iter()
-            .rev()
-            .scan(u64::MAX, |least, chunk| {
-                *least = chunk.first.min(*least);
-                Some(*least)
-            })
-            .collect();
-        self.floors.reverse();
+        self.floors = minima(times.iter().map(|times| times.map_or(u64::MAX, |(first, _)| first)));
+        for track in tracks.values_mut() {
+            track.floors = minima(track.chunks.iter().map(|at| file.chunks[*at].first));
+        }
     }
+}
+
+/// Of each place the minimum from there on.
+fn minima(of: impl DoubleEndedIterator<Item = u64>) -> Vec<u64> {
+    let mut found: Vec<u64> = of
+        .rev()
+        .scan(u64::MAX, |minimum, one| {
+            *minimum = one.min(*minimum);
+            Some(*minimum)
+        })
+        .collect();
+    found.reverse();
+    found
 }
 
 fn values_of(channel: &mcap::Channel) -> Option<Values> {

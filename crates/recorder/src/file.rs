@@ -83,17 +83,25 @@ impl Book {
             count.pending += 1;
             writer.put(count.id, entry.sequence, u64::try_from(entry.time_ns).unwrap_or(0), bytes);
             if writer.is_full() {
-                self.finish_chunk();
+                self.finish_chunks(mcap::Writer::finish_full);
             }
         }
         if self.since.elapsed() >= self.chunk_max {
+            self.since = Instant::now();
             self.finish_chunk();
         }
     }
 
     /// A channel beyond the 65,535 that a file can have gets no number: all of it is lost.
     fn define(&mut self, of: &Definition) {
-        let id = self.writer.as_mut().and_then(|writer| writer.channel(&of.topic, of.encoding, of.schema.as_ref(), &of.metadata)).unwrap_or(0);
+        let id = self.writer.as_mut().and_then(|writer| {
+            let id = writer.channel(&of.topic, of.encoding, of.schema.as_ref(), &of.metadata)?;
+            if of.is_apart() {
+                writer.set_apart(id);
+            }
+            Some(id)
+        });
+        let id = id.unwrap_or(0);
         self.counts.push(Count { topic: of.topic.clone(), id, ..Count::default() });
     }
 
@@ -105,6 +113,7 @@ impl Book {
             let text = r#"{"type":"object","properties":{"channel":{"type":"string"},"count":{"type":"integer"}}}"#;
             let schema = Schema { name: "opengpac.lost".to_owned(), encoding: JSON_SCHEMA, text: text.to_owned() };
             self.losses = writer.channel(LOSSES, JSON, Some(&schema), &BTreeMap::new());
+            self.losses.into_iter().for_each(|id| writer.set_apart(id));
         }
         if let Some(id) = self.losses {
             let text = serde_json::json!({"channel": self.counts[channel.0].topic, "count": count}).to_string();
@@ -112,14 +121,17 @@ impl Book {
         }
     }
 
-    /// The chunk reaches the file as a whole.
+    /// The chunks reach the file, each as a whole.
     fn finish_chunk(&mut self) {
-        self.since = Instant::now();
+        self.finish_chunks(mcap::Writer::finish_chunk);
+    }
+
+    fn finish_chunks(&mut self, chunks: impl Fn(&mut mcap::Writer<Box<dyn Sink>>) -> io::Result<()>) {
         let Some(writer) = &mut self.writer else { return };
-        match writer.finish_chunk() {
+        match chunks(writer) {
             Ok(()) => {
                 self.bytes = writer.position();
-                for count in &mut self.counts {
+                for count in self.counts.iter_mut().filter(|count| !writer.is_filling(count.id)) {
                     count.written += std::mem::take(&mut count.pending);
                 }
             }

@@ -21,6 +21,13 @@ pub(crate) struct Definition {
     pub metadata: BTreeMap<String, String>,
 }
 
+impl Definition {
+    /// Log, ends, statistics and the like: few messages, which a reader takes as a whole, and not out of all chunks with values.
+    pub fn is_apart(&self) -> bool {
+        self.encoding == JSON && !self.metadata.contains_key("kind")
+    }
+}
+
 pub(crate) struct Entry {
     pub channel: ChannelId,
     pub time_ns: i64,

@@ -189,13 +189,14 @@ fn a_page_of_messages_reads_its_own_chunks_only() {
     system.advance(60_000 * MS).unwrap();
     recorder.stop();
     let archive = Archive::open(&file).unwrap();
-    let (all, next) = archive.records(STATISTICS, 0, usize::MAX).unwrap();
+    // Values, for what is told of the system lies in few chunks.
+    let (all, next) = archive.records("y", 0, usize::MAX).unwrap();
     assert_eq!(next, None);
     // Page by page, one chunk each, it is the same.
     let (mut pages, mut begins, mut since) = (Vec::new(), Vec::new(), Some(0));
     while let Some(number) = since {
         begins.push(number);
-        let (page, next) = archive.records(STATISTICS, number, 1).unwrap();
+        let (page, next) = archive.records("y", number, 1).unwrap();
         assert_eq!(next.unwrap_or(all.len()), number + page.len());
         pages.extend(page);
         since = next;
@@ -209,10 +210,10 @@ fn a_page_of_messages_reads_its_own_chunks_only() {
     bytes[..half].fill(0xff);
     std::fs::write(&file, bytes).unwrap();
     let late = begins[begins.len() - 2];
-    let (page, next) = archive.records(STATISTICS, late, 1).expect("a page behind the damage");
+    let (page, next) = archive.records("y", late, 1).expect("a page behind the damage");
     assert_eq!((page.as_slice(), next), (&all[late..begins[begins.len() - 1]], begins.last().copied()));
-    assert!(archive.records(STATISTICS, 0, 1).is_err(), "its chunk is gone");
-    let (page, next) = archive.records(STATISTICS, all.len(), 1).unwrap();
+    assert!(archive.records("y", 0, 1).is_err(), "its chunk is gone");
+    let (page, next) = archive.records("y", all.len(), 1).unwrap();
     assert!(page.is_empty() && next.is_none(), "nothing is behind the last one");
 }
 
@@ -244,4 +245,19 @@ fn one_that_is_under_way_grows_and_one_that_was_cut_off_ends_where_it_does() {
     std::fs::write(scratch.file("none.mcap"), b"nothing").unwrap();
     assert!(opened(&scratch.file("none.mcap")).is_err_and(|why| why[0].message.contains("it is no MCAP file")));
     assert!(recordings(&scratch.file("absent")).is_err_and(|why| why[0].message.contains("cannot read the folder")));
+}
+
+#[test]
+fn the_log_is_read_without_the_values() {
+    let (system, scratch) = (system(), Scratch::new("apart"));
+    let (recorder, id) = begin(&system, &scratch.file("run.mcap"));
+    system.advance(30_000 * MS).unwrap();
+    system.halt(id).unwrap();
+    recorder.stop();
+    let file = mcap::Indexed::open(std::fs::File::open(scratch.file("run.mcap")).unwrap()).unwrap();
+    let of_values = |id: &u16| file.channels[id].metadata.contains_key("kind");
+    let mixed = |chunk: &mcap::Place| chunk.counts.keys().any(of_values) && !chunk.counts.keys().all(of_values);
+    assert_eq!(file.chunks.iter().filter(|chunk| mixed(chunk)).count(), 0);
+    assert!(file.chunks.iter().any(|chunk| chunk.counts.keys().any(of_values)));
+    assert!(file.chunks.iter().any(|chunk| chunk.counts.keys().any(|id| file.channels[id].topic == LOG)));
 }

@@ -48,7 +48,7 @@ class Manual(Shown):
     def _table(self) -> Tables:
         options = [(o["name"], o["kind"], o["unit"], "needed" if o["default"] is None else o["default"], o["doc"]) for o in self.options]
         tables = [Table("options", ["option", "kind", "unit", "left out", "what it is"], options)]
-        services = [(s["name"], ", ".join(a["name"] for a in s["arguments"]), s["answer"] or "", s["doc"]) for s in self.services]
+        services = [(s["name"], ", ".join(a["name"] for a in s["arguments"]), s["answer"] or "", _what_it_does(s)) for s in self.services]
         tables.append(Table("services", ["service", "arguments", "answer", "what it does"], services))
         tables.append(Table("counters", ["counter", "unit", "what it counts"], [(c["name"], c["unit"], c["doc"]) for c in self.counters]))
         return Tables([table for table in tables if table.rows], "\n".join(self._lines()))
@@ -153,3 +153,7 @@ def scan(kind: str | None = None, **options: Any) -> Found:
             continue
         found += [{"driver": each, **device} for device in answer]
     return Found(found, problems)
+
+
+def _what_it_does(service: Mapping[str, Any]) -> str:
+    return f"{service['doc']}; it moves the machine" if service["moves"] else service["doc"]

@@ -419,6 +419,8 @@ export interface DriverService {
   arguments: DriverOption[];
   /** The kind of its answer; null: it answers nothing. */
   answer: string | null;
+  /** It moves the device: it is refused while an emergency stop is latched. */
+  moves: boolean;
 }
 
 /** What makes an active block due: its interval or trigger, the blocks that drive it, or values from other sources and instances. */

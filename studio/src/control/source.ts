@@ -30,6 +30,9 @@ export interface Values {
 
 /** Times that can be asked for: those of a recording. */
 export interface Past {
+  readonly name: string;
+  /** All of its log, whatever the cursor. */
+  readonly log: readonly LogEntry[];
   readonly begins_ns: number;
   readonly ends_ns: number;
   /** Where the views stand, ns on the system's clock. */
@@ -39,6 +42,10 @@ export interface Past {
   span(names: string[], from_ns: number, to_ns: number, columns: number, signal: AbortSignal): AsyncIterable<RecordedSpan>;
   /** What a channel is: type, unit, how many numbers; undefined where it was not recorded. */
   channel(name: string): { name: string; type_text: string; unit: string; components: number } | undefined;
+  /** The names of all recordings beside which it can be laid, the newest first; its own too. Errors: `Refused`. */
+  others(): Promise<string[]>;
+  /** Another recording, with a cursor of its own that nobody sees. Errors: `Refused`. */
+  beside(name: string): Promise<Past>;
 }
 
 /**

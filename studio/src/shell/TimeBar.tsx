@@ -6,6 +6,7 @@ import { Refusals, Tag } from "../design/parts";
 import { foremost } from "./AlarmBar";
 import { type Axis, useAxis } from "./axis";
 import { useAction, useLive, useWatched } from "./context";
+import { VirtualClock } from "./VirtualClock";
 
 const RATES = [0.01, 0.1, 0.25, 0.5, 1, 2, 5, 10, 60];
 /** Steps of the slider over the whole recording. */
@@ -14,6 +15,7 @@ const STEPS = 100_000;
 /** Where the views stand in time: live, paused, or at the cursor of a recording. */
 export function TimeBar() {
   const axis = useAxis();
+  const live = useLive();
   const source = useWatched(axis.source);
   const recording = axis.recording;
   if (recording) return <Recorded key={recording.name} axis={axis} of={recording} />;
@@ -30,6 +32,7 @@ export function TimeBar() {
       ) : (
         <span className="quiet small">The page follows the system</span>
       )}
+      {!isStill && live.version.clock === "virtual" && live.may("operate") && <VirtualClock />}
     </section>
   );
 }
@@ -43,6 +46,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
   const { axis, of } = props;
   const live = useLive();
   const cursor = useWatched(of.cursor);
+  const shown = useWatched(of.shown);
   const playing = useWatched(axis.playing);
   const trouble = useWatched(of.trouble);
   const action = useAction();
@@ -51,7 +55,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
   const step = (back: boolean) => action.run(() => of.step(back));
   const moved = (cursor - of.begins_ns) / 1e9;
   return (
-    <section className="time-bar recorded" aria-label="Time">
+    <section className="time-bar recorded" aria-label="Time" data-cursor={cursor} data-shown={shown}>
       <button type="button" className="primary" onClick={() => axis.goLive()} title={`Back to ${live.version.system}, as it runs`}>
         Live
       </button>

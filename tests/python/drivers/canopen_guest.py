@@ -5,6 +5,7 @@ Its argument is a folder, in which it says in `said.json` what came of it; with 
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import json
 import os
@@ -124,9 +125,18 @@ def brake(said: dict[str, Any]) -> None:
         joint.enable()
         until("it is released", lambda: output[1].raw == 0)
         said["brake_released"] = peer.state
-    # The end of the system brings its devices to their safe state.
+        cell.emergency_stop("tried")
+        until("it is off", lambda: peer.state == 0x50)
+        said["brake_stopped"] = output[1].raw
+        with contextlib.suppress(gpac.EmergencyStopped):
+            said["homed_while_stopped"] = line.services.home(axis="x", method=35)
+        cell.reset()
+        joint.enable()
+        until("it is released again", lambda: output[1].raw == 0)
+        said["brake_again"] = peer.state
+    # The end of the system brings its devices to their safe state too.
     until("it is closed", lambda: output[1].raw == 1)
-    said["brake_stopped"] = peer.value["control"].raw
+    said["brake_ended"] = peer.value["control"].raw
     peer.close()
 
 

@@ -50,6 +50,11 @@ class Furnace(Driver):
             raise ValueError("nobody may call it that")
         self.tell(f"label {text}")
 
+    @service(moves=True)
+    def open_door(self) -> None:
+        """Opens its door by a motor."""
+        self.tell("door")
+
     @service
     def lie(self) -> int:
         """Answers what it does not declare."""

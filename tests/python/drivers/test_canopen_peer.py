@@ -48,7 +48,10 @@ if user_mode_linux.missing() is None:
     def test_a_brake_is_released_by_the_motor_and_closed_by_a_safe_state(said: dict[str, Any]) -> None:
         assert said["brake_closed"] == [1, 1, 6], "closed, its bit is the controller's, and the motor holds behind a quick stop"
         assert said["brake_released"] == 0x37
-        assert said["brake_stopped"] == 0x02, "quick stop, while the brake closes"
+        assert said["brake_stopped"] == 1, "an emergency stop closed it before the motor let go"
+        assert "homed_while_stopped" not in said
+        assert said["brake_again"] == 0x37
+        assert said["brake_ended"] == 0x02, "quick stop, while the brake closes"
 
     def test_a_module_has_its_safe_values_and_its_terminals_are_channels(said: dict[str, Any]) -> None:
         assert said["module_told"] == [0xFF, 0x02, 1, 100, 2], "error modes and values, and that it stops without its controller"

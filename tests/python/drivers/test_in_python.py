@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import signal
 import subprocess
@@ -33,9 +34,10 @@ time.sleep(3600)
 
 
 def told(folder: Path) -> list[str]:
-    """What has happened to the furnace so far."""
+    """What has happened to the furnace so far. It may be brought to its safe state more than once in a row, which is told once."""
     file = folder / "told"
-    return file.read_text().split("\n")[:-1] if file.exists() else []
+    lines = file.read_text().split("\n")[:-1] if file.exists() else []
+    return [line for line, _ in itertools.groupby(lines)]
 
 
 def opened(cell: gpac.System, folder: Path, **options: Any) -> tuple[gpac.PhysicalDevice, gpac.Source]:
@@ -91,7 +93,7 @@ def test_what_it_raises_loses_the_device(tmp_path: Path, how: str, why: str) -> 
         (tmp_path / how).unlink()
         furnace.reopen()
         assert cell.statistics["physical_devices"]["furnace"]["lost"] is None
-        assert told(tmp_path)[:4] == ["open", "safe 0", "safe 0", "close"]
+        assert told(tmp_path)[:3] == ["open", "safe 0", "close"]
 
 
 def test_a_process_that_is_killed_loses_the_device(tmp_path: Path) -> None:

@@ -87,6 +87,36 @@ def test_what_it_counts_is_in_the_statistics(furnace: gpac.PhysicalDevice) -> No
     assert furnace.about["counters"][0] == {"name": "exchanges", "unit": "", "doc": "exchanges so far"}
 
 
+def test_an_emergency_stop_brings_the_safe_state_and_lets_no_service_move(furnace: gpac.PhysicalDevice, tmp_path: Path) -> None:
+    cell = furnace.system
+
+    def told(word: str) -> int:
+        passes(cell)
+        lines = (tmp_path / "told").read_text().splitlines()
+        return sum(line.startswith(word) for line in lines)
+
+    doc = "Opens its door by a motor. It moves the machine: refused while an emergency stop is latched."
+    assert furnace.services.open_door.__doc__ == doc
+    furnace.services.open_door()
+    assert (told("door"), told("safe")) == (1, 0)
+    for stops in (1, 2):
+        cell.emergency_stop("somebody came in")
+        until(lambda stops=stops: told("safe") == stops, "its safe_state() is called, though nobody has engaged it")
+        with pytest.raises(gpac.EmergencyStopped, match=r"'furnace.open_door'.*latched \(somebody came in\); .*reset"):
+            furnace.services.open_door()
+        furnace.services.label(text="stopped")
+        cell.reset()
+        furnace.services.open_door()
+        exchanges = furnace.counters["exchanges"]
+
+        def goes_on(exchanges: int = exchanges) -> bool:
+            passes(cell)
+            return furnace.counters["exchanges"] > exchanges + 3
+
+        until(goes_on, "it exchanges behind its stop")
+        assert (told("door"), told("safe")) == (1 + stops, stops), "once for each stop"
+
+
 def test_a_service_that_lasts_ends_with_its_device(tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text(
         "import time\nfrom opengpac.driver import Driver, service\n\n\n"

@@ -21,6 +21,7 @@ pub const SERVICES: [ServiceWord; 6] = [
         doc: "reads an object of a node: its bytes, as a number where it has up to 8, and by its EDS file as that type",
         arguments: &[NODE, INDEX, SUB, OBJECT],
         answer: Some(Kind::Table),
+        moves: false,
     },
     ServiceWord {
         name: "write_object",
@@ -34,14 +35,22 @@ pub const SERVICES: [ServiceWord; 6] = [
             OptionWord::with_default("bits", Kind::Whole, "that of object", "8, 16, 32 or 64: how long it is"),
         ],
         answer: None,
+        moves: false,
     },
     ServiceWord {
         name: "nmt",
         doc: "tells a node to change its state; one that leaves operation loses the device",
         arguments: &[NODE, OptionWord::needed("command", Kind::Text, "start, stop, pre_operational, reset or reset_communication")],
         answer: None,
+        moves: false,
     },
-    ServiceWord { name: "save", doc: "has a node store its settings (object 0x1010), so that they outlast its power", arguments: &[NODE], answer: None },
+    ServiceWord {
+        name: "save",
+        doc: "has a node store its settings (object 0x1010), so that they outlast its power",
+        arguments: &[NODE],
+        answer: None,
+        moves: false,
+    },
     RESET_FAULT,
     HOME,
 ];

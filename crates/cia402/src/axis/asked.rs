@@ -23,6 +23,7 @@ pub const HOME: ServiceWord = ServiceWord {
         OptionWord::with_default("timeout_s", Kind::Number, "60", "longer it may not take").unit("s"),
     ],
     answer: None,
+    moves: true,
 };
 
 /// How long a search may take where nothing is said.

@@ -17,6 +17,7 @@ pub const READ_OBJECT: ServiceWord = ServiceWord {
     doc: "reads an object of a drive: its bytes, and as a number where it has up to 8",
     arguments: &[AXIS, INDEX, SUB],
     answer: Some(Kind::Table),
+    moves: false,
 };
 
 pub const WRITE_OBJECT: ServiceWord = ServiceWord {
@@ -30,10 +31,11 @@ pub const WRITE_OBJECT: ServiceWord = ServiceWord {
         OptionWord::needed("bits", Kind::Whole, "8, 16, 32 or 64: how long it is"),
     ],
     answer: None,
+    moves: false,
 };
 
 pub const RESET_FAULT: ServiceWord =
-    ServiceWord { name: "reset_fault", doc: "resets the fault of a drive with the next cycle", arguments: &[AXIS], answer: None };
+    ServiceWord { name: "reset_fault", doc: "resets the fault of a drive with the next cycle", arguments: &[AXIS], answer: None, moves: false };
 
 /// What reaches the objects of the drives, beside the cycle. An axis is its place among those of the driver.
 pub trait Reach: Send {

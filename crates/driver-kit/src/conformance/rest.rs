@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks of the safe state: it comes about as declared, and the driver goes on behind it.
 use super::check::{Check, Passed, Tried, holds};
+use super::measures::allocations;
 use super::rig::{PERIOD_NS, Rig};
 use super::subject::Subject;
 use device::{SafeBy, SafeHandle};
@@ -12,6 +13,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "safe-returns", sentence: "going to the safe state returns, within its declared time and what a busy machine adds", run: returns },
     Check { name: "safe-rests", sentence: "its parts stand still once its declared time has passed", run: rests },
     Check { name: "safe-twice", sentence: "going to the safe state twice is harmless", run: twice },
+    Check { name: "safe-allocation", sentence: "going to the safe state allocates nothing where the exchange is inline", run: allocation },
     Check { name: "safe-goes-on", sentence: "behind its safe state it exchanges again, or is lost and can be opened anew", run: goes_on },
     Check { name: "safe-handles", sentence: "it has handles for the guard exactly where it declares the guard", run: handles },
     Check { name: "handles-work", sentence: "what the guard writes to its handles is taken whole", run: handles_work },
@@ -79,6 +81,17 @@ fn twice(subject: &Subject) -> Tried {
     rig.driver.close();
     rig.driver.safe_state();
     Ok(Passed::Yes)
+}
+
+fn allocation(subject: &Subject) -> Tried {
+    if !subject.is_inline() {
+        return Ok(Passed::NotApplicable("it is not inline"));
+    }
+    let mut rig = pushed(subject)?;
+    let Some(before) = allocations() else { return Ok(Passed::NotApplicable("nobody counts allocations here")) };
+    rig.safe_state();
+    let times = allocations().unwrap_or(before) - before;
+    holds(times == 0, || format!("{times} times"))
 }
 
 fn goes_on(subject: &Subject) -> Tried {

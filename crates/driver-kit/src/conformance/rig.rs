@@ -115,6 +115,10 @@ impl Rig {
         watched(self.sanitizer, write).map_err(|why| why.message)
     }
 
+    pub(crate) fn safe_state(&mut self) {
+        watched(self.sanitizer, || self.driver.safe_state());
+    }
+
     /// One firing: a reading, a command, and the next release.
     pub(crate) fn cycle(&mut self) -> Result<(), String> {
         self.read().map_err(|why| format!("its reading fails: {why}"))?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The exchange under the real-time sanitizer, in a process that was started with it: it ends at the first call that may block.
+//! The exchange and the safe state under the real-time sanitizer, in a process that was started with it: it ends at the first call that may block.
 use super::check::{Passed, Tried};
 use super::cost::{WARM, mixed};
 use super::measures::Sanitizer;
@@ -26,5 +26,6 @@ pub(super) fn exchange(subject: &Subject) -> Tried {
     mixed(&mut rig, &joints, WARM)?;
     let mut rig = rig.under(sanitizer);
     mixed(&mut rig, &joints, WATCHED)?;
+    rig.safe_state();
     Ok(Passed::Yes)
 }

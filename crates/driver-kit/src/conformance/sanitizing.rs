@@ -18,7 +18,11 @@ pub(super) fn outcome(kind: &str, options: &Value, settings: &Settings) -> Outco
         Ok(Passed::NotApplicable(why)) => Verdict::NotApplicable(why.to_owned()),
         Err(cause) => Verdict::Failed(cause),
     };
-    Outcome { check: "sanitizer".to_owned(), sentence: "an inline exchange makes no call that may block, says the real-time sanitizer".to_owned(), verdict }
+    Outcome {
+        check: "sanitizer".to_owned(),
+        sentence: "an inline exchange and its safe state make no call that may block, says the real-time sanitizer".to_owned(),
+        verdict,
+    }
 }
 
 fn exchanged(kind: &str, options: &Value, settings: &Settings) -> Tried {

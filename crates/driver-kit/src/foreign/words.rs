@@ -43,7 +43,7 @@ pub(super) fn read(driver: &Driver) -> Result<Words, String> {
             what::SAFE => safe_state = SafeState { doc, by: brought_about(item.by), within_ns: item.whole },
             what::COUNTER => counters.push(CounterWord { name, unit: stays(item.unit), doc }),
             what::RIGHT => rights.push(doc),
-            what::SERVICE => services.push((ServiceWord { name, doc, arguments: &[], answer: kind_of(item.kind) }, Options::default())),
+            what::SERVICE => services.push((ServiceWord { name, doc, arguments: &[], answer: kind_of(item.kind), moves: item.whole != 0 }, Options::default())),
             other => return Err(format!("item {other} of its declaration is of a later version: build it with this system's opengpac_driver.h")),
         }
     }

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 pub(super) const SERVICES: [ServiceWord; 2] = [
-    ServiceWord { name: "place", doc: "puts a part somewhere, at once", arguments: &PLACE, answer: None },
-    ServiceWord { name: "hold", doc: "answers that long after it was asked, as a homing does", arguments: &HOLD, answer: Some(Kind::Number) },
+    ServiceWord { name: "place", doc: "puts a part somewhere, at once", arguments: &PLACE, answer: None, moves: false },
+    ServiceWord { name: "hold", doc: "answers that long after it was asked, as a homing does", arguments: &HOLD, answer: Some(Kind::Number), moves: false },
 ];
 
 const PLACE: [OptionWord; 2] = [

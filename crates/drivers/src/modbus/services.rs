@@ -16,14 +16,15 @@ const TYPE: OptionWord = OptionWord::with_default("type", Kind::Text, "uint16", 
 const ORDER: OptionWord = OptionWord::with_default("order", Kind::Text, "ABCD", "of its bytes: ABCD, CDAB, BADC or DCBA");
 
 pub(super) static SERVICES: [ServiceWord; 3] = [
-    ServiceWord { name: "read_register", doc: "reads one number or bit", arguments: &[ADDRESS, SPACE, TYPE, ORDER], answer: Some(Kind::Number) },
+    ServiceWord { name: "read_register", doc: "reads one number or bit", arguments: &[ADDRESS, SPACE, TYPE, ORDER], answer: Some(Kind::Number), moves: false },
     ServiceWord {
         name: "write_register",
         doc: "writes one number or coil that no channel of the device writes",
         arguments: &[ADDRESS, OptionWord::needed("value", Kind::Number, "a coil: 0 or 1"), SPACE, TYPE, ORDER],
         answer: None,
+        moves: false,
     },
-    ServiceWord { name: "identification", doc: "reads who the device is: vendor, product, version", arguments: &[], answer: Some(Kind::Table) },
+    ServiceWord { name: "identification", doc: "reads who the device is: vendor, product, version", arguments: &[], answer: Some(Kind::Table), moves: false },
 ];
 
 /// Carries them out beside the exchange, in the device's turn on its line.

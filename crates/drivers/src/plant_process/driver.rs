@@ -171,7 +171,7 @@ impl Driver for PlantProcess {
     }
 
     fn safe_state(&mut self) {
-        // Written where commands lie: to reach its safe state takes no more than to command it.
+        // The safe values are written where commands lie, so that none from before count; then the plant is asked.
         let Some(session) = &mut self.session else { return };
         let back = session.commands.back();
         back.fill(0);
@@ -179,6 +179,7 @@ impl Driver for PlantProcess {
             back[channel.offset..channel.offset + channel.len].copy_from_slice(&channel.safe);
         }
         session.commands.publish();
+        session.region.rests().fetch_add(1, Ordering::Release);
     }
 
     fn close(&mut self) {

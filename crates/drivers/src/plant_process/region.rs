@@ -5,6 +5,7 @@
 //! |---|---|---|
 //! | readings, a triple buffer | the plant, after each step | the driver: the newest whole group |
 //! | commands, a triple buffer | the driver, at each firing | the plant, before each step |
+//! | how often it is to go to its safe state | the driver | the plant, before each step |
 //! | safe commands, and the flag | the guard, when the driver's process is gone | the plant, before each step |
 //! | steps, failure, that its timeout is over | the plant | the driver |
 //!
@@ -31,7 +32,9 @@ const TEXT: usize = FAILED + 8;
 const TEXT_MAX: usize = 4 * LINE - 8;
 /// Not 0: no commands came for the timeout of the plant.
 const TIMED_OUT: usize = 6 * LINE;
-const SAFE: usize = 7 * LINE;
+/// How often the driver asked for the safe state.
+const RESTS: usize = 7 * LINE;
+const SAFE: usize = 8 * LINE;
 
 /// How many bytes there are of what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,6 +155,11 @@ impl Region {
     /// Whether the plant has gone to its safe commands by itself.
     pub fn timed_out(&self) -> &AtomicU64 {
         self.memory.word(TIMED_OUT)
+    }
+
+    /// How often the driver asked for the safe state, beside the commands: a command that follows does not undo it.
+    pub fn rests(&self) -> &AtomicU64 {
+        self.memory.word(RESTS)
     }
 
     /// What the guard writes: the safe commands, then the flag.

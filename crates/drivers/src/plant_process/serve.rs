@@ -93,6 +93,8 @@ struct Session {
     commands: TripleReader<Shared>,
     readings: TripleWriter<Shared>,
     holder: u64,
+    /// How often its driver had asked for the safe state.
+    rests: u64,
 }
 
 impl Plant {
@@ -183,6 +185,8 @@ impl Plant {
 
     fn take_commands(&mut self) {
         let Some(session) = &mut self.session else { return };
+        // Read before the commands, which are then those of that call or newer ones.
+        let rests = session.region.rests().load(Ordering::Acquire);
         let is_new = session.commands.latch();
         if is_new {
             let is_claimed = session.commands.front()[self.shape.commands..].iter().any(|byte| *byte != 0);
@@ -204,6 +208,9 @@ impl Plant {
             }
         } else if is_new {
             self.group.copy_from_slice(session.commands.front());
+        }
+        if std::mem::replace(&mut session.rests, rests) != rests && self.failed.is_none() {
+            self.driver.safe_state();
         }
         if let (Some(rest_ns), Some(commanded_ns)) = (self.described.made.rest_ns, self.commanded_ns)
             && now_ns() - commanded_ns > rest_ns
@@ -282,7 +289,7 @@ impl Plant {
         }
         let region = Region::new(self.shape, &self.safe_group).map_err(|error| format!("no memory can be shared: {error}"))?;
         let (commands, readings) = region.plant_ends();
-        self.session = Some(Session { region, commands, readings, holder });
+        self.session = Some(Session { region, commands, readings, holder, rests: 0 });
         self.group.copy_from_slice(&self.safe_group);
         (self.obeyed_ns, self.commanded_ns) = (0, None);
         self.tell();

@@ -20,25 +20,34 @@ const PATH: OptionWord = OptionWord::needed("path", Kind::Text, "the file");
 const ONE_OR_ALL: OptionWord = OptionWord::with_default("servo", Kind::Text, "all", "name of a joint");
 
 pub(super) const SERVICES: [ServiceWord; 5] = [
-    ServiceWord { name: "read", doc: "reads a register of a servo", arguments: &[SERVO, ADDRESS, LENGTH], answer: Some(Kind::Whole) },
-    ServiceWord { name: "write", doc: "stores to a register of a servo whose torque is off", arguments: &[SERVO, ADDRESS, LENGTH, VALUE], answer: None },
+    ServiceWord { name: "read", doc: "reads a register of a servo", arguments: &[SERVO, ADDRESS, LENGTH], answer: Some(Kind::Whole), moves: false },
+    ServiceWord {
+        name: "write",
+        doc: "stores to a register of a servo whose torque is off",
+        arguments: &[SERVO, ADDRESS, LENGTH, VALUE],
+        answer: None,
+        moves: false,
+    },
     ServiceWord {
         name: "record_zero",
         doc: "where a joint is now is its zero, in the calibration to come",
         arguments: &[ONE_OR_ALL],
         answer: Some(Kind::Table),
+        moves: false,
     },
     ServiceWord {
         name: "record_ranges",
         doc: "from now on the ends are recorded between which joints are moved by hand",
         arguments: &[],
         answer: Some(Kind::Table),
+        moves: false,
     },
     ServiceWord {
         name: "save_calibration",
         doc: "writes what was recorded; it counts where a device is opened with it",
         arguments: &[PATH],
         answer: Some(Kind::Table),
+        moves: false,
     },
 ];
 

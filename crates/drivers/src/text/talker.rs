@@ -25,8 +25,9 @@ pub(super) static SERVICES: [ServiceWord; 2] = [
         doc: "sends one text, with what belongs around it",
         arguments: &[OptionWord::needed("text", Kind::Text, "without start, checksum and end")],
         answer: None,
+        moves: false,
     },
-    ServiceWord { name: "last_text", doc: "the text that came last, whether it was declared or not", arguments: &[], answer: Some(Kind::Text) },
+    ServiceWord { name: "last_text", doc: "the text that came last, whether it was declared or not", arguments: &[], answer: Some(Kind::Text), moves: false },
 ];
 
 /// How long a device may take to take a text.

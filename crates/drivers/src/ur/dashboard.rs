@@ -43,7 +43,7 @@ impl Dashboard {
 }
 
 const fn service(name: &'static str, doc: &'static str) -> ServiceWord {
-    ServiceWord { name, doc, arguments: &[], answer: Some(Kind::Text) }
+    ServiceWord { name, doc, arguments: &[], answer: Some(Kind::Text), moves: false }
 }
 
 /// Each service with the commands that it is.

@@ -118,6 +118,10 @@ faulty! {
     count(self->exchanges, 1);
     return OK;"#,
         ["allocation", "sanitizer"], "500 times in 500 firings";
+    allocates_in_its_safe_state: "{ self->speed = 0.0; }" => r#"{
+    extern void *malloc(size_t); extern void free(void *); void *volatile block = malloc(100); free(block);
+    self->speed = 0.0; }"#,
+        ["safe-allocation", "sanitizer"], "1 times";
     waits_in_its_reading: r#"    count(self->exchanges, 1);
     return OK;"# => r#"    extern int usleep(unsigned); usleep(1);
     count(self->exchanges, 1);

@@ -13,12 +13,16 @@ use std::sync::{MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 impl System {
-    /// Lets the driver of a physical device carry out a service. Returns the number of the errand, for [`System::served`].
+    /// Lets the driver of a physical device carry out a service. Returns the number of the errand, for [`System::served`]. While an emergency
+    /// stop is latched, one that moves the device is refused.
     pub fn service(&self, device: &str, service: &str, arguments: Json) -> Result<u64, Refusals> {
         let (beside, far) = {
             let core = self.shared.locked();
             let physical = &core.registry.physical;
             let of = physical.get(device).ok_or_else(|| unknown("physical device", device, physical.keys().map(String::as_str)))?;
+            if moves(&of.about, service) {
+                core.safety.emergency.refuse("ask for service", &format!("{device}.{service}"))?;
+            }
             (of.beside.clone(), core.remote.at(core.registry.source_name(of.source)).cloned())
         };
         let (number, errand) = self.errands().begin(device, service)?;
@@ -63,4 +67,9 @@ impl System {
         let value = answer.and_then(|answer| serde_json::from_value(answer).map_err(wrong));
         value.map(Waited::Done).map_err(|why| of.refused(why))
     }
+}
+
+/// Whether a service moves its device, by what the driver says.
+fn moves(about: &Json, service: &str) -> bool {
+    about["services"].as_array().into_iter().flatten().any(|of| of["name"] == service && of["moves"] == true)
 }

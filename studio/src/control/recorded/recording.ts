@@ -139,6 +139,14 @@ export class Recording implements Source, Past {
     return this.#channels.get(name);
   }
 
+  async others(): Promise<string[]> {
+    return (await this.#live.look("recordings", {})).map((file) => file.name);
+  }
+
+  beside(name: string): Promise<Past> {
+    return Recording.open(this.#live, name);
+  }
+
   /** Moves the cursor: everything that is shown follows. */
   go(time_ns: number): void {
     this.cursor.set(Math.min(this.ends_ns, Math.max(this.begins_ns, Math.round(time_ns))));

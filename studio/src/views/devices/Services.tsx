@@ -51,7 +51,7 @@ function Service(props: { device: string; of: DriverService }) {
       }}
     >
       <p>
-        <strong>{of.name}</strong> <span className="quiet">{of.doc}</span>
+        <strong>{of.name}</strong> <span className="quiet">{of.moves ? `${of.doc}; moves the machine` : of.doc}</span>
       </p>
       {of.arguments.map((option) => (
         <Argument

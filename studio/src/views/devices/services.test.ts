@@ -42,6 +42,7 @@ test("a service gets what was written, and what is wrong stands at its argument"
     name: "read",
     doc: "",
     answer: "whole",
+    moves: false,
     arguments: [option("address", "whole"), option("n", "whole", "", "1")],
   };
   expect(argumentsOfService(service, { address: "7" })).toEqual({ given: { address: 7 }, wrong: {} });

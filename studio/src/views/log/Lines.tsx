@@ -34,7 +34,10 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
     const there = box.current;
     if (!there || passed === null || passed === 0) return;
     const place = (passed - 1) * LINE;
-    if (place < there.scrollTop || place + LINE > there.scrollTop + there.clientHeight) there.scrollTop = place - there.clientHeight / 2;
+    if (place < there.scrollTop || place + LINE > there.scrollTop + there.clientHeight) {
+      there.scrollTop = place - there.clientHeight / 2;
+      setSight({ top: there.scrollTop, height: there.clientHeight });
+    }
   }, [passed, LINE]);
 
   useEffect(() => {
@@ -66,7 +69,8 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
       <div style={{ height: lines.length * LINE, position: "relative" }}>
         {lines.slice(first, last).map((line, index) => (
           <button
-            key={line.key}
+            // biome-ignore lint/suspicious/noArrayIndexKey: a jump writes other words into the same elements, instead of making new ones
+            key={index}
             type="button"
             tabIndex={-1}
             className={`line ${LINE === NARROW ? "two" : ""} ${line.isEarlier ? "earlier" : ""} ${passed !== null && first + index >= passed ? "later" : ""} ${passed !== null && first + index === passed - 1 ? "present" : ""} ${BAD_KINDS.has(line.kind) ? "bad" : WARN_KINDS.has(line.kind) ? "warn" : ""}`}

@@ -5,7 +5,7 @@ import { useWatched } from "../../shell/context";
 import { colourOf, patternOf } from "./looks";
 import type { Row } from "./messages";
 import type { Scope } from "./scope";
-import { type Setup, type TraceSetup, traceId } from "./setup";
+import { type Setup, type TraceSetup, traceId, unitOf } from "./setup";
 import { TraceMenu } from "./TraceMenu";
 
 const COLUMNS = [
@@ -13,8 +13,8 @@ const COLUMNS = [
   ["a", "at A", "at cursor A"],
   ["b", "at B", "at cursor B"],
   ["ba", "B − A", "difference of the values at the cursors"],
-  ["min", "min", "least, over what is on the screen"],
-  ["max", "max", "greatest"],
+  ["min", "min", "minimum, over what is on the screen"],
+  ["max", "max", "maximum"],
   ["mean", "mean", "mean of the values"],
   ["rms", "RMS", "root of the mean square"],
   ["pp", "p–p", "peak to peak"],
@@ -28,6 +28,7 @@ export function Table(props: { scope: Scope; chosen: string | null; choose: (id:
   const setup = useWatched(scope.setup);
   const cursors = useWatched(scope.cursors) !== null;
   const status = useWatched(scope.status);
+  const beside = useWatched(scope.beside)?.past.name ?? null;
   const body = useRef<HTMLTableSectionElement>(null);
   // biome-ignore lint/correctness/useExhaustiveDependencies: other rows and columns have to be written anew
   useEffect(() => {
@@ -36,7 +37,7 @@ export function Table(props: { scope: Scope; chosen: string | null; choose: (id:
     };
     write();
     return scope.rows.watch(write);
-  }, [scope, setup, cursors, status.has_reference]);
+  }, [scope, setup, cursors, status.has_reference, beside]);
   if (setup.traces.length === 0) return null;
   const columns = COLUMNS.filter(([name]) => cursors || !["a", "b", "ba"].includes(name));
   return (
@@ -58,7 +59,14 @@ export function Table(props: { scope: Scope; chosen: string | null; choose: (id:
         </thead>
         <tbody ref={body}>
           {setup.traces.map((trace) => (
-            <TraceRows key={traceId(trace)} {...props} trace={trace} setup={setup} columns={columns} reference={status.has_reference} />
+            <TraceRows
+              key={traceId(trace)}
+              {...props}
+              trace={trace}
+              setup={setup}
+              columns={columns}
+              reference={beside ?? (status.has_reference ? "reference" : null)}
+            />
           ))}
         </tbody>
       </table>
@@ -71,7 +79,8 @@ function TraceRows(props: {
   trace: TraceSetup;
   setup: Setup;
   columns: readonly (readonly [Column, string, string])[];
-  reference: boolean;
+  /** What lies behind it; null: nothing. */
+  reference: string | null;
   chosen: string | null;
   choose: (id: string) => void;
 }) {
@@ -94,7 +103,7 @@ function TraceRows(props: {
           </button>
           {refused && <div className="bad small">{refused.map((one) => one.message).join("; ")}</div>}
         </th>
-        <td className="quiet">{trace.derive?.kind === "derivative" ? `${unit || "1"}/s` : unit}</td>
+        <td className="quiet">{unitOf(trace, unit || null) ?? ""}</td>
         {columns.map(([name]) => (
           <td key={name} className="number" data-cell={name}>
             –
@@ -104,10 +113,10 @@ function TraceRows(props: {
           <TraceMenu scope={scope} trace={trace} setup={props.setup} />
         </td>
       </tr>
-      {props.reference && (
+      {props.reference !== null && (
         <tr data-trace={id} data-reference="true" className="quiet">
           <th scope="row" className="earlier">
-            reference
+            {props.reference}
           </th>
           <td />
           {columns.map(([name]) => (

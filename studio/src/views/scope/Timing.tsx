@@ -2,9 +2,9 @@
 import { useEffect, useRef } from "react";
 import { duration } from "../../design/numbers";
 import { useWatched } from "../../shell/context";
-import { timeUnit } from "./plot";
 import type { Scope } from "./scope";
 import { secondsText } from "./signal/table";
+import { timeUnit } from "./signal/ticks";
 
 /** Under the screen: what the axis is, where its 0 is in the system's time, and what the cursors say. */
 export function Timing(props: { scope: Scope }) {

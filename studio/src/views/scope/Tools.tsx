@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 import { Refusals, Tag } from "../../design/parts";
 import { useAction, useWatched } from "../../shell/context";
+import { BesideTools } from "./BesideTools";
 import { Choice } from "./Choice";
 import { SPANS_S, toggleCursors } from "./gestures";
+import type { Format } from "./messages";
 import type { Scope } from "./scope";
 import { EMPTY, type ScaleMode, traceId } from "./setup";
 import type { SweepMode } from "./signal/sweep";
@@ -88,14 +90,18 @@ export function Tools(props: { scope: Scope }) {
       <button type="button" aria-pressed={cursors !== null} disabled={setup.xy !== null} onClick={() => toggleCursors(scope)}>
         Cursors
       </button>
-      <button
-        type="button"
-        aria-pressed={status.has_reference}
-        title="What is on the screen now stays behind what comes, to be compared with it"
-        onClick={() => scope.reference(!status.has_reference)}
-      >
-        Reference
-      </button>
+      {scope.past ? (
+        <BesideTools scope={scope} past={scope.past} />
+      ) : (
+        <button
+          type="button"
+          aria-pressed={status.has_reference}
+          title="What is on the screen now stays behind what comes, to be compared with it"
+          onClick={() => scope.reference(!status.has_reference)}
+        >
+          Reference
+        </button>
+      )}
       {stopped && (
         <button type="button" onClick={() => scope.fit()} title="Home, or a double click on the screen">
           {scope.past ? "Whole" : "Fit"}
@@ -136,7 +142,7 @@ function State(props: { scope: Scope }) {
 function Export(props: { scope: Scope }) {
   const { scope } = props;
   const action = useAction();
-  const save = (format: "csv" | "mcap") =>
+  const save = (format: Format) =>
     action.run(async () => {
       const blob = await scope.export(format);
       const from = secondsText(Math.round(scope.span?.from_ns ?? 0)).replace(/(\.\d{3}).*/, "$1");
@@ -145,16 +151,7 @@ function Export(props: { scope: Scope }) {
   const nothing = useWatched(scope.setup).traces.length === EMPTY.traces.length;
   return (
     <>
-      <button
-        type="button"
-        disabled={action.busy || nothing}
-        onClick={() => save("csv")}
-        title={
-          scope.past
-            ? "What is drawn: of each pixel the first, the last, the minimum and the maximum"
-            : "The times on the screen, all values"
-        }
-      >
+      <button type="button" disabled={action.busy || nothing} onClick={() => save("csv")} title="The times on the screen, all values">
         CSV
       </button>
       <button
@@ -164,6 +161,9 @@ function Export(props: { scope: Scope }) {
         title="The times on the screen, for Foxglove and PlotJuggler"
       >
         MCAP
+      </button>
+      <button type="button" disabled={action.busy || nothing} onClick={() => save("svg")} title="The screen as a drawing, for documents">
+        SVG
       </button>
       <Refusals of={action.refusals} />
     </>

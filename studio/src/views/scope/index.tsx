@@ -6,6 +6,7 @@ import { Empty, Refusals } from "../../design/parts";
 import { useControl, useWatched } from "../../shell/context";
 import { go, useRoute } from "../../shell/route";
 import { Counts } from "./Counts";
+import { FormulaField } from "./FormulaField";
 import { Parameters } from "./Parameters";
 import { Picker } from "./Picker";
 import { Screen } from "./Screen";
@@ -30,6 +31,7 @@ export default function View() {
       <Tools scope={scope} />
       <aside className="scope-side" aria-label="Values and trigger">
         <Picker scope={scope} />
+        <FormulaField scope={scope} />
         {!scope.past && <Trigger scope={scope} />}
         <Setups scope={scope} />
       </aside>

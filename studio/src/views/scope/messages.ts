@@ -46,10 +46,14 @@ export interface Show {
   marker: { channel: string; component: string; level: number } | null;
 }
 
+/** What values of a recording are for: the screen, what lies behind it, a file. */
+export type Into = "shown" | "beside" | "file";
+export type Format = "csv" | "mcap" | "svg";
+
 export type ToWorker =
   | { kind: "subscribed"; subscription: number; channels: StreamChannel[]; again: boolean }
   | { kind: "frame"; subscription: number; buffer: ArrayBuffer }
-  | { kind: "past"; begins: boolean; channels: StreamChannel[]; runs: Run[]; sums: Sums[][] }
+  | { kind: "past"; into: Into; begins: boolean; channels: StreamChannel[]; runs: Run[]; sums: Sums[][] }
   | { kind: "forget"; channels: string[] }
   | { kind: "keep"; keep_s: number }
   | { kind: "sweep"; mode: SweepMode; span_ns: number; pre_ns: number; trigger: TriggerRule | null }
@@ -60,7 +64,10 @@ export type ToWorker =
   | { kind: "show"; show: Show }
   | { kind: "seen" }
   | { kind: "reference"; keep: boolean }
-  | { kind: "export"; number: number; format: "csv" | "mcap"; from_ns: number; to_ns: number; system: string };
+  // What came for `beside` lies behind the screen, so much later there; null: nothing does.
+  | { kind: "beside"; shift_ns: number | null }
+  // `apart`: of what came for a file, and of nothing else.
+  | { kind: "export"; number: number; format: Format; from_ns: number; to_ns: number; system: string; apart: boolean };
 
 export interface Row {
   id: string;

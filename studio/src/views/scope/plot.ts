@@ -3,6 +3,7 @@ import uPlot from "uplot";
 import { colour } from "../../design/colours";
 import type { Drawn } from "./messages";
 import type { Range } from "./signal/ranges";
+import { timeUnit } from "./signal/ticks";
 
 /** A scale that has an axis on the screen. */
 export interface Axis {
@@ -225,13 +226,6 @@ export class Plot {
     );
     over.addEventListener("mousedown", (event) => event.shiftKey && event.stopImmediatePropagation(), { capture: true });
   }
-}
-
-/** The unit in which times of a span are read, and how many of it are one second. */
-export function timeUnit(span_s: number): { unit: string; per_s: number } {
-  if (span_s < 2e-3) return { unit: "µs", per_s: 1e6 };
-  if (span_s < 2) return { unit: "ms", per_s: 1e3 };
-  return { unit: "s", per_s: 1 };
 }
 
 function timeLabels(splits: number[], span_s: number): string[] {

@@ -30,11 +30,15 @@ test("values come with their bits, times and numbers", () => {
 function pastOf(asked: string[][]): Past {
   const empty: RecordedSpan = { channels: [{ samples: "", sums: [] }], next: null };
   return {
+    name: "run.mcap",
+    log: [],
     begins_ns: 0,
     ends_ns: 1e9,
     cursor: new Watched(0),
     go: () => undefined,
     channel: (name) => CHANNELS.find((channel) => channel.name === name),
+    others: async () => ["run.mcap"],
+    beside: () => Promise.reject(new Error("there is no other")),
     async *span(names, from_ns, to_ns, columns) {
       asked.push([names.join(), String(from_ns), String(to_ns), String(columns)]);
       yield { ...empty, next: 4 };

@@ -4,7 +4,7 @@ import type { RecordedSpan } from "../../control/shapes";
 import type { Past } from "../../control/source";
 import { Watched } from "../../control/watched";
 import type { Feeding } from "./feeds";
-import type { ToWorker } from "./messages";
+import type { Into, ToWorker } from "./messages";
 import type { Run, StreamChannel } from "./signal/frame";
 
 /** What is on the screen: times, and how many pixels wide. */
@@ -23,13 +23,21 @@ export class RecordedFeed implements Feeding {
   readonly #past: Past;
   readonly #say: (message: ToWorker, transfer?: Transferable[]) => void;
   readonly #failed: (why: string) => void;
+  readonly #into: Into;
   #names: readonly string[] = [];
   #wanted: Wanted | null = null;
   #asked = "";
   #over = new AbortController();
 
-  constructor(past: Past, say: (message: ToWorker, transfer?: Transferable[]) => void, failed: (why: string) => void) {
+  /** `into`: what the worker does with it. */
+  constructor(
+    past: Past,
+    say: (message: ToWorker, transfer?: Transferable[]) => void,
+    failed: (why: string) => void,
+    into: Into = "shown",
+  ) {
     this.#past = past;
+    this.#into = into;
     this.#say = say;
     this.#failed = failed;
   }
@@ -50,6 +58,11 @@ export class RecordedFeed implements Feeding {
 
   again(): void {}
 
+  /** Asks for nothing more. */
+  end(): void {
+    this.#over.abort();
+  }
+
   #ask(): void {
     const wanted = this.#wanted;
     const channels = this.#names.flatMap((name) => this.#past.channel(name) ?? []);
@@ -65,16 +78,13 @@ export class RecordedFeed implements Feeding {
     const names = channels.map((channel) => channel.name);
     try {
       let begins = true;
-      if (names.length === 0) this.#say({ kind: "past", begins, channels, runs: [], sums: [] });
+      if (names.length === 0) this.#say({ kind: "past", into: this.#into, begins, channels, runs: [], sums: [] });
       else {
         for await (const part of this.#past.span(names, wanted.from_ns, wanted.to_ns, wanted.columns, signal)) {
           if (signal.aborted) return;
           const runs = runsOf(part, channels);
           const sums = part.channels.map((channel) => channel.sums);
-          this.#say(
-            { kind: "past", begins, channels, runs, sums },
-            runs.flatMap(({ times_ns, numbers, values }) => [times_ns.buffer, numbers.buffer, values.buffer]),
-          );
+          this.#say({ kind: "past", into: this.#into, begins, channels, runs, sums }, buffersOf(runs));
           begins = false;
         }
       }
@@ -88,6 +98,11 @@ export class RecordedFeed implements Feeding {
         );
     }
   }
+}
+
+/** What a message takes with it. */
+export function buffersOf(runs: readonly Run[]): Transferable[] {
+  return runs.flatMap(({ times_ns, numbers, values }) => [times_ns.buffer, numbers.buffer, values.buffer] as Transferable[]);
 }
 
 /** The values of a part: base64 of (i64 time, u64 number) of all, then their numbers as f64, little endian. */

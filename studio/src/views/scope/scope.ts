@@ -3,14 +3,16 @@
 import type { LogEntry } from "../../control/shapes";
 import type { Past, Source } from "../../control/source";
 import { Watched } from "../../control/watched";
+import { type Beside, shiftOf } from "./beside";
 import { type Feeding, Feeds } from "./feeds";
 import { keepLast, kept } from "./keeping";
-import type { ChannelCounts, Drawn, FromWorker, Row, Show, ToWorker, Window } from "./messages";
-import { RecordedFeed } from "./recorded";
+import type { ChannelCounts, Drawn, Format, FromWorker, Row, Show, ToWorker, Window } from "./messages";
+import { buffersOf, RecordedFeed } from "./recorded";
 import { channelsOf, type Setup, type TraceSetup } from "./setup";
 import { componentNames } from "./signal/components";
-import type { StreamChannel } from "./signal/frame";
+import type { Run, StreamChannel } from "./signal/frame";
 import type { Span, SweepState } from "./signal/sweep";
+import { wholeOf } from "./whole";
 
 /** What the scope does just now; changes a few times a second. */
 export interface Status {
@@ -38,11 +40,14 @@ export class Scope {
   readonly feeds: Feeding;
   /** Times that can be asked for; null: what comes is all there is. */
   readonly past: Past | null;
+  /** Another recording behind this one. */
+  readonly beside = new Watched<Beside | null>(null);
   /** The last picture's times. */
   span: Span | null = null;
   readonly #control: Source;
   readonly #worker: Worker;
   readonly #recorded: RecordedFeed | null;
+  #behind: { feed: RecordedFeed; shift_ns: number } | null = null;
   readonly #exports = new Map<number, { done: (blob: Blob) => void; failed: (why: Error) => void }>();
   #shown: ((drawn: Drawn) => void) | null = null;
   #log_end: (() => void) | null = null;
@@ -152,15 +157,49 @@ export class Scope {
     this.#say({ kind: "reference", keep });
   }
 
-  /** A file of what is on the screen. Errors: `Error` in words. */
-  export(format: "csv" | "mcap"): Promise<Blob> {
+  /** Lays another recording behind this one, or none. */
+  lay(beside: Beside | null): void {
+    const past = this.past;
+    if (!past) return;
+    const known = this.beside.get();
+    this.beside.set(beside);
+    if (known?.past !== beside?.past) {
+      this.#behind?.feed.end();
+      this.#behind = null;
+    }
+    if (!beside) {
+      this.#say({ kind: "beside", shift_ns: null });
+      return;
+    }
+    const say = (message: ToWorker, transfer?: Transferable[]) => this.#say(message, transfer);
+    const feed = this.#behind?.feed ?? new RecordedFeed(beside.past, say, (why) => this.trouble.set(why), "beside");
+    this.#behind = { feed, shift_ns: shiftOf(past, beside) };
+    feed.want(channelsOf(this.setup.get()));
+    this.#say({ kind: "beside", shift_ns: this.#behind.shift_ns });
+    this.#load();
+  }
+
+  /** A file of what is on the screen: of CSV and MCAP all values of these times. Errors: `Refused`, `Error` in words. */
+  async export(format: Format): Promise<Blob> {
     const span = this.span;
-    if (!span) return Promise.reject(new Error("there is nothing to export: no value came yet"));
+    if (!span) throw new Error("there is nothing to export: no value came yet");
+    const { from_ns, to_ns } = { from_ns: Math.ceil(span.from_ns), to_ns: Math.floor(span.to_ns) };
+    const apart = this.past !== null && format !== "svg";
+    if (this.past && apart) await this.#fetch(this.past, from_ns, to_ns);
     this.#exported += 1;
     const number = this.#exported;
-    const { from_ns, to_ns } = span;
-    this.#say({ kind: "export", number, format, from_ns, to_ns, system: this.#control.version.system });
-    return new Promise((done, failed) => this.#exports.set(number, { done, failed }));
+    const done = new Promise<Blob>((done, failed) => this.#exports.set(number, { done, failed }));
+    this.#say({ kind: "export", number, format, from_ns, to_ns, system: this.#control.version.system, apart });
+    return await done;
+  }
+
+  // Of a recording the screen has only what a pixel can show.
+  async #fetch(past: Past, from_ns: number, to_ns: number): Promise<void> {
+    const channels = channelsOf(this.setup.get()).flatMap((name) => past.channel(name) ?? []);
+    const say = (begins: boolean, runs: Run[]) =>
+      this.#say({ kind: "past", into: "file", begins, channels, runs, sums: [] }, buffersOf(runs));
+    say(true, []);
+    for await (const runs of wholeOf(past, channels, from_ns, to_ns, new AbortController().signal)) say(false, runs);
   }
 
   #apply(before: Setup | null, after: Setup): void {
@@ -175,6 +214,7 @@ export class Scope {
       else this.#follow(after);
     }
     this.feeds.want(channelsOf(after));
+    this.#behind?.feed.want(channelsOf(after));
   }
 
   #columns = 0;
@@ -186,7 +226,11 @@ export class Scope {
 
   #load(): void {
     const window = this.window.get();
-    if (window) this.#recorded?.look({ from_ns: window.from_ns, to_ns: window.to_ns, columns: this.#columns });
+    if (!window) return;
+    const { from_ns, to_ns } = window;
+    this.#recorded?.look({ from_ns, to_ns, columns: this.#columns });
+    const behind = this.#behind;
+    behind?.feed.look({ from_ns: from_ns + behind.shift_ns, to_ns: to_ns + behind.shift_ns, columns: this.#columns });
   }
 
   // Of a recording a time base is so much around the cursor.

@@ -13,7 +13,7 @@ export interface Points {
 /**
  * The points of a trace on a screen that is `width` pixels wide and shows `from_ns … to_ns`.
  *
- * Where a pixel column has several values it gets the first, the least, the greatest and the last of them, in order of time: the line is
+ * Where a pixel column has several values it gets the first, the minimum, the maximum and the last of them, in order of time: the line is
  * then, pixel by pixel, that of all values, and no peak is lost. Where there are fewer values than columns each is at its own place.
  */
 export function decimate(series: Series, from_ns: number, to_ns: number, width: number): Points {

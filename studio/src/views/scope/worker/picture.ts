@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Row, Show, ShownTrace } from "../messages";
-import { decimate, type Points } from "../signal/decimate";
+import { decimate } from "../signal/decimate";
 import { heldAt, measure, measuresOf } from "../signal/measure";
 import { type Range, Ranges } from "../signal/ranges";
 import type { Series } from "../signal/series";
@@ -8,18 +8,13 @@ import type { Span } from "../signal/sweep";
 import { type Acquisition, sumsKey } from "./acquisition";
 import { type Canvas, drawLine, drawMissing, extent, type Placed } from "./draw";
 import { type Scales, scaleKey } from "./scales";
-import { live, missingOf, type Reference, type Store, traceSeries } from "./traces";
+import { type Line, svg } from "./svg";
+import { type Behind, live, missingOf, type Store, traceSeries } from "./traces";
 import { drawXy } from "./xy";
-
-interface Line {
-  trace: ShownTrace;
-  points: Points;
-  earlier: Points | null;
-}
 
 /** Draws what is shown, and measures it. */
 export class Picture {
-  reference: Reference | null = null;
+  reference: Behind | null = null;
   readonly #acquisition: Acquisition;
   readonly #ranges = new Ranges();
   #scaled = "";
@@ -51,18 +46,26 @@ export class Picture {
 
   rows(show: Show, span: Span): Row[] {
     const of = live(this.#acquisition);
-    const rows = show.traces.map((trace) => this.#exact(row(of, trace, show, span, false), trace));
+    const rows = show.traces.map((trace) => exact(row(of, trace, show, span, false), trace, this.#acquisition.sums));
     const reference = this.reference;
     if (!reference) return rows;
     const moved = reference.origin_ns - span.origin_ns;
     const then = { ...span, from_ns: span.from_ns + moved, to_ns: span.to_ns + moved, origin_ns: reference.origin_ns };
-    return [...rows, ...show.traces.map((trace) => row(reference, trace, show, then, true)).filter((one) => one.measures !== null)];
+    const behind = show.traces.map((trace) => exact(row(reference, trace, show, then, true), trace, reference.sums));
+    return [...rows, ...behind.filter((one) => one.measures !== null)];
   }
 
-  // Of a recording not every value came: what all of them are together did.
-  #exact(measured: Row, { setup }: ShownTrace): Row {
-    const sums = setup.derive ? undefined : this.#acquisition.sums.get(sumsKey(setup.channel, setup.component ?? ""));
-    return sums ? { ...measured, measures: measuresOf(sums) } : measured;
+  /** The same as a drawing of lines, for documents. Errors: `Error` where there is none. */
+  svg(show: Show, span: Span): string {
+    if (show.xy !== null) throw new Error("SVG is of traces against time: choose time along x");
+    const lines = this.#lines(show, span);
+    const ranges = this.#rangesOf(lines, show);
+    const placedLines = lines.map((line, i) => ({
+      ...line,
+      on: placed(ranges[scaleKey(line.trace, show)] as Range, i, lines.length, show),
+      key: scaleKey(line.trace, show),
+    }));
+    return svg(placedLines, show, span);
   }
 
   #lines(show: Show, span: Span): Line[] {
@@ -95,6 +98,12 @@ export class Picture {
       [...extents].map(([key, { low, high, fixed }]) => [key, fixed ? { lo: fixed[0], hi: fixed[1] } : this.#ranges.of(key, low, high)]),
     );
   }
+}
+
+// Of a recording not every value came: what all of them are together did.
+function exact(measured: Row, { setup }: ShownTrace, known: Acquisition["sums"] | null): Row {
+  const sums = setup.derive ? undefined : known?.get(sumsKey(setup.channel, setup.component ?? ""));
+  return sums ? { ...measured, measures: measuresOf(sums) } : measured;
 }
 
 function sizes(show: Show): { width: number; height: number; ratio: number } {

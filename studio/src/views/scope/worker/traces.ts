@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { ShownTrace } from "../messages";
 import type { TraceSetup } from "../setup";
-import { derivative, difference } from "../signal/derived";
+import { combined, derivative, difference } from "../signal/derived";
+import { formula } from "../signal/formula";
 import { type Missing, missingIn, type Series, seriesOf } from "../signal/series";
 import type { Acquisition, Kept } from "./acquisition";
 
@@ -28,11 +29,44 @@ export function traceSeries(store: Store, trace: TraceSetup, from_ns: number, to
   if (trace.derive?.kind === "difference") {
     return difference(own, store.series(trace.derive.less.channel, trace.derive.less.component, from_ns, to_ns));
   }
+  if (trace.derive?.kind === "formula") {
+    const { text, of } = trace.derive;
+    return combined(
+      of.map(({ channel, component }) => store.series(channel, component, from_ns, to_ns)),
+      formula(text).value,
+    );
+  }
   return own;
 }
 
+/** What lies behind the traces, with the time that is 0 there, and exact sums where they are known. */
+export interface Behind extends Store {
+  readonly origin_ns: number;
+  readonly sums: Acquisition["sums"] | null;
+}
+
+/** Another recording behind the one that is shown: what is 0 here is `origin_ns` there. */
+export class Beside implements Behind {
+  readonly origin_ns: number;
+  readonly #of: Acquisition;
+
+  constructor(of: Acquisition, origin_ns: number) {
+    this.#of = of;
+    this.origin_ns = origin_ns;
+  }
+
+  get sums(): Acquisition["sums"] {
+    return this.#of.sums;
+  }
+
+  series(channel: string, component: string, from_ns: number, to_ns: number): Series {
+    return live(this.#of).series(channel, component, from_ns, to_ns);
+  }
+}
+
 /** Earlier traces that stay on the screen: a copy of the values, with the time that was 0. */
-export class Reference implements Store {
+export class Reference implements Behind {
+  readonly sums = null;
   readonly origin_ns: number;
   readonly #series = new Map<string, Series>();
 
@@ -41,6 +75,7 @@ export class Reference implements Store {
     const of = live(acquisition);
     for (const { setup } of traces) {
       this.#keep(of, setup.channel, setup.component ?? "", span);
+      if (setup.derive?.kind === "formula") for (const { channel, component } of setup.derive.of) this.#keep(of, channel, component, span);
       if (setup.derive?.kind === "difference") this.#keep(of, setup.derive.less.channel, setup.derive.less.component, span);
     }
   }

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // The worker of the scope: takes the frames, keeps the values, draws. The page shows its pictures and is free for the person.
-import type { FromWorker, Show, ToWorker } from "../messages";
+import type { FromWorker, Into, Show, ToWorker } from "../messages";
 import { Acquisition } from "./acquisition";
 import { exported } from "./exporting";
 import { Picture } from "./picture";
-import { Reference } from "./traces";
+import { Beside, Reference } from "./traces";
 
 /** Between two pictures at the least, and between two measurements, ms. */
 const PICTURE_MS = 40;
 const MEASURE_MS = 250;
 
 const acquisition = new Acquisition();
+/** Of recordings: what is drawn is `shown`. */
+const stores: Record<Into, Acquisition> = { shown: acquisition, beside: new Acquisition(), file: new Acquisition() };
 const picture = new Picture(acquisition);
 const surface = new OffscreenCanvas(1, 1);
 const canvas = surface.getContext("2d");
@@ -45,8 +47,8 @@ function take(said: ToWorker): void {
       acquisition.frame(said.subscription, said.buffer);
       break;
     case "past":
-      acquisition.past(said.begins, said.channels, said.runs, said.sums);
-      if (said.begins) say({ kind: "channels", channels: said.channels });
+      stores[said.into].past(said.begins, said.channels, said.runs, said.sums);
+      if (said.begins && said.into === "shown") say({ kind: "channels", channels: said.channels });
       break;
     case "forget":
       acquisition.forget(said.channels);
@@ -83,12 +85,24 @@ function take(said: ToWorker): void {
       picture.reference = said.keep && show && span ? new Reference(acquisition, show.traces, span) : null;
       break;
     }
+    case "beside":
+      picture.reference = said.shift_ns === null ? null : new Beside(stores.beside, said.shift_ns);
+      if (said.shift_ns === null) stores.beside.past(true, [], [], []);
+      break;
     case "export":
-      exported(acquisition, show?.traces ?? [], said).then(say, (why) =>
-        say({ kind: "exported", number: said.number, blob: null, message: textOf(why) }),
-      );
+      save(said)
+        .then(say, (why) => say({ kind: "exported", number: said.number, blob: null, message: textOf(why) }))
+        .finally(() => said.apart && stores.file.past(true, [], [], []));
       break;
   }
+}
+
+async function save(asked: Extract<ToWorker, { kind: "export" }>): Promise<FromWorker> {
+  if (asked.format !== "svg") return await exported(asked.apart ? stores.file : acquisition, show?.traces ?? [], asked);
+  const span = present();
+  if (!show || !span) throw new Error("there is nothing to export: no value came yet");
+  const blob = new Blob([picture.svg(show, span)], { type: "image/svg+xml" });
+  return { kind: "exported", number: asked.number, blob, message: "" };
 }
 
 let dirty = false;

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useRef, useState } from "react";
+import type { LogEntry } from "../control/shapes";
+import { seconds } from "../design/numbers";
+import { Refusals } from "../design/parts";
+import { useAction, useLive } from "./context";
+import { runAt, runUntil } from "./virtual";
+
+const RATES = [0.01, 0.1, 0.25, 0.5, 1, 2, 5, 10];
+
+/** The virtual clock of the system, moved from the page: a firing, at a rate, or until a verb reports a condition. */
+export function VirtualClock() {
+  const live = useLive();
+  const action = useAction();
+  const [moving, setMoving] = useState<AbortController | null>(null);
+  const [rate, setRate] = useState(1);
+  const [words, setWords] = useState("");
+  const [found, setFound] = useState<{ entry: LogEntry | null } | null>(null);
+  const present = useRef(rate);
+  present.current = rate;
+  // Who looks at something else does not move the clock any more.
+  useEffect(() => () => moving?.abort(), [moving]);
+  const move = async (run: (signal: AbortSignal) => Promise<void>) => {
+    const over = new AbortController();
+    setMoving(over);
+    setFound(null);
+    await action.run(() => run(over.signal));
+    setMoving(null);
+  };
+  const toCondition = () =>
+    move(async (signal) => {
+      const entry = await runUntil(live, words.trim(), signal);
+      if (!signal.aborted) setFound({ entry });
+    });
+  const isBusy = moving !== null || action.busy;
+  return (
+    <fieldset className="row virtual">
+      <legend className="unseen">Virtual clock</legend>
+      <button
+        type="button"
+        aria-pressed={moving !== null}
+        onClick={() => (moving ? moving.abort() : void move((signal) => runAt(live, () => present.current, signal)))}
+      >
+        {moving ? "Hold clock" : "Run clock"}
+      </button>
+      <select aria-label="Rate of the clock" value={rate} onChange={(event) => setRate(Number(event.target.value))}>
+        {RATES.map((one) => (
+          <option key={one} value={one}>
+            {one} ×
+          </option>
+        ))}
+      </select>
+      <button type="button" disabled={isBusy} onClick={() => void action.run(() => live.order("step", {}))}>
+        Next firing
+      </button>
+      <form
+        className="row"
+        onSubmit={(event) => {
+          event.preventDefault();
+          if (!isBusy) void toCondition();
+        }}
+      >
+        <input
+          type="search"
+          aria-label="Condition"
+          placeholder="any condition"
+          value={words}
+          onChange={(event) => setWords(event.target.value)}
+        />
+        <button type="submit" disabled={isBusy} title="Runs firing by firing until a verb reports it">
+          To condition
+        </button>
+      </form>
+      {found && (
+        <span role="status" className="small">
+          {found.entry ? (
+            <>
+              <strong>{found.entry.about}</strong> {found.entry.text} at {seconds(found.entry.time_s)}
+            </>
+          ) : (
+            "nothing is ever going to happen: start something first"
+          )}
+        </span>
+      )}
+      <Refusals of={action.refusals} />
+    </fieldset>
+  );
+}

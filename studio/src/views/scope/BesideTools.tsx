@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+import { useEffect, useState } from "react";
+import type { Past } from "../../control/source";
+import { Refusals } from "../../design/parts";
+import { useAction, useWatched } from "../../shell/context";
+import { BEGINNING, momentsOf, nearest, shared } from "./beside";
+import { Choice } from "./Choice";
+import type { Scope } from "./scope";
+
+/** Another recording behind the one that is shown, and the moment at which both are laid over each other. */
+export function BesideTools(props: { scope: Scope; past: Past }) {
+  const { scope, past } = props;
+  const beside = useWatched(scope.beside);
+  const action = useAction();
+  const [names, setNames] = useState<string[]>([]);
+  const { run } = action;
+  useEffect(() => {
+    void run(async () => setNames(await past.others()));
+  }, [past, run]);
+  const choose = (name: string) =>
+    action.run(async () => scope.lay(name === "" ? null : { past: await past.beside(name), moment: BEGINNING, here: 0, there: 0 }));
+  return (
+    <>
+      <Choice
+        label="Beside"
+        value={beside?.past.name ?? ""}
+        title="Another recording behind this one: fainter, with its own rows in the table"
+        put={(name) => void choose(name)}
+      >
+        <option value="">nothing</option>
+        {names.map((name) => (
+          <option key={name}>{name}</option>
+        ))}
+      </Choice>
+      {beside && <Moment scope={scope} past={past} />}
+      {action.busy && <span className="quiet">opens…</span>}
+      <Refusals of={action.refusals} />
+    </>
+  );
+}
+
+/** What happened in both, and which time of it in each. */
+function Moment(props: { scope: Scope; past: Past }) {
+  const { scope, past } = props;
+  const beside = useWatched(scope.beside);
+  if (!beside) return null;
+  const [here, there] = [momentsOf(past), momentsOf(beside.past)];
+  const [times, others] = [here.get(beside.moment) ?? [], there.get(beside.moment) ?? []];
+  return (
+    <>
+      <Choice
+        label="Aligned at"
+        value={beside.moment}
+        title="This moment of both runs is at one place"
+        put={(moment) => scope.lay({ ...beside, moment, here: nearest(here.get(moment) ?? [], past.cursor.get()), there: 0 })}
+      >
+        {shared(here, there).map((name) => (
+          <option key={name}>{name}</option>
+        ))}
+      </Choice>
+      {times.length > 1 && <Which label="here" of={times.length} value={beside.here} put={(at) => scope.lay({ ...beside, here: at })} />}
+      {others.length > 1 && (
+        <Which label="there" of={others.length} value={beside.there} put={(at) => scope.lay({ ...beside, there: at })} />
+      )}
+    </>
+  );
+}
+
+function Which(props: { label: string; of: number; value: number; put: (at: number) => void }) {
+  return (
+    <Choice label={props.label} value={String(props.value)} put={(at) => props.put(Number(at))}>
+      {Array.from({ length: props.of }, (_, at) => (
+        // biome-ignore lint/suspicious/noArrayIndexKey: the number is what it is
+        <option key={at} value={at}>
+          {at + 1} of {props.of}
+        </option>
+      ))}
+    </Choice>
+  );
+}

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where an axis has marks, and what stands there.
+
+/** The unit in which times of a span are read, and how many of it are one second. */
+export function timeUnit(span_s: number): { unit: string; per_s: number } {
+  if (span_s < 2e-3) return { unit: "µs", per_s: 1e6 };
+  if (span_s < 2) return { unit: "ms", per_s: 1e3 };
+  return { unit: "s", per_s: 1 };
+}
+
+/** Round values from `lo` to `hi`, about `count` of them: steps of 1, 2 or 5 times a power of ten. None where the range is empty. */
+export function ticks(lo: number, hi: number, count: number): number[] {
+  const span = hi - lo;
+  if (!(span > 0) || !Number.isFinite(span)) return [];
+  const raw = span / Math.max(1, count);
+  const power = 10 ** Math.floor(Math.log10(raw));
+  const step = power * ([1, 2, 5].find((part) => part * power >= raw) ?? 10);
+  const first = Math.ceil(lo / step);
+  const last = Math.floor(hi / step + 1e-9);
+  return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => Number(((first + i) * step).toPrecision(12)));
+}

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// The screen as a drawing of lines, in pixels of CSS.
+import type { Show, ShownTrace } from "../messages";
+import type { Points } from "../signal/decimate";
+import type { Span } from "../signal/sweep";
+import { ticks, timeUnit } from "../signal/ticks";
+import type { Placed } from "./draw";
+
+const [LEFT, RIGHT, TOP, BOTTOM, LEGEND] = [70, 16, 12, 44, 18];
+const FONT = 'font-family="sans-serif" font-size="12"';
+
+/** A trace as it is drawn, and what lies behind it. */
+export interface Line {
+  trace: ShownTrace;
+  points: Points;
+  earlier: Points | null;
+}
+
+/** A trace with its place on the screen, and which scale it has. */
+export interface PlacedLine extends Line {
+  on: Placed;
+  key: string;
+}
+
+/** The lines with their axes and a legend. Scales that have no axis (all but the first) stand in the legend. */
+export function svg(lines: readonly PlacedLine[], show: Show, span: Span): string {
+  const width = show.width / show.ratio;
+  const height = show.height / show.ratio;
+  const size = [LEFT + width + RIGHT, TOP + height + BOTTOM + LEGEND * lines.length];
+  const parts = [
+    `<svg xmlns="http://www.w3.org/2000/svg" width="${figure(size[0])}" height="${figure(size[1])}" viewBox="0 0 ${figure(size[0])} ${figure(size[1])}">`,
+    `<rect width="100%" height="100%" fill="${escaped(show.ink.ground)}"/>`,
+    `<svg x="${LEFT}" y="${TOP}" width="${figure(width)}" height="${figure(height)}" overflow="hidden">`,
+    ...lines.flatMap((line) => [...(line.earlier ? [path(line.earlier, line, show, 1, 0.45)] : []), path(line.points, line, show, 1.5, 1)]),
+    "</svg>",
+    ...axes(lines, show, span, width, height),
+    ...lines.map((line, i) => legend(line, i, lines, TOP + height + BOTTOM + LEGEND * i, show)),
+    "</svg>",
+  ];
+  return `${parts.join("\n")}\n`;
+}
+
+function path(points: Points, { trace, on }: PlacedLine, show: Show, width: number, alpha: number): string {
+  const scale = (on.top - on.bottom) / (on.hi - on.lo);
+  const said: string[] = [];
+  let down = false;
+  let before = 0;
+  for (let i = 0; i < points.count; i += 1) {
+    const value = points.y[i] as number;
+    if (value - value !== 0) {
+      down = false;
+      continue;
+    }
+    const x = (points.x[i] as number) / show.ratio;
+    const y = (on.bottom + (value - on.lo) * scale) / show.ratio;
+    if (down && show.steps) said.push(`L${figure(x)} ${figure(before)}`);
+    said.push(`${down ? "L" : "M"}${figure(x)} ${figure(y)}`);
+    before = y;
+    down = true;
+  }
+  const dashes = trace.pattern.length > 0 ? ` stroke-dasharray="${trace.pattern.join(" ")}"` : "";
+  return `<path d="${said.join("")}" fill="none" stroke="${escaped(trace.colour)}" stroke-width="${width}" stroke-opacity="${alpha}"${dashes}/>`;
+}
+
+function axes(lines: readonly PlacedLine[], show: Show, span: Span, width: number, height: number): string[] {
+  const ink = escaped(show.ink.quiet);
+  const line = (x1: number, y1: number, x2: number, y2: number, alpha: number) =>
+    `<line x1="${figure(x1)}" y1="${figure(y1)}" x2="${figure(x2)}" y2="${figure(y2)}" stroke="${ink}" stroke-opacity="${alpha}"/>`;
+  const text = (x: number, y: number, anchor: string, said: string) =>
+    `<text x="${figure(x)}" y="${figure(y)}" text-anchor="${anchor}" fill="${ink}" ${FONT}>${escaped(said)}</text>`;
+  const [from_s, to_s] = [(span.from_ns - span.origin_ns) / 1e9, (span.to_ns - span.origin_ns) / 1e9];
+  const { unit, per_s } = timeUnit(to_s - from_s);
+  const made = ticks(from_s * per_s, to_s * per_s, Math.max(2, width / 110)).flatMap((tick) => {
+    const x = LEFT + ((tick / per_s - from_s) / (to_s - from_s)) * width;
+    return [line(x, TOP, x, TOP + height, 0.2), text(x, TOP + height + 16, "middle", String(tick))];
+  });
+  made.push(text(LEFT + width, TOP + height + 34, "end", unit));
+  made.push(line(LEFT, TOP + height, LEFT + width, TOP + height, 1), line(LEFT, TOP, LEFT, TOP + height, 1));
+  const first = lines[0];
+  if (!first || show.scales === "lanes") return made;
+  for (const tick of ticks(first.on.lo, first.on.hi, Math.max(2, height / 60))) {
+    const y =
+      TOP + (first.on.bottom + ((tick - first.on.lo) / (first.on.hi - first.on.lo)) * (first.on.top - first.on.bottom)) / show.ratio;
+    made.push(line(LEFT, y, LEFT + width, y, 0.2), text(LEFT - 6, y + 4, "end", String(tick)));
+  }
+  return made;
+}
+
+function legend(line: PlacedLine, i: number, lines: readonly PlacedLine[], y: number, show: Show): string {
+  const { trace, on } = line;
+  const hasAxis = show.scales !== "lanes" && line.key === lines[0]?.key;
+  const range = hasAxis ? "" : `, ${Number(on.lo.toPrecision(4))} … ${Number(on.hi.toPrecision(4))}`;
+  const said = `${trace.id}${trace.unit ? ` (${trace.unit})` : ""}${range}${line.earlier ? "; fainter: behind it" : ""}`;
+  const dashes = trace.pattern.length > 0 ? ` stroke-dasharray="${trace.pattern.join(" ")}"` : "";
+  const mark = `<line x1="${LEFT}" y1="${figure(y)}" x2="${LEFT + 26}" y2="${figure(y)}" stroke="${escaped(trace.colour)}" stroke-width="2.5"${dashes}/>`;
+  return `${mark}<text x="${LEFT + 34}" y="${figure(y + 4)}" fill="${escaped(show.ink.text)}" ${FONT} data-line="${i}">${escaped(said)}</text>`;
+}
+
+function figure(value: number | undefined): string {
+  return String(Math.round((value ?? 0) * 100) / 100);
+}
+
+function escaped(text: string): string {
+  return text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll('"', "&quot;");
+}

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// A recording of ten minutes with 64 channels at 1 kHz: how long it takes to open, and how long a scrub takes to be in the views. Printed
+// beside the bars of the design, 3 s and 50 ms at the 95th percentile. OPENGPAC_RECORDED_S: a shorter one; OPENGPAC_RECORDED: one that is
+// there already, with its folder, named long.mcap.
+import { type ChildProcess, execFileSync, spawn } from "node:child_process";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import type { Page } from "playwright-core";
+import { expect, test } from "vitest";
+import { BUILT, browse, goTo, open, PYTHON, SURROUNDINGS } from "../running";
+
+const LENGTH_S = Number(process.env.OPENGPAC_RECORDED_S ?? 600);
+const SCRUBS = 200;
+
+/** A daemon whose folder has the recording. */
+function serve(folder: string): Promise<{ url: string; daemon: ChildProcess }> {
+  const tokens = ["token", "new", "--tokens", join(folder, "tokens.json"), "--role", "configure", "--name", `page${Date.now()}`];
+  const token = /gpac_\S+/.exec(execFileSync(PYTHON, ["-m", "opengpac", ...tokens], { env: SURROUNDINGS }).toString())?.[0] ?? "";
+  const address = ["--listen", "127.0.0.1:0", "--tokens", join(folder, "tokens.json"), "--socket", join(folder, "cell.sock")];
+  const options = ["--page", BUILT, "--records", folder, join(import.meta.dirname, "../restarted.py")];
+  const daemon = spawn(PYTHON, ["-m", "opengpac", "rts", ...address, ...options], { env: SURROUNDINGS });
+  let text = "";
+  return new Promise((listens, failed) => {
+    const hear = (chunk: Buffer) => {
+      text += chunk.toString();
+      const port = /127\.0\.0\.1:([1-9]\d*)/.exec(text)?.[1];
+      if (port) listens({ url: `http://127.0.0.1:${port}/#token=${token}`, daemon });
+    };
+    daemon.stdout.on("data", hear);
+    daemon.stderr.on("data", hear);
+    daemon.once("exit", (code) => failed(new Error(`opengpac rts ended with ${code}:\n${text}`)));
+  });
+}
+
+/** Moves the slider to random places; how long each took until what is shown was of there, ms, painted. */
+async function scrub(page: Page, times: number): Promise<number[]> {
+  return await page.evaluate(async (count) => {
+    const slider = document.querySelector<HTMLInputElement>('.time-bar input[type="range"]');
+    const bar = document.querySelector<HTMLElement>(".time-bar");
+    if (!slider || !bar) throw new Error("there is no slider");
+    const put = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value")?.set;
+    let seed = 7;
+    const took: number[] = [];
+    for (let scrubbed = 0; scrubbed < count; scrubbed += 1) {
+      seed = (seed * 48271) % 2147483647;
+      const begun = performance.now();
+      put?.call(slider, String(seed % Number(slider.max)));
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+      for (;;) {
+        await new Promise((painted) => requestAnimationFrame(painted));
+        if (bar.dataset.shown === bar.dataset.cursor) break;
+      }
+      took.push(performance.now() - begun);
+    }
+    return took.sort((one, other) => one - other);
+  }, times);
+}
+
+const at = (sorted: number[], part: number) =>
+  (sorted[Math.min(sorted.length - 1, Math.floor(part * sorted.length))] ?? Number.NaN).toFixed(1);
+
+test(`a recording of ${LENGTH_S} s with 64 channels at 1 kHz`, { timeout: (3 * LENGTH_S + 600) * 1000 }, async () => {
+  const given = process.env.OPENGPAC_RECORDED;
+  const folder = given ?? mkdtempSync(join(tmpdir(), "studio-bench-"));
+  if (!given) execFileSync(PYTHON, [join(import.meta.dirname, "ten_minutes.py"), folder, String(LENGTH_S)], { env: SURROUNDINGS });
+  const [{ url, daemon }, browser] = await Promise.all([serve(folder), browse(false)]);
+  const say = (text: string) => process.stdout.write(`${text}\n`);
+  try {
+    const { page, errors } = await open(browser, url);
+    await goTo(page, "Recordings");
+    const row = page.locator("tr").filter({ has: page.getByRole("rowheader", { name: "long.mcap" }) });
+    await row.getByText("complete", { exact: true }).waitFor();
+    const begun = performance.now();
+    await row.getByRole("button", { name: "Open" }).click();
+    await page.locator(".time-bar.recorded").waitFor();
+    await expect.poll(() => page.locator(".time-bar").evaluate((bar) => bar.dataset.shown === bar.dataset.cursor)).toBe(true);
+    say(`opens in ${((performance.now() - begun) / 1000).toFixed(2)} s (3 s at most)`);
+    for (const view of ["System", "Data flow", "Verbs", "Devices", "Log"]) {
+      await goTo(page, view);
+      await scrub(page, 5);
+      const took = await scrub(page, SCRUBS);
+      say(`scrub, ${view}: median ${at(took, 0.5)} ms, 95 % ${at(took, 0.95)} ms (50 ms at most), longest ${at(took, 1)} ms`);
+    }
+    const drawn = performance.now();
+    await page.evaluate(() => {
+      window.location.hash = "#/scope?names=signal.c00";
+    });
+    const shown = page.getByTestId("values");
+    await shown.waitFor();
+    const values = async () => Number(((await shown.textContent()) ?? "").replace(/\D/g, ""));
+    await expect.poll(values, { timeout: 300_000 }).toBeGreaterThan(1000 * (LENGTH_S - 1));
+    say(`the scope has all of one channel in ${((performance.now() - drawn) / 1000).toFixed(2)} s, and a picture before`);
+    const took = await scrub(page, SCRUBS);
+    say(`scrub, Scope: median ${at(took, 0.5)} ms, 95 % ${at(took, 0.95)} ms (50 ms at most), longest ${at(took, 1)} ms`);
+    expect(errors).toEqual([]);
+  } finally {
+    await browser.close();
+    daemon.removeAllListeners("exit");
+    daemon.kill("SIGKILL");
+    if (!given) rmSync(folder, { recursive: true, force: true });
+  }
+});
