@@ -11,8 +11,8 @@ INSTRUCTIONS = "30 instructions a block, the loop 23: the number and mark of an 
 OPEN = {
     ("dispatch", "gain in C, independent, "): INSTRUCTIONS,
     ("dispatch", "gain in Rust, independent, "): INSTRUCTIONS,
-    ("install", "1 block into a running system"): "woken for the table and for the firing, and a table of 102 steps with cold caches (decision 150)",
-    ("recording", "tap and recorder attached"): "missed by some hundredths: a row costs two cache lines that the reader had (decision 150)",
+    ("install", "1 block into a running system"): "woken for the table, woken for the firing; 28 µs where woken once (decision 150)",
+    ("recording", "tap and recorder attached"): "missed by some hundredths: a row costs 110 to 180 ns in a model of it (decision 150)",
     ("verb", "execute on"): WAKES,
     ("verb", "ends at its first firing"): WAKES,
     ("remote verb", "move(…), remote"): LANES,
